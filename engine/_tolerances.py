@@ -1,0 +1,23 @@
+"""Every tolerance of the engine, each derived from the rounding of double precision, each with why.
+
+There is no physical tolerance here: no speed below which a ball counts as resting, no distance
+below which balls count as touching, no time below which events count as simultaneous. What follows
+only says when a computed sign is noise.
+"""
+
+from __future__ import annotations
+
+EPS = 2.0**-52
+"""Spacing of doubles at 1 (twice the unit roundoff)."""
+
+POSITION_ULPS = 16.0
+"""Rounding errors, in units of EPS times the coordinates, that a *given* position may carry.
+
+A rack computed from sqrt(3) and a few sums overlaps itself by up to about 4 of them; 16 leaves room
+for longer sums. It decides only whether a scene is refused as overlapping; balls are never moved.
+"""
+
+
+def position_rounding(*lengths: float) -> float:
+    """Largest distance [m] that rounding can put between given positions made of `lengths` [m]."""
+    return POSITION_ULPS * EPS * float(sum(abs(length) for length in lengths))

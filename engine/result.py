@@ -1,0 +1,188 @@
+"""What any engine returns: rest positions, events, counts, samples, energy, and what it cost."""
+
+from __future__ import annotations
+
+import enum
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine.errors import GhostballError
+from engine.scene import CUSHIONS, Scene
+from engine.trajectory import Energy, Samples, Trajectory, energy_of
+
+Record = Literal["rest", "events", "trajectory"]
+"""What to keep: the end only; every event too; whatever is needed to sample the motion, too."""
+
+RECORDS: tuple[Record, ...] = ("rest", "events", "trajectory")
+
+EVENT_DTYPE = np.dtype([("t", np.float64), ("kind", np.uint8), ("a", np.int32), ("b", np.int32)])
+"""One event: time [s]; `EventKind`; first ball; second ball, or cushion index, or -1."""
+
+Events = NDArray[np.void]
+
+
+class EventKind(enum.IntEnum):
+    """What happened; `label` is the name used in files and reports."""
+
+    BALL_BALL = 0
+    BALL_CUSHION = 1
+    SLIDE_TO_ROLL = 2
+    ROLL_TO_REST = 3
+
+    @property
+    def label(self) -> str:
+        """Name in files and reports, such as "ball-ball"."""
+        return self.name.lower().replace("_to_", "-to-").replace("_", "-")
+
+
+COLLISION_KINDS = (EventKind.BALL_BALL, EventKind.BALL_CUSHION)
+
+
+class Status(enum.Enum):
+    """How a run ended; the text says what it means and what to do."""
+
+    REST = "every ball came to rest"
+    T_MAX = "stopped at the scene's `t_max`; balls may still be moving"
+    EVENT_LIMIT = (
+        "the event limit was reached; raise `max_events`, or look for balls pressed together"
+    )
+    STEP_LIMIT = "the step limit was reached before every ball rested; raise `max_time` or `dt`"
+    INTERRUPTED = "interrupted; the result holds what was done until then"
+    FAILED = "the engine failed; see `reason`"
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run reached its natural end."""
+        return self in (Status.REST, Status.T_MAX)
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The outcome of one scene on one engine.
+
+    Attributes
+    ----------
+    engine : str
+        Name of the engine.
+    settings : mapping of str to str, int, float or bool
+        The engine's settings, frozen when it ran.
+    scene : Scene
+    status : Status
+    final_state : Samples, arrays (1, n, 3)
+        State of every ball when the run ended; `status` says whether that is at rest.
+    rest_time : float [s]
+        When the last ball came to rest, or when the run stopped.
+    collision_counts : mapping of str to int
+        By kind, "ball-ball" and "ball-cushion".
+    work : mapping of str to int
+        Machine-independent counters: events, bounds, steps ...
+    wall_time : float [s]
+        Of the simulation alone, without building the world or compiling.
+    events : structured array (`EVENT_DTYPE`) in order of time, or None
+        None where `record="rest"`.
+    trajectory : Trajectory or None
+        None where nothing was recorded to sample from.
+    reason : str
+        Where the run stopped early, why; else "".
+    """
+
+    engine: str
+    settings: Mapping[str, Any]
+    scene: Scene
+    status: Status
+    final_state: Samples
+    rest_time: float
+    collision_counts: Mapping[str, int]
+    work: Mapping[str, int]
+    wall_time: float
+    events: Events | None = None
+    trajectory: Trajectory | None = field(default=None, repr=False)
+    reason: str = ""
+
+    @property
+    def rest_positions(self) -> NDArray[np.float64]:
+        """Centres when the run ended, (n, 3) float64 [m]."""
+        return self.final_state.positions[0]
+
+    def sample(self, times: ArrayLike) -> Samples:
+        """Return positions, velocities, angular velocities at `times`, each (k, n, 3).
+
+        Parameters
+        ----------
+        times : (k,) float64 [s], in any order; past the end of the run the balls stay as they ended
+
+        Raises
+        ------
+        GhostballError
+            Where the run recorded nothing to sample from.
+        """
+        return self._recorded().sample(np.atleast_1d(np.asarray(times, dtype=np.float64)))
+
+    def energy(self, times: ArrayLike) -> Energy:
+        """Return the total energy at `times` [J], split in translation, rotation and height.
+
+        Parameters and errors are those of `sample`.
+        """
+        return energy_of(self.scene, self.sample(times))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the result as plain values, the object that `simulate --json` prints."""
+        start = energy_of(self.scene, initial_state(self.scene))
+        end = energy_of(self.scene, self.final_state)
+        return {
+            "engine": self.engine,
+            "settings": dict(self.settings),
+            "scene": self.scene.name,
+            "status": self.status.name.lower().replace("_", "-"),
+            "reason": self.reason,
+            "rest_time": self.rest_time,
+            "rest_positions": self.rest_positions.tolist(),
+            "events": None if self.events is None else [event_dict(e) for e in self.events],
+            "collision_counts": dict(self.collision_counts),
+            "energy": {"initial": float(start.total[0]), "final": float(end.total[0])},
+            "work": dict(self.work),
+            "wall_time": self.wall_time,
+        }
+
+    def to_json(self) -> str:
+        """Return `to_dict` as one line of JSON; floats read back to the same bits."""
+        return json.dumps(self.to_dict())
+
+    def _recorded(self) -> Trajectory:
+        if self.trajectory is None:
+            raise GhostballError(
+                f"nothing was recorded to sample from: engine `{self.engine}` ran with too little "
+                '`record`. Call simulate(scene, record="trajectory")'
+            )
+        return self.trajectory
+
+
+def initial_state(scene: Scene) -> Samples:
+    """Return the state of every ball at t = 0, arrays of shape (1, n, 3)."""
+    return Samples(
+        scene.positions[np.newaxis],
+        scene.velocities[np.newaxis],
+        scene.angular_velocities[np.newaxis],
+    )
+
+
+def event_dict(event: Any) -> dict[str, Any]:
+    """Return one event as plain values: b is a ball index, a cushion's name, or None."""
+    kind = EventKind(int(event["kind"]))
+    b: int | str | None = int(event["b"])
+    if kind is EventKind.BALL_CUSHION:
+        b = CUSHIONS[int(event["b"])]
+    elif kind is not EventKind.BALL_BALL:
+        b = None
+    return {"t": float(event["t"]), "kind": kind.label, "a": int(event["a"]), "b": b}
+
+
+def count_collisions(events: Events) -> dict[str, int]:
+    """Count the collisions of an event log by kind."""
+    kinds = events["kind"]
+    return {kind.label: int(np.count_nonzero(kinds == kind)) for kind in COLLISION_KINDS}

@@ -1,0 +1,1 @@
+"""Foreign engines behind one protocol, each `Scene` -> `Result`."""

@@ -1,0 +1,92 @@
+"""What a reference engine is: a name, capabilities, frozen settings, and `Scene` -> `Result`.
+
+An engine of your own joins by an entry point of the group `ghostball.engines` in your package:
+
+    [project.entry-points."ghostball.engines"]
+    my-engine = "my_package:MyEngine"
+
+where `MyEngine` is a class like the ones in this folder: `MyEngine(MyEngine.Settings(dt=1e-3))`
+makes an engine, and `MyEngine.unavailable()` says why it can't run here, or None.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Protocol, runtime_checkable
+
+from pydantic import BaseModel, ConfigDict
+
+from engine import Record, Result, Scene
+from engine.errors import GhostballError
+from engine.features import Capabilities, check_supported
+
+
+class EngineError(GhostballError):
+    """An unknown engine, an unknown or wrong setting, or an engine that isn't installed."""
+
+
+class EngineSettings(BaseModel):
+    """Base of an engine's settings: frozen, and an unknown or wrong one is refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+@runtime_checkable
+class ReferenceEngine(Protocol):
+    """One engine with its settings."""
+
+    name: ClassVar[str]
+    Settings: ClassVar[type[EngineSettings]]
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """How each feature of a scene is represented with these settings."""
+        ...
+
+    @property
+    def settings(self) -> EngineSettings:
+        """The settings, frozen."""
+        ...
+
+    @classmethod
+    def unavailable(cls) -> str | None:
+        """Return why the engine can't run here and how to get it, or None."""
+        ...
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        """Run the scene.
+
+        Raises
+        ------
+        UnsupportedSceneError
+            Where the scene needs a feature that the engine lacks.
+        """
+        ...
+
+
+class EngineBase:
+    """What the engines of this package share: they keep their settings and check the scene."""
+
+    name: ClassVar[str]
+    Settings: ClassVar[type[EngineSettings]]
+
+    def __init__(self, settings: EngineSettings | None = None) -> None:
+        self._settings = self.Settings() if settings is None else settings
+
+    @property
+    def settings(self) -> Any:
+        """The settings, frozen; an instance of `Settings`."""
+        return self._settings
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """How each feature of a scene is represented with these settings."""
+        raise NotImplementedError
+
+    @classmethod
+    def unavailable(cls) -> str | None:
+        """Return why the engine can't run here and how to get it, or None."""
+        return None
+
+    def check(self, scene: Scene) -> None:
+        """Raise `UnsupportedSceneError` where the scene needs what the engine lacks."""
+        check_supported(self.name, self.capabilities, scene)

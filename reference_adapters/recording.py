@@ -1,0 +1,101 @@
+"""What a stepping engine records while it runs, and the `Result` made of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import EVENT_DTYPE, EventKind, Record, Result, SampledTrajectory, Samples, Scene, Status
+from engine.result import COLLISION_KINDS
+
+FloatArray = NDArray[np.float64]
+
+FRAME_INTERVAL = 0.002
+"""Shortest time between two recorded frames [s], except at events: 60 s of 16 balls fit in 35 MB."""
+
+
+class Recorder:
+    """Collects events and frames of one run, no more than `record` asks for.
+
+    Call `start` once the world is built, `event` and `frame` as the run goes, `result` at its end.
+    """
+
+    def __init__(self, scene: Scene, record: Record) -> None:
+        self.scene = scene
+        self.record = record
+        self._events: list[tuple[float, int, int, int]] = []
+        self._counts = dict.fromkeys((kind.label for kind in COLLISION_KINDS), 0)
+        self._frames: list[tuple[float, FloatArray, FloatArray, FloatArray]] = []
+        self._event_since_frame = False
+        self._started = time.perf_counter()
+
+    def start(self) -> None:
+        """Start the clock of `wall_time`."""
+        self._started = time.perf_counter()
+
+    def event(self, t: float, kind: EventKind, a: int, b: int = -1) -> None:
+        """Note an event; b is the second ball, the index of the cushion, or -1."""
+        if kind.label in self._counts:
+            self._counts[kind.label] += 1
+        self._event_since_frame = True
+        if self.record != "rest":
+            if kind is EventKind.BALL_BALL and b < a:
+                a, b = b, a
+            self._events.append((t, int(kind), a, b))
+
+    def wants_frame(self, t: float) -> bool:
+        """Whether a frame at `t` would be kept: ask before gathering an expensive state."""
+        return self.record == "trajectory" and (
+            not self._frames
+            or self._event_since_frame
+            or t - self._frames[-1][0] >= FRAME_INTERVAL * (1.0 - 1e-9)
+        )
+
+    def frame(self, t: float, state: Samples, *, force: bool = False) -> None:
+        """Keep a frame, arrays (1, n, 3), where one is due or `force` says so."""
+        if self.record == "trajectory" and (force or self.wants_frame(t)):
+            self._frames.append(
+                (t, state.positions[0], state.velocities[0], state.angular_velocities[0])
+            )
+            self._event_since_frame = False
+
+    def result(
+        self,
+        *,
+        engine: str,
+        settings: Mapping[str, Any],
+        status: Status,
+        final_state: Samples,
+        rest_time: float,
+        work: Mapping[str, int],
+        reason: str = "",
+    ) -> Result:
+        """Stop the clock and wrap the run; `final_state` is its last frame."""
+        wall_time = time.perf_counter() - self._started
+        self.frame(rest_time, final_state, force=True)
+        trajectory = None
+        if self.record == "trajectory":
+            times, *states = zip(*self._frames, strict=True)
+            trajectory = SampledTrajectory(np.array(times), *(np.array(s) for s in states))
+        events = None
+        if self.record != "rest":
+            events = np.array(self._events, dtype=EVENT_DTYPE)
+            events = events[np.argsort(events["t"], kind="stable")]
+        return Result(
+            engine=engine,
+            settings=settings,
+            scene=self.scene,
+            status=status,
+            final_state=final_state,
+            rest_time=rest_time,
+            collision_counts=self._counts,
+            work=work,
+            wall_time=wall_time,
+            events=events,
+            trajectory=trajectory,
+            reason=reason,
+        )
