@@ -21,3 +21,29 @@ for longer sums. It decides only whether a scene is refused as overlapping; ball
 def position_rounding(*lengths: float) -> float:
     """Largest distance [m] that rounding can put between given positions made of `lengths` [m]."""
     return POSITION_ULPS * EPS * float(sum(abs(length) for length in lengths))
+
+
+GAP_ROUNDING = EPS
+"""Gap, in units of the centre distance, that counts as touching: d - D resolves no less."""
+
+TIME_ROUNDING = EPS
+"""Step, in units of the instant, that a clock in double precision can't take.
+
+Conservative advancement that no longer moves the clock has arrived. Without this rule about 1 in
+2 000 random breaks repeats the same step for ever.
+"""
+
+APPROACH_ROUNDING = 8.0 * EPS
+"""Speed of approach, in units of both balls' speeds, whose sign is noise.
+
+An impact with restitution 0 leaves up to about 4 EPS of the speeds, of either sign. Taken as an
+approach it would be resolved again and again at the same instant, changing nothing.
+"""
+
+CONTACT_TOLERANCE = 2.0**-37
+"""Opening or overlap, in diameters, of a gap that a contact force holds closed (see `_press`).
+
+4e-13 m for pool balls: a thousand roundings of a coordinate on a table, so that the force is not
+made of noise, and well below the 1e-12 m that balls may overlap. It is the one approximation in the
+engine; a run that used it says so in `work["contact_steps"]`.
+"""

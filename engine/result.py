@@ -107,7 +107,8 @@ class Result:
     @property
     def rest_positions(self) -> NDArray[np.float64]:
         """Centres when the run ended, (n, 3) float64 [m]."""
-        return self.final_state.positions[0]
+        positions: NDArray[np.float64] = self.final_state.positions[0]
+        return positions
 
     def sample(self, times: ArrayLike) -> Samples:
         """Return positions, velocities, angular velocities at `times`, each (k, n, 3).

@@ -32,7 +32,8 @@ from engine.errors import SceneError
 POOL_BALL_RADIUS = 0.028575  # [m]
 POOL_BALL_MASS = 0.170097  # [kg]
 
-CUSHIONS = ("left", "right", "bottom", "top")
+CushionName = Literal["left", "right", "bottom", "top"]
+CUSHIONS: tuple[CushionName, ...] = ("left", "right", "bottom", "top")
 """Cushion names in the order of their index: x = 0, x = length, y = 0, y = width."""
 
 Real = Annotated[float, Strict(), AllowInfNan(False)]
@@ -41,7 +42,6 @@ NonNegative = Annotated[Real, Field(ge=0.0)]
 Fraction = Annotated[Real, Field(ge=0.0, le=1.0)]
 Flag = Annotated[bool, Strict()]
 Text = Annotated[str, Strict()]
-CushionName = Literal["left", "right", "bottom", "top"]
 
 
 def _problem(kind: str, rule: str, **context: Any) -> PydanticCustomError:
@@ -440,7 +440,7 @@ def _check_rolling(scene: Scene) -> None:
         spin = ball.angular_velocity
         if spin is None:
             continue
-        scale = max(float(np.max(np.abs(rolling[i]))), max(map(abs, spin)))
+        scale = max(float(np.max(np.abs(rolling[i]))), *map(abs, spin))
         if not np.allclose(spin, rolling[i], rtol=0.0, atol=1e-9 * scale):
             raise _problem(
                 "not_rolling",

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import time
+
+from engine.errors import GhostballError
 from engine.features import EXACT, Capability, Feature, check_supported
-from engine.result import Record, Result
+from engine.result import RECORDS, Record, Result
 from engine.scene import Scene
 
 _LATER = Capability("none", "not in this version of the engine")
@@ -28,9 +31,66 @@ CAPABILITIES = {
     Feature.AIR_DRAG: _LATER,
     Feature.FLIGHT: _LATER,
 }
+"""What the engine represents, feature by feature."""
+
+MAX_EVENTS = 10_000_000
+"""Default event limit: a shot has hundreds of events, a long run of an elastic gas millions."""
 
 
-def simulate(scene: Scene, *, record: Record = "rest", max_events: int = 1_000_000) -> Result:
-    """Simulate `scene`."""
+def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVENTS) -> Result:
+    """Simulate `scene` exactly in continuous time, to rest or to its `t_max`.
+
+    Parameters
+    ----------
+    scene : Scene
+    record : "rest", "events" or "trajectory"
+        "rest" keeps the end only. "events" keeps every event with the states there, from which the
+        motion can be sampled at any time; "trajectory" is the same for this engine.
+    max_events : int
+        Where to give up; the result then says so in `status`.
+
+    Returns
+    -------
+    Result
+        Interrupted by Ctrl-C, what was done until then, with `status` INTERRUPTED.
+
+    Raises
+    ------
+    UnsupportedSceneError
+        Where the scene needs physics that this engine lacks.
+    GhostballError
+        Where `record` or `max_events` is wrong.
+
+    Notes
+    -----
+    Between events each ball moves in closed form; the next contact is the first entering root of
+    the true gap (`engine/_pairs.py`). There is no time step.
+    """
     check_supported("ghostball", CAPABILITIES, scene)
-    raise NotImplementedError(record, max_events)
+    if record not in RECORDS:
+        raise GhostballError(f"`record` must be one of {', '.join(RECORDS)}, got {record!r}")
+    if max_events < 1:
+        raise GhostballError(f"`max_events` must be at least 1, got {max_events}")
+    # The compiler is loaded here and no sooner: importing the package, or asking for help on the
+    # command line, must not wait for it.
+    from engine._run import Run, warm_up  # noqa: PLC0415
+
+    warm_up()
+    run = Run(scene, keep_log=record != "rest")
+    started = time.perf_counter()
+    run.go(max_events)
+    wall_time = time.perf_counter() - started
+    return Result(
+        engine="ghostball",
+        settings={"max_events": max_events},
+        scene=scene,
+        status=run.status,
+        final_state=run.final_state(),
+        rest_time=run.t_end,
+        collision_counts=run.collision_counts(),
+        work=run.work(),
+        wall_time=wall_time,
+        events=run.events(),
+        trajectory=run.trajectory(),
+        reason=run.reason,
+    )

@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.scene import Scene
+from engine.scene import Scene, rolling_angular_velocity
 
 FloatArray = NDArray[np.float64]
 
@@ -45,6 +45,93 @@ class Trajectory(Protocol):
     def sample(self, times: FloatArray) -> Samples:
         """Return the states at `times`, (k,) [s]."""
         ...
+
+
+@dataclass(frozen=True, eq=False)
+class ExactTrajectory:
+    """Motion between events in closed form, as our engine records it.
+
+    Attributes
+    ----------
+    radii : (n,) float64 [m]
+    knots : n arrays (k_i, 7) float64
+        For each ball: time [s], x, y [m], vx, vy [m/s], ax, ay [m/s^2], from that time on.
+    t_end : float [s]
+    """
+
+    radii: FloatArray
+    knots: tuple[FloatArray, ...]
+    t_end: float
+
+    def sample(self, times: FloatArray) -> Samples:
+        """Return the states at `times`, (k,) [s]; after an event where one falls on a time."""
+        t = np.clip(times, 0.0, self.t_end)
+        positions, velocities, spins = (np.zeros((len(t), len(self.knots), 3)) for _ in range(3))
+        for i, knots in enumerate(self.knots):
+            knot = knots[np.searchsorted(knots[:, 0], t, side="right") - 1]
+            s = (t - knot[:, 0])[:, np.newaxis]
+            r, v, a = knot[:, 1:3], knot[:, 3:5], knot[:, 5:7]
+            positions[:, i, :2] = r + s * (v + 0.5 * s * a)
+            velocities[:, i, :2] = v + s * a
+        positions[:, :, 2] = self.radii
+        spins[:] = rolling_angular_velocity(velocities, self.radii)
+        return Samples(positions, velocities, spins)
+
+    def orientation(self, times: FloatArray) -> FloatArray:
+        """Return the orientation of every ball at `times`, unit quaternions (k, n, 4), w first.
+
+        Every ball starts at (1, 0, 0, 0). A ball that rolls by a distance s turns by s / R about
+        k x v, exactly, since between events it rolls straight on.
+
+        Notes
+        -----
+        The paper (section 5.3) turns by |v| dt / R about r = v x k each frame: the same turn with
+        the opposite sign, and only as exact as its frame is short.
+        """
+        t = np.clip(times, 0.0, self.t_end)
+        result = np.empty((len(t), len(self.knots), 4))
+        for i, knots in enumerate(self.knots):
+            ends = np.append(knots[1:, 0], self.t_end)
+            at_knot = np.empty((len(knots), 4))
+            at_knot[0] = (1.0, 0.0, 0.0, 0.0)
+            turns = _rolling_turn(knots, ends - knots[:, 0], self.radii[i])
+            for k in range(1, len(knots)):
+                at_knot[k] = _hamilton_product(turns[k - 1], at_knot[k - 1])
+            which = np.searchsorted(knots[:, 0], t, side="right") - 1
+            since = _rolling_turn(knots[which], t - knots[which, 0], self.radii[i])
+            result[:, i] = _hamilton_product(since, at_knot[which])
+        return result
+
+
+def _rolling_turn(knots: FloatArray, duration: FloatArray, radius: float) -> FloatArray:
+    """Return the turn of a ball that rolls straight on from each knot for a while, (k, 4)."""
+    s = duration[:, np.newaxis]
+    shift = s * (knots[:, 3:5] + 0.5 * s * knots[:, 5:7])
+    distance = np.hypot(shift[:, 0], shift[:, 1])
+    half_angle = 0.5 * distance / radius
+    # sin(half) / distance times the shift's components, finite at distance 0.
+    scale = np.sinc(half_angle / np.pi) * 0.5 / radius
+    turn = np.zeros((len(knots), 4))
+    turn[:, 0] = np.cos(half_angle)
+    turn[:, 1] = -scale * shift[:, 1]
+    turn[:, 2] = scale * shift[:, 0]
+    return turn
+
+
+def _hamilton_product(p: FloatArray, q: FloatArray) -> FloatArray:
+    """Return p q, quaternions (..., 4) with w first: the turn q, then the turn p."""
+    w1, x1, y1, z1 = np.moveaxis(p, -1, 0)
+    w2, x2, y2, z2 = np.moveaxis(q, -1, 0)
+    product: FloatArray = np.stack(
+        (
+            w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
+            w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
+            w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
+            w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
+        ),
+        axis=-1,
+    )
+    return product
 
 
 @dataclass(frozen=True, eq=False)

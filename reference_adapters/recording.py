@@ -15,7 +15,10 @@ from engine.result import COLLISION_KINDS
 FloatArray = NDArray[np.float64]
 
 FRAME_INTERVAL = 0.002
-"""Shortest time between two recorded frames [s], except at events: 60 s of 16 balls fit in 35 MB."""
+"""Shortest time between two recorded frames [s], except at events.
+
+60 s of 16 balls then fit in 35 MB.
+"""
 
 
 class Recorder:

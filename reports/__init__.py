@@ -1,1 +1,22 @@
-"""TODO"""
+"""Figures and the report, made from stored results alone.
+
+    >>> from reports import write_report
+    >>> write_report("out")
+    PosixPath('out/report.md')
+
+Importing this package loads no matplotlib: that waits for the first figure.
+"""
+
+from reports.gallery_pictures import write_gallery
+from reports.plot import plot_result
+from reports.report import ReportError, write_report
+from reports.style import EngineStyle, engine_style
+
+__all__ = [
+    "EngineStyle",
+    "ReportError",
+    "engine_style",
+    "plot_result",
+    "write_gallery",
+    "write_report",
+]

@@ -1,1 +1,34 @@
-"""TODO"""
+"""The suite that says which engine is right: scenes, metrics, truth, criteria, stored results."""
+
+from validation.criteria import Criteria, CriteriaError, Criterion, criteria_beside
+from validation.junit import junit_xml, write_junit
+from validation.library import find_scene, scene_names, select
+from validation.metrics import METRICS, Metric
+from validation.store import CaseRecord, Check, Motion, ResultsError, ResultsFolder
+from validation.suite import DEFAULT_ENGINES, Outcome, run_suite
+from validation.truth import Truth, TruthError, truth_of
+
+__all__ = [
+    "DEFAULT_ENGINES",
+    "METRICS",
+    "CaseRecord",
+    "Check",
+    "Criteria",
+    "CriteriaError",
+    "Criterion",
+    "Metric",
+    "Motion",
+    "Outcome",
+    "ResultsError",
+    "ResultsFolder",
+    "Truth",
+    "TruthError",
+    "criteria_beside",
+    "find_scene",
+    "junit_xml",
+    "run_suite",
+    "scene_names",
+    "select",
+    "truth_of",
+    "write_junit",
+]

@@ -1,0 +1,72 @@
+# `make` lists the commands. Needs Python 3.11 or newer and nothing else: the rest is made in .venv.
+
+# pybullet has wheels for 3.11 only, so that version comes first. Each candidate is run, not just
+# looked up: a version manager's shim is on the PATH also where the interpreter behind it is not.
+CANDIDATES = python3.11 python3 python3.12 python3.13 python
+FIT = -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))'
+PYTHON ?= $(shell for python in $(CANDIDATES); do \
+	"$$python" $(FIT) 2>/dev/null && { echo "$$python"; break; }; done)
+
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+PYTEST := $(BIN)/python -m pytest --quiet
+OUT ?= out
+JOBS ?= 2
+
+.DEFAULT_GOAL := help
+# Two test runs at once would time each other, and mix their output.
+.NOTPARALLEL:
+.PHONY: help venv validate test test-slow test-nojit test-boundscheck lint types imports check \
+	gallery clean
+
+help:  ## list the commands
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+venv: $(READY)  ## make the environment in .venv and install everything
+
+$(READY): pyproject.toml
+	@test -n "$(PYTHON)" && $(PYTHON) $(FIT) || { \
+		echo "error: Python 3.11 or newer with its venv module is needed, got '$(PYTHON)'." \
+			"Looked for: $(CANDIDATES). Install one (Debian, Ubuntu: apt install python3-venv)," \
+			"or name it: make PYTHON=/path/to/python3.11" >&2; exit 2; }
+	@$(BIN)/python -m pip --version >/dev/null 2>&1 || { \
+		echo "Making $(VENV) with $$($(PYTHON) --version)"; $(PYTHON) -m venv --clear $(VENV); }
+	@echo "Installing ghostball and what it needs into $(VENV) (a minute or two)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+validate: $(READY)  ## run every scene on every engine, write the report, print the verdicts
+	$(BIN)/ghostball validate --suite full --jobs $(JOBS) --out $(OUT)
+
+test: $(READY)  ## fast tests, compiled
+	$(PYTEST)
+
+test-slow: $(READY)  ## the tests that take long
+	$(PYTEST) -m slow
+
+test-nojit: $(READY)  ## fast tests without compilation, with coverage
+	NUMBA_DISABLE_JIT=1 $(PYTEST) -m "not slow and not compiled" --cov --cov-report=term
+
+test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
+	NUMBA_BOUNDSCHECK=1 $(PYTEST) tests/engine tests/reference_adapters
+
+lint: $(READY)  ## ruff: rules and format
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+
+types: $(READY)  ## mypy, strict
+	$(BIN)/mypy
+
+imports: $(READY)  ## the direction of imports between the packages
+	$(BIN)/lint-imports
+
+check: lint types imports test test-slow test-nojit test-boundscheck  ## all that CI runs
+
+gallery: validate  ## remake the pictures that the README shows
+	$(BIN)/python -c "from reports import write_gallery; write_gallery('$(OUT)', 'reports/gallery')"
+
+clean:  ## remove the environment and the caches; results stay
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache \
+		.coverage .coverage.* htmlcov
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

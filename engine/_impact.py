@@ -1,0 +1,46 @@
+"""What an impact does to velocities: balls with each other, a ball with a cushion."""
+
+from __future__ import annotations
+
+from engine._jit import kernel
+from engine._state import BOTTOM, LEFT, Balls, Laws
+
+
+@kernel
+def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
+    """Give balls i and j the impulse of a collision with restitution, along their line of centres.
+
+    Contract: both balls are advanced to the instant of the impact and approach each other.
+
+    Notes
+    -----
+    The paper's section 4.2 (after the elastic formula without angles) times (1 + e) / 2. In terms
+    of mass fractions, which are exactly 1/2 for equal masses, so that a full hit stops exactly.
+    """
+    rx, ry = balls.x[j] - balls.x[i], balls.y[j] - balls.y[i]
+    vx, vy = balls.vx[j] - balls.vx[i], balls.vy[j] - balls.vy[i]
+    total = balls.mass[i] + balls.mass[j]
+    exchange = (1.0 + laws.ball_restitution) * ((rx * vx + ry * vy) / (rx * rx + ry * ry))
+    to_i = exchange * (balls.mass[j] / total)
+    to_j = exchange * (balls.mass[i] / total)
+    balls.vx[i] += to_i * rx
+    balls.vy[i] += to_i * ry
+    balls.vx[j] -= to_j * rx
+    balls.vy[j] -= to_j * ry
+
+
+@kernel
+def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
+    """Reflect ball i at a cushion: v_n -> -e_n v_n, v_t -> e_t v_t (1 and 1: the paper's mirror).
+
+    Contract: the ball is advanced to the instant of the impact. It leaves the cushion whatever the
+    sign that rounding gave to a vanishing approach.
+    """
+    if cushion < 2:
+        normal = laws.cushion_restitution * abs(balls.vx[i])
+        balls.vx[i] = normal if cushion == LEFT else -normal
+        balls.vy[i] *= laws.cushion_tangential
+    else:
+        normal = laws.cushion_restitution * abs(balls.vy[i])
+        balls.vy[i] = normal if cushion == BOTTOM else -normal
+        balls.vx[i] *= laws.cushion_tangential

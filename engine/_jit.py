@@ -1,0 +1,106 @@
+"""The one decorator for kernels, and the one place that knows how and where they are compiled.
+
+numba keeps compiled code beside the source file and looks only at *that* file to decide whether it
+is fresh: edit a callee in another file, or a constant, and callers stay stale. So the cache lives
+in a directory whose name is a hash of everything that goes into the machine code: the sources of
+this package, the versions of numba, llvmlite and numpy, and the flags. A changed source means
+another directory, and nothing stale can be found.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import shutil
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import llvmlite
+import numba
+import numpy as np
+import platformdirs
+
+logger = logging.getLogger("ghostball.engine")
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+OPTIONS = {
+    "error_model": "numpy",  # no raising: a division by zero gives inf, as the arithmetic says
+    "fastmath": False,  # no fused multiply-add, no reordering: the same bits on every machine
+    "nogil": True,  # batches run in threads
+}
+KEPT_CACHES = 4
+"""Caches of other sources or flags that are kept; switching between two revisions stays quick."""
+
+
+def kernel(function: Function) -> Function:
+    """Compile `function` when it is first called, and keep the machine code for later processes.
+
+    A kernel does not allocate, does not raise (it returns a status) and uses only + - * / and
+    square roots in what feeds back into the dynamics.
+    """
+    if numba.config.DISABLE_JIT:
+        return function
+    # The directory is read when caching is enabled, that is while the decorator runs.
+    previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache_directory())
+    try:
+        return cast(Function, numba.njit(cache=True, **OPTIONS)(function))
+    finally:
+        numba.config.CACHE_DIR = previous
+
+
+@cache
+def cache_directory() -> Path:
+    """Directory of this package's compiled kernels; made, and old ones removed, on first use."""
+    root = cache_root()
+    directory = root / cache_key()
+    directory.mkdir(parents=True, exist_ok=True)
+    os.utime(directory)
+    _prune(root, keep=directory)
+    return directory
+
+
+def cache_root() -> Path:
+    """Directory that holds the caches; the environment variable GHOSTBALL_CACHE_DIR overrides it."""
+    chosen = os.environ.get("GHOSTBALL_CACHE_DIR")
+    return Path(chosen) if chosen else Path(platformdirs.user_cache_dir("ghostball")) / "kernels"
+
+
+def cache_key() -> str:
+    """Hash of all that decides the machine code: sources, versions, flags, the processor asked for.
+
+    The bounds-check and processor flags are in it because a warm numba cache ignores the first, and
+    because a test compiles for a generic processor.
+    """
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    flags = [numba.config.BOUNDSCHECK, numba.config.CPU_NAME, numba.config.CPU_FEATURES, OPTIONS]
+    versions = [numba.__version__, llvmlite.__version__, np.__version__]
+    digest.update(repr((flags, versions)).encode())
+    return digest.hexdigest()[:20]
+
+
+def compiled() -> bool:
+    """Whether the kernels of this very source are in the cache, so that a first run is quick."""
+    return bool(numba.config.DISABLE_JIT) or any(cache_directory().glob("**/_loop.run-*.nbc"))
+
+
+def announce_compilation() -> None:
+    """Log a warning where the next call will compile, which takes seconds, so nobody waits unaware.
+
+    At warning level a program that never configured logging still shows it on stderr.
+    """
+    if not compiled():
+        logger.warning("compiling the engine's kernels for this machine (once, about 10 s) ...")
+
+
+def _prune(root: Path, keep: Path) -> None:
+    others = [path for path in root.iterdir() if path.is_dir() and path != keep]
+    others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
+    for stale in others[KEPT_CACHES:]:
+        # Another process may remove the same one; whoever comes second has nothing left to do.
+        shutil.rmtree(stale, ignore_errors=True)

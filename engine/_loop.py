@@ -1,0 +1,233 @@
+"""The event loop: find the earliest event, move its balls there, resolve it, predict anew."""
+
+from __future__ import annotations
+
+import math
+
+from engine._impact import bounce, collide_balls
+from engine._jit import kernel
+from engine._motion import advance, come_to_rest, predict_motion
+from engine._pairs import IMPACT, NOT_YET, earliest, refine, update_ball
+from engine._press import press, release
+from engine._state import (
+    BALL_BALL,
+    BALL_CUSHION,
+    CONTACT_STEPS,
+    EVENTS,
+    LAST_EVENT,
+    LOGGED_EVENTS,
+    LOGGED_MOTIONS,
+    NOW,
+    OWN_CONTACT,
+    OWN_CUSHION,
+    OWN_REST,
+    REST,
+    RUN_EVENT_LIMIT,
+    RUN_LOG_FULL,
+    RUN_NOT_FINITE,
+    RUN_RESTED,
+    RUN_T_MAX,
+    Balls,
+    Contacts,
+    FloatArray,
+    IntArray,
+    Laws,
+    Log,
+    Pairs,
+)
+
+# Values of `engine.result.EventKind`, as plain integers for the compiler.
+_BALL_BALL = 0
+_BALL_CUSHION = 1
+_ROLL_TO_REST = 3
+
+
+@kernel
+def start(balls: Balls, laws: Laws, contacts: Contacts, pairs: Pairs, counters: IntArray) -> None:
+    """Predict every ball and bound every pair at t = 0; once, before `run`."""
+    n = len(balls.x)
+    for i in range(n):
+        predict_motion(balls, i, laws)
+    for i in range(n):
+        update_ball(balls, laws, contacts, pairs, i, 0.0, counters)
+
+
+@kernel
+def run(
+    balls: Balls,
+    laws: Laws,
+    contacts: Contacts,
+    pairs: Pairs,
+    log: Log,
+    keep_log: bool,
+    clock: FloatArray,
+    counters: IntArray,
+    limit: int,
+) -> int:
+    """Process events until every ball rests, `t_max`, `limit` events, or a full log.
+
+    Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE.
+
+    Contract: no allocation, no raising. Everything is in the arguments, so a run that returned
+    RUN_LOG_FULL or RUN_EVENT_LIMIT goes on where it stopped when called again.
+    """
+    while True:
+        if counters[EVENTS] + counters[CONTACT_STEPS] >= limit:
+            return RUN_EVENT_LIMIT
+        if keep_log and _full(log, counters, len(balls.x)):
+            return RUN_LOG_FULL
+
+        # Find the earliest event: one ball's own, or the pair that may touch first.
+        single = _earliest_own(balls)
+        row = earliest(pairs)
+        t = min(balls.own_time[single], pairs.row_least[row])
+        if not t >= clock[NOW]:
+            return RUN_NOT_FINITE
+        if t > laws.t_max:
+            return RUN_T_MAX
+        if t == math.inf:
+            return RUN_RESTED
+
+        # Move its balls there and resolve it; mark every ball whose motion it changes.
+        if balls.own_time[single] <= t:
+            _resolve_own(balls, laws, contacts, single, t, clock, counters, log, keep_log)
+        else:
+            verdict = refine(balls, laws, pairs, row, t, counters)
+            if verdict == NOT_YET:
+                continue
+            i, j = row, pairs.row_partner[row]
+            if j < i:
+                i, j = j, i
+            if verdict == IMPACT:
+                _resolve_pair(balls, laws, contacts, i, j, t, clock, counters, log, keep_log)
+            else:
+                press(balls, laws, contacts, i, j, t)
+                counters[CONTACT_STEPS] += 1
+        clock[NOW] = t
+
+        # Predict anew: every bound of a ball whose motion changed is void.
+        for k in range(len(balls.x)):
+            if contacts.changed[k]:
+                contacts.changed[k] = False
+                if keep_log:
+                    _note_motion(balls, k, counters, log)
+                update_ball(balls, laws, contacts, pairs, k, t, counters)
+
+
+@kernel
+def finish(balls: Balls, t: float) -> None:
+    """Move every ball that still moves to the instant t [s], where the run stopped."""
+    for i in range(len(balls.x)):
+        if balls.vx[i] != 0.0 or balls.vy[i] != 0.0:
+            advance(balls, i, t)
+
+
+@kernel
+def _earliest_own(balls: Balls) -> int:
+    best = 0
+    for i in range(1, len(balls.own_time)):
+        if balls.own_time[i] < balls.own_time[best]:
+            best = i
+    return best
+
+
+@kernel
+def _resolve_own(
+    balls: Balls,
+    laws: Laws,
+    contacts: Contacts,
+    i: int,
+    t: float,
+    clock: FloatArray,
+    counters: IntArray,
+    log: Log,
+    keep_log: bool,
+) -> None:
+    """Resolve what ball i does alone at the instant t: rest, meet a cushion, end a contact step."""
+    kind = balls.own_kind[i]
+    if kind == OWN_REST:
+        come_to_rest(balls, i, t)
+        counters[REST] += 1
+        _note_event(_ROLL_TO_REST, i, -1, t, clock, counters, log, keep_log)
+    elif kind != OWN_CONTACT:
+        cushion = kind - OWN_CUSHION
+        advance(balls, i, t)
+        bounce(balls, i, cushion, laws)
+        counters[BALL_CUSHION] += 1
+        _note_event(_BALL_CUSHION, i, cushion, t, clock, counters, log, keep_log)
+    _set_free(balls, laws, contacts, i, t)
+
+
+@kernel
+def _resolve_pair(
+    balls: Balls,
+    laws: Laws,
+    contacts: Contacts,
+    i: int,
+    j: int,
+    t: float,
+    clock: FloatArray,
+    counters: IntArray,
+    log: Log,
+    keep_log: bool,
+) -> None:
+    """Collide balls i and j at the instant t."""
+    advance(balls, i, t)
+    advance(balls, j, t)
+    collide_balls(balls, i, j, laws)
+    counters[BALL_BALL] += 1
+    _note_event(_BALL_BALL, i, j, t, clock, counters, log, keep_log)
+    _set_free(balls, laws, contacts, i, t)
+    _set_free(balls, laws, contacts, j, t)
+
+
+@kernel
+def _set_free(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> None:
+    """Predict ball i, whose velocity an event set; a cluster that it belonged to ends."""
+    release(balls, laws, contacts, i, t)
+    predict_motion(balls, i, laws)
+    contacts.changed[i] = True
+
+
+@kernel
+def _full(log: Log, counters: IntArray, n: int) -> bool:
+    """Whether the next event, which may change every ball, might not fit in the log."""
+    events_left = len(log.time) - counters[LOGGED_EVENTS]
+    return events_left < 1 or len(log.ball) - counters[LOGGED_MOTIONS] < n
+
+
+@kernel
+def _note_event(
+    kind: int,
+    a: int,
+    b: int,
+    t: float,
+    clock: FloatArray,
+    counters: IntArray,
+    log: Log,
+    keep_log: bool,
+) -> None:
+    counters[EVENTS] += 1
+    clock[LAST_EVENT] = t
+    if keep_log:
+        row = counters[LOGGED_EVENTS]
+        log.time[row] = t
+        log.kind[row] = kind
+        log.a[row] = a
+        log.b[row] = b
+        counters[LOGGED_EVENTS] = row + 1
+
+
+@kernel
+def _note_motion(balls: Balls, i: int, counters: IntArray, log: Log) -> None:
+    """Log how ball i moves from its epoch on."""
+    row = counters[LOGGED_MOTIONS]
+    log.ball[row] = i
+    log.motion[row, 0] = balls.epoch[i]
+    log.motion[row, 1] = balls.x[i]
+    log.motion[row, 2] = balls.y[i]
+    log.motion[row, 3] = balls.vx[i]
+    log.motion[row, 4] = balls.vy[i]
+    log.motion[row, 5] = balls.ax[i]
+    log.motion[row, 6] = balls.ay[i]
+    counters[LOGGED_MOTIONS] = row + 1

@@ -1,0 +1,174 @@
+"""When the next two balls touch: lazy lower bounds of the contact time of every pair.
+
+Contact needs the relative motion, projected on today's line of centres, to have closed the gap: the
+first root of a quadratic, never later than the first entering root of the true quartic. So a pair
+costs one quadratic; only when its bound becomes the earliest of all is the step repeated from that
+instant (conservative advancement), which converges to the true root quadratically and from outside,
+so that no contact is passed over. Each pair stands once, in the row of the ball that was recomputed
+last; a bound beyond either ball's own next event is dropped, since the motion changes there and the
+row is computed again.
+
+This is the part of the engine that another scheduler would replace: `update_ball` after a ball's
+motion changed, `earliest`, and `refine` are all that the loop uses.
+"""
+
+from __future__ import annotations
+
+import math
+
+from engine._geometry import negligible_hop, pair_in_contact, relative_motion
+from engine._jit import kernel
+from engine._motion import first_crossing
+from engine._state import ADVANCEMENTS, BOUNDS, FREE, Balls, Contacts, IntArray, Laws, Pairs
+from engine._tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
+
+NOT_YET = 0
+"""The bound moved on; the pair doesn't touch at this instant."""
+IMPACT = 1
+"""The pair touches and approaches: collide it now."""
+PRESSED = 2
+"""The pair touches, and is pulled together so that it would not part by what is resolved."""
+
+
+@kernel
+def update_ball(
+    balls: Balls, laws: Laws, contacts: Contacts, pairs: Pairs, i: int, t: float, counters: IntArray
+) -> None:
+    """Bound anew every pair of ball i, whose motion changed at the instant t [s]."""
+    n = len(balls.x)
+    least, partner = math.inf, 0
+    for j in range(n):
+        if j == i:
+            continue
+        if held(balls, laws, contacts, i, j, t):
+            bound = math.inf
+        else:
+            bound = _bound(balls, i, j, t)
+        pairs.bound[i, j] = bound
+        if bound < least:
+            least, partner = bound, j
+        pairs.bound[j, i] = math.inf
+        if pairs.row_partner[j] == i:
+            _rescan(pairs, j)
+    pairs.row_least[i] = least
+    pairs.row_partner[i] = partner
+    counters[BOUNDS] += n - 1
+
+
+@kernel
+def earliest(pairs: Pairs) -> int:
+    """Return the ball whose row holds the least bound; its partner is in `row_partner`."""
+    best = 0
+    for i in range(1, len(pairs.row_least)):
+        if pairs.row_least[i] < pairs.row_least[best]:
+            best = i
+    return best
+
+
+@kernel
+def refine(balls: Balls, laws: Laws, pairs: Pairs, i: int, t: float, counters: IntArray) -> int:
+    """Look at row i's earliest pair at its bound, the instant t [s]: does it touch?
+
+    Returns NOT_YET, IMPACT or PRESSED. On NOT_YET the bound has moved on.
+    """
+    j = pairs.row_partner[i]
+    counters[ADVANCEMENTS] += 1
+    verdict, bound = _touch(balls, laws, i, j, t)
+    if verdict == NOT_YET:
+        if bound > min(balls.own_time[i], balls.own_time[j]):
+            bound = math.inf
+        pairs.bound[i, j] = bound
+        _rescan(pairs, i)
+    return verdict
+
+
+@kernel
+def held(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float) -> bool:
+    """Whether a contact step holds the pair, so that it can't collide before the step ends."""
+    label = contacts.cluster[i]
+    if label == FREE or contacts.cluster[j] != label:
+        return False
+    return pair_in_contact(balls, i, j, t, laws.deceleration)
+
+
+@kernel
+def _bound(balls: Balls, i: int, j: int, t: float) -> float:
+    """Return a lower bound, from the instant t, of when i and j touch; inf where they can't."""
+    rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, t)
+    reach = balls.radius[i] + balls.radius[j]
+    distance = math.sqrt(rx * rx + ry * ry)
+    # All three scaled by the distance, which saves dividing by it.
+    gap = distance * (distance - reach)
+    s = first_crossing(gap, rx * vx + ry * vy, rx * ax + ry * ay)
+    bound = t + s
+    return bound if bound <= min(balls.own_time[i], balls.own_time[j]) else math.inf
+
+
+@kernel
+def _touch(balls: Balls, laws: Laws, i: int, j: int, t: float) -> tuple[int, float]:
+    """Judge the pair at the instant t: a verdict, and for NOT_YET the next bound."""
+    rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, t)
+    reach = balls.radius[i] + balls.radius[j]
+    distance = math.sqrt(rx * rx + ry * ry)
+    gap = distance - reach
+    rate = (rx * vx + ry * vy) / distance
+    pull = (rx * ax + ry * ay) / distance
+    s = first_crossing(gap, rate, pull)
+    progress = s > TIME_ROUNDING * t
+    if gap > GAP_ROUNDING * reach and progress:
+        return NOT_YET, t + s
+    # They touch, as far as doubles can tell. While r . v = 0, the gap opens at first as
+    # `opening` s^2 / 2: the lines of centres turn away, or friction pulls together.
+    noise = APPROACH_ROUNDING * (_speed(balls, i, t) + _speed(balls, j, t))
+    across = max(vx * vx + vy * vy - rate * rate, 0.0)
+    opening = across / distance + pull
+    pulled = opening < -APPROACH_ROUNDING * (_pull(balls, i) + _pull(balls, j))
+    if rate < -noise:
+        rebound = laws.ball_restitution * rate
+        if pulled and negligible_hop(rebound, -opening, reach):
+            return PRESSED, t
+        return IMPACT, t
+    if rate > noise and progress:
+        return NOT_YET, t + s
+    if pulled:
+        return PRESSED, t
+    return NOT_YET, t + _next_approach(distance * max(opening, 0.0), vx, vy, ax, ay)
+
+
+@kernel
+def _next_approach(opening: float, vx: float, vy: float, ax: float, ay: float) -> float:
+    """Return when a touching pair that neither approaches nor recedes can approach next [s].
+
+    With r . v = 0, half the rate of |r|^2 is s (A + B s + C s^2), A = v^2 + r . a = `opening`,
+    B = 3/2 v . a, C = a^2 / 2: the pair opens while that is positive.
+    """
+    linear = 1.5 * (vx * ax + vy * ay)
+    quadratic = 0.5 * (ax * ax + ay * ay)
+    discriminant = linear * linear - 4.0 * quadratic * opening
+    if linear >= 0.0 or discriminant < 0.0:
+        return math.inf
+    return 2.0 * opening / (math.sqrt(discriminant) - linear)
+
+
+@kernel
+def _pull(balls: Balls, i: int) -> float:
+    """Size of the acceleration of ball i [m/s^2], in the 1-norm."""
+    return abs(balls.ax[i]) + abs(balls.ay[i])
+
+
+@kernel
+def _speed(balls: Balls, i: int, t: float) -> float:
+    """Size of the velocity of ball i at the instant t [m/s], in the 1-norm."""
+    s = t - balls.epoch[i]
+    return abs(balls.vx[i] + balls.ax[i] * s) + abs(balls.vy[i] + balls.ay[i] * s)
+
+
+@kernel
+def _rescan(pairs: Pairs, i: int) -> None:
+    """Find the least bound of row i again."""
+    least, partner = math.inf, 0
+    for j in range(len(pairs.row_least)):
+        if pairs.bound[i, j] < least:
+            least, partner = pairs.bound[i, j], j
+    pairs.row_least[i] = least
+    pairs.row_partner[i] = partner

@@ -1,0 +1,292 @@
+"""Sustained contact: balls that friction presses together move as one cluster, in short steps.
+
+Two balls that roll side by side in contact, in slightly different directions, are slowed along
+different lines, and so may be pressed together. Bouncing, they would meet again and again with
+vanishing speed: without end for a restitution below 1. Instead a contact force holds each gap of
+the cluster closed for as long as it has to push.
+
+That motion isn't polynomial, because the line of centres and the direction of friction turn. It is
+followed in steps of constant acceleration, each as long as keeps every gap within
+`CONTACT_TOLERANCE` diameters (4e-13 m for pool balls), checked on the very polynomials that the
+balls then follow. Normals and friction are taken at the middle of the step, so that its error is
+third order in its length. The forces come from projected Gauss-Seidel on the gaps at the end of the
+step. No ball is displaced, and energy can't rise: the impulses are plastic, and the force works on
+a gap that stays closed.
+
+Each step is counted in `work["contact_steps"]`.
+"""
+
+from __future__ import annotations
+
+import math
+
+from engine._geometry import in_contact, pair_in_contact
+from engine._jit import kernel
+from engine._motion import (
+    advance,
+    cushion_gap,
+    predict_cushion,
+    predict_motion,
+    rolling_resistance,
+    speed_of,
+)
+from engine._state import FREE, OWN_CONTACT, OWN_REST, Balls, Contacts, Laws
+from engine._tolerances import APPROACH_ROUNDING, CONTACT_TOLERANCE
+
+_SWEEPS = 100
+"""Most Gauss-Seidel sweeps; where they don't do, the step is halved, which always does in the end:
+a gap can't open or close by more than the tolerance in a step that is short enough."""
+
+_TURN = 0.125
+"""Longest step, in units of a ball's time to stop: its velocity changes by no more than this."""
+
+_FIRST_STEP = 2.0**-6
+"""First step tried, in units of the time to fall one diameter at the rolling deceleration."""
+
+
+@kernel
+def release(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> None:
+    """Take the contact forces off every ball of i's cluster at the instant t [s].
+
+    Contract: all of them are advanced to t, predicted anew and marked in `contacts.changed`.
+    """
+    label = contacts.cluster[i]
+    if label == FREE:
+        return
+    for k in range(len(balls.x)):
+        if contacts.cluster[k] == label:
+            contacts.cluster[k] = FREE
+            advance(balls, k, t)
+            predict_motion(balls, k, laws)
+            contacts.changed[k] = True
+
+
+@kernel
+def press(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float) -> None:
+    """Start a contact step, at the instant t [s], for the cluster that the pair i, j belongs to.
+
+    Contract: every member is advanced to t, given its acceleration and an own event no later than
+    the step's end, and marked in `contacts.changed`. No allocation: `contacts` has room.
+    """
+    members = _gather_members(balls, laws, contacts, i, j, t)
+    count = _gather_contacts(balls, laws, contacts, members, t)
+    _stop_approach(balls, laws, contacts, count)
+    duration = _longest_step(balls, laws, contacts, members)
+    while not _solve(balls, laws, contacts, members, count, duration):
+        duration *= 0.5
+    for m in range(members):
+        k = contacts.member[m]
+        speed = speed_of(balls.vx[k], balls.vy[k])
+        rests = 0.0 < speed <= duration * laws.deceleration
+        balls.ax[k] = contacts.ax[k]
+        balls.ay[k] = contacts.ay[k]
+        balls.own_kind[k] = OWN_REST if rests else OWN_CONTACT
+        predict_cushion(balls, k, laws, duration, _held_within(balls, k))
+        contacts.step[k] = duration
+        contacts.changed[k] = True
+
+
+@kernel
+def _gather_members(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float) -> int:
+    """List the pair and all balls in contact with a listed one; return how many."""
+    release(balls, laws, contacts, i, t)
+    release(balls, laws, contacts, j, t)
+    contacts.member[0] = i
+    contacts.member[1] = j
+    members, m = 2, 0
+    _join(balls, laws, contacts, i, i, t)
+    _join(balls, laws, contacts, j, i, t)
+    while m < members:
+        k = contacts.member[m]
+        for other in range(len(balls.x)):
+            if contacts.cluster[other] == i:
+                continue
+            if pair_in_contact(balls, k, other, t, laws.deceleration):
+                release(balls, laws, contacts, other, t)
+                _join(balls, laws, contacts, other, i, t)
+                contacts.member[members] = other
+                members += 1
+        m += 1
+    return members
+
+
+@kernel
+def _join(balls: Balls, laws: Laws, contacts: Contacts, k: int, label: int, t: float) -> None:
+    advance(balls, k, t)
+    predict_motion(balls, k, laws)
+    contacts.cluster[k] = label
+    contacts.changed[k] = True
+
+
+@kernel
+def _gather_contacts(balls: Balls, laws: Laws, contacts: Contacts, members: int, t: float) -> int:
+    """List the contacts of the members with each other and with cushions; return how many."""
+    count = 0
+    for m in range(members):
+        k = contacts.member[m]
+        for other in range(m + 1, members):
+            if pair_in_contact(balls, k, contacts.member[other], t, laws.deceleration):
+                contacts.first[count] = k
+                contacts.second[count] = contacts.member[other]
+                count += 1
+        for cushion in range(4):
+            gap, rate, _ = cushion_gap(balls, k, laws, cushion)
+            if in_contact(gap, rate, laws.deceleration, 2.0 * balls.radius[k]):
+                contacts.first[count] = k
+                contacts.second[count] = -1 - cushion
+                count += 1
+    return count
+
+
+@kernel
+def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> None:
+    """Take away what approach is left at the contacts, plastically: each is a negligible hop."""
+    for _ in range(_SWEEPS):
+        approaching = False
+        for c in range(count):
+            a, b = contacts.first[c], contacts.second[c]
+            nx, ny, _, _ = _gap_after(balls, laws, contacts, c, 0.0)
+            rate = -(nx * balls.vx[a] + ny * balls.vy[a])
+            size = abs(balls.vx[a]) + abs(balls.vy[a])
+            if b >= 0:
+                rate += nx * balls.vx[b] + ny * balls.vy[b]
+                size += abs(balls.vx[b]) + abs(balls.vy[b])
+            if rate >= -APPROACH_ROUNDING * size:
+                continue
+            approaching = True
+            share = 1.0
+            if b >= 0:
+                share = balls.mass[b] / (balls.mass[a] + balls.mass[b])
+                balls.vx[b] -= (1.0 - share) * rate * nx
+                balls.vy[b] -= (1.0 - share) * rate * ny
+            balls.vx[a] += share * rate * nx
+            balls.vy[a] += share * rate * ny
+        if not approaching:
+            return
+
+
+@kernel
+def _longest_step(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> float:
+    """Return the longest step to try [s]: twice the last one, within what friction allows."""
+    longest = math.inf
+    for m in range(members):
+        k = contacts.member[m]
+        diameter = 2.0 * balls.radius[k]
+        if contacts.step[k] > 0.0:
+            longest = min(longest, 2.0 * contacts.step[k])
+        else:
+            longest = min(longest, _FIRST_STEP * math.sqrt(diameter / laws.deceleration))
+        speed = speed_of(balls.vx[k], balls.vy[k])
+        if speed > 0.0:
+            # A ball that stops within the tolerance of its distance is let come to rest.
+            stopping = speed * speed <= 2.0 * laws.deceleration * CONTACT_TOLERANCE * diameter
+            limit = speed / laws.deceleration
+            longest = min(longest, limit if stopping else _TURN * limit)
+    return longest
+
+
+@kernel
+def _solve(
+    balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int, duration: float
+) -> bool:
+    """Find forces that close every gap at the end of a step; False where the step is too long.
+
+    Complementarity: a force is never negative, and is 0 where the gap opens.
+    """
+    for m in range(members):
+        k = contacts.member[m]
+        contacts.fx[k] = 0.0
+        contacts.fy[k] = 0.0
+        contacts.ax[k], contacts.ay[k] = balls.ax[k], balls.ay[k]
+        _accelerate(balls, laws, contacts, k, duration)
+    for c in range(count):
+        nx, ny, _, _ = _gap_after(balls, laws, contacts, c, 0.5 * duration)
+        contacts.nx[c] = nx
+        contacts.ny[c] = ny
+        contacts.force[c] = 0.0
+    for _ in range(_SWEEPS):
+        settled = True
+        for c in range(count):
+            a, b = contacts.first[c], contacts.second[c]
+            _, _, gap, reach = _gap_after(balls, laws, contacts, c, duration)
+            mass = balls.mass[a]
+            if b >= 0:
+                mass *= balls.mass[b] / (balls.mass[a] + balls.mass[b])
+            force = contacts.force[c]
+            if abs(gap) > 0.125 * CONTACT_TOLERANCE * reach and (force > 0.0 or gap < 0.0):
+                settled = False
+            change = max(-force, -2.0 * mass * gap / (duration * duration))
+            contacts.force[c] = force + change
+            contacts.fx[a] -= change * contacts.nx[c]
+            contacts.fy[a] -= change * contacts.ny[c]
+            _accelerate(balls, laws, contacts, a, duration)
+            if b >= 0:
+                contacts.fx[b] += change * contacts.nx[c]
+                contacts.fy[b] += change * contacts.ny[c]
+                _accelerate(balls, laws, contacts, b, duration)
+        if settled:
+            return _stays_closed(balls, laws, contacts, count, duration)
+    return False
+
+
+@kernel
+def _stays_closed(
+    balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: float
+) -> bool:
+    """Whether no gap leaves the tolerance within the step; it leaves most about the middle."""
+    for c in range(count):
+        for part in (0.5, 0.6875):
+            _, _, gap, reach = _gap_after(balls, laws, contacts, c, part * duration)
+            allowed = CONTACT_TOLERANCE * reach
+            if gap < -allowed or (contacts.force[c] > 0.0 and gap > allowed):
+                return False
+    return True
+
+
+@kernel
+def _accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: float) -> None:
+    """Set member k's acceleration: its contact forces, and friction at the middle of the step."""
+    fx, fy = contacts.fx[k] / balls.mass[k], contacts.fy[k] / balls.mass[k]
+    vx, vy = balls.vx[k], balls.vy[k]
+    if vx == 0.0 and vy == 0.0:
+        # At rest, the cloth resists a push of up to mu m g.
+        push = speed_of(fx, fy)
+        left = 1.0 - laws.deceleration / push if push > laws.deceleration else 0.0
+        contacts.ax[k] = left * fx
+        contacts.ay[k] = left * fy
+        return
+    mid_x = vx + 0.5 * duration * contacts.ax[k]
+    mid_y = vy + 0.5 * duration * contacts.ay[k]
+    rx, ry = rolling_resistance(mid_x, mid_y, laws.deceleration)
+    contacts.ax[k] = rx + fx
+    contacts.ay[k] = ry + fy
+
+
+@kernel
+def _gap_after(
+    balls: Balls, laws: Laws, contacts: Contacts, c: int, s: float
+) -> tuple[float, float, float, float]:
+    """Normal of contact c from its first member outwards, gap and reach [m], s seconds from now."""
+    a, b = contacts.first[c], contacts.second[c]
+    xa = balls.x[a] + s * (balls.vx[a] + 0.5 * s * contacts.ax[a])
+    ya = balls.y[a] + s * (balls.vy[a] + 0.5 * s * contacts.ay[a])
+    radius = balls.radius[a]
+    if b >= 0:
+        rx = balls.x[b] + s * (balls.vx[b] + 0.5 * s * contacts.ax[b]) - xa
+        ry = balls.y[b] + s * (balls.vy[b] + 0.5 * s * contacts.ay[b]) - ya
+        reach = radius + balls.radius[b]
+        distance = math.sqrt(rx * rx + ry * ry)
+        return rx / distance, ry / distance, distance - reach, reach
+    if b == -1:
+        return -1.0, 0.0, (xa - laws.left) - radius, 2.0 * radius
+    if b == -2:
+        return 1.0, 0.0, (laws.right - xa) - radius, 2.0 * radius
+    if b == -3:
+        return 0.0, -1.0, (ya - laws.bottom) - radius, 2.0 * radius
+    return 0.0, 1.0, (laws.top - ya) - radius, 2.0 * radius
+
+
+@kernel
+def _held_within(balls: Balls, k: int) -> float:
+    """Gap to a cushion [m] up to which a contact step holds it."""
+    return 4.0 * CONTACT_TOLERANCE * (2.0 * balls.radius[k])

@@ -1,0 +1,168 @@
+"""Drives the kernel: gives it arrays, lets it work in chunks, reads what it left behind."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from engine import _state as s
+from engine._jit import announce_compilation
+from engine._loop import finish, run, start
+from engine.result import EVENT_DTYPE, EventKind, Events, Status
+from engine.scene import Ball, Scene, rolling_angular_velocity
+from engine.trajectory import ExactTrajectory, FloatArray, Samples
+
+_CHUNK = 65_536
+"""Events between two returns from the kernel, where an interrupt is seen: about 30 ms."""
+
+_FIRST_LOG = 1_024
+"""Events that the first log holds; a full one is followed by one twice as large."""
+
+
+@cache
+def warm_up() -> None:
+    """Compile the kernels, or load them, so that no run's `wall_time` includes that."""
+    announce_compilation()
+    still = Run(Scene(name="warm-up", balls=(Ball(id="still", position=(0.0, 0.0)),)), True)
+    still.go(1)
+
+
+class Run:
+    """One run of the kernel on one scene.
+
+    Attributes
+    ----------
+    status : Status
+    t_end : float [s]
+        When the last ball came to rest, or the run stopped.
+    reason : str
+    """
+
+    def __init__(self, scene: Scene, keep_log: bool) -> None:
+        self.status = Status.FAILED
+        self.reason = ""
+        self.t_end = 0.0
+        self._scene = scene
+        self._keep_log = keep_log
+        self._balls, self._laws = s.balls_of(scene), s.laws_of(scene)
+        self._pairs = s.pairs_of(len(scene.balls))
+        self._counters = np.zeros(s.COUNTERS, dtype=np.int64)
+        self._clock = np.zeros(s.CLOCKS)
+        self._contacts = s.contacts_of(len(scene.balls))
+        self._log = s.log_of(_FIRST_LOG if keep_log else 0, len(scene.balls))
+        self._logs: list[s.Log] = []
+        self._first_motion = np.empty((0, 7))
+
+    def go(self, max_events: int) -> None:
+        """Run to the end, to `max_events` events, or to an interrupt."""
+        start(self._balls, self._laws, self._contacts, self._pairs, self._counters)
+        if self._keep_log:
+            b = self._balls
+            self._first_motion = np.column_stack((b.epoch, b.x, b.y, b.vx, b.vy, b.ax, b.ay))
+        try:
+            code = self._go(max_events)
+            self.status = _STATUS[code]
+        except KeyboardInterrupt:
+            # The kernel had returned: its arrays are as they were after its last whole event.
+            code = s.RUN_EVENT_LIMIT
+            self.status = Status.INTERRUPTED
+        now = float(self._clock[s.NOW])
+        self.t_end = now
+        if code == s.RUN_T_MAX:
+            self.t_end = self._laws.t_max
+        elif code == s.RUN_RESTED:
+            self.t_end = float(self._clock[s.LAST_EVENT])
+        if self.status is Status.EVENT_LIMIT:
+            self.reason = f"{max_events} events by t = {now:.9g} s"
+        elif self.status is Status.FAILED:
+            self.reason = f"a time or a position became NaN after t = {now:.9g} s"
+        finish(self._balls, self.t_end)
+
+    def _go(self, max_events: int) -> int:
+        counters = self._counters
+        while True:
+            done = int(counters[s.EVENTS] + counters[s.CONTACT_STEPS])
+            limit = min(done + _CHUNK, max_events)
+            code = run(
+                self._balls,
+                self._laws,
+                self._contacts,
+                self._pairs,
+                self._log,
+                self._keep_log,
+                self._clock,
+                counters,
+                limit,
+            )
+            if code == s.RUN_LOG_FULL:
+                self._logs.append(self._trimmed_log())
+                self._log = s.log_of(2 * len(self._log.time), len(self._balls.x))
+                counters[s.LOGGED_EVENTS] = 0
+                counters[s.LOGGED_MOTIONS] = 0
+            elif code != s.RUN_EVENT_LIMIT or limit == max_events:
+                return code
+
+    def final_state(self) -> Samples:
+        """State of every ball at `t_end`, arrays (1, n, 3)."""
+        b, radii = self._balls, self._scene.radii
+        zeros = np.zeros(len(b.x))
+        positions = np.column_stack((b.x, b.y, radii))
+        velocities = np.column_stack((b.vx, b.vy, zeros))
+        spins = rolling_angular_velocity(velocities, radii)
+        return Samples(positions[np.newaxis], velocities[np.newaxis], spins[np.newaxis])
+
+    def collision_counts(self) -> dict[str, int]:
+        """Collisions by kind."""
+        return {
+            EventKind.BALL_BALL.label: int(self._counters[s.BALL_BALL]),
+            EventKind.BALL_CUSHION.label: int(self._counters[s.BALL_CUSHION]),
+        }
+
+    def work(self) -> dict[str, int]:
+        """Machine-independent counters of what the run did."""
+        return {
+            "events": int(self._counters[s.EVENTS]),
+            "bounds": int(self._counters[s.BOUNDS]),
+            "advancement_steps": int(self._counters[s.ADVANCEMENTS]),
+            "contact_steps": int(self._counters[s.CONTACT_STEPS]),
+        }
+
+    def events(self) -> Events | None:
+        """Return the event log, or None where none was kept."""
+        if not self._keep_log:
+            return None
+        log = self._whole_log()
+        events = np.empty(len(log.time), dtype=EVENT_DTYPE)
+        events["t"], events["kind"], events["a"], events["b"] = log.time, log.kind, log.a, log.b
+        return events
+
+    def trajectory(self) -> ExactTrajectory | None:
+        """Return the motion between events, or None where no log was kept."""
+        if not self._keep_log:
+            return None
+        log = self._whole_log()
+        knots = [
+            np.vstack((self._first_motion[i : i + 1], log.motion[log.ball == i]))
+            for i in range(len(self._balls.x))
+        ]
+        return ExactTrajectory(self._scene.radii, tuple(knots), self.t_end)
+
+    def _trimmed_log(self) -> s.Log:
+        events, motions = self._counters[s.LOGGED_EVENTS], self._counters[s.LOGGED_MOTIONS]
+        time, kind, a, b, ball, motion = self._log
+        return s.Log(
+            time[:events], kind[:events], a[:events], b[:events], ball[:motions], motion[:motions]
+        )
+
+    def _whole_log(self) -> s.Log:
+        parts = [*self._logs, self._trimmed_log()]
+        return s.Log(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+_STATUS = {
+    s.RUN_RESTED: Status.REST,
+    s.RUN_T_MAX: Status.T_MAX,
+    s.RUN_EVENT_LIMIT: Status.EVENT_LIMIT,
+    s.RUN_NOT_FINITE: Status.FAILED,
+}

@@ -1,0 +1,142 @@
+"""What `ghostball doctor` looks at: the installation, the compiled kernels, engines and scenes."""
+
+from __future__ import annotations
+
+import enum
+import os
+import platform
+import re
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from importlib.metadata import PackageNotFoundError, requires, version
+from typing import NamedTuple
+
+from rich import box
+from rich.markup import escape
+from rich.table import Table
+
+from engine import GhostballError
+from reference_adapters import EngineError, engine_class, engine_names
+from validation import library
+from validation.environment import cpu_name
+
+DISTRIBUTION = "ghostball"
+
+
+class State(enum.Enum):
+    """What a finding means; the value is how it is shown."""
+
+    GOOD = "[green]ok[/]"
+    NOTE = "[yellow]note[/]"
+    BROKEN = "[bold red]broken[/]"
+
+
+class Finding(NamedTuple):
+    """One line of the examination."""
+
+    subject: str
+    state: State
+    detail: str
+
+
+def examine() -> tuple[Table, bool]:
+    """Return a table of all findings, and whether none is broken."""
+    findings = [finding for check in CHECKS for finding in check()]
+    table = Table(box=box.SIMPLE_HEAD, show_header=False)
+    table.add_column("subject", no_wrap=True)
+    table.add_column("state", no_wrap=True)
+    table.add_column("detail", overflow="fold")
+    for finding in findings:
+        table.add_row(escape(finding.subject), finding.state.value, escape(finding.detail))
+    return table, all(finding.state is not State.BROKEN for finding in findings)
+
+
+def _python() -> Iterator[Finding]:
+    yield Finding("python", State.GOOD, f"{platform.python_version()} at {sys.executable}")
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    yield Finding("machine", State.GOOD, f"{platform.platform()}, {cpu_name()}, {cores} cores")
+
+
+def _versions() -> Iterator[Finding]:
+    yield Finding(DISTRIBUTION, State.GOOD, version(DISTRIBUTION))
+    for requirement in requires(DISTRIBUTION) or ():
+        name = re.match(r"[\w.-]+", requirement)
+        if name is None or "extra ==" in requirement:
+            continue
+        try:
+            yield Finding(name[0], State.GOOD, version(name[0]))
+        except PackageNotFoundError:
+            marker = requirement.partition(";")[2].strip()
+            if marker:  # asked for on some machines only; `_engines` says what lacks without it
+                yield Finding(name[0], State.NOTE, f"not installed (wanted where {marker})")
+            else:
+                yield Finding(name[0], State.BROKEN, "not installed. Run `pip install ghostball`")
+
+
+def _kernels() -> Iterator[Finding]:
+    try:
+        from engine import _jit  # noqa: PLC0415 - a compiler that can't be loaded is a finding
+    except ImportError as error:
+        yield Finding("kernels", State.BROKEN, f"no compiler: {error}. Reinstall numba")
+        return
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
+        yield Finding("kernels", State.NOTE, "interpreted: NUMBA_DISABLE_JIT is set; runs are slow")
+        return
+    try:
+        directory = _jit.cache_directory()
+        with tempfile.NamedTemporaryFile(dir=directory):
+            pass
+    except OSError as error:
+        yield Finding(
+            "kernels",
+            State.BROKEN,
+            f"{_jit.cache_root()}: can't be written: {error.strerror}. Set GHOSTBALL_CACHE_DIR to "
+            "a folder that can",
+        )
+        return
+    size = sum(path.stat().st_size for path in directory.rglob("*") if path.is_file())
+    if _jit.compiled():
+        detail = f"compiled, {size / 1e6:.1f} MB in {directory}"
+        yield Finding("kernels", State.GOOD, detail)
+    else:
+        detail = f"not compiled yet; the first run does it and keeps them in {directory}"
+        yield Finding("kernels", State.NOTE, detail)
+
+
+def _engines() -> Iterator[Finding]:
+    for name in engine_names():
+        try:
+            reason = engine_class(name).unavailable()
+        except EngineError as error:
+            yield Finding(f"engine {name}", State.BROKEN, str(error))
+        else:
+            state = State.GOOD if reason is None else State.NOTE
+            yield Finding(f"engine {name}", state, reason or "available")
+
+
+def _scenes() -> Iterator[Finding]:
+    names = library.scene_names()
+    broken = list(_broken_scenes(names))
+    yield from broken
+    if not names:
+        yield Finding("scenes", State.BROKEN, f"none in {library.FOLDER}. Install ghostball again")
+    elif not broken:
+        yield Finding("scenes", State.GOOD, f"{len(names)} shipped, all read")
+
+
+def _broken_scenes(names: tuple[str, ...]) -> Iterator[Finding]:
+    for name in names:
+        try:
+            library.find_scene(name)
+        except GhostballError as error:
+            yield Finding(f"scene {name}", State.BROKEN, str(error))
+
+
+CHECKS: tuple[Callable[[], Iterator[Finding]], ...] = (
+    _python,
+    _versions,
+    _kernels,
+    _engines,
+    _scenes,
+)

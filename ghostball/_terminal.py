@@ -1,0 +1,156 @@
+"""What every command shares: exit statuses, how errors end a command, where messages go.
+
+Results go to stdout, everything else (progress, warnings, errors) to stderr.
+"""
+
+from __future__ import annotations
+
+import enum
+import functools
+import logging
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, ParamSpec
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+P = ParamSpec("P")
+
+WIDTH_WITHOUT_TERMINAL = 160
+"""Columns of a log or a pipe, where `COLUMNS` doesn't say; rich would take 80."""
+
+
+class ExitStatus(enum.IntEnum):
+    """What the exit status of a command says."""
+
+    PASSED = 0
+    CHECK_FAILED = 1
+    BAD_INPUT = 2
+    HARNESS_FAILED = 3
+    INTERRUPTED = 130  # 128 + SIGINT, as shells expect
+
+
+def command(function: Callable[P, None]) -> Callable[P, None]:
+    """Make a command end in an exit status, whatever happens in it.
+
+    An error that the user can mend is its message alone; any other one is ours, and comes with its
+    traceback. Both go to stderr.
+    """
+
+    @functools.wraps(function)
+    def run(*args: P.args, **kwargs: P.kwargs) -> None:
+        try:
+            with _logging_shown():
+                function(*args, **kwargs)
+        except (typer.Exit, typer.Abort, typer.BadParameter, BrokenPipeError):
+            raise
+        except KeyboardInterrupt:
+            say("[bold]Interrupted.[/]")
+            raise typer.Exit(ExitStatus.INTERRUPTED) from None
+        except Exception as error:
+            raise typer.Exit(_explain(error)) from None
+
+    return run
+
+
+def stdout() -> Console:
+    """Return the console of results."""
+    return _console(stderr=False)
+
+
+@functools.cache
+def stderr() -> Console:
+    """Return the one console of messages; a live display on it must know what else is printed."""
+    return _console(stderr=True)
+
+
+def say(message: str) -> None:
+    """Print a message, which may hold rich's markup, on stderr."""
+    stderr().print(message, soft_wrap=True)
+
+
+@contextmanager
+def busy(message: str) -> Iterator[None]:
+    """Show a turning wheel beside `message` while the block runs; nothing without a terminal."""
+    with stderr().status(message):
+        yield
+
+
+def check_writable(path: Path, option: str) -> None:
+    """Refuse a file that can't be written, before any work is done for it.
+
+    Raises
+    ------
+    GhostballError
+        Where its folder doesn't exist, can't be written to, or `path` is a folder itself.
+    """
+    try:
+        if path.is_dir():
+            raise IsADirectoryError(None, "is a folder")
+        with tempfile.NamedTemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        from engine.errors import GhostballError  # noqa: PLC0415
+
+        raise GhostballError(
+            f"{path}: can't write the file of `{option}`: {reason}. Choose another path"
+        ) from None
+
+
+def _console(*, stderr: bool) -> Console:
+    from rich.console import Console  # noqa: PLC0415
+
+    console = Console(stderr=stderr, highlight=False)
+    if not console.is_terminal and "COLUMNS" not in os.environ:
+        console.width = WIDTH_WITHOUT_TERMINAL
+    return console
+
+
+def _explain(error: Exception) -> ExitStatus:
+    from rich.markup import escape  # noqa: PLC0415
+
+    from engine.errors import GhostballError  # noqa: PLC0415
+
+    if isinstance(error, GhostballError):
+        say(f"[bold red]error:[/] {escape(str(error))}")
+        return ExitStatus.BAD_INPUT
+    import traceback  # noqa: PLC0415
+
+    say(escape("".join(traceback.format_exception(error)).rstrip()))
+    say(
+        "[bold red]ghostball itself failed:[/] "
+        + escape(f"{type(error).__name__}: {error}. ")
+        + "This is a bug: please report it with the lines above and the output of "
+        "`ghostball doctor`"
+    )
+    return ExitStatus.HARNESS_FAILED
+
+
+class _ShownOnStderr(logging.Handler):
+    """Prints log records above whatever live display is on."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        from rich.markup import escape  # noqa: PLC0415
+
+        say(escape(record.getMessage()))
+
+
+@contextmanager
+def _logging_shown() -> Iterator[None]:
+    """Show what the packages log, such as that kernels are being compiled."""
+    logger = logging.getLogger("ghostball")
+    handler = _ShownOnStderr(logging.WARNING)
+    propagate, logger.propagate = logger.propagate, False
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.propagate = propagate

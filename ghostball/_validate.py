@@ -1,0 +1,101 @@
+"""What `ghostball validate` does: choose, run, write the report, show the verdicts."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.markup import escape
+
+from engine._run import warm_up
+from ghostball._progress import counting
+from ghostball._terminal import ExitStatus, check_writable, say, stdout
+from ghostball._verdicts import colour_of, verdict_tables
+from reference_adapters import split_specs
+from reports import write_report
+from reports.shots import Verdict, verdict_of
+from validation.junit import write_junit
+from validation.library import Suite, select
+from validation.store import CaseRecord, ResultsFolder
+from validation.suite import DEFAULT_ENGINES, Outcome, run_suite
+
+
+def run(
+    names_or_tags: Sequence[str],
+    *,
+    suite: Suite,
+    engines: str | None,
+    out: Path,
+    junit: Path | None,
+    jobs: int,
+    report: bool,
+) -> int:
+    """Validate, and return the exit status; see the options of the command.
+
+    Raises
+    ------
+    GhostballError
+        Before anything runs, where the input is wrong or a file can't be written.
+    """
+    specs = DEFAULT_ENGINES if engines is None else split_specs(engines)
+    scenes = select(names_or_tags, suite)
+    if junit is not None:
+        check_writable(junit, "--junit")
+    say(f"{len(scenes)} scenes on {len(specs)} engines; results go to {escape(str(out))}")
+    started = time.perf_counter()
+    # Here and not in each of the processes at once: a first run compiles, and says so once.
+    warm_up()
+    with counting("running") as count:
+
+        def progress(case: CaseRecord, done: int, planned: int) -> None:
+            count(done, planned, f"{case.scene} on {case.label}")
+            if verdict_of(case) in (Verdict.FAIL, Verdict.CRASHED):
+                verdict = verdict_of(case).value
+                say(f"[{colour_of(case)}]{verdict}[/] {escape(f'{case.scene} on {case.label}')}")
+
+        outcome = run_suite(scenes, specs, out, jobs=jobs, progress=progress)
+    if not outcome.cases:
+        say(
+            f"[bold]Interrupted[/] before the first case was done: no results in {escape(str(out))}"
+        )
+        return outcome.exit_status
+    results = ResultsFolder.load(out)
+    if junit is not None:
+        write_junit(results.cases, junit)
+    written = None
+    interrupted = outcome.interrupted
+    if report and not interrupted:
+        try:
+            with counting("drawing") as count:
+                written = write_report(out, progress=count, jobs=jobs)
+        except KeyboardInterrupt:
+            interrupted = True
+    console = stdout()
+    console.print(verdict_tables(results, console))
+    console.print(_headline(outcome, time.perf_counter() - started), soft_wrap=True)
+    if written is not None:
+        console.print(f"report: {written}", soft_wrap=True, markup=False)
+    if interrupted:
+        folder = escape(str(out))
+        say(
+            f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} cases are done and "
+            f"kept in {folder}; `ghostball report {folder}` reports on them"
+        )
+        return ExitStatus.INTERRUPTED
+    return outcome.exit_status
+
+
+def _headline(outcome: Outcome, seconds: float) -> str:
+    counts = outcome.counts
+    parts = [
+        f"{counts.checks_passed} checks passed",
+        f"{counts.checks_failed} failed",
+        f"{counts.checks_reference} only compare our engine with itself",
+    ]
+    if counts.failed:
+        parts.append(f"{counts.failed} cases crashed")
+    if counts.unavailable:
+        parts.append(f"{counts.unavailable} cases need an engine that is unavailable here")
+    colour = "green" if outcome.exit_status == 0 else "bold red"
+    return f"[{colour}]{', '.join(parts)}[/] in {seconds:.0f} s"

@@ -1,0 +1,229 @@
+"""The command line: reads options, calls the packages that do the work, shows what they return."""
+
+from __future__ import annotations
+
+import enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ghostball._terminal import ExitStatus, busy, check_writable, command, say, stdout
+
+app = typer.Typer(
+    name="ghostball",
+    help="Runs the same billiard shots on several physics engines and shows which one is right.",
+    epilog=(
+        "Exit status: 0 all passed; 1 a check failed; 2 bad usage or bad input; 3 ghostball itself "
+        "failed; 130 interrupted."
+    ),
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # plain help and one-line errors, also where a CI claims to be a terminal
+)
+
+
+class RecordChoice(enum.StrEnum):
+    """What a run keeps; see `engine.Record`."""
+
+    REST = "rest"
+    EVENTS = "events"
+    TRAJECTORY = "trajectory"
+
+
+class SuiteChoice(enum.StrEnum):
+    """Which of the shipped scenes run."""
+
+    SMOKE = "smoke"
+    FULL = "full"
+
+
+def main() -> None:
+    """Run the command line and exit."""
+    app()
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version  # noqa: PLC0415
+
+        typer.echo(f"ghostball {version('ghostball')}")
+        raise typer.Exit
+
+
+def _check_plot(path: Path) -> None:
+    """Refuse a picture that can't be made, before the run."""
+    from reports.plot import ENDINGS  # noqa: PLC0415
+
+    if path.suffix.lower() not in ENDINGS:
+        raise typer.BadParameter(
+            f"must end in {', '.join(ENDINGS)}, got {path.name!r}", param_hint="--plot"
+        )
+    check_writable(path, "--plot")
+
+
+@app.callback()
+def _options(
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
+) -> None:
+    """Hold the options that come before a command."""
+
+
+@app.command()
+@command
+def simulate(
+    scene: Annotated[
+        str,
+        typer.Argument(metavar="SCENE", help="A shipped scene's name, or a TOML file."),
+    ],
+    engine: Annotated[
+        str, typer.Option(metavar="NAME[:KEY=VALUE,...]", help="Engine and its settings.")
+    ] = "ghostball",
+    record: Annotated[
+        RecordChoice | None,
+        typer.Option(help="What to keep (default: rest; with --plot: trajectory)."),
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object instead of tables.")
+    ] = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the paths of the balls (.png, .svg or .pdf)."),
+    ] = None,
+) -> None:
+    """Run one scene on one engine."""
+    if plot is not None:
+        if record not in (None, RecordChoice.TRAJECTORY):
+            raise typer.BadParameter(
+                f"--plot needs --record trajectory, got {record.value}", param_hint="--record"
+            )
+        record = RecordChoice.TRAJECTORY
+        _check_plot(plot)
+    from engine import Status  # noqa: PLC0415
+    from ghostball._tables import result_table  # noqa: PLC0415
+    from reference_adapters import make_engine  # noqa: PLC0415
+    from validation.library import find_scene  # noqa: PLC0415
+
+    chosen = make_engine(engine)
+    shot = find_scene(scene)
+    with busy(f"{shot.name} on {engine}"):
+        result = chosen.simulate(shot, record=(record or RecordChoice.REST).value)
+    if plot is not None:
+        from reports import plot_result  # noqa: PLC0415
+
+        with busy(f"drawing {plot}"):
+            plot_result(result, plot)
+    if as_json:
+        typer.echo(result.to_json())
+    else:
+        stdout().print(result_table(result))
+        if plot is not None:
+            stdout().print(f"paths drawn in {plot}", soft_wrap=True, markup=False)
+    if not result.status.complete:
+        say(f"[bold red]not complete:[/] {result.status.value} {result.reason}".rstrip())
+        interrupted = result.status is Status.INTERRUPTED
+        raise typer.Exit(ExitStatus.INTERRUPTED if interrupted else ExitStatus.CHECK_FAILED)
+
+
+@app.command()
+@command
+def validate(  # noqa: PLR0917 - each is an option of the command line
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="SCENE|TAG", help="Names, tags or files of scenes, instead of a suite."
+        ),
+    ] = None,
+    suite: Annotated[
+        SuiteChoice | None, typer.Option(help="Which shipped scenes run (default: full).")
+    ] = None,
+    engines: Annotated[
+        str | None,
+        typer.Option(metavar="A,B,...", help="Engines, with settings as in `simulate`."),
+    ] = None,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results.")] = Path("out"),
+    junit: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the verdicts as JUnit XML.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes that run scenes.")] = 1,
+    report: Annotated[bool, typer.Option(help="Write the report after the run.")] = True,
+) -> None:
+    """Run scenes on several engines and compare them."""
+    from ghostball._validate import run  # noqa: PLC0415
+
+    if scenes and suite is not None:
+        raise typer.BadParameter("scenes and --suite exclude each other", param_hint="--suite")
+    raise typer.Exit(
+        run(
+            scenes or [],
+            suite=(suite or SuiteChoice.FULL).value,
+            engines=engines,
+            out=out,
+            junit=junit,
+            jobs=jobs,
+            report=report,
+        )
+    )
+
+
+@app.command()
+@command
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `validate` wrote.")],
+    jobs: Annotated[int, typer.Option(min=1, help="Processes that draw.")] = 1,
+) -> None:
+    """Write the report again from stored results."""
+    from ghostball._progress import counting  # noqa: PLC0415
+    from reports import write_report  # noqa: PLC0415
+
+    with counting("drawing") as count:
+        written = write_report(folder, progress=count, jobs=jobs)
+    typer.echo(written)
+
+
+@app.command()
+@command
+def scenes(
+    schema: Annotated[
+        bool, typer.Option("--schema", help="Print the JSON schema of scene files instead.")
+    ] = False,
+) -> None:
+    """List the shipped scenes, or print their schema."""
+    if schema:
+        from engine._scene_file import json_schema  # noqa: PLC0415
+
+        typer.echo(json_schema())
+        return
+    from ghostball._tables import scenes_table  # noqa: PLC0415
+    from validation.library import select  # noqa: PLC0415
+
+    stdout().print(scenes_table(select()))
+
+
+@app.command()
+@command
+def engines() -> None:
+    """List the engines, their settings and abilities."""
+    from ghostball._tables import engines_list  # noqa: PLC0415
+
+    for block in engines_list():
+        stdout().print(block)
+
+
+@app.command()
+@command
+def doctor() -> None:
+    """Check the installation; status 1 where it is broken."""
+    from ghostball._doctor import examine  # noqa: PLC0415
+
+    findings, healthy = examine()
+    stdout().print(findings)
+    if not healthy:
+        say("[bold red]Something is broken;[/] see above.")
+        raise typer.Exit(ExitStatus.CHECK_FAILED)

@@ -1,0 +1,195 @@
+"""The paper's first attempt, section 3.1: fixed steps that react to overlaps after the fact.
+
+As printed
+----------
+Each step moves every ball (semi-implicit Euler, 4.1, with the friction of 5.2). Then, "if a frame
+is rendered where two balls intersect, simply pull them apart and perform the collision" (4.2). A
+ball that passes through another between two frames is never seen, and one that is seen was already
+deep inside: the clipping of the paper's Figure 2.
+
+Completions, where the print is silent
+--------------------------------------
+- How far and which: each ball of a pair is moved half of the overlap along the line of centres.
+- Order: pairs (0, 1), (0, 2), ... (n - 2, n - 1), once a step, each pulled and collided before the
+  next is looked at. A pull may push a ball into a third: that pair waits for its turn, or for the
+  next step. The paper says of this that it "becomes overly complex and can fail or worse cause
+  collisions that shouldn't have happened"; nothing here prevents that.
+- Which way they move: nothing in the print asks, so by default neither does the engine, and a pair
+  pulled apart while already separating is turned to approach. `react="approaching"` asks.
+- Centres that coincide have no line to be pulled along: the pair is left for the next step, and
+  counted in `work`.
+- Cushions, after the pairs: a ball that reaches beyond one is put back to touch it and its velocity
+  flips (4.2), by the same `react`.
+- Rest: a ball that friction would turn round within a step is stopped (`stop`, see `paper_model`).
+- `t_max` is met exactly by a shorter last step.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from engine import EventKind, Record, Result, Scene, Status
+from engine.features import Capabilities, Capability
+from reference_adapters.base import EngineBase, EngineSettings
+from reference_adapters.paper_model import PaperBalls, Stop, paper_capabilities
+from reference_adapters.recording import Recorder
+
+
+class PaperDiscreteSettings(EngineSettings):
+    """Settings of `PaperDiscreteEngine`.
+
+    Attributes
+    ----------
+    dt : float [s]
+        The time step; the paper's is 20 ms.
+    react : {"always", "approaching"}
+        Which intersecting pairs collide: all, as printed, or only those that approach.
+    stop : {"reversal", "never"}
+        What ends a roll; "never" is as printed: no ball ever rests.
+    max_time : float [s]
+        Simulated time after which the run gives up.
+    """
+
+    dt: Annotated[float, Field(gt=0.0)] = 0.02
+    react: Literal["always", "approaching"] = "always"
+    stop: Stop = "reversal"
+    max_time: Annotated[float, Field(gt=0.0)] = 600.0
+
+
+class PaperDiscreteEngine(EngineBase):
+    """Fixed steps; pull overlapping balls apart, then collide them (the paper, section 3.1)."""
+
+    name: ClassVar[str] = "paper-discrete"
+    Settings: ClassVar[type[EngineSettings]] = PaperDiscreteSettings
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """How each feature of a scene is represented with these settings."""
+        return paper_capabilities(
+            "dt",
+            "seen after the ball has passed it by up to v `dt`; put back to touch, then mirrored",
+            Capability(
+                "approximate",
+                "the collision formula has the masses, but overlapping balls are pulled apart by "
+                "half the overlap each, whatever their masses",
+            ),
+        )
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        """Run the scene.
+
+        Raises
+        ------
+        UnsupportedSceneError
+            Where the scene needs a feature that the engine lacks.
+        """
+        self.check(scene)
+        return _Run(scene, self.settings, record).result()
+
+
+class _Run:
+    """One run: the balls, the clock and what is recorded."""
+
+    def __init__(self, scene: Scene, settings: PaperDiscreteSettings, record: Record) -> None:
+        self._scene = scene
+        self._settings = settings
+        self._recorder = Recorder(scene, record)
+        self._balls = PaperBalls(scene, settings.stop)
+        self._t = 0.0
+        self._step = 0
+        self._work = {"pulls": 0, "put_backs": 0, "coincident_pairs": 0}
+        self._seen_overlap = False
+
+    def result(self) -> Result:
+        """Run to rest, to `t_max` or to `max_time`."""
+        balls, settings, recorder = self._balls, self._settings, self._recorder
+        t_max = math.inf if self._scene.t_max is None else self._scene.t_max
+        t_end = min(t_max, settings.max_time)
+        recorder.start()
+        recorder.frame(0.0, balls.samples())
+        while balls.moving and self._t < t_end:
+            self._advance(t_end)
+        reason = ""
+        if not balls.moving:
+            status = Status.REST
+        elif self._t == t_max:
+            status = Status.T_MAX
+        else:
+            status = Status.STEP_LIMIT
+            reason = f"balls still move at `max_time` = {settings.max_time} s"
+        return recorder.result(
+            engine=PaperDiscreteEngine.name,
+            settings=settings.model_dump(),
+            status=status,
+            final_state=balls.samples(),
+            rest_time=self._t,
+            work={"steps": self._step, "pair_checks": balls.pair_checks, **self._work},
+            reason=reason,
+        )
+
+    def _advance(self, t_end: float) -> None:
+        balls, recorder = self._balls, self._recorder
+        self._step += 1
+        # Not t + dt: the clock would gather rounding, and miss t_end by an ulp.
+        t = min(self._step * self._settings.dt, t_end)
+        balls.advance(t - self._t)
+        self._t = t
+        balls.record_rests(recorder, t)
+        self._seen_overlap = False
+        self._react_to_balls()
+        self._react_to_cushions()
+        balls.record_rests(recorder, t)
+        if recorder.wants_frame(t):
+            recorder.frame(t, balls.samples())
+
+    def _react_to_balls(self) -> None:
+        balls = self._balls
+        for i in range(len(balls) - 1):
+            for j in range(i + 1, len(balls)):
+                gap = balls.gap(i, j)
+                if gap >= 0.0:
+                    continue
+                self._record_overlap()
+                if balls.x[i] == balls.x[j] and balls.y[i] == balls.y[j]:
+                    self._work["coincident_pairs"] += 1
+                    continue
+                self._pull_apart(i, j, -gap)
+                if self._settings.react == "always" or balls.approaching(i, j):
+                    balls.collide(i, j)
+                    self._recorder.event(self._t, EventKind.BALL_BALL, i, j)
+
+    def _pull_apart(self, i: int, j: int, overlap: float) -> None:
+        balls = self._balls
+        sx, sy = balls.x[i] - balls.x[j], balls.y[i] - balls.y[j]
+        half = 0.5 * overlap / math.hypot(sx, sy)
+        balls.x[i] += half * sx
+        balls.y[i] += half * sy
+        balls.x[j] -= half * sx
+        balls.y[j] -= half * sy
+        self._work["pulls"] += 1
+
+    def _react_to_cushions(self) -> None:
+        balls = self._balls
+        for i in range(len(balls)):
+            for cushion, depth in balls.cushion_depths(i):
+                if depth <= 0.0:
+                    continue
+                self._record_overlap()
+                inwards = depth if cushion % 2 == 0 else -depth
+                if cushion < 2:
+                    balls.x[i] += inwards
+                else:
+                    balls.y[i] += inwards
+                self._work["put_backs"] += 1
+                if self._settings.react == "always" or balls.leaving(i, cushion):
+                    balls.flip(i, cushion)
+                    self._recorder.event(self._t, EventKind.BALL_CUSHION, i, cushion)
+
+    def _record_overlap(self) -> None:
+        """Keep the frame as the paper renders it, balls inside each other, once a step."""
+        if not self._seen_overlap and self._recorder.record == "trajectory":
+            self._recorder.frame(self._t, self._balls.samples(), force=True)
+        self._seen_overlap = True

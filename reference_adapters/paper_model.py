@@ -1,0 +1,219 @@
+"""The paper's model of billiards, as printed: what its two algorithms share.
+
+Kinematics (section 4.1), ball-ball and ball-cushion collisions (4.2) and friction (5.2) follow the
+print to the letter; where the print is silent or can't run, the choice made here is named
+"Completion" beside it. When to call what is up to the algorithms, `paper_discrete` and
+`paper_continuous`.
+
+Numbers are plain Python floats: the paper visits one pair after another and each may move the next,
+so there is nothing to vectorise, and floats are several times faster than numpy scalars.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Literal
+
+import numpy as np
+
+from engine import CUSHIONS, EventKind, Samples, Scene
+from engine.features import EXACT, Capability, Feature
+from engine.scene import rolling_angular_velocity
+from reference_adapters.recording import Recorder
+
+Stop = Literal["reversal", "never"]
+"""What ends a roll: "reversal" stops a ball that friction would turn round; "never" is as
+printed."""
+
+
+class PaperBalls:
+    """The state of every ball, and the verbs of the paper that change it.
+
+    Attributes
+    ----------
+    x, y : list of float, (n,) [m]
+        Centres. The third component never changes: the paper has no z (section 6.4).
+    vx, vy : list of float, (n,) [m/s]
+    radii, masses : list of float, (n,) [m], [kg]
+    pair_checks : int
+        Pairs whose distance was looked at, for `Result.work`.
+    """
+
+    def __init__(self, scene: Scene, stop: Stop) -> None:
+        positions, velocities = scene.positions, scene.velocities
+        self.x: list[float] = positions[:, 0].tolist()
+        self.y: list[float] = positions[:, 1].tolist()
+        self.vx: list[float] = velocities[:, 0].tolist()
+        self.vy: list[float] = velocities[:, 1].tolist()
+        self.radii: list[float] = scene.radii.tolist()
+        self.masses: list[float] = scene.masses.tolist()
+        self.pair_checks = 0
+        self._moved = [ball.speed > 0.0 for ball in scene.balls]
+        self._height = positions[:, 2]
+        self._stop = stop
+        # 5.2 sets the acceleration to the frictional *force* mu m g: its masses are 1 (4.2).
+        self._deceleration = scene.physics.rolling_friction * scene.physics.gravity
+        self._cushions = _cushion_planes(scene)
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    @property
+    def moving(self) -> bool:
+        """Whether any ball has a velocity other than exactly 0."""
+        return any(self.vx) or any(self.vy)
+
+    def samples(self) -> Samples:
+        """Return the state, arrays (1, n, 3); the spin is v / R about the rolling axis (5.3)."""
+        positions = np.column_stack((self.x, self.y, self._height))
+        velocities = np.column_stack((self.vx, self.vy, np.zeros(len(self))))
+        spin = rolling_angular_velocity(velocities, np.array(self.radii))
+        return Samples(positions[np.newaxis], velocities[np.newaxis], spin[np.newaxis])
+
+    def record_rests(self, recorder: Recorder, t: float) -> None:
+        """Note at `t` [s] each ball that moved when last asked and rests now.
+
+        Ask after friction and again after the collisions of an instant: either may stop a ball,
+        and a ball that passes a blow on within an instant never moved.
+        """
+        for i, moved in enumerate(self._moved):
+            moves = self.vx[i] != 0.0 or self.vy[i] != 0.0
+            if moved and not moves:
+                recorder.event(t, EventKind.ROLL_TO_REST, i)
+            self._moved[i] = moves
+
+    def advance(self, dt: float) -> None:
+        """Move every ball by `dt` [s].
+
+        Notes
+        -----
+        4.1: v(t) = v0 + a dt, then s(t) = s0 + v(t) dt with the new v (semi-implicit Euler), with
+        a = -mu g v/|v| where |v| > 0 (5.2). A ball that slows ends mu g dt^2 / 2 short each step:
+        by v0 dt / 2 over a whole roll.
+
+        Completion: as printed no ball ever rests. Once |v| < mu g dt friction turns the ball round
+        each step, its speed alternates between |v| and mu g dt - |v|, and it creeps on for ever at
+        up to mu g dt / 2 (2 mm/s at 20 ms). With stop="reversal" a step that would turn the ball
+        round stops it.
+        """
+        x, y, vx, vy = self.x, self.y, self.vx, self.vy
+        loss = self._deceleration * dt
+        for i in range(len(x)):
+            speed = math.hypot(vx[i], vy[i])
+            if speed > 0.0:
+                if loss >= speed and self._stop == "reversal":
+                    vx[i] = vy[i] = 0.0
+                    continue
+                vx[i] -= loss * vx[i] / speed
+                vy[i] -= loss * vy[i] / speed
+                x[i] += vx[i] * dt
+                y[i] += vy[i] * dt
+
+    def approaching(self, i: int, j: int) -> bool:
+        """Whether s.v < 0: the paper's early-out takes 0 and above as separating (section 2)."""
+        sx, sy = self.x[i] - self.x[j], self.y[i] - self.y[j]
+        return sx * (self.vx[i] - self.vx[j]) + sy * (self.vy[i] - self.vy[j]) < 0.0
+
+    def gap(self, i: int, j: int) -> float:
+        """Return the distance between two surfaces [m]; negative where the balls overlap."""
+        self.pair_checks += 1
+        distance = math.hypot(self.x[i] - self.x[j], self.y[i] - self.y[j])
+        return distance - (self.radii[i] + self.radii[j])
+
+    def collide(self, i: int, j: int) -> None:
+        """Exchange momentum by the angle-free elastic formula of section 4.2.
+
+        Notes
+        -----
+        v1' = v1 - 2 m2/(m1 + m2) ((v1 - v2).(x1 - x2)) / |x1 - x2|^2 (x1 - x2), and the same with 1
+        and 2 swapped. It tests nothing: balls that separate are turned to approach. The centres
+        must differ.
+        """
+        sx, sy = self.x[i] - self.x[j], self.y[i] - self.y[j]
+        dot = sx * (self.vx[i] - self.vx[j]) + sy * (self.vy[i] - self.vy[j])
+        scale = 2.0 * dot / (sx * sx + sy * sy)
+        total = self.masses[i] + self.masses[j]
+        share_i, share_j = self.masses[j] / total, self.masses[i] / total
+        self.vx[i] -= share_i * scale * sx
+        self.vy[i] -= share_i * scale * sy
+        self.vx[j] += share_j * scale * sx
+        self.vy[j] += share_j * scale * sy
+
+    def cushion_depths(self, i: int) -> Iterator[tuple[int, float]]:
+        """Give each cushion's index in `CUSHIONS` and how far ball `i` reaches beyond it [m]."""
+        for cushion, place in self._cushions:
+            centre = self.x[i] if cushion < 2 else self.y[i]
+            if cushion % 2 == 0:
+                yield cushion, self.radii[i] - centre
+            else:
+                yield cushion, centre + self.radii[i] - place
+
+    def leaving(self, i: int, cushion: int) -> bool:
+        """Whether ball `i` moves outwards through `cushion`."""
+        velocity = self.vx[i] if cushion < 2 else self.vy[i]
+        return velocity < 0.0 if cushion % 2 == 0 else velocity > 0.0
+
+    def time_to_cushion(self, i: int) -> float:
+        """Return when ball `i` meets a cushion on a straight line at constant speed [s], or inf."""
+        times = (
+            -depth / abs(self.vx[i] if cushion < 2 else self.vy[i])
+            for cushion, depth in self.cushion_depths(i)
+            if depth <= 0.0 and self.leaving(i, cushion)
+        )
+        return min(times, default=math.inf)
+
+    def flip(self, i: int, cushion: int) -> None:
+        """Reverse the component of the velocity normal to `cushion` (section 4.2, Figure 3)."""
+        if cushion < 2:
+            self.vx[i] = -self.vx[i]
+        else:
+            self.vy[i] = -self.vy[i]
+
+
+def _cushion_planes(scene: Scene) -> list[tuple[int, float]]:
+    if scene.table is None:
+        return []
+    places = (0.0, scene.table.length, 0.0, scene.table.width)
+    return [(CUSHIONS.index(name), places[CUSHIONS.index(name)]) for name in scene.table.cushions]
+
+
+def paper_capabilities(step: str, cushion: str, masses: Capability) -> dict[Feature, Capability]:
+    """Return what the paper's model represents.
+
+    Parameters
+    ----------
+    step : str
+        Name of the setting that is the time step.
+    cushion : str
+        How a ball meets a cushion.
+    masses : Capability
+        Of unequal masses.
+    """
+    rolling = (
+        f"semi-implicit Euler: velocities exact, a roll ends about v `{step}` / 2 short; a ball "
+        "that friction would turn round within a step is stopped (as printed it never rests)"
+    )
+    missing = {
+        Feature.SLIDING: "balls always roll without slipping, section 6.2",
+        Feature.VERTICAL_SPIN: "balls do not spin about the z axis, section 5.2",
+        Feature.BALL_RESTITUTION: "collisions are perfectly elastic, section 4.2",
+        Feature.BALL_FRICTION: "balls exchange no spin, section 1",
+        Feature.CUSHION_RESTITUTION: "cushions return all the speed, sections 4.2 and 6.3",
+        Feature.CUSHION_TANGENTIAL: "cushions return all the speed, sections 4.2 and 6.3",
+        Feature.FRICTIONAL_CUSHION: "cushions only mirror, section 4.2",
+        Feature.HAN_CUSHION: "cushions only mirror, section 4.2",
+        Feature.MATHAVAN_CUSHION: "cushions only mirror, section 4.2",
+        Feature.AIR_DRAG: "there is no air, section 6.3",
+        Feature.FLIGHT: "there is no z axis, section 6.4",
+    }
+    return {
+        Feature.ROLLING: Capability("approximate", rolling),
+        Feature.FRICTIONLESS_CLOTH: EXACT,
+        Feature.UNEQUAL_MASSES: masses,
+        Feature.UNEQUAL_RADII: EXACT,
+        Feature.UNBOUNDED_CLOTH: EXACT,
+        Feature.OPEN_SIDES: EXACT,
+        Feature.MIRROR_CUSHION: Capability("approximate", cushion),
+        **{feature: Capability("none", why) for feature, why in missing.items()},
+    }

@@ -1,0 +1,232 @@
+"""pybullet (Bullet 3) as a reference engine: settings, capabilities, and `Scene` -> `Result`.
+
+Two models, chosen by the scene's `motion`:
+
+- "rolling", the paper's: Bullet in the plane, without gravity; see `pybullet_planar`.
+- "sliding": Bullet in space, on a table under gravity; see `pybullet_sliding`.
+
+Two modes: "native" steps by `dt` and lets Bullet detect contacts, as its users do; "landed" steps
+to each contact by the closed-form time to it and lets Bullet resolve it, which isolates its solver.
+
+Two configurations: "tuned" sets what makes the physics right; "default" sets what the scene states
+(step, masses, radii, restitution, friction) and leaves all else to pybullet.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from engine import Record, Result, Scene, Status
+from engine.errors import UnsupportedSceneError
+from engine.features import EXACT, Capabilities, Capability, Feature, missing_features
+from engine.trajectory import Samples
+from reference_adapters import pybullet_world
+from reference_adapters.base import EngineBase, EngineSettings
+from reference_adapters.pybullet_planar import PlanarRun
+from reference_adapters.pybullet_sliding import SlidingRun
+from reference_adapters.pybullet_world import World
+from reference_adapters.recording import Recorder
+
+TUNED_DT = 1e-3
+"""Step of the tuned configuration [s]; the error of a shot is first order in it."""
+
+DEFAULT_DT = 1.0 / 240.0
+"""Step of the default configuration [s]: pybullet's own."""
+
+LANDED_DT = 0.02
+"""Longest landed step [s]: the paper's frame; the motion between contacts is exact at any."""
+
+_ROLLING = Capability(
+    "exact",
+    "planar, without gravity; mu g is applied around Bullet's steps, in closed form between hits",
+)
+_FLAT_CUSHION = "Bullet's cushion is a vertical plane: it has no nose above the ball's centre"
+
+CAPABILITIES: Capabilities = {
+    Feature.ROLLING: _ROLLING,
+    Feature.SLIDING: Capability("exact", "in space, on a table; Bullet's own Coulomb friction"),
+    Feature.FRICTIONLESS_CLOTH: EXACT,
+    Feature.VERTICAL_SPIN: Capability("exact", "Bullet's spinning friction as a length"),
+    Feature.BALL_RESTITUTION: EXACT,
+    Feature.BALL_FRICTION: Capability(
+        "approximate",
+        "a constant coefficient between balls that slide; what its vertical part lifts leaves the "
+        "table",
+    ),
+    Feature.UNEQUAL_MASSES: EXACT,
+    Feature.UNEQUAL_RADII: Capability("exact", "where balls roll: planar, centres at one height"),
+    Feature.UNBOUNDED_CLOTH: EXACT,
+    Feature.OPEN_SIDES: EXACT,
+    Feature.MIRROR_CUSHION: EXACT,
+    Feature.CUSHION_RESTITUTION: EXACT,
+    Feature.CUSHION_TANGENTIAL: Capability(
+        "none", "along a contact Bullet has Coulomb friction, no restitution"
+    ),
+    Feature.FRICTIONAL_CUSHION: Capability("none", _FLAT_CUSHION),
+    Feature.HAN_CUSHION: Capability("none", _FLAT_CUSHION),
+    Feature.MATHAVAN_CUSHION: Capability("none", _FLAT_CUSHION),
+    Feature.AIR_DRAG: Capability(
+        "none", "Bullet's damping, k (1 + |v|) v, can't be quadratic alone"
+    ),
+    Feature.FLIGHT: Capability(
+        "none", "its table has restitution 0, without which resting balls would tremble"
+    ),
+}
+
+
+class PybulletSettings(EngineSettings):
+    """Settings of the pybullet adapter."""
+
+    mode: Literal["native", "landed"] = "native"
+    """Bullet detects contacts, or steps end on them; see the module."""
+
+    config: Literal["tuned", "default"] = "tuned"
+    """What is set besides what the scene states; see `pybullet_world.World`."""
+
+    dt: Annotated[float, Field(gt=0.0)] | None = None
+    """Time step, in landed mode the longest [s]; None is 1e-3 tuned, 1/240 default, 0.02 landed."""
+
+    iterations: Annotated[int, Field(gt=0)] = 50
+    """Iterations of the contact solver per step; 50 is pybullet's own."""
+
+    max_time: Annotated[float, Field(gt=0.0)] = 300.0
+    """Simulated time after which a run stops with `Status.STEP_LIMIT` [s]."""
+
+    rest_speed: Annotated[float, Field(gt=0.0)] = 1e-6
+    """In sliding scenes, the speed of centre and surface below which a ball rests [m/s].
+
+    Bullet's friction leaves about 1e-11 m/s; at 1e-6 m/s a ball on mu = 0.01 has 5e-12 m to go. In
+    rolling scenes a ball rests at exactly 0.
+    """
+
+    @property
+    def step(self) -> float:
+        """The step that `dt` stands for [s]."""
+        if self.dt is not None:
+            return self.dt
+        if self.mode == "landed":
+            return LANDED_DT
+        return TUNED_DT if self.config == "tuned" else DEFAULT_DT
+
+    @model_validator(mode="after")
+    def _landed_is_tuned(self) -> Self:
+        if self.mode == "landed" and self.config == "default":
+            raise ValueError(
+                "`mode` = landed needs `config` = tuned: pybullet's own parameters push balls "
+                "apart by depth/dt, so steps of 1e-10 s aren't its default behaviour. Set one of "
+                "them otherwise"
+            )
+        return self
+
+
+class PybulletEngine(EngineBase):
+    """Bullet through pybullet; each run has a client of its own, closed when it ends."""
+
+    name: ClassVar[str] = "pybullet"
+    Settings: ClassVar[type[EngineSettings]] = PybulletSettings
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """How each feature is represented; some depend on the scene, see `check`."""
+        if self.settings.mode == "native":
+            return CAPABILITIES
+        return {
+            **CAPABILITIES,
+            Feature.SLIDING: Capability(
+                "none",
+                "landed mode: Bullet's table contact needs steady steps. Use `mode` = native",
+            ),
+        }
+
+    @classmethod
+    def unavailable(cls) -> str | None:
+        """Return why pybullet can't be imported here and how to get it, or None."""
+        return pybullet_world.unavailable()
+
+    def check(self, scene: Scene) -> None:
+        """Raise `UnsupportedSceneError` where the scene needs what Bullet lacks."""
+        lacks = (*missing_features(self.capabilities, scene), *_lacks_in_combination(scene))
+        if lacks:
+            raise UnsupportedSceneError(self.name, lacks)
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        """Run the scene; see `ReferenceEngine.simulate`.
+
+        A rolling ball rests when its velocity is exactly 0; for a sliding one see `rest_speed`.
+        """
+        self.check(scene)
+        settings: PybulletSettings = self.settings
+        dt = settings.step
+        limit = np.inf if scene.t_max is None else scene.t_max
+        t_end = min(limit, settings.max_time)
+        planar = scene.physics.motion == "rolling"
+        recorder = Recorder(scene, record)
+        with World(
+            scene, planar=planar, config=settings.config, iterations=settings.iterations
+        ) as world:
+            recorder.start()
+            run: PlanarRun | SlidingRun
+            if planar:
+                run = PlanarRun(world, scene, recorder)
+                run.run(settings.mode, dt, t_end)
+            else:
+                gated = settings.config == "tuned"
+                run = SlidingRun(
+                    world, scene, recorder, gated=gated, rest_speed=settings.rest_speed
+                )
+                run.run(dt, t_end)
+            status, reason = Status.REST, ""
+            if not run.at_rest:
+                status = Status.T_MAX if t_end == limit else Status.STEP_LIMIT
+            final_state = run.state()
+            if status is Status.STEP_LIMIT:
+                reason = _still_moving(scene, final_state, settings.max_time)
+            return recorder.result(
+                engine=self.name,
+                settings=settings.model_dump() | {"dt": dt},
+                status=status,
+                final_state=final_state,
+                rest_time=run.rest_time if run.at_rest else run.t,
+                work=run.work,
+                reason=reason,
+            )
+
+
+def _lacks_in_combination(scene: Scene) -> tuple[str, ...]:
+    """Return a sentence for each thing that Bullet can do, but not in this scene."""
+    physics = scene.physics
+    frictional = physics.ball_friction != 0.0 and len(scene.balls) > 1
+    if physics.motion == "rolling":
+        return (
+            ("no ball-ball friction where balls always roll (the plane has no spin)",)
+            if frictional
+            else ()
+        )
+    sentences = []
+    if frictional and isinstance(physics.ball_friction, str):
+        sentences.append("no ball-ball friction that depends on speed (Bullet's is constant)")
+    if len({ball.radius for ball in scene.balls}) > 1:
+        sentences.append(
+            "no balls of different radius that slide (in space they touch along a line that isn't "
+            "level, nearer than the sum of their radii in the plane)"
+        )
+    if physics.sliding_friction == 0.0:
+        sentences.append(
+            "no sliding without friction (Bullet's rolling friction is a part of the sliding "
+            "friction)"
+        )
+    return tuple(sentences)
+
+
+def _still_moving(scene: Scene, state: Samples, max_time: float) -> str:
+    speeds = np.linalg.norm(state.velocities[0], axis=1)
+    surfaces = scene.radii * np.linalg.norm(state.angular_velocities[0], axis=1)
+    fastest = int(np.argmax(np.maximum(speeds, surfaces)))
+    return (
+        f'`max_time` = {max_time:g} s was reached in scene "{scene.name}" before every ball '
+        f'rested: ball "{scene.balls[fastest].id}" moves at {speeds[fastest]:.3g} m/s and its '
+        f"surface turns at {surfaces[fastest]:.3g} m/s. Raise `max_time`, or set `t_max`"
+    )

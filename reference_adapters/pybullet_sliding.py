@@ -1,0 +1,144 @@
+"""Bullet in space: balls that slide until they roll, with gravity, on a table.
+
+All physics is Bullet's own: Coulomb friction on the table turns sliding into rolling, and a moment
+of rolling friction stops the ball. That moment would act while a ball slides, too, which the
+scene's law excludes; so it is switched on for a ball only while its contact doesn't slip.
+
+Bullet solves the velocities and moves the balls by the result, so a distance under a deceleration a
+is short by up to v dt/2: first order in `dt`, where the planar run has no such error.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import EventKind, Samples, Scene
+from reference_adapters.pybullet_world import Contact, World
+from reference_adapters.recording import Recorder
+
+FloatArray = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+ROLLING_SLIP = 1e-6
+"""Slip of the contact point below which a ball rolls [m/s].
+
+Bullet's solver leaves 1e-11 or less once friction holds; a step of 0.1 ms takes 7e-4 from a ball
+that still slides on mu = 0.2.
+"""
+
+
+class SlidingRun:
+    """The run of one scene whose balls slide.
+
+    Parameters
+    ----------
+    gated : bool
+        Whether rolling friction waits for rolling; without it Bullet applies it at all times.
+    rest_speed : float [m/s]
+        A ball rests while its centre's speed and its surface's, R |w|, are both below this.
+
+    Attributes
+    ----------
+    t, rest_time, work
+        As in `PlanarRun`.
+    """
+
+    def __init__(
+        self, world: World, scene: Scene, recorder: Recorder, *, gated: bool, rest_speed: float
+    ) -> None:
+        self._world = world
+        self._recorder = recorder
+        self._radii = scene.radii
+        self._gated = gated
+        self._rest_speed = rest_speed
+        self.t = 0.0
+        self.rest_time = 0.0
+        self.work = {"steps": 0, "contacts": 0}
+        for i, (v, w) in enumerate(zip(scene.velocities, scene.angular_velocities, strict=True)):
+            world.set_velocity(i, v.tolist(), w.tolist())
+        self._velocities, self._spins = scene.velocities, scene.angular_velocities
+        self._resting = self._rests()
+        self._rolling = self._rolls()
+        if gated:
+            for i in np.flatnonzero(~self._rolling).tolist():
+                world.set_rolling_friction(i, False)
+        recorder.frame(0.0, self.state())
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether every ball is slower than `rest_speed`."""
+        return bool(np.all(self._resting))
+
+    def state(self) -> Samples:
+        """Return the state now, arrays (1, n, 3)."""
+        return self._samples(self._world.positions(), self._velocities, self._spins)
+
+    def run(self, dt: float, t_end: float) -> None:
+        """Run until every ball rests, or to `t_end` exactly, in steps of `dt` [s]."""
+        for step in itertools.count(1):
+            if self.at_rest or self.t >= t_end:
+                return
+            t = step * dt
+            if t < t_end - 1e-9 * dt:
+                self._advance(dt, t)
+            else:
+                self._advance(t_end - self.t, t_end)
+
+    def _advance(self, dt: float, t: float) -> None:
+        self._world.step(dt)
+        self.work["steps"] += 1
+        contacts, new = self._world.contacts()
+        self.work["contacts"] += len(contacts)
+        before = self._velocities, self._spins
+        states = np.array([self._world.velocity(i) for i in range(len(self._radii))])
+        self._velocities, self._spins = states[:, 0], states[:, 1]
+        if new:
+            self._note_collisions(new, before, dt)
+        self.t = t
+        self._note_phases()
+        if self._recorder.wants_frame(t):
+            self._recorder.frame(t, self.state())
+
+    def _rests(self) -> Flags:
+        speed = np.sqrt(np.sum(self._velocities**2, axis=1))
+        surface = self._radii * np.sqrt(np.sum(self._spins**2, axis=1))
+        rests: Flags = np.maximum(speed, surface) < self._rest_speed
+        return rests
+
+    def _rolls(self) -> Flags:
+        """Whether each ball's contact point is at rest: slip = v + w x (-R z)."""
+        slip_x = self._velocities[:, 0] - self._radii * self._spins[:, 1]
+        slip_y = self._velocities[:, 1] + self._radii * self._spins[:, 0]
+        rolls: Flags = np.hypot(slip_x, slip_y) < ROLLING_SLIP
+        return rolls
+
+    def _note_phases(self) -> None:
+        """Record what began to roll or came to rest in the step, at its end; set the gates."""
+        rolls, rests = self._rolls(), self._rests()
+        if self._gated:
+            for i in np.flatnonzero(rolls != self._rolling).tolist():
+                self._world.set_rolling_friction(i, bool(rolls[i]))
+        for i in np.flatnonzero(rolls & ~self._rolling & ~rests).tolist():
+            self._recorder.event(self.t, EventKind.SLIDE_TO_ROLL, i)
+        for i in np.flatnonzero(rests & ~self._resting).tolist():
+            self._recorder.event(self.t, EventKind.ROLL_TO_REST, i)
+            self.rest_time = self.t
+        self._rolling, self._resting = rolls, rests
+
+    def _note_collisions(
+        self, new: list[Contact], before: tuple[FloatArray, FloatArray], dt: float
+    ) -> None:
+        """Record collisions, at the step's start: there Bullet saw them and changed velocities."""
+        for contact in new:
+            self._recorder.event(self.t, contact.kind, contact.a, contact.b)
+        if self._recorder.record == "trajectory":
+            positions = self._world.positions() - self._velocities * dt
+            for velocities, spins in (before, (self._velocities, self._spins)):
+                state = self._samples(positions, velocities, spins)
+                self._recorder.frame(self.t, state, force=True)
+
+    def _samples(self, positions: FloatArray, velocities: FloatArray, spins: FloatArray) -> Samples:
+        return Samples(positions[np.newaxis], velocities[np.newaxis], spins[np.newaxis])

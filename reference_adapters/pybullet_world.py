@@ -1,0 +1,356 @@
+"""One scene built in one Bullet world: the client, its bodies, its parameters, its contacts.
+
+Everything that pybullet must be told is here; what drives it is in `pybullet_planar` (balls that
+roll, in the plane) and `pybullet_sliding` (balls that slide, in space).
+
+Bullet multiplies the coefficients of the two bodies of a contact. Every law of the scene is
+therefore split in two factors, such that each pair of bodies multiplies to what the scene says.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import importlib.util
+import math
+import os
+import sys
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Literal, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import CUSHIONS, EventKind, Scene
+from engine.scene import CushionName, Physics
+from reference_adapters.base import EngineError
+
+FloatArray = NDArray[np.float64]
+Config = Literal["tuned", "default"]
+
+SMALLEST_RESTITUTION = 2.0**-52
+"""Ball-ball restitution that stands for 0 [1].
+
+With a factor of 0 the balls would take the cushions' restitution to 0 as well. A ball then leaves
+at 2e-16 of its approach speed: rounding.
+"""
+
+SMALLEST_FRICTION = 1e-12
+"""Ball-ball friction that stands for 0 where the table needs some [1]; see `SMALLEST_RESTITUTION`.
+
+Of a hit at 10 m/s it leaves 1e-11 m/s of throw.
+"""
+
+FASTEST_SPIN = 1e6
+"""Bound on joint velocities [rad/s]; Bullet's own clamps a rolling pool ball at 2.86 m/s."""
+
+# Fields of a contact point, as pybullet documents `getContactPoints`.
+_BODY_A, _BODY_B, _NORMAL_FORCE = 1, 2, 9
+
+# Inward normal of each cushion.
+_NORMALS: dict[CushionName, tuple[float, float, float]] = {
+    "left": (1.0, 0.0, 0.0),
+    "right": (-1.0, 0.0, 0.0),
+    "bottom": (0.0, 1.0, 0.0),
+    "top": (0.0, -1.0, 0.0),
+}
+
+
+def unavailable() -> str | None:
+    """Return why pybullet can't be imported here and how to get it, or None."""
+    if importlib.util.find_spec("pybullet") is not None:
+        return None
+    if sys.version_info >= (3, 12):
+        found = f"{sys.version_info.major}.{sys.version_info.minor}"
+        return (
+            f"pybullet isn't installed: it has no wheels above Python 3.11, and this is {found}. "
+            "Make the environment with Python 3.11, or install pybullet from conda-forge"
+        )
+    return "pybullet isn't installed. Run `python -m pip install pybullet`"
+
+
+@functools.cache
+def load() -> Any:
+    """Import pybullet without what it prints, and return the module.
+
+    Raises
+    ------
+    EngineError
+        Where it isn't installed.
+
+    Notes
+    -----
+    While it is imported, pybullet writes its build time from C to descriptor 2, past `sys.stderr`;
+    so the descriptor itself must point elsewhere for that moment. What it raises is kept.
+    """
+    reason = unavailable()
+    if reason is not None:
+        raise EngineError(f"engine `pybullet` is unavailable: {reason}")
+    sys.stderr.flush()
+    kept = os.dup(2)
+    try:
+        with open(os.devnull, "wb") as nowhere:
+            os.dup2(nowhere.fileno(), 2)
+        return importlib.import_module("pybullet")
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+
+
+class Contact(NamedTuple):
+    """A ball in contact: `b` is the second ball, or the index of the cushion in `CUSHIONS`."""
+
+    kind: EventKind
+    a: int
+    b: int
+
+    @property
+    def balls(self) -> tuple[int, ...]:
+        """Indices of the balls in it."""
+        return (self.a, self.b) if self.kind is EventKind.BALL_BALL else (self.a,)
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """The scene's laws as factors per body, such that each pair multiplies to the scene's value.
+
+    Attributes
+    ----------
+    ball_restitution, cushion_restitution, ball_friction, table_friction : float
+        Factors [1]. Cushions have friction 0, the table restitution 0.
+    rolling_friction, spinning_friction : (n,) float64
+        Per ball, lengths [m]: Bullet's moment is length x table friction x normal force.
+    """
+
+    ball_restitution: float
+    cushion_restitution: float
+    ball_friction: float
+    table_friction: float
+    rolling_friction: FloatArray
+    spinning_friction: FloatArray
+
+    @classmethod
+    def of(cls, scene: Scene, *, planar: bool) -> Coefficients:
+        """Split the laws of `scene`; `planar` leaves all friction out.
+
+        Notes
+        -----
+        A ball that rolls without slip under a moment M about its contact decelerates by
+        M R / (I + m R^2) = M / (7/5 m R): for mu_r g the length is (7/5) mu_r R / table friction.
+        One that spins decelerates by M / I: for a rate s it is (2/5) R^2 s / (g table friction).
+        """
+        physics = scene.physics
+        restitution = math.sqrt(max(physics.ball_restitution, SMALLEST_RESTITUTION))
+        cushion = _normal_restitution(physics) / restitution
+        none = np.zeros(len(scene.balls))
+        if planar:
+            return cls(restitution, cushion, 0.0, 0.0, none, none)
+        assert not isinstance(physics.ball_friction, str)  # the engine's check refuses a law
+        friction = math.sqrt(max(physics.ball_friction, SMALLEST_FRICTION))
+        table = physics.sliding_friction / friction
+        return cls(
+            restitution,
+            cushion,
+            friction,
+            table,
+            1.4 * physics.rolling_friction * scene.radii / table,
+            0.4 * physics.spinning_friction_rate * scene.radii**2 / (physics.gravity * table),
+        )
+
+
+def _normal_restitution(physics: Physics) -> float:
+    return 1.0 if physics.cushion == "mirror" else physics.cushion_restitution
+
+
+class World:
+    """A client of its own with the scene built in it; a context manager that closes the client.
+
+    Parameters
+    ----------
+    scene : Scene
+    planar : bool
+        Whether to build the paper's plane: no gravity, no table, every centre at z = 0, so that
+        balls of different radius touch at the sum of their radii in the plane. Else space, with
+        gravity and a table.
+    config : {"tuned", "default"}
+        Set what makes the physics right, or leave to pybullet what isn't the scene's.
+    iterations : int
+        Of the contact solver, per step.
+    """
+
+    def __init__(self, scene: Scene, *, planar: bool, config: Config, iterations: int) -> None:
+        self._scene = scene
+        self._tuned = config == "tuned"
+        self._bullet = load()
+        self._dt = math.nan
+        self._balls: list[int] = []
+        self._ball_of_body: dict[int, int] = {}
+        self._cushion_of_body: dict[int, int] = {}
+        self._touching: frozenset[Contact] = frozenset()
+        self.coefficients = Coefficients.of(scene, planar=planar)
+        self._client: int = self._bullet.connect(self._bullet.DIRECT)
+        try:
+            self._configure(iterations)
+            self._build(planar)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the client; the world can't be used any more."""
+        self._bullet.disconnect(physicsClientId=self._client)
+
+    def step(self, dt: float) -> None:
+        """Advance by `dt` [s]: Bullet finds contacts, then solves velocities, then moves."""
+        if dt != self._dt:
+            self._bullet.setTimeStep(dt, physicsClientId=self._client)
+            self._dt = dt
+        self._bullet.stepSimulation(physicsClientId=self._client)
+
+    def contacts(self) -> tuple[list[Contact], list[Contact]]:
+        """Return the contacts that pushed in the last step, and those of them that are new.
+
+        Both are sorted, so that a run doesn't depend on the order in which Bullet lists them. A
+        contact point without a force is only near; a contact that pushes through several steps is
+        one collision.
+        """
+        points = self._bullet.getContactPoints(physicsClientId=self._client)
+        pushing = frozenset(
+            contact
+            for point in points
+            if point[_NORMAL_FORCE] > 0.0
+            and (contact := self._contact(point[_BODY_A], point[_BODY_B])) is not None
+        )
+        new = pushing - self._touching
+        self._touching = pushing
+        return sorted(pushing), sorted(new)
+
+    def set_velocity(self, ball: int, velocity: list[float], angular_velocity: list[float]) -> None:
+        """Set a ball's velocity [m/s] and angular velocity [rad/s], 3 components each."""
+        self._bullet.resetBaseVelocity(
+            self._balls[ball], velocity, angular_velocity, physicsClientId=self._client
+        )
+
+    def set_rolling_friction(self, ball: int, on: bool) -> None:
+        """Switch the rolling resistance of a ball on or off."""
+        self._bullet.changeDynamics(
+            self._balls[ball],
+            -1,
+            rollingFriction=float(self.coefficients.rolling_friction[ball]) if on else 0.0,
+            physicsClientId=self._client,
+        )
+
+    def velocity(self, ball: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return a ball's velocity [m/s] and angular velocity [rad/s]."""
+        linear, angular = self._bullet.getBaseVelocity(
+            self._balls[ball], physicsClientId=self._client
+        )
+        return linear, angular
+
+    def positions(self) -> FloatArray:
+        """Return all centres, (n, 3) float64 [m]; a fresh array."""
+        get = self._bullet.getBasePositionAndOrientation
+        return np.array([get(body, physicsClientId=self._client)[0] for body in self._balls])
+
+    def _contact(self, body_a: int, body_b: int) -> Contact | None:
+        a, b = self._ball_of_body.get(body_a), self._ball_of_body.get(body_b)
+        if a is not None and b is not None:
+            return Contact(EventKind.BALL_BALL, min(a, b), max(a, b))
+        ball, plane = (a, body_b) if a is not None else (b, body_a)
+        cushion = self._cushion_of_body.get(plane)
+        if ball is None or cushion is None:  # the table
+            return None
+        return Contact(EventKind.BALL_CUSHION, ball, cushion)
+
+    def _configure(self, iterations: int) -> None:
+        """Set the solver; "tuned" removes what changes a collision.
+
+        contactERP adds speed to push overlapping balls apart (an elastic hit gains 4 % of energy
+        at any step), the restitution threshold makes hits below 0.2 m/s inelastic, and a residual
+        threshold or a slop stops the solver early.
+        """
+        parameters: dict[str, float] = {"numSolverIterations": iterations}
+        if self._tuned:
+            parameters |= {
+                "numSubSteps": 0,  # contacts inside a substep are never reported
+                "solverResidualThreshold": 0.0,
+                "erp": 0.0,
+                "contactERP": 0.0,
+                "frictionERP": 0.0,
+                "contactSlop": 0.0,
+                "restitutionVelocityThreshold": 0.0,
+                "enableConeFriction": 1,
+                "deterministicOverlappingPairs": 1,
+            }
+        self._bullet.setPhysicsEngineParameter(**parameters, physicsClientId=self._client)
+
+    def _build(self, planar: bool) -> None:
+        scene, factors = self._scene, self.coefficients
+        gravity = 0.0 if planar else -scene.physics.gravity
+        self._bullet.setGravity(0.0, 0.0, gravity, physicsClientId=self._client)
+        if not planar:
+            self._plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0, factors.table_friction)
+        if scene.table is not None:
+            for name in scene.table.cushions:
+                far = (scene.table.length, scene.table.width, 0.0)
+                origin = far if name in ("right", "top") else (0.0, 0.0, 0.0)
+                body = self._plane(origin, _NORMALS[name], factors.cushion_restitution, 0.0)
+                self._cushion_of_body[body] = CUSHIONS.index(name)
+                if self._tuned:
+                    # Else a ball is stopped at the cushion in the step before it gets there, and
+                    # what it has left of the step is taken from its restitution.
+                    self._change(body, contactProcessingThreshold=0.0)
+        for i in range(len(scene.balls)):
+            self._ball(i, planar)
+
+    def _ball(self, i: int, planar: bool) -> None:
+        ball, factors = self._scene.balls[i], self.coefficients
+        centre = [*ball.position[:2], 0.0 if planar else ball.position[2]]
+        shape = self._bullet.createCollisionShape(
+            self._bullet.GEOM_SPHERE, radius=ball.radius, physicsClientId=self._client
+        )
+        body = self._bullet.createMultiBody(
+            ball.mass, shape, basePosition=centre, physicsClientId=self._client
+        )
+        self._balls.append(body)
+        self._ball_of_body[body] = i
+        self._change(
+            body,
+            restitution=factors.ball_restitution,
+            lateralFriction=factors.ball_friction,
+            rollingFriction=float(factors.rolling_friction[i]),
+            spinningFriction=float(factors.spinning_friction[i]),
+        )
+        if self._tuned:
+            self._change(body, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FASTEST_SPIN)
+
+    def _plane(
+        self,
+        origin: tuple[float, float, float],
+        normal: tuple[float, float, float],
+        restitution: float,
+        friction: float,
+    ) -> int:
+        shape = self._bullet.createCollisionShape(
+            self._bullet.GEOM_PLANE, planeNormal=normal, physicsClientId=self._client
+        )
+        body: int = self._bullet.createMultiBody(
+            0.0, shape, basePosition=origin, physicsClientId=self._client
+        )
+        self._change(body, restitution=restitution, lateralFriction=friction)
+        return body
+
+    def _change(self, body: int, **parameters: float) -> None:
+        self._bullet.changeDynamics(body, -1, **parameters, physicsClientId=self._client)

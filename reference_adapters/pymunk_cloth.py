@@ -1,0 +1,165 @@
+"""What the cloth does to balls between contacts, in closed form: rolling, and sliding before it.
+
+Pymunk sees the table from above and has no cloth. Its own way to slow a ball is a joint (see
+`pymunk_world`); where that isn't enough, when steps land on contacts or balls slide, the cloth is
+applied from here, between the steps.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import EventKind, Samples, Scene
+from engine.scene import rolling_angular_velocity
+from reference_adapters.landing import rolling_accelerations, time_to_rest
+
+FloatArray = NDArray[np.float64]
+
+
+class ClosedFormCloth:
+    """Velocities and spins of all balls of a scene, advanced exactly while nothing touches.
+
+    Attributes
+    ----------
+    velocities : (n, 2) float64 [m/s]
+    rolling : (n,) bool
+        Which balls roll without slip or rest; the others slide.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        physics = scene.physics
+        self._radii = scene.radii
+        self._rolling_deceleration = physics.rolling_friction * physics.gravity
+        self._sliding_deceleration = physics.sliding_friction * physics.gravity
+        self._spin_deceleration = physics.spinning_friction_rate
+        self._may_slide = physics.motion == "sliding"
+        self.velocities = scene.velocities[:, :2].copy()
+        # Of a rolling ball only the vertical part is kept; its velocity says the rest.
+        self._angular_velocities = scene.angular_velocities
+        self.rolling = np.ones(len(scene.balls), dtype=np.bool_)
+        if self._may_slide:
+            self.rolling = np.all(self._slip() == 0.0, axis=1)
+
+    @property
+    def resting(self) -> NDArray[np.bool_]:
+        """Which balls neither move nor spin, (n,) bool."""
+        still = np.all(self.velocities == 0.0, axis=1) & self.rolling
+        resting: NDArray[np.bool_] = still & (self._angular_velocities[:, 2] == 0.0)
+        return resting
+
+    def accelerations(self) -> FloatArray:
+        """Return the accelerations, (n, 2) [m/s^2], constant until `time_to_change`."""
+        rolling = rolling_accelerations(self.velocities, self._rolling_deceleration)
+        if not self._may_slide:
+            return rolling
+        sliding = rolling_accelerations(self._slip(), self._sliding_deceleration)
+        return np.where(self.rolling[:, np.newaxis], rolling, sliding)
+
+    def time_to_change(self) -> float:
+        """Return the time until some ball stops sliding, rolling or spinning [s], or inf."""
+        return _first(self._durations())
+
+    def advance(self, dt: float) -> tuple[FloatArray, list[tuple[EventKind, int]]]:
+        """Move on by `dt` without contact.
+
+        Returns
+        -------
+        displacements : (n, 2) float64 [m]
+        changes : list of (EventKind, int)
+            Balls that began to roll or came to rest, in order of time.
+        """
+        displacements = np.zeros_like(self.velocities)
+        changes: list[tuple[EventKind, int]] = []
+        left = dt
+        while left > 0.0:
+            durations = self._durations()
+            step = min(left, _first(durations))
+            displacements += self._move(step, durations <= step, changes)
+            left -= step
+        return displacements, changes
+
+    def kick(self, changes: FloatArray) -> None:
+        """Add what contacts did to the velocities, (n, 2) [m/s]; their spins stay as they are."""
+        hit = np.any(changes != 0.0, axis=1)
+        before = self.velocities
+        self.velocities = before + changes
+        # A ball that gives all its speed away stops; what cancellation leaves of it is rounding.
+        cancelled = np.abs(self.velocities) <= 4.0 * np.finfo(np.float64).eps * np.abs(before)
+        self.velocities[hit[:, np.newaxis] & cancelled] = 0.0
+        if self._may_slide:
+            self._angular_velocities = self._spins(before)
+            self.rolling = np.where(hit, np.all(self._slip() == 0.0, axis=1), self.rolling)
+
+    def state(self, positions: FloatArray) -> Samples:
+        """Return the state at `positions`, (n, 2) [m], as arrays (1, n, 3)."""
+        return Samples(
+            np.column_stack([positions, self._radii])[np.newaxis],
+            np.pad(self.velocities, ((0, 0), (0, 1)))[np.newaxis],
+            self._spins(self.velocities)[np.newaxis],
+        )
+
+    def _move(
+        self, dt: float, ending: NDArray[np.bool_], changes: list[tuple[EventKind, int]]
+    ) -> FloatArray:
+        """Advance by `dt`, at most `time_to_change`, and return the displacements.
+
+        `ending`, (n, 2), says which of `_durations` end with it.
+
+        Slide: a = -mu_s g u^, and the same force turns the ball by 5 mu_s g / 2R of angular
+        acceleration, so that the slip u falls by 7/2 mu_s g per second in a fixed direction.
+        """
+        moving = np.any(self.velocities != 0.0, axis=1)
+        sliding = ~self.rolling
+        accelerations = self.accelerations()
+        displacements = (self.velocities + 0.5 * accelerations * dt) * dt
+        self.velocities = self.velocities + accelerations * dt
+
+        stops = self.rolling & moving & ending[:, 0]
+        grips = sliding & ending[:, 0]
+        self.velocities[stops] = 0.0
+        if self._may_slide:
+            turn = (2.5 * dt) * accelerations / self._radii[:, np.newaxis]
+            self._angular_velocities[sliding, 0] += turn[sliding, 1]
+            self._angular_velocities[sliding, 1] -= turn[sliding, 0]
+            self.rolling |= grips
+            spin = self._angular_velocities[:, 2]
+            slower = np.copysign(np.abs(spin) - self._spin_deceleration * dt, spin)
+            self._angular_velocities[:, 2] = np.where(ending[:, 1], 0.0, slower)
+
+        changes += [(EventKind.SLIDE_TO_ROLL, int(i)) for i in np.flatnonzero(grips)]
+        changes += [(EventKind.ROLL_TO_REST, int(i)) for i in np.flatnonzero(stops)]
+        return displacements
+
+    def _durations(self) -> FloatArray:
+        """Return how long each ball keeps sliding or rolling, and keeps spinning, (n, 2) [s].
+
+        0 is "doesn't now"; inf is "for ever".
+        """
+        durations = np.zeros((len(self.rolling), 2))
+        durations[:, 0] = time_to_rest(self.velocities, self._rolling_deceleration)
+        if self._may_slide:
+            to_roll = time_to_rest(self._slip(), 3.5 * self._sliding_deceleration)
+            durations[:, 0] = np.where(self.rolling, durations[:, 0], to_roll)
+            spin = np.abs(self._angular_velocities[:, 2])
+            turning = spin > 0.0
+            with np.errstate(divide="ignore"):  # spin that nothing slows lasts for ever
+                durations[turning, 1] = spin[turning] / self._spin_deceleration
+        return durations
+
+    def _slip(self) -> FloatArray:
+        """Return the velocity of each ball's lowest point over the cloth, (n, 2) [m/s]."""
+        turning = self._radii[:, np.newaxis] * self._angular_velocities[:, 1::-1]
+        slip: FloatArray = self.velocities + turning * np.array([-1.0, 1.0])
+        return slip
+
+    def _spins(self, velocities: FloatArray) -> FloatArray:
+        """Return the angular velocities, (n, 3) [rad/s], of balls with `velocities`, (n, 2)."""
+        tied = rolling_angular_velocity(np.pad(velocities, ((0, 0), (0, 1))), self._radii)
+        tied[:, 2] = self._angular_velocities[:, 2]
+        return np.where(self.rolling[:, np.newaxis], tied, self._angular_velocities)
+
+
+def _first(durations: FloatArray) -> float:
+    """Return the shortest duration that isn't 0, or inf."""
+    return float(np.min(durations, initial=np.inf, where=durations > 0.0))

@@ -1,0 +1,205 @@
+"""Pymunk (Chipmunk): a 2D engine with fixed steps, that sees the table from above.
+
+A contact is seen when a step ends in overlap: late by up to a step, after the balls have passed the
+point of contact, which makes cut shots come out too thin. `mode="native"` is that: what a user of
+Pymunk gets. `mode="landed"` ends the steps where balls touch, so that only the solver's own error
+remains. `config="tuned"` is the best use of Pymunk that experiments found, `config="default"` what
+a newcomer types.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from engine import EventKind, Record, Result, Scene, Status
+from engine.features import EXACT, Capabilities, Capability, Feature
+from reference_adapters.base import EngineBase, EngineSettings
+from reference_adapters.pymunk_steppers import make_stepper
+from reference_adapters.recording import Recorder
+
+if TYPE_CHECKING:
+    from reference_adapters.pymunk_world import World
+
+TUNED_DT = 1e-3
+"""Step of the tuned configuration [s]: median rest error of a simple shot about 4 mm."""
+
+DEFAULT_DT = 1.0 / 60.0
+"""Step of the default configuration [s]: a frame, as in Pymunk's examples."""
+
+LANDED_DT = 0.02
+"""Longest landed step [s]: the paper's frame; its motion is exact whatever it is."""
+
+
+class PymunkSettings(EngineSettings):
+    """Settings of the Pymunk adapter.
+
+    Attributes
+    ----------
+    mode : "native" or "landed"
+        Steps of `dt`, or steps that end where balls touch.
+    config : "tuned" or "default"
+        As experiments found best, or as a newcomer types it.
+    dt : float or None [s]
+        The step; landed: the longest. None is 1e-3 tuned, 1/60 default, 0.02 landed. A native step
+        is shortened so that a whole number of them makes `t_max` (or `max_time`).
+    iterations : int or None
+        Of the contact solver. None is 30 tuned, Chipmunk's 10 default.
+    max_time : float [s]
+        Simulated time after which to give up.
+    max_steps : int
+        Steps after which to give up.
+    """
+
+    mode: Literal["native", "landed"] = "native"
+    config: Literal["tuned", "default"] = "tuned"
+    dt: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
+    iterations: Annotated[int, Field(ge=1)] | None = None
+    max_time: Annotated[float, Field(gt=0.0)] = 300.0
+    max_steps: Annotated[int, Field(ge=1)] = 10_000_000
+
+    @property
+    def step(self) -> float:
+        """The step that `dt` stands for [s]."""
+        if self.dt is not None:
+            return self.dt
+        if self.mode == "landed":
+            return LANDED_DT
+        return TUNED_DT if self.config == "tuned" else DEFAULT_DT
+
+
+def _none(how: str) -> Capability:
+    return Capability("none", how)
+
+
+_PLANAR = _none("Pymunk works in a plane: it has no spin of rolling to rub with")
+_BETWEEN_STEPS = Capability(
+    "approximate", "the adapter applies the cloth between Pymunk's steps, in closed form"
+)
+_MULTIPLIED = Capability(
+    "approximate", "elasticities set as a newcomer does: Chipmunk multiplies those of the two"
+)
+
+_TUNED: Capabilities = {
+    Feature.ROLLING: EXACT,
+    Feature.SLIDING: _BETWEEN_STEPS,
+    Feature.FRICTIONLESS_CLOTH: EXACT,
+    Feature.VERTICAL_SPIN: _BETWEEN_STEPS,
+    Feature.BALL_RESTITUTION: EXACT,
+    Feature.BALL_FRICTION: _PLANAR,
+    Feature.UNEQUAL_MASSES: EXACT,
+    Feature.UNEQUAL_RADII: EXACT,
+    Feature.UNBOUNDED_CLOTH: EXACT,
+    Feature.OPEN_SIDES: EXACT,
+    Feature.MIRROR_CUSHION: EXACT,
+    Feature.CUSHION_RESTITUTION: EXACT,
+    Feature.CUSHION_TANGENTIAL: Capability(
+        "approximate",
+        "Pymunk has none: the adapter scales the velocity along the cushion after the step",
+    ),
+    Feature.FRICTIONAL_CUSHION: _PLANAR,
+    Feature.HAN_CUSHION: _PLANAR,
+    Feature.MATHAVAN_CUSHION: _PLANAR,
+    Feature.AIR_DRAG: _none("Pymunk damps in proportion to speed, not to its square"),
+    Feature.FLIGHT: _none("Pymunk works in a plane"),
+}
+
+_DEFAULT: Capabilities = {
+    **_TUNED,
+    Feature.SLIDING: _none("Pymunk's cloth is the adapter's own, of `config=tuned`"),
+    Feature.VERTICAL_SPIN: _none("Pymunk's cloth is the adapter's own, of `config=tuned`"),
+    Feature.BALL_RESTITUTION: _MULTIPLIED,
+    Feature.OPEN_SIDES: Capability("approximate", "cushions end at the table's corners"),
+    Feature.MIRROR_CUSHION: _MULTIPLIED,
+    Feature.CUSHION_RESTITUTION: _MULTIPLIED,
+    Feature.CUSHION_TANGENTIAL: _none("Pymunk has no such law; `config=tuned` adds one"),
+}
+
+
+class PymunkEngine(EngineBase):
+    """Pymunk behind the protocol; see the module."""
+
+    name: ClassVar[str] = "pymunk"
+    Settings: ClassVar[type[EngineSettings]] = PymunkSettings
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """How each feature of a scene is represented with these settings."""
+        return _TUNED if self.settings.config == "tuned" else _DEFAULT
+
+    @classmethod
+    def unavailable(cls) -> str | None:
+        """Return how to get Pymunk where it isn't installed, or None."""
+        if importlib.util.find_spec("pymunk") is not None:
+            return None
+        return "the package `pymunk` is not installed. Install it with: pip install 'pymunk>=7'"
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        """Run to rest, to `t_max`, or to `max_time` or `max_steps`.
+
+        Raises
+        ------
+        UnsupportedSceneError
+            Where the scene needs a feature that these settings lack.
+        """
+        self.check(scene)
+        # Loads pymunk, which the first run may do, but not a list of engines.
+        from reference_adapters.pymunk_world import World  # noqa: PLC0415
+
+        settings: PymunkSettings = self.settings
+        world = World(scene, tuned=settings.config == "tuned", iterations=settings.iterations)
+        return _run(scene, record, settings, world)
+
+
+def _run(scene: Scene, record: Record, settings: PymunkSettings, world: World) -> Result:
+    t_max = math.inf if scene.t_max is None else scene.t_max
+    t_end = min(t_max, settings.max_time)
+    stepper = make_stepper(scene, world, settings.mode, settings.step, t_end)
+    recorder = Recorder(scene, record)
+    steps = 0
+    status, reason = Status.REST, ""
+
+    recorder.start()
+    recorder.frame(0.0, stepper.state())
+    while not np.all(stepper.resting):
+        if stepper.t >= t_max:
+            status = Status.T_MAX
+            break
+        if stepper.t >= t_end:
+            status = Status.STEP_LIMIT
+            reason = f"balls still move at `max_time` = {settings.max_time} s. Raise `max_time`"
+            break
+        if steps >= settings.max_steps:
+            status = Status.STEP_LIMIT
+            reason = (
+                f"balls still move at t = {stepper.t:.6g} s after `max_steps` = "
+                f"{settings.max_steps} steps. Raise `max_steps`"
+            )
+            break
+        stepper.step()
+        steps += 1
+        for contact in world.collisions:
+            kind = EventKind.BALL_CUSHION if contact.cushion else EventKind.BALL_BALL
+            recorder.event(stepper.t, kind, contact.a, contact.b)
+        for changed, ball in stepper.changes:
+            recorder.event(stepper.t, changed, ball)
+        if stepper.keep_frame or recorder.wants_frame(stepper.t):
+            recorder.frame(stepper.t, stepper.state(), force=stepper.keep_frame)
+    return recorder.result(
+        engine=PymunkEngine.name,
+        settings=_as_used(settings, world),
+        status=status,
+        final_state=stepper.state(),
+        rest_time=stepper.t,
+        work={"steps": steps, "contacts_solved": world.contacts_solved},
+        reason=reason,
+    )
+
+
+def _as_used(settings: PymunkSettings, world: World) -> dict[str, Any]:
+    """Return the settings with what None stood for."""
+    return settings.model_dump() | {"dt": settings.step, "iterations": world.iterations}

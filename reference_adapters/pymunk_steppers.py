@@ -1,0 +1,226 @@
+"""How the balls of a Pymunk world are moved on: Pymunk's own steps, or steps that land on contacts.
+
+Each stepper makes one step at a time and says what it was: see `Stepper`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import EventKind, Samples, Scene
+from engine.scene import rolling_angular_velocity
+from reference_adapters.landing import time_to_contact
+from reference_adapters.pymunk_cloth import ClosedFormCloth
+
+if TYPE_CHECKING:
+    from reference_adapters.pymunk_world import World
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+class Stepper:
+    """Moves the balls of a world, a step at a time.
+
+    Attributes
+    ----------
+    t : float
+        Now [s].
+    changes : list of (EventKind, int)
+        Which balls began to roll or came to rest in the last step.
+    keep_frame : bool
+        Whether the state now belongs in a recorded trajectory whatever its spacing.
+    """
+
+    def __init__(self, scene: Scene, world: World) -> None:
+        self.t = 0.0
+        self.changes: list[tuple[EventKind, int]] = []
+        self.keep_frame = False
+        self._world = world
+        self._radii = scene.radii
+        self._positions, _ = world.positions_and_velocities()
+
+    @property
+    def resting(self) -> BoolArray:
+        """Which balls are at rest, (n,) bool."""
+        raise NotImplementedError
+
+    def state(self) -> Samples:
+        """Return the state now, arrays (1, n, 3)."""
+        raise NotImplementedError
+
+    def step(self) -> None:
+        """Make one step."""
+        raise NotImplementedError
+
+
+def make_stepper(
+    scene: Scene, world: World, mode: Literal["native", "landed"], dt: float, t_end: float
+) -> Stepper:
+    """Return the stepper for `mode`, with steps of at most `dt` [s] that end on `t_end` [s]."""
+    if mode == "landed":
+        return Landed(scene, world, dt, t_end)
+    if scene.physics.motion == "sliding":
+        return NativeClosedForm(scene, world, dt, t_end)
+    return NativeRolling(scene, world, dt, t_end)
+
+
+class _Clock:
+    """Equal steps of at most `dt` that end on `t_end` exactly."""
+
+    def __init__(self, dt: float, t_end: float) -> None:
+        self._t_end = t_end
+        # Rather than a short last step: Chipmunk scales the impulses of lasting contacts by the
+        # ratio of two steps. The margin keeps 0.3 s in steps of 0.1 s at three.
+        self._count = max(1, math.ceil(t_end / dt * (1.0 - 1e-12)))
+        self.dt = t_end / self._count
+        self._step = 0
+
+    def tick(self) -> float:
+        """Return the end of the next step [s]."""
+        self._step += 1
+        return self._t_end if self._step == self._count else self._step * self.dt
+
+
+class NativeRolling(Stepper):
+    """Pymunk's own steps and Pymunk's own way to slow a ball.
+
+    Chipmunk moves a ball before it changes its velocity. With the tuned joint, which takes exactly
+    mu g dt in each step, half a kick before the first step makes that a leapfrog: velocities belong
+    to the middle of the step to come, and a roll ends within mu g dt^2 / 8 of v^2 / (2 mu g).
+    Without it the ball rolls v dt / 2 too far. `state` takes the half kick back.
+    """
+
+    def __init__(self, scene: Scene, world: World, dt: float, t_end: float) -> None:
+        super().__init__(scene, world)
+        self._clock = _Clock(dt, t_end)
+        deceleration = scene.physics.rolling_friction * scene.physics.gravity
+        self._half_kick = 0.0
+        if deceleration > 0.0 and world.tuned:
+            self._half_kick = 0.5 * deceleration * self._clock.dt
+            world.add_rolling_joints()
+        elif deceleration > 0.0:
+            world.add_rolling_callbacks()
+        # What rounding leaves of a speed that the joint stops, in units of what it takes.
+        self._rounding = 1e-9 * deceleration * self._clock.dt
+        velocities = scene.velocities[:, :2]
+        self._moving = np.any(velocities != 0.0, axis=1)
+        self._velocities = _faster(velocities, -self._half_kick)
+        world.set_velocities(self._velocities)
+
+    @property
+    def resting(self) -> BoolArray:
+        """Which balls have stopped, (n,) bool."""
+        resting: BoolArray = ~self._moving
+        return resting
+
+    def state(self) -> Samples:
+        """Return the state now, arrays (1, n, 3)."""
+        velocities = np.pad(_faster(self._velocities, self._half_kick), ((0, 0), (0, 1)))
+        return Samples(
+            np.column_stack([self._positions, self._radii])[np.newaxis],
+            velocities[np.newaxis],
+            rolling_angular_velocity(velocities, self._radii)[np.newaxis],
+        )
+
+    def step(self) -> None:
+        """Let Pymunk step by dt."""
+        self._world.step(self._clock.dt)
+        self.t = self._clock.tick()
+        self._positions, self._velocities = self._world.positions_and_velocities()
+        moving = np.hypot(self._velocities[:, 0], self._velocities[:, 1]) > self._rounding
+        self._velocities[~moving] = 0.0
+        stopped = self._moving & ~moving
+        for a, b, cushion in self._world.collisions:  # stopped by a ball, not by the cloth
+            stopped[[a] if cushion else [a, b]] = False
+        self.changes = [(EventKind.ROLL_TO_REST, int(i)) for i in np.flatnonzero(stopped)]
+        self._moving = moving
+
+
+class _ClosedForm(Stepper):
+    """Steps in which Pymunk moves the balls as the closed form says, and resolves contacts.
+
+    Each ball is given its mean velocity over the step, so that Pymunk takes it where the cloth
+    would; what Pymunk changes of that velocity is what contacts did.
+    """
+
+    def __init__(self, scene: Scene, world: World) -> None:
+        super().__init__(scene, world)
+        self._cloth = ClosedFormCloth(scene)
+        self._solved = 0
+
+    @property
+    def resting(self) -> BoolArray:
+        """Which balls neither move nor spin, (n,) bool."""
+        return self._cloth.resting
+
+    def state(self) -> Samples:
+        """Return the state now, arrays (1, n, 3)."""
+        return self._cloth.state(self._positions)
+
+    def _advance(self, dt: float) -> None:
+        displacements, self.changes = self._cloth.advance(dt)
+        if self._world.contacts_solved > self._solved:
+            self._solved = self._world.contacts_solved
+            self._world.forget_contacts()
+        means = displacements / dt
+        self._world.set_velocities(means)
+        self._world.step(dt)
+        self._positions, velocities = self._world.positions_and_velocities()
+        self._cloth.kick(velocities - means)
+
+
+class NativeClosedForm(_ClosedForm):
+    """Fixed steps that know nothing of contacts: Pymunk sees them where it does."""
+
+    def __init__(self, scene: Scene, world: World, dt: float, t_end: float) -> None:
+        super().__init__(scene, world)
+        self._clock = _Clock(dt, t_end)
+
+    def step(self) -> None:
+        """Step by dt."""
+        self._advance(self._clock.dt)
+        self.t = self._clock.tick()
+
+
+class Landed(_ClosedForm):
+    """Steps that end where something touches, or a ball stops sliding, rolling or spinning.
+
+    A contact takes two: to a gap of 1e-10 m, and to as much overlap, which Pymunk resolves.
+    """
+
+    def __init__(self, scene: Scene, world: World, dt: float, t_end: float) -> None:
+        super().__init__(scene, world)
+        self._longest = dt
+        self._t_end = t_end
+        self._table = scene.table
+
+    def step(self) -> None:
+        """Step to the next contact, the next change of motion, `dt` or the end."""
+        left = self._t_end - self.t
+        horizon = min(self._longest, left, self._cloth.time_to_change())
+        to_contact = time_to_contact(
+            self._positions,
+            self._cloth.velocities,
+            self._cloth.accelerations(),
+            self._radii,
+            self._table,
+            horizon=horizon,
+        )
+        dt = min(horizon, to_contact)
+        self._advance(dt)
+        self.t = self._t_end if dt == left else self.t + dt
+        self.keep_frame = to_contact <= horizon
+
+
+def _faster(velocities: FloatArray, change: float) -> FloatArray:
+    """Return `velocities` with `change` added to every speed [m/s]; none turns, none starts."""
+    speeds = np.hypot(velocities[:, 0], velocities[:, 1])
+    moving = speeds > 0.0
+    factor = np.where(moving, 1.0 + change / np.where(moving, speeds, 1.0), 0.0)
+    faster: FloatArray = velocities * np.maximum(factor, 0.0)[:, np.newaxis]
+    return faster

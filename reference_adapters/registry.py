@@ -1,0 +1,203 @@
+"""Engines by name: found through the entry points of the group `ghostball.engines`.
+
+A spec says which engine with which settings, as on the command line: `pymunk:dt=1e-3,mode=landed`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from reference_adapters.base import EngineError, ReferenceEngine
+
+GROUP = "ghostball.engines"
+"""Entry-point group that an engine joins; see `base`."""
+
+OURS = "ghostball"
+
+# What `ReferenceEngine` asks of a class; a protocol with data members has no `issubclass`.
+_REQUIRED = ("Settings", "capabilities", "settings", "unavailable", "simulate")
+
+
+class EngineUnavailableError(EngineError):
+    """An engine that is known but can't run here: the message says why and how to get it."""
+
+
+def engine_names() -> tuple[str, ...]:
+    """Return the names of all installed engines, ours first, without importing any of them."""
+    names = {point.name for point in entry_points(group=GROUP)}
+    return tuple(sorted(names, key=lambda name: (name != OURS, name)))
+
+
+def engine_class(name: str) -> type[ReferenceEngine]:
+    """Import the engine called `name` and return its class.
+
+    Raises
+    ------
+    EngineError
+        Where no engine has this name, or two packages claim it.
+    EngineUnavailableError
+        Where its module can't be imported, or what it names isn't an engine.
+    """
+    point = _entry_point(name)
+    try:
+        loaded = point.load()
+    except Exception as error:  # anyone's module may raise anything: name it, don't die of it
+        raise EngineUnavailableError(
+            f"engine `{name}` can't be imported from `{point.value}`{_package(point)}: "
+            f"{type(error).__name__}: {error}. Mend or reinstall that package"
+        ) from error
+    missing = [member for member in _REQUIRED if not hasattr(loaded, member)]
+    if missing:
+        raise EngineUnavailableError(
+            f"engine `{name}`: `{point.value}`{_package(point)} isn't an engine: it lacks "
+            f"{', '.join(f'`{member}`' for member in missing)}. "
+            "See `ReferenceEngine` in reference_adapters/base.py"
+        )
+    called = getattr(loaded, "name", None)
+    if called != name:  # results, colours and pass criteria are keyed by this name
+        raise EngineUnavailableError(
+            f"engine `{name}`: `{point.value}`{_package(point)} calls itself {called!r}. "
+            "Its `name` and its entry point must agree"
+        )
+    engine: type[ReferenceEngine] = loaded
+    return engine
+
+
+def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
+    """Split `name:key=value,...` into the name and its settings, still as text.
+
+    Raises
+    ------
+    EngineError
+        Where a piece isn't `key=value`, or a key is given twice.
+    """
+    name, colon, rest = (part.strip() for part in spec.partition(":"))
+    if not name:
+        raise EngineError(f"an engine's name must be given, got {spec!r}. {_known_engines()}")
+    settings: dict[str, str] = {}
+    for piece in rest.split(",") if colon else ():
+        key, equals, value = (part.strip() for part in piece.partition("="))
+        if not (key and equals and value):
+            raise EngineError(
+                f"a setting must be `key=value`, got {piece!r} in {spec!r}. "
+                f"Write `{name}:KEY=VALUE,KEY=VALUE`"
+            )
+        if key in settings:
+            raise EngineError(f"`{key}` must be given once, got it twice in {spec!r}")
+        settings[key] = value
+    return name, settings
+
+
+def split_specs(text: str) -> tuple[str, ...]:
+    """Split a comma-separated list of specs, whose settings have commas of their own.
+
+    A piece with "=" before any ":" is a setting and continues the spec before it:
+    `pymunk:dt=1e-3,mode=landed,pybullet` is `pymunk:dt=1e-3,mode=landed` and `pybullet`.
+
+    Raises
+    ------
+    EngineError
+        Where a piece is empty, or a setting has no engine.
+    """
+    specs: list[str] = []
+    for piece in (part.strip() for part in text.split(",")):
+        if not piece:
+            raise EngineError(f"an engine's name must be given between commas, got {text!r}")
+        if "=" not in piece.partition(":")[0]:
+            specs.append(piece)
+        elif specs and ":" in specs[-1]:
+            specs[-1] += "," + piece
+        else:
+            owner = specs[-1] if specs else "NAME"
+            raise EngineError(
+                f"a setting must follow its engine after a colon, got {piece!r} in {text!r}. "
+                f"Write `{owner}:{piece}`"
+            )
+    return tuple(specs)
+
+
+def make_engine(spec: str) -> ReferenceEngine:
+    """Make the engine that `spec` names, with its settings.
+
+    Parameters
+    ----------
+    spec : str
+        `NAME` or `NAME:key=value,...`; each value is read as the type of its setting.
+
+    Raises
+    ------
+    EngineError
+        Where the engine is unknown, or a setting is unknown or breaks its rule.
+    EngineUnavailableError
+        Where the engine can't run here.
+    """
+    name, texts = parse_spec(spec)
+    engine = engine_class(name)
+    reason = engine.unavailable()
+    if reason is not None:
+        raise EngineUnavailableError(f"engine `{name}` is unavailable: {reason}")
+    try:
+        settings = engine.Settings.model_validate_strings(texts)
+    except ValidationError as error:
+        raise EngineError(_describe(error, name, engine.Settings)) from None
+    # The protocol leaves the constructor open, as protocols do; base.py states this form.
+    make: Any = engine
+    made: ReferenceEngine = make(settings)
+    return made
+
+
+def known_settings(settings: type[BaseModel]) -> dict[str, Any]:
+    """Return the default of each setting, by name."""
+    return {
+        name: field.get_default(call_default_factory=True, validated_data={})
+        for name, field in settings.model_fields.items()
+    }
+
+
+def _entry_point(name: str) -> EntryPoint:
+    points = {point.value: point for point in entry_points(group=GROUP, name=name)}
+    if not points:
+        close = get_close_matches(name, engine_names(), n=1)
+        hint = f"Did you mean `{close[0]}`? " if close else ""
+        raise EngineError(
+            f"engine must be an installed one, got {name!r}. {hint}{_known_engines()}"
+        )
+    if len(points) > 1:
+        raise EngineError(
+            f"engine `{name}` is claimed twice: {', '.join(sorted(points))}. "
+            "Uninstall one of the packages"
+        )
+    return next(iter(points.values()))
+
+
+def _package(point: EntryPoint) -> str:
+    return f" of package `{point.dist.name}`" if point.dist is not None else ""
+
+
+def _known_engines() -> str:
+    return f"Known engines: {', '.join(engine_names())}"
+
+
+def _describe(error: ValidationError, name: str, settings: type[BaseModel]) -> str:
+    defaults = known_settings(settings)
+    lines = [_sentence(problem, name, defaults) for problem in error.errors()]
+    listed = ", ".join(f"{key}={value}" for key, value in defaults.items()) or "none"
+    return "\n".join([*lines, f"Settings of engine `{name}` and their defaults: {listed}"])
+
+
+def _sentence(problem: Mapping[str, Any], name: str, defaults: Mapping[str, Any]) -> str:
+    field = ".".join(str(part) for part in problem["loc"][:1])
+    if problem["type"] == "extra_forbidden":
+        close = get_close_matches(field, defaults, n=1)
+        hint = f". Did you mean `{close[0]}`?" if close else ""
+        return f"`{field}` is not a setting of engine `{name}`, got {problem['input']!r}{hint}"
+    message = str(problem["msg"]).removeprefix("Value error, ")
+    rule = message.replace("Input should", "must", 1)
+    if not field:  # a rule on several settings together names them itself
+        return f"engine `{name}`: {rule}"
+    return f"`{field}` of engine `{name}` {rule}, got {problem['input']!r}"

@@ -1,0 +1,135 @@
+"""Draw a table, its cushions and balls to scale: what every picture of a shot shares."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import CUSHIONS, Scene
+from reports import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FloatArray = NDArray[np.float64]
+View = tuple[float, float, float, float]
+"""Left, right, bottom, top of what is shown [m]."""
+
+CUSHION_DEPTH = 0.045
+"""How thick a cushion is drawn [m], about a real one's."""
+
+
+def view_of(scene: Scene, *positions: FloatArray) -> View:
+    """Return the part of the cloth to show: the table, and whatever lies beyond it.
+
+    Parameters
+    ----------
+    scene : Scene
+    *positions : (..., 3) float64 [m]
+        Centres that must be seen; values that aren't finite are left out.
+    """
+    radius = float(scene.radii.max())
+    centres = [scene.positions[:, :2]] + [p.reshape(-1, p.shape[-1])[:, :2] for p in positions]
+    xy = np.concatenate(centres)
+    xy = xy[np.isfinite(xy).all(axis=1)]
+    low, high = xy.min(axis=0) - 2.0 * radius, xy.max(axis=0) + 2.0 * radius
+    table = scene.table
+    if table is not None:
+        # A ball that an engine lost a kilometre away must not shrink the table to a dot.
+        reach = np.array([table.length, table.width])
+        low = np.clip(low, -0.5 * reach, -1.4 * CUSHION_DEPTH)
+        high = np.clip(high, reach + 1.4 * CUSHION_DEPTH, 1.5 * reach)
+    else:
+        # A straight shot on an unbounded cloth would be a line without height.
+        size = high - low
+        pad = np.maximum(0.0, 0.3 * size[::-1] - size) / 2.0
+        low, high = low - pad, high + pad
+    return float(low[0]), float(high[0]), float(low[1]), float(high[1])
+
+
+def aspect_of(view: View) -> float:
+    """Return height over width of a view."""
+    left, right, bottom, top = view
+    return (top - bottom) / (right - left)
+
+
+def draw_table(axes: Axes, scene: Scene, view: View, *, ticks: bool = True) -> None:
+    """Draw cloth and cushions, and set equal aspect and limits.
+
+    A side without a cushion is dashed: the cloth goes on.
+    """
+    from matplotlib.patches import Rectangle  # noqa: PLC0415
+
+    left, right, bottom, top = view
+    table = scene.table
+    axes.set_facecolor(style.CLOTH if table is None else "white")
+    if table is not None:
+        length, width, depth = table.length, table.width, CUSHION_DEPTH
+        axes.add_patch(Rectangle((0, 0), length, width, facecolor=style.CLOTH, zorder=0))
+        bars = {
+            "left": (-depth, -depth, depth, width + 2 * depth),
+            "right": (length, -depth, depth, width + 2 * depth),
+            "bottom": (-depth, -depth, length + 2 * depth, depth),
+            "top": (-depth, width, length + 2 * depth, depth),
+        }
+        edges = {
+            "left": ((0, 0), (0, width)),
+            "right": ((length, length), (0, width)),
+            "bottom": ((0, length), (0, 0)),
+            "top": ((0, length), (width, width)),
+        }
+        for name in CUSHIONS:
+            if name in table.cushions:
+                x, y, dx, dy = bars[name]
+                axes.add_patch(
+                    Rectangle((x, y), dx, dy, facecolor=style.CUSHION, linewidth=0, zorder=0.5)
+                )
+            else:
+                axes.plot(*edges[name], color=style.GREY, linestyle=":", linewidth=1, zorder=0.5)
+    axes.set_xlim(left, right)
+    axes.set_ylim(bottom, top)
+    axes.set_aspect("equal")
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    if ticks:
+        axes.set_xlabel("x [m]")
+        axes.set_ylabel("y [m]")
+        _few_ticks(axes, view)
+    else:
+        axes.set_xticks([])
+        axes.set_yticks([])
+
+
+def _few_ticks(axes: Axes, view: View) -> None:
+    """As many ticks as there is room for: a narrow strip gets two or three."""
+    from matplotlib.ticker import MaxNLocator  # noqa: PLC0415
+
+    aspect = aspect_of(view)
+    axes.xaxis.set_major_locator(MaxNLocator(max(2, min(6, round(6 / max(1.0, aspect))))))
+    axes.yaxis.set_major_locator(MaxNLocator(max(2, min(5, round(8 * aspect)))))
+
+
+def draw_ball(axes: Axes, centre: FloatArray, radius: float, **look: Any) -> None:
+    """Draw one ball as a disc to scale; `look` goes to matplotlib's Circle."""
+    from matplotlib.patches import Circle  # noqa: PLC0415
+
+    if np.isfinite(centre[:2]).all():
+        axes.add_patch(Circle((float(centre[0]), float(centre[1])), radius, **look))
+
+
+def draw_scale_bar(axes: Axes, view: View, length: float, text: str) -> None:
+    """Draw a bar of the given length [m] in the lower left corner, in place of ticks."""
+    from matplotlib.patheffects import withStroke  # noqa: PLC0415
+
+    left, right, bottom, top = view
+    x = left + 0.04 * (right - left)
+    y = bottom + 0.05 * (top - bottom)
+    axes.plot(
+        [x, x + length], [y, y], color=style.BLACK, linewidth=2, solid_capstyle="butt", zorder=7
+    )
+    label = axes.text(
+        x, y + 0.015 * (top - bottom), text, fontsize=7.5, va="bottom", ha="left", zorder=7
+    )
+    label.set_path_effects([withStroke(linewidth=2.5, foreground=style.CLOTH)])

@@ -1,0 +1,65 @@
+"""How many collisions each engine counted, by kind."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from reports import style
+from reports.figures._rows import draw_row_notes, row_height, set_row_names
+from reports.figures.paths import WIDTH
+from reports.shots import Shot
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def draw_collisions(shot: Shot) -> Figure | None:
+    """Draw the counts as bars, a panel for each kind of collision that any engine saw.
+
+    None where there was no collision at all.
+    """
+    kinds: dict[str, None] = {}
+    for run in shot.runs:
+        if run.case is not None:
+            kinds |= dict.fromkeys(k for k, count in run.case.collision_counts.items() if count)
+    if not kinds:
+        return None
+    figure = style.new_figure(WIDTH, row_height(shot) + 0.95)
+    grid = figure.subplots(1, len(kinds), sharey=True, squeeze=False)[0]
+    for axes, kind in zip(grid, sorted(kinds), strict=True):
+        _draw_kind(axes, shot, kind)
+    set_row_names(grid[0], shot)
+    style.set_title(
+        figure,
+        f"{shot.scene.name}: collisions counted (dashed: {_reference_name(shot)})",
+    )
+    return figure
+
+
+def _draw_kind(axes: Axes, shot: Shot, kind: str) -> None:
+    for row, run in enumerate(shot.runs):
+        if run.case is None or run.case.outcome != "ran":
+            continue
+        count = run.case.collision_counts.get(kind, 0)
+        axes.barh(row, count, height=0.62, color=run.style.colour, zorder=2)
+        axes.annotate(
+            f"{count}",
+            (count, row),
+            xytext=(4, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=8.5,
+        )
+    if shot.ours is not None and shot.ours.case is not None:
+        expected = shot.ours.case.collision_counts.get(kind, 0)
+        axes.axvline(expected, color=style.BLACK, linestyle="--", linewidth=0.9, zorder=3)
+    axes.set_xlim(0.0, 1.18 * max(1.0, axes.get_xlim()[1]))
+    axes.set_xlabel(f"{kind} collisions [1]")
+    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.grid(True, axis="x")
+    draw_row_notes(axes, shot)
+
+
+def _reference_name(shot: Shot) -> str:
+    return shot.ours.style.name if shot.ours is not None else "none"

@@ -1,0 +1,111 @@
+"""How far each engine's balls rest from the truth, on a logarithmic axis, with the limits."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from reports import style
+from reports.figures._rows import draw_row_notes, row_height, set_row_names
+from reports.figures.paths import WIDTH
+from reports.shots import Run, Shot, is_own_measure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+EXACT = 1e-17
+"""Where a bar for an error of exactly 0 would start [m]: below the rounding of any table."""
+
+
+def draw_errors(shot: Shot) -> Figure | None:
+    """Draw the largest and the RMS rest error of each engine as bar and dot.
+
+    None where no engine has a rest error.
+    """
+    if all(run.metric("rest_error_max") is None for run in shot.runs):
+        return None
+    figure = style.new_figure(WIDTH, row_height(shot) + 1.25)
+    axes = figure.subplots()
+    left, right = _limits(shot)
+    axes.set_xscale("log")
+    axes.set_xlim(left, right)
+    style.set_length_ticks(axes, left, right)
+    for row, run in enumerate(shot.runs):
+        _draw_row(axes, row, run, left, right)
+    set_row_names(axes, shot)
+    draw_row_notes(axes, shot)
+    axes.set_xlabel("rest error (logarithmic)")
+    axes.grid(True, axis="x")
+    axes.set_title(f"{shot.scene.name}: distance of the resting balls from the truth")
+    _add_legend(figure, shot)
+    return figure
+
+
+def _draw_row(axes: Axes, row: int, run: Run, left: float, right: float) -> None:
+    largest, rms = run.metric("rest_error_max"), run.metric("rest_error_rms")
+    limit = run.limit("rest_error_max")
+    if largest is not None:
+        if largest > 0.0:
+            axes.barh(row, largest - left, left=left, height=0.62, color=run.style.colour)
+        if rms is not None and rms > 0.0:
+            axes.plot(rms, row, "o", color="white", markeredgecolor=style.BLACK, markersize=4.5)
+        text = style.format_length(largest) if largest > 0.0 else "0, exactly"
+        if run.case is not None and is_own_measure(run.case):
+            text = "compared with itself"
+        if run.verdict.symbol:
+            text = f"{text}  {run.verdict.symbol} {run.verdict.value}"
+        start = max(largest, left, limit if limit and limit < right else 0.0)
+        axes.annotate(
+            text,
+            (start, row),
+            xytext=(6, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=8.5,
+        )
+    if limit is not None and limit > 0.0:
+        axes.plot([limit, limit], [row - 0.42, row + 0.42], color=style.BLACK, linewidth=2.2)
+
+
+def _limits(shot: Shot) -> tuple[float, float]:
+    values = []
+    for run in shot.runs:
+        for value in (
+            run.metric("rest_error_max"),
+            run.metric("rest_error_rms"),
+            run.limit("rest_error_max"),
+        ):
+            if value is not None and value > 0.0:
+                values.append(value)
+    if not values:
+        return EXACT, 1e-12
+    decades = math.log10(max(values)), math.log10(min(values))
+    left = max(EXACT, 10.0 ** (math.floor(decades[1]) - 1))
+    # Room on the right for a value and a verdict.
+    span = max(3.0, decades[0] - math.log10(left))
+    return left, 10.0 ** (decades[0] + 0.42 * span)
+
+
+def _add_legend(figure: Figure, shot: Shot) -> None:
+    from matplotlib.lines import Line2D  # noqa: PLC0415
+    from matplotlib.patches import Patch  # noqa: PLC0415
+
+    handles = [
+        Patch(color=style.GREY, label="largest of all balls"),
+        Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker="o",
+            color="white",
+            markeredgecolor=style.BLACK,
+            markersize=4.5,
+            label="root mean square",
+        ),
+        Line2D([], [], color=style.BLACK, linewidth=2.2, label="limit to pass (largest)"),
+    ]
+    title = f"truth: {shot.truth}" if shot.truth else None
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=3, title=title, title_fontsize=8.5
+    )

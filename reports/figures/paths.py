@@ -1,0 +1,260 @@
+"""Where the balls went: the paths of all engines on the table, and where they came to rest."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reports import style
+from reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
+from reports.shots import Run, Shot, is_own_measure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+
+WIDTH = 8.8
+"""Width of a figure [inch]: text stays readable where a README shows it 900 pixels wide."""
+
+PATH_LENGTH_SHOWN = 90.0
+"""Total path drawn in a panel of many balls [m]: more is a scribble."""
+
+
+def draw_paths(shot: Shot) -> Figure | None:
+    """Draw the paths of a scene; None where no engine has a motion.
+
+    A few balls: all engines over each other. Balls that stay on one line get their position
+    against time as well, since their paths hide each other. Many balls: a panel for each engine.
+    """
+    if not shot.drawn:
+        return None
+    if shot.crowded:
+        return _draw_panels(shot)
+    return _draw_overlay(shot)
+
+
+def _draw_overlay(shot: Shot) -> Figure:
+    view = view_of(shot.scene, *(_seen(run) for run in shot.drawn))
+    collinear = _is_collinear(shot)
+    height = float(np.clip((WIDTH - 0.8) * aspect_of(view), 1.0, 5.0))
+    rows = [height, 2.6] if collinear else [height]
+    figure = style.new_figure(WIDTH, sum(rows) + 0.55 * len(rows) + 0.45 + 0.2 * _legend_rows(shot))
+    axes = figure.subplots(len(rows), 1, squeeze=False, gridspec_kw={"height_ratios": rows})[:, 0]
+    _draw_on_table(axes[0], shot, view)
+    if collinear:
+        _draw_against_time(axes[1], shot)
+    _add_legend(figure, shot)
+    what = "paths and rest positions" if _ends_at_rest(shot) else "paths and final positions"
+    style.set_title(figure, f"{shot.scene.name}: {what} by engine (grey discs: start)")
+    return figure
+
+
+def _draw_on_table(axes: Axes, shot: Shot, view: View) -> None:
+    draw_table(axes, shot.scene, view)
+    radii = shot.scene.radii
+    for ball, start in enumerate(shot.scene.positions):
+        look = {"facecolor": style.FAINT, "edgecolor": style.GREY, "linewidth": 0.8, "zorder": 1.5}
+        draw_ball(axes, start, radii[ball], **look)
+    for order, run in enumerate(shot.drawn):
+        assert run.motion is not None
+        for path in np.swapaxes(run.motion.positions, 0, 1):
+            axes.plot(path[:, 0], path[:, 1], zorder=2 + 0.01 * order, **_line(run))
+    _draw_rest(axes, shot)
+    for ball, start in enumerate(shot.scene.positions):
+        _label_ball(axes, shot.scene.balls[ball].id, start, radii[ball])
+
+
+def _draw_rest(axes: Axes, shot: Shot) -> None:
+    """Truth as a ring to scale; each engine as its marker at the centre."""
+    truth = shot.truth_positions
+    if truth is not None:
+        for ball, centre in enumerate(truth):
+            look = {"fill": False, "edgecolor": style.BLACK, "linewidth": 1.6, "zorder": 3}
+            draw_ball(axes, centre, shot.scene.radii[ball], **look)
+    for order, run in enumerate(shot.drawn):
+        rest = run.case.rest_positions if run.case is not None else None
+        if rest is not None and not run.style.ours:
+            axes.plot(rest[:, 0], rest[:, 1], zorder=4 + 0.01 * order, **_marker(run))
+
+
+def _draw_against_time(axes: Axes, shot: Shot) -> None:
+    for order, run in enumerate(shot.drawn):
+        assert run.motion is not None
+        for path in np.swapaxes(run.motion.positions, 0, 1):
+            axes.plot(run.motion.times, path[:, 0], zorder=2 + 0.01 * order, **_line(run))
+    _, _, *limits = _time_limits(shot)
+    axes.set_xlim(*limits[:2])
+    axes.set_ylim(*limits[2:])
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("x of the centre [m]")
+    axes.set_title("The same against time: all motion is along x")
+    axes.grid(True)
+
+
+def _draw_panels(shot: Shot) -> Figure:
+    view = view_of(shot.scene)
+    runs = shot.drawn
+    columns = min(3, len(runs))
+    rows = -(-len(runs) // columns)
+    width = (WIDTH + 0.8) / columns
+    figure = style.new_figure(WIDTH + 0.8, rows * (width * aspect_of(view) + 0.22) + 0.65)
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    t_shown = _time_shown(runs[0])
+    for axes, run in zip(grid, runs, strict=False):
+        draw_panel(axes, shot, run, view, t_shown)
+    for axes in grid[len(runs) :]:
+        axes.set_axis_off()
+    table = shot.scene.table
+    size = "" if table is None else f"; table {table.length:g} m × {table.width:g} m"
+    end = "at rest" if _ends_at_rest(shot) else "at the end"
+    paths = "Lines: paths" if t_shown is None else f"Lines: paths of the first {t_shown:.2g} s"
+    style.set_title(figure, f"{shot.scene.name}: {len(shot.scene.balls)} balls {end}{size}")
+    figure.supxlabel(
+        f"{paths}. Filled: {end} in that engine. Rings: the truth. Bars join the same ball.",
+        fontsize=8.5,
+        color=style.GREY,
+    )
+    return figure
+
+
+def draw_panel(axes: Axes, shot: Shot, run: Run, view: View, t_shown: float | None) -> None:
+    """Draw one engine's paths, until `t_shown` [s], and its rest positions against the truth."""
+    assert run.motion is not None
+    assert run.case is not None
+    draw_table(axes, shot.scene, view, ticks=False)
+    until = len(run.motion.times)
+    if t_shown is not None:
+        until = int(np.searchsorted(run.motion.times, t_shown, side="right"))
+    for path in np.swapaxes(run.motion.positions[:until], 0, 1):
+        axes.plot(
+            path[:, 0], path[:, 1], color=run.style.colour, linewidth=0.6, alpha=0.45, zorder=2
+        )
+    rest, truth = run.case.rest_positions, shot.truth_positions
+    radii = shot.scene.radii
+    for ball in range(len(shot.scene.balls)):
+        if rest is not None:
+            look = {"facecolor": run.style.colour, "edgecolor": "white", "linewidth": 0.4}
+            draw_ball(axes, rest[ball], radii[ball], alpha=0.85, zorder=3, **look)
+        if truth is not None:
+            look = {"fill": False, "edgecolor": style.BLACK, "linewidth": 0.9}
+            draw_ball(axes, truth[ball], radii[ball], zorder=5, **look)
+        if rest is not None and truth is not None:
+            pair = np.stack([truth[ball], rest[ball]])
+            axes.plot(pair[:, 0], pair[:, 1], color=style.BLACK, linewidth=0.7, zorder=4)
+    axes.set_title(run.style.name, fontsize=9.5, color=style.BLACK)
+    axes.set_title(_error_text(run), fontsize=8.5, fontweight="normal", loc="right")
+
+
+def _add_legend(figure: Figure, shot: Shot) -> None:
+    from matplotlib.lines import Line2D  # noqa: PLC0415
+
+    handles = []
+    for run in shot.runs:
+        if run.motion is None:
+            text = f"{run.style.name}: {run.verdict.value}"
+            handles.append(Line2D([], [], linestyle="none", label=text))
+            continue
+        look = _line(run)
+        if not run.style.ours:
+            look |= {key: value for key, value in _marker(run).items() if key != "linestyle"}
+        handles.append(Line2D([], [], label=f"{run.style.name}: {_error_text(run)}", **look))
+    legend = figure.legend(
+        handles=handles,
+        loc="outside lower center",
+        ncols=3,
+        handlelength=3.2,
+        columnspacing=1.6,
+        title="black ring: where the ball rests in truth; numbers: largest rest error",
+        title_fontsize=8.5,
+    )
+    for run, text in zip(shot.runs, legend.get_texts(), strict=True):
+        if run.motion is None:
+            text.set_color(style.GREY)
+
+
+def _legend_rows(shot: Shot) -> int:
+    return -(-len(shot.runs) // 3) + 1
+
+
+def _line(run: Run) -> dict[str, Any]:
+    look = run.style
+    return {
+        "color": look.colour,
+        "linestyle": look.line,
+        "linewidth": look.line_width,
+        "alpha": look.line_alpha,
+        "solid_capstyle": "butt" if look.ours else "round",
+    }
+
+
+def _marker(run: Run) -> dict[str, Any]:
+    return {
+        "linestyle": "none",
+        "marker": run.style.marker,
+        "markersize": 5.5,
+        "markerfacecolor": "none",
+        "markeredgecolor": run.style.colour,
+        "markeredgewidth": 1.2,
+    }
+
+
+def _label_ball(axes: Axes, name: str, centre: FloatArray, radius: float) -> None:
+    from matplotlib.patheffects import withStroke  # noqa: PLC0415
+
+    text = axes.annotate(
+        name,
+        (centre[0], centre[1] + radius),
+        xytext=(0, 3),
+        textcoords="offset points",
+        ha="center",
+        va="bottom",
+        fontsize=8,
+        color=style.GREY,
+        zorder=6,
+    )
+    text.set_path_effects([withStroke(linewidth=2.5, foreground=style.CLOTH)])
+
+
+def _error_text(run: Run) -> str:
+    if run.case is not None and is_own_measure(run.case):
+        return "the reference"
+    error = run.metric("rest_error_max")
+    if error is None:
+        return "no rest error"
+    return style.format_length(error)
+
+
+def _seen(run: Run) -> FloatArray:
+    assert run.motion is not None
+    return run.motion.positions
+
+
+def _ends_at_rest(shot: Shot) -> bool:
+    first = shot.drawn[0].case
+    return first is not None and first.status == "rest"
+
+
+def _is_collinear(shot: Shot) -> bool:
+    first = shot.drawn[0].motion
+    assert first is not None
+    return bool(np.ptp(first.positions[:, :, 1]) < 1e-6) and len(shot.scene.balls) > 1
+
+
+def _time_limits(shot: Shot) -> tuple[float, float, float, float, float, float]:
+    times = [run.motion.times[-1] for run in shot.drawn if run.motion is not None]
+    left, right, bottom, top = view_of(shot.scene, *(_seen(run) for run in shot.drawn))
+    return bottom, top, 0.0, float(np.median(times)) * 1.02, left, right
+
+
+def _time_shown(run: Run) -> float | None:
+    """Until when the paths of all balls together stay drawable [s]; None is "to the end"."""
+    assert run.motion is not None
+    steps = np.linalg.norm(np.diff(run.motion.positions, axis=0), axis=2).sum(axis=1)
+    total = np.cumsum(steps)
+    if total[-1] <= PATH_LENGTH_SHOWN:
+        return None
+    return float(run.motion.times[1 + np.searchsorted(total, PATH_LENGTH_SHOWN)])

@@ -1,0 +1,287 @@
+"""The text of `report.md`, from a results folder and the figures that were drawn of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import PurePosixPath
+from statistics import median
+from typing import Any
+
+from reports import style
+from reports.figures.summary import independent_errors, rest_error
+from reports.shots import Verdict, is_own_measure, verdict_of
+from validation.metrics import METRICS
+from validation.store import CLOSED_FORM, CaseRecord, Check, ResultsFolder
+
+Drawn = Mapping[str, PurePosixPath]
+"""Figures by kind: file without its ending, relative to the report."""
+
+FIGURE_TITLES = {
+    "paths": "Paths and rest positions",
+    "errors": "Rest error against the limits",
+    "energy": "Energy against time",
+    "collisions": "Collisions counted",
+}
+PAPER_CAPTIONS = {
+    "paper-figure-1": "Figure 1: a break of 7 balls at four instants",
+    "paper-figure-2": "Figure 2: clipping, and the same instants without it",
+    "paper-figure-3": "Figure 3: a ball meets a cushion",
+    "paper-figure-4": "Figure 4: head-on against slightly skewed",
+}
+COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"}
+
+_TRUTH = """\
+**Closed form**: rest positions, rest time and order of collisions come from formulas, evaluated to
+50 digits, that share nothing with any engine; a rest error there is an error.
+
+**Our engine (not independent)**: the scene has no closed form, so the others are compared with
+`ghostball`. That is a comparison of codes, not a proof: `ghostball` is marked *reference* there and
+can't pass or fail by it. Energy curves are always compared with `ghostball`'s.
+
+Agreement between two engines is never called truth. After a few dozen collisions any two engines
+part, since each collision multiplies the smallest difference; that is chaos, not a mistake.
+"""
+
+
+def report_text(
+    results: ResultsFolder, whole: Drawn, scenes: Mapping[str, Drawn], paper: Drawn
+) -> str:
+    """Return the report as Markdown.
+
+    Parameters
+    ----------
+    results : ResultsFolder
+    whole : figures of the whole run
+    scenes : figures of each scene, by its name
+    paper : the paper's figures
+    """
+    parts = [
+        "# Validation report",
+        _headline(results),
+        "## Verdicts",
+        _verdict_table(results),
+        _figure("Verdict and largest rest error", whole.get("verdicts")),
+        "### Engines over all scenes",
+        _engine_table(results),
+        _figure("Rest errors in the closed-form scenes", whole.get("accuracy")),
+        "## What is true here",
+        _TRUTH,
+        "## Scenes",
+    ]
+    for scene in results.scene_names:
+        parts += _scene_section(results, scene, scenes.get(scene, {}))
+    if paper:
+        parts += ["## The paper's figures, remade"]
+        parts += [_figure(PAPER_CAPTIONS[kind], path) for kind, path in paper.items()]
+    parts += ["## Environment", _environment_table(results.environment)]
+    return "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
+
+
+def _headline(results: ResultsFolder) -> str:
+    verdicts = [verdict_of(case) for case in results.cases]
+    passed, failed = verdicts.count(Verdict.PASS), verdicts.count(Verdict.FAIL)
+    crashed = verdicts.count(Verdict.CRASHED)
+    unable = verdicts.count(Verdict.NOT_REPRESENTABLE)
+    counts = (
+        f"{len(results.scene_names)} scenes on {len(results.labels)} engines: "
+        f"**{passed} passed, {failed + crashed} failed**, {unable} not representable, "
+        f"{len(verdicts) - passed - failed - crashed - unable} without a verdict."
+    )
+    if results.state == "complete":
+        return counts
+    return f"> **This run is not complete** ({results.state}): what follows is what it did.\n\n{counts}"
+
+
+def _verdict_table(results: ResultsFolder) -> str:
+    header = ["scene", *(f"`{label}`" for label in results.labels)]
+    rows = [
+        [f"[{scene}](#{scene})", *(_verdict_cell(results.case(scene, e)) for e in results.labels)]
+        for scene in results.scene_names
+    ]
+    key = (
+        "*pass* and *fail*: every check, or at least one that failed. *reference*: our engine, where "
+        "the comparison would be with itself. *shown only*: ran, nothing to check."
+    )
+    return f"{_table(header, rows)}\n\n{key}"
+
+
+def _verdict_cell(case: CaseRecord | None) -> str:
+    verdict = verdict_of(case)
+    text = f"{verdict.symbol} {verdict.value}".strip()
+    return f"**{text}**" if verdict in (Verdict.FAIL, Verdict.CRASHED) else text
+
+
+def _engine_table(results: ResultsFolder) -> str:
+    header = [
+        "engine",
+        "pass",
+        "fail",
+        "not representable",
+        "rest error, closed form: median",
+        "worst",
+        "rest error, against ours: median",
+        "counts right",
+        "energy difference: median [1]",
+        "run time: median",
+    ]
+    rows = []
+    for label in results.labels:
+        cases = [case for case in results.cases if case.label == label]
+        verdicts = [verdict_of(case) for case in cases]
+        errors = independent_errors(results, label)
+        others = [
+            error
+            for case in cases
+            if case.truth != CLOSED_FORM
+            and not is_own_measure(case)
+            and (error := rest_error(case)) is not None
+        ]
+        rows.append(
+            [
+                f"`{label}`",
+                str(verdicts.count(Verdict.PASS)),
+                str(verdicts.count(Verdict.FAIL) + verdicts.count(Verdict.CRASHED)),
+                str(verdicts.count(Verdict.NOT_REPRESENTABLE)),
+                style.format_length(median(errors) if errors else None),
+                style.format_length(max(errors) if errors else None),
+                style.format_length(median(others) if others else None),
+                _counts_right(cases),
+                _number(_median_metric(cases, "energy_difference_max")),
+                style.format_time(_median_metric(cases, "wall_time")),
+            ]
+        )
+    return _table(header, rows)
+
+
+def _counts_right(cases: Sequence[CaseRecord]) -> str:
+    names = ("ball_ball_count_error", "ball_cushion_count_error")
+    judged = [
+        [case.metrics[name] for name in names]
+        for case in cases
+        if not is_own_measure(case) and all(case.metrics.get(name) is not None for name in names)
+    ]
+    right = sum(all(error == 0 for error in errors) for errors in judged)
+    return f"{right} of {len(judged)}" if judged else "–"
+
+
+def _median_metric(cases: Sequence[CaseRecord], name: str) -> float | None:
+    values = [
+        float(value)
+        for case in cases
+        if (value := case.metrics.get(name)) is not None and math.isfinite(value)
+        if not (METRICS[name].compares and is_own_measure(case))
+    ]
+    return median(values) if values else None
+
+
+def _scene_section(results: ResultsFolder, scene: str, drawn: Drawn) -> list[str]:
+    cases = [c for e in results.labels if (c := results.case(scene, e)) is not None]
+    truth = next((case.truth for case in cases if case.truth), "none")
+    tags = ", ".join(f"`{tag}`" for tag in cases[0].tags)
+    parts = [
+        f"### {scene}",
+        f"{_escape(cases[0].title)}. Truth: {truth}." + (f" Tags: {tags}." if tags else ""),
+        _number_table(cases),
+        _remarks(cases),
+    ]
+    return parts + [_figure(FIGURE_TITLES[kind], path) for kind, path in drawn.items()]
+
+
+def _number_table(cases: Sequence[CaseRecord]) -> str:
+    header = [
+        "engine",
+        "verdict",
+        "rest error, max",
+        "rms",
+        "rest time [s]",
+        "its error",
+        "ball-ball",
+        "ball-cushion",
+        "collisions in order",
+        "energy difference [1]",
+        "deepest overlap",
+        "run time",
+    ]
+    rows = []
+    for case in cases:
+        metrics = case.metrics
+        own = is_own_measure(case)
+        rows.append(
+            [
+                f"`{case.label}`",
+                _verdict_cell(case),
+                "the reference" if own else style.format_length(_metric(case, "rest_error_max")),
+                "" if own else style.format_length(_metric(case, "rest_error_rms")),
+                "–" if case.rest_time is None else f"{case.rest_time:.6g}",
+                "" if own else style.format_time(_metric(case, "rest_time_error")),
+                str(case.collision_counts.get("ball-ball", "–")),
+                str(case.collision_counts.get("ball-cushion", "–")),
+                "–" if metrics.get("matching_events") is None else f"{metrics['matching_events']}",
+                "" if own else _number(_metric(case, "energy_difference_max")),
+                style.format_length(_metric(case, "overlap_max")),
+                style.format_time(_metric(case, "wall_time")),
+            ]
+        )
+    return _table(header, rows)
+
+
+def _remarks(cases: Sequence[CaseRecord]) -> str:
+    lines = []
+    for case in cases:
+        verdict = verdict_of(case)
+        if verdict not in (Verdict.PASS, Verdict.REFERENCE, Verdict.SHOWN, Verdict.FAIL):
+            lines.append(f"- `{case.label}` {verdict.value}: {_escape(case.reason)}")
+        elif case.reason:
+            lines.append(f"- `{case.label}` stopped early ({case.status}): {_escape(case.reason)}")
+        lines += [_failure(case, check) for check in case.checks if check.passed is False]
+        if case.approximations:
+            lines.append(f"- `{case.label}` approximates: {_escape('; '.join(case.approximations))}")
+    return "\n".join(lines)
+
+
+def _failure(case: CaseRecord, check: Check) -> str:
+    unit = "" if check.unit == "1" else f" {check.unit}"
+    got = "has no value" if check.value is None else f"is {_number(check.value)}{unit}"
+    limit = f"must be {COMPARISONS[check.limit_kind]} {_number(check.limit)}{unit}"
+    why = "; ".join(_escape(text) for text in (check.reason, check.note) if text)
+    return f"- **`{case.label}` fails**: `{check.metric}` {got}, {limit}" + (f" ({why})" if why else "")
+
+
+def _environment_table(environment: Mapping[str, Any]) -> str:
+    return _table(["what", "value"], [[f"`{k}`", _escape(v)] for k, v in _flat(environment)])
+
+
+def _flat(values: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{key}.")
+        elif isinstance(value, list):
+            yield f"{prefix}{key}", ", ".join(map(str, value))
+        else:
+            yield f"{prefix}{key}", str(value)
+
+
+def _figure(caption: str, stem: PurePosixPath | None) -> str:
+    return "" if stem is None else f"[![{caption}]({stem}.png)]({stem}.svg)"
+
+
+def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+
+
+def _escape(text: str) -> str:
+    """Keep a text on one line and within its cell."""
+    return " ".join(text.split()).replace("|", "\\|")
+
+
+def _metric(case: CaseRecord, name: str) -> float | None:
+    value = case.metrics.get(name)
+    return None if value is None else float(value)
+
+
+def _number(value: float | None) -> str:
+    if value is None:
+        return "–"
+    return str(value) if isinstance(value, int) else f"{value:.3g}"

@@ -1,0 +1,66 @@
+"""Draw one result without a results folder: what `ghostball simulate --plot` writes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from engine import GhostballError, Result
+from reports import style
+from reports.figures.paths import draw_paths
+from reports.shots import Run, Shot
+from validation.sampling import motion_of
+from validation.store import CaseRecord
+
+ENDINGS = (".png", ".svg", ".pdf")
+
+
+def plot_result(result: Result, path: str | Path) -> Path:
+    """Draw the paths and rest positions of one run.
+
+    Parameters
+    ----------
+    result : Result
+        Recorded with `record="trajectory"`.
+    path : path
+        Where to write; its ending, .png, .svg or .pdf, is the format.
+
+    Raises
+    ------
+    GhostballError
+        Where the ending is another, the result has no motion, or the file can't be written.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in ENDINGS:
+        raise GhostballError(
+            f"`path` must end in {', '.join(ENDINGS)}, got {target.name!r}: the ending says the "
+            "format"
+        )
+    if result.events is None:
+        raise GhostballError(
+            f"engine `{result.engine}` recorded no motion to draw. Call "
+            'simulate(scene, record="trajectory")'
+        )
+    case = CaseRecord(
+        scene=result.scene.name,
+        title=result.scene.title,
+        tags=result.scene.tags,
+        definition=result.scene.model_dump(mode="json", by_alias=True),
+        label=result.engine,
+        engine=result.engine,
+        outcome="ran",
+        status=result.status.name.lower().replace("_", "-"),
+        rest_positions=result.rest_positions,
+        rest_time=result.rest_time,
+        collision_counts=dict(result.collision_counts),
+    )
+    shot = Shot(result.scene, (Run(result.engine, case, motion_of(result)),))
+    with style.drawing():
+        figure = draw_paths(shot)
+        assert figure is not None  # it has a motion
+        try:
+            style.save_one(figure, target)
+        except OSError as error:
+            raise GhostballError(
+                f"{target}: can't write the figure: {error.strerror or error}. Choose another file"
+            ) from error
+    return target

@@ -1,0 +1,276 @@
+"""One look for every figure: an engine keeps its colour, line, marker and name everywhere.
+
+Colours are those of Okabe and Ito (2008), distinct for the common kinds of colour blindness; a
+family of engines shares a colour and its variants differ by line and marker, so that no meaning
+hangs on colour alone.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+T = TypeVar("T")
+LineStyle = str | tuple[float, tuple[float, ...]]
+
+BLACK = "#000000"
+BLUE = "#0072B2"
+VERMILLION = "#D55E00"
+GREEN = "#009E73"
+PURPLE = "#CC79A7"
+ORANGE = "#E69F00"
+SKY = "#56B4E9"
+YELLOW = "#F0E442"
+
+GREY = "#6E6E6E"  # secondary text: 5.1 : 1 against white, above the 4.5 : 1 that reading needs
+FAINT = "#C8C8C8"
+CLOTH = "#F1F5F2"
+CUSHION = "#8C9A91"
+
+FAMILY_COLOURS = {
+    "ghostball": BLACK,
+    "pymunk": BLUE,
+    "pybullet": VERMILLION,
+    "paper-continuous": GREEN,
+    "paper-discrete": PURPLE,
+}
+OTHER_COLOURS = (ORANGE, SKY, YELLOW)
+
+# On, off in points. An engine drawn over another leaves gaps for the one beneath.
+_VARIANTS: dict[str, tuple[LineStyle, str]] = {
+    "": ("-", "o"),
+    "mode=landed": ((0.0, (1.2, 1.6)), "D"),
+    "config=default": ((0.0, (5.0, 2.5)), "^"),
+}
+_OTHER_VARIANTS: tuple[tuple[LineStyle, str], ...] = (
+    ((0.0, (6.0, 2.0, 1.2, 2.0)), "v"),
+    ((0.0, (3.0, 1.5)), "P"),
+    ((0.0, (6.0, 2.0, 1.2, 2.0, 1.2, 2.0)), "X"),
+)
+_FAMILY_LINES: dict[str, tuple[LineStyle, str]] = {
+    "paper-continuous": ((0.0, (7.0, 2.0, 1.5, 2.0)), "s"),
+    "paper-discrete": ((0.0, (3.5, 2.0)), "X"),
+}
+
+PNG_DPI = 130
+FORMATS = ("png", "svg")
+
+RC: dict[str, Any] = {
+    "font.family": "DejaVu Sans",  # ships with matplotlib: the same everywhere
+    "font.size": 9.0,
+    "axes.titlesize": 10.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.0,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "grid.color": "#E4E4E4",
+    "grid.linewidth": 0.6,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "legend.fontsize": 8.5,
+    "legend.frameon": False,
+    "lines.linewidth": 1.3,
+    "lines.markersize": 5.0,
+    "hatch.linewidth": 0.6,
+    "svg.hashsalt": "ghostball",  # else ids in the SVG are random
+    "svg.fonttype": "path",
+    "savefig.facecolor": "white",
+}
+
+# rcParams belong to the process; two threads that draw would otherwise restore each other's.
+_RC_LOCK = threading.RLock()
+
+
+@dataclass(frozen=True)
+class EngineStyle:
+    """How one engine is drawn: name in legends, colour, line and marker."""
+
+    name: str
+    colour: str
+    line: LineStyle
+    marker: str
+    ours: bool = False
+
+    @property
+    def line_width(self) -> float:
+        """Width of a line in points; ours lies beneath the others as a broad band."""
+        return 4.5 if self.ours else 1.3
+
+    @property
+    def line_alpha(self) -> float:
+        """Opacity of a line."""
+        return 0.28 if self.ours else 1.0
+
+
+def split_label(label: str) -> tuple[str, str]:
+    """Split an engine's label into family and settings: "pymunk:dt=1e-3" -> "pymunk", "dt=1e-3"."""
+    family, _, settings = label.partition(":")
+    return family, settings
+
+
+def engine_name(label: str) -> str:
+    """Return the name in figures: "pymunk:mode=landed" -> "pymunk, landed"."""
+    family, settings = split_label(label)
+    words = [family]
+    for setting in filter(None, settings.split(",")):
+        key, _, value = setting.partition("=")
+        words.append(value if key in ("mode", "config") else setting)
+    return ", ".join(words)
+
+
+def engine_style(label: str) -> EngineStyle:
+    """Return the style of an engine; a label that nobody foresaw gets one too, always the same."""
+    family, settings = split_label(label)
+    colour = FAMILY_COLOURS.get(family) or _pick(OTHER_COLOURS, family)
+    if not settings and family in _FAMILY_LINES:
+        line, marker = _FAMILY_LINES[family]
+    else:
+        line, marker = _VARIANTS.get(settings) or _pick(_OTHER_VARIANTS, settings)
+    ours = family == "ghostball"
+    return EngineStyle(engine_name(label), colour, line, marker, ours)
+
+
+def _pick(choices: tuple[T, ...], key: str) -> T:
+    # Not `hash`: it differs from one process to the next.
+    digest = hashlib.sha256(key.encode()).digest()
+    return choices[digest[0] % len(choices)]
+
+
+def format_length(metres: float | None) -> str:
+    """Return a length with a unit that suits it, to three digits: 0.00042 -> "0.42 mm"."""
+    return _scaled(metres, ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")), "m")
+
+
+def format_time(seconds: float | None) -> str:
+    """Return a duration with a unit that suits it, to three digits: 0.00042 -> "0.42 ms"."""
+    return _scaled(seconds, ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns")), "s")
+
+
+def _scaled(value: float | None, units: tuple[tuple[float, str], ...], base: str) -> str:
+    if value is None:
+        return "–"
+    if not math.isfinite(value):
+        return f"{value} {base}"
+    if value == 0.0:
+        return "0"
+    for i, (size, unit) in enumerate(units):
+        # A length of 0.42 mm reads better than 420 µm: a unit serves from a tenth of itself on.
+        floor = size * (0.1 if 0 < i < len(units) - 1 else 1.0)
+        if abs(value) >= floor:
+            return f"{_three_digits(value / size)} {unit}"
+    return f"{value:.1e} {base}"
+
+
+def _three_digits(value: float) -> str:
+    if abs(value) >= 999.5:  # three digits would read 1e+03
+        return f"{value:.0f}"
+    return f"{value:.3g}"
+
+
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def power_of_ten(exponent: int) -> str:
+    """Return "10⁻⁶" in plain characters: matplotlib's own takes ten times as long to draw."""
+    return "1" if exponent == 0 else "10" + str(exponent).translate(_SUPERSCRIPTS)
+
+
+def set_length_ticks(axes: Axes, left: float, right: float) -> None:
+    """Put ticks at powers of 1000 on a logarithmic x axis of lengths, "1 mm" rather than 0.001 m.
+
+    A short axis gets a tick at each power of 10.
+    """
+    low, high = math.ceil(math.log10(left)), math.floor(math.log10(right))
+    step = 1 if high - low <= 6 else 3
+    exponents = [e for e in range(low, high + 1) if e % step == 0]
+    axes.set_xticks([10.0**e for e in exponents], [_tick_text(e) for e in exponents])
+    axes.minorticks_off()
+
+
+def _tick_text(exponent: int) -> str:
+    prefix = {-15: "fm", -12: "pm", -9: "nm", -6: "µm", -3: "mm", 0: "m"}
+    unit = 3 * (exponent // 3)
+    if unit not in prefix:
+        return f"{power_of_ten(exponent)} m"
+    return f"{10 ** (exponent - unit)} {prefix[unit]}"
+
+
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Apply the look to every figure made and saved within; one thread at a time."""
+    import matplotlib  # noqa: PLC0415 - importing `reports` must stay cheap
+
+    with _RC_LOCK, matplotlib.rc_context(RC):
+        yield
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Make an empty figure of the given size [inch], without any global state of pyplot."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    figure = Figure(figsize=(width, height), dpi=PNG_DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def set_title(figure: Figure, text: str) -> None:
+    """Write the title of a whole figure, at its upper left."""
+    figure.suptitle(text, fontsize=10.5, fontweight="bold", x=0.01, ha="left")
+
+
+def save_figure(figure: Figure, path: Path) -> list[Path]:
+    """Write a figure as PNG and SVG beside each other; the same figure gives the same bytes.
+
+    Parameters
+    ----------
+    figure : Figure
+    path : Path
+        Without its ending.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+    """
+    # Lay out once for all formats: that costs more than drawing does.
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    targets = [path.with_name(f"{path.name}.{ending}") for ending in FORMATS]
+    for target in targets:
+        save_one(figure, target)
+    return targets
+
+
+def save_one(figure: Figure, path: Path) -> None:
+    """Write a figure in the format that the ending of `path` says, without dates.
+
+    Notes
+    -----
+    Not `Figure.savefig`: it draws everything twice.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
+    from matplotlib.backends.backend_pdf import FigureCanvasPdf  # noqa: PLC0415
+    from matplotlib.backends.backend_svg import FigureCanvasSVG  # noqa: PLC0415
+
+    dpi = figure.dpi
+    if path.suffix.lower() == ".svg":
+        FigureCanvasSVG(figure).print_svg(path, metadata={"Date": None, "Creator": None})
+    elif path.suffix.lower() == ".pdf":
+        FigureCanvasPdf(figure).print_pdf(path, metadata={"CreationDate": None, "Producer": None})
+    else:
+        FigureCanvasAgg(figure).print_png(path, metadata={"Software": None})
+    figure.dpi = dpi  # some formats leave their own

@@ -1,0 +1,138 @@
+"""What a scene asks for is found from its values, and what an engine lacks is said in words."""
+
+from __future__ import annotations
+
+import pickle
+
+import pytest
+from shots import POOL_TABLE, R, ball, scene_of
+
+from engine import GhostballError, Table, UnsupportedSceneError
+from engine.features import (
+    EXACT,
+    Capability,
+    Feature,
+    check_supported,
+    missing_features,
+    scene_features,
+    starts_rolling,
+)
+
+PLAIN = (Feature.ROLLING, Feature.UNBOUNDED_CLOTH)
+
+
+def test_one_rolling_ball_needs_rolling_and_nothing_else():
+    assert scene_features(scene_of(ball((0, 0), (1, 0)))) == PLAIN
+
+
+@pytest.mark.parametrize(
+    ("fields", "feature"),
+    [
+        ({"ball_restitution": 0.9}, Feature.BALL_RESTITUTION),
+        ({"ball_friction": 0.05}, Feature.BALL_FRICTION),
+        ({"ball_friction": "alciatore"}, Feature.BALL_FRICTION),
+        ({"rolling_friction": 0.0, "t_max": 1.0}, Feature.FRICTIONLESS_CLOTH),
+        ({"air_drag": 0.004}, Feature.AIR_DRAG),
+        ({"airborne": True}, Feature.FLIGHT),
+    ],
+)
+def test_a_field_of_the_physics_adds_its_feature_and_no_other(fields, feature):
+    scene = scene_of(ball((0, 0), (1, 0)), ball((1, 0)), **fields)
+    assert set(scene_features(scene)) == {*PLAIN, feature}
+
+
+def test_restitution_and_friction_between_balls_need_two_balls():
+    scene = scene_of(ball((0, 0)), ball_restitution=0.5, ball_friction=0.1)
+    assert scene_features(scene) == PLAIN
+
+
+def test_sliding_replaces_rolling():
+    scene = scene_of(ball((0, 0), (1, 0)), motion="sliding")
+    assert Feature.SLIDING in scene_features(scene)
+    assert Feature.ROLLING not in scene_features(scene)
+
+
+def test_unequal_balls():
+    scene = scene_of(ball((0, 0), mass=1.0), ball((1, 0), radius=2 * R))
+    assert {Feature.UNEQUAL_MASSES, Feature.UNEQUAL_RADII} <= set(scene_features(scene))
+
+
+@pytest.mark.parametrize("side", [-3.0, 3.0])
+def test_vertical_spin_of_either_sign(side):
+    scene = scene_of(ball((0, 0), angular_velocity=(0, 0, side)), motion="sliding")
+    assert Feature.VERTICAL_SPIN in scene_features(scene)
+
+
+@pytest.mark.parametrize(
+    ("fields", "features"),
+    [
+        ({}, {Feature.MIRROR_CUSHION}),
+        (
+            {"cushion": "restitution", "cushion_restitution": 0.8},
+            {Feature.CUSHION_RESTITUTION},
+        ),
+        (
+            {"cushion": "restitution", "cushion_tangential_restitution": 0.8},
+            {Feature.CUSHION_RESTITUTION, Feature.CUSHION_TANGENTIAL},
+        ),
+        ({"cushion": "frictional"}, {Feature.FRICTIONAL_CUSHION}),
+        ({"cushion": "han2005"}, {Feature.HAN_CUSHION}),
+        ({"cushion": "mathavan2010"}, {Feature.MATHAVAN_CUSHION}),
+    ],
+)
+def test_cushion_laws(fields, features):
+    scene = scene_of(ball((1, 1)), table=POOL_TABLE, **fields)
+    assert set(scene_features(scene)) == {Feature.ROLLING, *features}
+
+
+def test_open_sides_and_none_at_all():
+    some = scene_of(ball((1, 1)), table=Table(length=2, width=2, cushions=("left",)))
+    assert {Feature.OPEN_SIDES, Feature.MIRROR_CUSHION} <= set(scene_features(some))
+    none = scene_of(ball((1, 1)), table=Table(length=2, width=2, cushions=()), cushion="han2005")
+    assert scene_features(none) == PLAIN
+
+
+def test_features_come_in_one_order():
+    scene = scene_of(
+        ball((1, 1), (1, 0), mass=1), ball((1.5, 1)), table=POOL_TABLE, ball_restitution=0.5
+    )
+    order = list(Feature)
+    positions = [order.index(feature) for feature in scene_features(scene)]
+    assert positions == sorted(positions)
+
+
+def test_starts_rolling():
+    assert starts_rolling(scene_of(ball((0, 0), (1, 2))))
+    assert not starts_rolling(
+        scene_of(ball((0, 0), (1, 2), angular_velocity=(0, 0, 0)), motion="sliding")
+    )
+
+
+def test_an_engine_lacks_what_it_does_not_mention_and_what_it_says_it_lacks():
+    scene = scene_of(ball((0, 0), (1, 0)), ball((1, 0)), ball_restitution=0.5)
+    capabilities = {
+        Feature.ROLLING: EXACT,
+        Feature.UNBOUNDED_CLOTH: Capability("none", "walls are built in"),
+    }
+    assert missing_features(capabilities, scene) == (
+        "no ball-ball restitution below 1",
+        "no a cloth without cushions (walls are built in)",
+    )
+
+
+def test_an_approximate_feature_is_not_missing():
+    capabilities = dict.fromkeys(PLAIN, Capability("approximate", "by small steps"))
+    check_supported("any", capabilities, scene_of(ball((0, 0), (1, 0))))
+
+
+def test_the_refusal_names_the_engine_and_the_features_and_survives_pickling():
+    with pytest.raises(UnsupportedSceneError, match="engine `toy` can't represent .*: no rolling"):
+        check_supported("toy", {}, scene_of(ball((0, 0))))
+    error = UnsupportedSceneError("toy", ("no flight", "no spin"))
+    again = pickle.loads(pickle.dumps(error))
+    assert (again.engine, again.features, str(again)) == (
+        "toy",
+        ("no flight", "no spin"),
+        str(error),
+    )
+    assert isinstance(error, GhostballError)

@@ -1,0 +1,124 @@
+"""A result says how the run ended, and prints floats that read back to the same bits."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from shots import R, ball, scene_of
+
+from engine import (
+    EVENT_DTYPE,
+    EventKind,
+    GhostballError,
+    Result,
+    SampledTrajectory,
+    Samples,
+    Status,
+)
+from engine.result import count_collisions, event_dict, initial_state
+
+SCENE = scene_of(ball((0.1, 0.2), (1.0, 0.5)), ball((0.9, 0.2)))
+EVENTS = np.array(
+    [(1 / 3, 0, 0, 1), (0.7, 1, 1, 3), (0.8, 1, 0, 0), (2.0, 3, 1, -1)], dtype=EVENT_DTYPE
+)
+
+
+def result_with(**fields) -> Result:
+    defaults = {
+        "engine": "toy",
+        "settings": {"dt": 1e-3},
+        "scene": SCENE,
+        "status": Status.REST,
+        "final_state": initial_state(SCENE),
+        "rest_time": 2.0,
+        "collision_counts": count_collisions(EVENTS),
+        "work": {"steps": 7},
+        "wall_time": 0.25,
+        "events": EVENTS,
+    }
+    return Result(**{**defaults, **fields})
+
+
+def test_kinds_have_the_names_of_files_and_reports():
+    assert [kind.label for kind in EventKind] == [
+        "ball-ball",
+        "ball-cushion",
+        "slide-to-roll",
+        "roll-to-rest",
+    ]
+
+
+def test_only_rest_and_t_max_are_complete():
+    assert {status for status in Status if status.complete} == {Status.REST, Status.T_MAX}
+
+
+def test_every_status_says_what_it_means():
+    assert all(len(status.value) > 20 for status in Status)
+
+
+def test_collisions_are_counted_by_kind_and_rest_is_not_one():
+    assert count_collisions(EVENTS) == {"ball-ball": 1, "ball-cushion": 2}
+    assert count_collisions(EVENTS[:0]) == {"ball-ball": 0, "ball-cushion": 0}
+
+
+def test_the_second_of_an_event_is_a_ball_a_cushion_or_nothing():
+    assert [event_dict(event)["b"] for event in EVENTS] == [1, "top", "left", None]
+    assert event_dict(EVENTS[0]) == {"t": 1 / 3, "kind": "ball-ball", "a": 0, "b": 1}
+
+
+def test_the_initial_state_is_the_scenes():
+    state = initial_state(SCENE)
+    assert [array.shape for array in state] == [(1, 2, 3)] * 3
+    assert state.positions[0].tolist() == [[0.1, 0.2, R], [0.9, 0.2, R]]
+    assert state.angular_velocities[0, 0].tolist() == [-0.5 / R, 1.0 / R, 0.0]
+
+
+def test_rest_positions_are_the_final_centres():
+    assert np.array_equal(result_with().rest_positions, SCENE.positions)
+
+
+def test_json_reads_back_to_the_same_bits():
+    noise = np.random.default_rng(1).normal(size=(1, 2, 3))
+    result = result_with(final_state=Samples(noise, noise, noise))
+    text = result.to_json()
+    assert "\n" not in text
+    read = json.loads(text)
+    assert read == result.to_dict()
+    assert np.array(read["rest_positions"]).tobytes() == noise[0].tobytes()
+    assert read["events"][0]["t"].hex() == (1 / 3).hex()
+    assert read["status"] == "rest"
+    assert set(read["energy"]) == {"initial", "final"}
+
+
+def test_json_of_a_run_without_events_says_null():
+    assert json.loads(result_with(events=None).to_json())["events"] is None
+
+
+def test_energy_of_the_two_ends_in_json():
+    still = initial_state(scene_of(ball((0.1, 0.2)), ball((0.9, 0.2))))
+    energy = result_with(final_state=still).to_dict()["energy"]
+    assert energy["final"] == 0.0
+    assert energy["initial"] == pytest.approx(0.7 * 0.170097 * 1.25, rel=1e-15)
+
+
+def test_sampling_what_was_not_recorded_says_what_to_do():
+    for ask in (result_with().sample, result_with().energy):
+        with pytest.raises(GhostballError, match='engine `toy` .*record="trajectory"'):
+            ask([0.0])
+
+
+def test_sampling_takes_one_time_or_many_in_any_order():
+    state = initial_state(SCENE)
+    later = state.positions + [1.0, 0.0, 0.0]
+    trajectory = SampledTrajectory(
+        np.array([0.0, 1.0]),
+        np.concatenate([state.positions, later]),
+        np.concatenate([state.velocities] * 2),
+        np.concatenate([state.angular_velocities] * 2),
+    )
+    result = result_with(trajectory=trajectory)
+    assert result.sample(0.5).positions.shape == (1, 2, 3)
+    assert result.sample([1, 0, 0.5]).positions[:, 0, 0].tolist() == pytest.approx([1.1, 0.1, 0.6])
+    assert result.energy([0.0, 1.0]).total.shape == (2,)

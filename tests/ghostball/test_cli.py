@@ -1,0 +1,471 @@
+"""The command line: what it prints where, and the exit status of every kind of input."""
+
+import json
+import logging
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from typer.testing import CliRunner
+
+import ghostball._validate
+import reference_adapters.pybullet_world
+from engine import Scene
+from ghostball.cli import app
+from reference_adapters import make_engine
+from validation import find_scene, scene_names
+
+BALL = '[[balls]]\nid = "{id}"\nposition = [{x}, 0.5]\nvelocity = [1.0, 0.0]\n'
+HEAD = 'schema = 1\nname = "shot"\n[table]\nlength = 2.0\nwidth = 1.0\n'
+
+
+def ball(name="cue", x="0.5", extra=""):
+    return BALL.format(id=name, x=x) + extra
+
+
+@pytest.fixture
+def cli():
+    """Run a command in this process; a fault of ours fails the test here, not by its status."""
+
+    def run(*arguments):
+        result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+        assert "\x1b" not in result.output, "control codes without a terminal"
+        return result
+
+    return run
+
+
+def refused(result, *parts):
+    """Assert that the input was refused with one message that holds every part, and no traceback."""
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    for part in parts:
+        assert part in result.stderr
+    return True
+
+
+# --- simulate ---------------------------------------------------------------------------------
+
+
+def test_simulate_shows_rest_positions_counts_energy_work_and_time(cli):
+    result = cli("simulate", "half-ball-cut")
+    assert result.exit_code == 0, result.output
+    expected = make_engine("ghostball").simulate(find_scene("half-ball-cut"))
+    for x, y, _ in expected.rest_positions:
+        assert f"{x:.9f}" in result.stdout
+        assert f"{y:.9f}" in result.stdout
+    for part in ("x [m]", "ball-ball 1, ball-cushion 0", "J at the start", "events 3", "ms"):
+        assert part in result.stdout
+
+
+def test_json_reads_back_to_the_same_bits(cli):
+    result = cli("simulate", "half-ball-cut", "--json", "--record", "events")
+    assert result.exit_code == 0, result.output
+    printed = json.loads(result.stdout)
+    expected = make_engine("ghostball").simulate(find_scene("half-ball-cut"), record="events")
+    assert printed["rest_positions"] == expected.rest_positions.tolist()
+    assert printed["rest_time"] == expected.rest_time
+    assert [event["t"] for event in printed["events"]] == expected.events["t"].tolist()
+    assert list(printed) == list(expected.to_dict())
+    assert result.stdout.count("\n") == 1
+
+
+def test_rest_records_no_events(cli):
+    assert json.loads(cli("simulate", "stop", "--json").stdout)["events"] is None
+
+
+def test_simulate_takes_an_engine_with_settings(cli):
+    result = cli("simulate", "stop", "--engine", "paper-discrete:dt=5e-3", "--json")
+    printed = json.loads(result.stdout)
+    assert printed["engine"] == "paper-discrete"
+    assert printed["settings"]["dt"] == 5e-3
+
+
+def test_plot_writes_a_picture(cli, tmp_path):
+    picture = tmp_path / "shot.png"
+    result = cli("simulate", "stop", "--plot", picture)
+    assert result.exit_code == 0, result.output
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert str(picture) in result.stdout
+
+
+def test_a_run_that_stops_early_says_so_and_fails(cli):
+    result = cli("simulate", "break-7", "--engine", "ghostball:max_events=5")
+    assert result.exit_code == 1
+    assert "not complete: the event limit was reached" in result.stderr
+
+
+def test_a_scene_that_the_engine_cannot_represent_is_refused(cli):
+    assert refused(
+        cli("simulate", "sliding-stun", "--engine", "paper-discrete"),
+        "`paper-discrete` can't represent",
+        "sliding",
+    )
+
+
+# --- bad input --------------------------------------------------------------------------------
+
+BAD_SCENES = {
+    "unknown key": (HEAD + ball(extra="colour = 3\n"), ["shot.toml:10", "`balls[0].colour`"]),
+    "unknown table": (HEAD + ball() + "[cue]\nangle = 1\n", ["`cue`", "not a known field"]),
+    "nan": (HEAD + ball(x="nan"), ["shot.toml:8", "`balls[0].position[0]`", "finite", "nan"]),
+    "infinity": (HEAD + ball(extra="mass = inf\n"), ["shot.toml:10", "`balls[0].mass`", "inf"]),
+    "overlap": (
+        HEAD + ball() + ball("object", x="0.55"),
+        ["overlap", '"cue"', '"object"', "0.00715 m"],
+    ),
+    "outside": (HEAD + ball(x="2.5"), ["`balls[0].position`", "inside", "0.528575 m", "right"]),
+    "negative radius": (HEAD + ball(extra="radius = -0.1\n"), ["`balls[0].radius`", "-0.1"]),
+    "zero mass": (HEAD + ball(extra="mass = 0.0\n"), ["`balls[0].mass`", "greater than 0"]),
+    "restitution": (
+        HEAD + ball() + "[physics]\nball_restitution = 1.3\n",
+        ["shot.toml:11", "`physics.ball_restitution`", "1.3"],
+    ),
+    "duplicate id": (HEAD + ball() + ball(x="1.0"), ["`balls[1].id`", "unique", '"cue"']),
+    "syntax": ("schema = 1\nname = \n", ["shot.toml:2", "not valid TOML"]),
+}
+
+
+@pytest.mark.parametrize("command", ["simulate", "validate"])
+@pytest.mark.parametrize("case", BAD_SCENES)
+def test_a_bad_scene_is_refused_before_anything_is_written(
+    cli, tmp_path, monkeypatch, case, command
+):
+    text, parts = BAD_SCENES[case]
+    path = tmp_path / "shot.toml"
+    path.write_text(text)
+    monkeypatch.chdir(tmp_path)
+    assert refused(cli(command, path), "error: ", *parts)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_scene_that_the_bad_ones_vary_is_good(cli, tmp_path):
+    # Breaks where a bad scene above is refused for another reason than it names.
+    path = tmp_path / "shot.toml"
+    path.write_text(HEAD + ball())
+    assert cli("simulate", path).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (["simulate", "stopp"], ['"stopp"', "Did you mean stop"]),
+        (["simulate", "missing/shot.toml"], ["missing/shot.toml", "No such file"]),
+        (["simulate", "stop", "--engine", "pymonk"], ["'pymonk'", "Did you mean `pymunk`?"]),
+        (["simulate", "stop", "--engine", "ghostball:dt=1"], ["`dt`", "max_events="]),
+        (["simulate", "stop", "--engine", "ghostball:max_events=x"], ["`max_events`", "'x'"]),
+        (["simulate", "stop", "--engine", "ghostball:max_events"], ["`key=value`"]),
+        (["simulate", "stop", "--record", "all"], ["--record", "trajectory"]),
+        (
+            ["simulate", "stop", "--record", "rest", "--plot", "a.png"],
+            ["needs --record trajectory"],
+        ),
+        (["simulate", "stop", "--plot", "a.bmp"], ["'a.bmp'", ".png"]),
+        (["simulate", "stop", "--plot", "missing/a.png"], ["missing/a.png", "No such file"]),
+        (["simulate"], ["SCENE"]),
+        (["simulate", "stop", "--engines", "a"], ["--engines"]),
+        (["simulat", "stop"], ["simulate"]),
+        (["validate", "smok"], ['"smok"', "smoke"]),
+        (["validate", "stop", "--suite", "smoke"], ["exclude each other"]),
+        (["validate", "--suite", "tiny"], ["--suite", "smoke"]),
+        (["validate", "--jobs", "0"], ["--jobs"]),
+        (["validate", "stop", "--engines", "ghostball,pymonk"], ["'pymonk'"]),
+        (["validate", "stop", "--engines", "ghostball,,pymunk"], ["between commas"]),
+        (["validate", "stop", "--engines", "pymunk,dt=1"], ["Write `pymunk:dt=1`"]),
+        (["validate", "stop", "--engines", "pymunk,pymunk"], ["once", "pymunk"]),
+        (["validate", "stop", "--junit", "missing/a.xml"], ["missing/a.xml", "--junit"]),
+        (["report", "missing"], ["missing", "no such results folder"]),
+        (["report", "."], ["not a results folder"]),
+    ],
+)
+def test_bad_usage_is_refused_before_anything_is_written(
+    cli, tmp_path, monkeypatch, arguments, parts
+):
+    monkeypatch.chdir(tmp_path)
+    assert refused(cli(*arguments), *parts)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("option", ["--out", "--junit", "--plot"])
+def test_a_place_that_cannot_be_written_is_refused_before_the_run(
+    cli, tmp_path, monkeypatch, option
+):
+    # A parent that is a file: permissions alone would not stop an administrator.
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("")
+    target = tmp_path / "file" / "x.png"
+    arguments = ["simulate", "stop"] if option == "--plot" else ["validate", "stop"]
+    assert refused(cli(*arguments, option, target), str(target), "Not a directory")
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_folder_with_other_things_is_not_taken_for_results(cli, tmp_path):
+    (tmp_path / "thesis.tex").write_text("")
+    assert refused(cli("validate", "stop", "--out", tmp_path), "not a results folder of ours")
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+@pytest.fixture
+def without_pybullet(monkeypatch):
+    reason = "pybullet isn't installed. Run `python -m pip install pybullet`"
+    monkeypatch.setattr(reference_adapters.pybullet_world, "unavailable", lambda: reason)
+
+
+@pytest.mark.usefixtures("without_pybullet")
+def test_a_missing_optional_engine_says_how_to_get_it(cli):
+    assert refused(
+        cli("simulate", "stop", "--engine", "pybullet"), "`pybullet`", "pip install pybullet"
+    )
+
+
+@pytest.mark.usefixtures("without_pybullet")
+def test_a_missing_optional_engine_is_listed_and_breaks_nothing(cli, tmp_path):
+    listed = cli("engines")
+    assert listed.exit_code == 0
+    assert "pybullet  unavailable: pybullet isn't installed" in listed.stdout
+    examined = cli("doctor")
+    assert "pip install pybullet" in " ".join(examined.stdout.split())
+    assert examined.exit_code == 0, examined.output
+    validated = cli(
+        "validate", "stop", "--engines", "ghostball,pybullet", "--out", tmp_path, "--no-report"
+    )
+    assert validated.exit_code == 0, validated.output
+    assert "1 cases need an engine that is unavailable here" in validated.stdout
+
+
+# --- validate, report -------------------------------------------------------------------------
+
+
+def test_validate_writes_results_verdicts_and_junit(cli, tmp_path):
+    out, junit = tmp_path / "results", tmp_path / "junit.xml"
+    result = cli(
+        "validate",
+        "stop",
+        "head-on",
+        "--engines",
+        "ghostball,paper-discrete:dt=1e-2,max_time=60",
+        "--out",
+        out,
+        "--junit",
+        junit,
+        "--no-report",
+    )
+    assert result.exit_code == 0, result.output
+    lines = (out / "results.jsonl").read_text().splitlines()
+    labels = [json.loads(line)["label"] for line in lines]
+    assert labels == ["ghostball", "paper-discrete:dt=1e-2,max_time=60"] * 2
+    for part in ("stop", "head-on", "paper-discrete:dt=1e-2,max_time=60", "checks passed"):
+        assert part in result.stdout
+    assert not (out / "report.md").exists()
+    assert len(ElementTree.parse(junit).getroot().findall("testsuite")) == 2
+    assert "running: 4 of 4 done" in result.stderr
+
+
+def test_validate_writes_the_report_and_report_writes_it_again(cli, tmp_path):
+    out = tmp_path / "results"
+    result = cli("validate", "stop", "--engines", "ghostball", "--out", out)
+    assert result.exit_code == 0, result.output
+    report = out / "report.md"
+    assert f"report: {report}" in result.stdout
+    written = report.read_text()
+    report.unlink()
+    again = cli("report", out)
+    assert again.exit_code == 0, again.output
+    assert again.stdout == f"{report}\n"
+    assert report.read_text() == written
+
+
+def test_a_failed_check_fails_the_run_and_is_named(cli, tmp_path, monkeypatch):
+    # The same scene with a limit that nothing can meet.
+    path = tmp_path / "shot.toml"
+    path.write_text(HEAD + ball())
+    criteria = tmp_path / "shot.expect.toml"
+    criteria.write_text(
+        '[[criteria]]\nengines = ["ghostball"]\nmetric = "ball_cushion_count"\nequals = 77\n'
+        'reason = "none"\n'
+    )
+    from validation import Criteria
+
+    loaded = {"shot": Criteria.load(criteria)}
+    run_suite = ghostball._validate.run_suite
+    monkeypatch.setattr(
+        ghostball._validate, "run_suite", lambda *a, **k: run_suite(*a, **k, criteria=loaded)
+    )
+    out = tmp_path / "out"
+    result = cli("validate", path, "--engines", "ghostball", "--out", out, "--no-report")
+    assert result.exit_code == 1, result.output
+    assert "failed  shot on ghostball: `ball_cushion_count` must be exactly 77, is" in result.stdout
+
+
+def test_a_crash_of_an_engine_is_a_fault_of_the_harness(cli, tmp_path, monkeypatch):
+    from reference_adapters.paper_discrete import PaperDiscreteEngine
+
+    def crash(self, scene, *, record="rest"):
+        raise ZeroDivisionError("of the engine")
+
+    monkeypatch.setattr(PaperDiscreteEngine, "simulate", crash)
+    result = cli(
+        "validate", "stop", "--engines", "paper-discrete", "--out", tmp_path, "--no-report"
+    )
+    assert result.exit_code == 3
+    assert "crashed stop on paper-discrete: ZeroDivisionError: of the engine" in result.stdout
+
+
+@pytest.mark.compiled  # interpreted, our engine is too slow to be interrupted at a chosen time
+def test_ctrl_c_keeps_what_is_done_and_says_so(tmp_path):
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "ghostball", "validate", "--out", str(out), "--jobs", "2"]
+    command += ["--engines", "ghostball,paper-discrete:dt=1e-4"]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        results = out / "results.jsonl"
+        give_up = time.monotonic() + 120
+        while not (results.exists() and results.read_text()):
+            assert process.poll() is None, process.communicate()
+            assert time.monotonic() < give_up
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        stdout, stderr = process.communicate(timeout=60)
+    assert process.returncode == 130, stderr
+    done = len(results.read_text().splitlines())
+    assert f"Interrupted: {done} of {2 * len(scene_names())} cases are done and kept" in stderr
+    assert json.loads((out / "env.json").read_text())["state"] == "interrupted"
+    assert "ghostball" in stdout
+
+
+def test_ctrl_c_before_the_first_case_says_that_there_are_no_results(cli, tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("validation.suite.run_cases", interrupted)
+    out = tmp_path / "out"
+    result = cli("validate", "stop", "--engines", "ghostball", "--out", out)
+    assert result.exit_code == 130
+    assert f"before the first case was done: no results in {out}" in result.stderr
+
+
+# --- lists ------------------------------------------------------------------------------------
+
+
+def test_scenes_lists_every_shipped_scene_with_its_tags(cli):
+    result = cli("scenes")
+    assert result.exit_code == 0
+    for name in scene_names():
+        assert f" {name} " in result.stdout
+    assert "closed-form" in result.stdout
+
+
+def test_the_schema_is_json_schema(cli):
+    schema = json.loads(cli("scenes", "--schema").stdout)
+    assert set(Scene.model_fields) - {"schema_version"} <= set(schema["properties"])
+
+
+def test_engines_lists_settings_and_capabilities(cli):
+    result = cli("engines")
+    assert result.exit_code == 0
+    for part in ("ghostball  available", "max_events=", "not represented", "rolling without slip"):
+        assert part in result.stdout
+
+
+def test_a_broken_foreign_engine_is_named_and_hides_no_other(cli, tmp_path, monkeypatch):
+    metadata = tmp_path / "broken_engine-1.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: broken-engine\nVersion: 1\n")
+    (metadata / "entry_points.txt").write_text("[ghostball.engines]\nbroken = no_such_module:X\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    listed = cli("engines")
+    assert listed.exit_code == 0
+    assert "broken  unavailable" in listed.stdout
+    assert "no_such_module" in listed.stdout
+    assert "ghostball  available" in listed.stdout
+    examined = cli("doctor")
+    assert examined.exit_code == 1
+    assert "Something is broken" in examined.stderr
+
+
+def test_doctor_names_versions_kernels_engines_and_scenes(cli):
+    result = cli("doctor")
+    assert result.exit_code == 0, result.output
+    for part in ("python", "numba", "kernels", "engine ghostball", f"{len(scene_names())} shipped"):
+        assert part in result.stdout
+
+
+@pytest.mark.compiled
+def test_doctor_finds_an_unwritable_cache(tmp_path):
+    (tmp_path / "file").write_text("")
+    environment = os.environ | {"GHOSTBALL_CACHE_DIR": str(tmp_path / "file" / "cache")}
+    done = subprocess.run(
+        [sys.executable, "-m", "ghostball", "doctor"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1, done.stderr
+    assert "GHOSTBALL_CACHE_DIR" in done.stdout
+
+
+# --- the command itself -----------------------------------------------------------------------
+
+
+def test_help_loads_none_of_the_heavy_packages():
+    # Breaks where a module of the command line imports what it calls at its top: help would wait.
+    code = (
+        "import sys; from ghostball.cli import app; app(['--help'], standalone_mode=False);"
+        "print([m for m in ('numpy', 'numba', 'pydantic', 'matplotlib') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+    assert "Exit status: 0 all passed" in done.stdout
+
+
+def test_version(cli):
+    assert cli("--version").stdout.startswith("ghostball ")
+
+
+def test_the_command_is_installed_and_is_the_module():
+    command = Path(sys.executable).parent / "ghostball"
+    for start in ([str(command)], [sys.executable, "-m", "ghostball"]):
+        done = subprocess.run([*start, "--version"], capture_output=True, text=True, check=True)
+        assert done.stdout.startswith("ghostball ")
+
+
+def test_an_unexpected_error_is_short_with_its_traceback_and_status_3(cli, monkeypatch):
+    def fail(name):
+        raise RuntimeError("disc [bold]error")
+
+    monkeypatch.setattr("validation.library.find_scene", fail)
+    result = cli("simulate", "stop")
+    assert result.exit_code == 3
+    assert result.stdout == ""
+    assert "Traceback" in result.stderr
+    assert "ghostball itself failed: RuntimeError: disc [bold]error" in result.stderr
+
+
+def test_what_the_engine_logs_is_shown_on_stderr(cli, monkeypatch):
+    def find(name):
+        logging.getLogger("ghostball.engine").warning("compiling the kernels [once]")
+        return find_scene(name)
+
+    monkeypatch.setattr("validation.library.find_scene", find)
+    result = cli("simulate", "stop", "--json")
+    assert result.stderr == "compiling the kernels [once]\n"
+    assert json.loads(result.stdout)["status"] == "rest"
+    assert not logging.getLogger("ghostball").handlers
+
+
+def test_ctrl_c_in_any_command_is_status_130(cli, monkeypatch):
+    def interrupt(name):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("validation.library.find_scene", interrupt)
+    result = cli("simulate", "stop")
+    assert result.exit_code == 130
+    assert "Interrupted." in result.stderr

@@ -1,0 +1,283 @@
+"""The paper's Algorithm 1: faithful to the print, the collisions it misses included."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from engine import Ball, EventKind, Physics, Result, Scene, Status, Table, UnsupportedSceneError
+from reference_adapters.base import ReferenceEngine
+from reference_adapters.paper_continuous import PaperContinuousEngine, PaperContinuousSettings
+
+R = 0.028575
+DECELERATION = 0.02 * 9.81
+FRICTIONLESS = Physics(rolling_friction=0.0)
+TABLE = Table(length=2.54, width=1.27)
+
+
+def engine(**settings) -> PaperContinuousEngine:
+    return PaperContinuousEngine(PaperContinuousSettings(**settings))
+
+
+def scene_of(*balls: Ball, **scene) -> Scene:
+    return Scene(name="test", balls=balls, **scene)
+
+
+def roll(speed: float, **scene) -> Scene:
+    return scene_of(Ball(id="cue", position=(0.5, 0.635), velocity=(speed, 0)), **scene)
+
+
+def head_on(speed: float, **scene) -> Scene:
+    cue = Ball(id="cue", position=(0.5, 0.635), velocity=(speed, 0))
+    return scene_of(cue, Ball(id="object", position=(1.2, 0.635)), **scene)
+
+
+def break_shot(count: int, seed: int, gap: float = 1e-4, **scene) -> Scene:
+    """`count` balls: a rack `gap` apart, and a cue ball a little off the line at 6 m/s."""
+    rng = np.random.default_rng(seed)
+    pitch = 2 * R + gap
+    rack = [
+        (1.9 + row * pitch * math.sqrt(0.75), 0.635 + (k - row / 2) * pitch)
+        for row in range(5)
+        for k in range(row + 1)
+    ]
+    cue = Ball(id="cue", position=(0.6, 0.635 + rng.uniform(-0.01, 0.01)), velocity=(6, 0))
+    others = (Ball(id=f"{i}", position=at) for i, at in enumerate(rack[: count - 1], 1))
+    return scene_of(cue, *others, table=TABLE, **scene)
+
+
+def slanting_chase(**scene) -> Scene:
+    """Ball b flees slowly along x; a comes up behind, aslant and fast: contact after 18 ms.
+
+    Along the line of centres b loses speed at the full mu g, a at less than half of it: the gap
+    closes faster than the straight lines say.
+    """
+    t = 0.018
+    a = Ball(id="a", position=(-2 * R - 1.2 * t, -3.0 * t), velocity=(1.5, 3.0))
+    return scene_of(a, Ball(id="b", position=(0, 0), velocity=(0.3, 0)), t_max=0.1, **scene)
+
+
+def gaps(result: Result) -> np.ndarray:
+    """Gap of every pair in every recorded frame, (k, pairs) [m]."""
+    at = result.trajectory.positions
+    i, j = np.triu_indices(at.shape[1], 1)
+    return np.linalg.norm(at[:, i] - at[:, j], axis=2) - 2 * R
+
+
+def test_it_is_a_reference_engine():
+    assert isinstance(engine(), ReferenceEngine)
+    assert (engine().name, engine().settings.frame) == ("paper-continuous", 0.02)
+    assert PaperContinuousEngine.unavailable() is None
+
+
+def test_a_frame_without_collision_is_one_step():
+    """As printed it would not advance at all; a roll is then that of the discrete engine."""
+    result = engine().simulate(roll(1.0), record="events")
+    distance = result.rest_positions[0, 0] - 0.5
+    assert distance == pytest.approx(1.0 / (2 * DECELERATION) - 0.01, abs=DECELERATION * 0.02**2)
+    assert result.status is Status.REST
+    assert result.work["steps"] == result.work["frames"]
+    assert result.events["kind"].tolist() == [EventKind.ROLL_TO_REST]
+
+
+def test_without_friction_a_collision_is_found_at_its_instant():
+    result = engine().simulate(head_on(2.0, t_max=1.0, physics=FRICTIONLESS), record="events")
+    hit, rest = result.events
+    t_contact = (0.7 - 2 * R) / 2.0
+    assert hit["t"] == pytest.approx(t_contact, abs=1e-14)
+    assert (hit["kind"], hit["a"], hit["b"]) == (EventKind.BALL_BALL, 0, 1)
+    # A collision that stops the ball brings it to rest at that instant.
+    assert (rest["kind"], rest["t"], rest["a"]) == (EventKind.ROLL_TO_REST, hit["t"], 0)
+    assert result.final_state.velocities[0].tolist() == [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]
+    expected = [1.2 - 2 * R, 1.2 + 2.0 * (1.0 - t_contact)]
+    assert result.rest_positions[:, 0] == pytest.approx(expected, abs=1e-13)
+
+
+def test_a_ball_too_fast_for_the_discrete_engine_is_caught():
+    result = engine().simulate(head_on(50.0, t_max=0.1, physics=FRICTIONLESS))
+    assert result.collision_counts["ball-ball"] == 1
+
+
+def test_head_on_with_friction_ends_near_the_closed_form():
+    """The only error is that of the straight steps: about v frame / 2 in all."""
+    result = engine().simulate(head_on(1.0))
+    total = 1.0 / (2 * DECELERATION)
+    assert result.collision_counts["ball-ball"] == 1
+    assert result.work["overlaps"] == 0
+    assert result.rest_positions[0, 0] == pytest.approx(1.2 - 2 * R, abs=2e-6)
+    travelled = result.rest_positions[1, 0] - 1.2 + 0.7 - 2 * R
+    assert total - 0.011 < travelled < total - 0.009
+
+
+def test_two_collisions_at_one_instant_are_both_solved():
+    """Two head-on shots side by side; solving the first alone would lose the second."""
+    balls = []
+    for k, y in enumerate((0.0, 1.0)):
+        balls += [
+            Ball(id=f"a{k}", position=(0, y), velocity=(1, 0)),
+            Ball(id=f"b{k}", position=(0.5, y)),
+        ]
+    result = engine().simulate(scene_of(*balls, t_max=1.0, physics=FRICTIONLESS), record="events")
+    assert len(set(result.events["t"].tolist())) == 1
+    assert result.collision_counts["ball-ball"] == 2
+
+
+def test_a_blow_runs_through_a_touching_line():
+    """One pass of the double loop carries it on; order and count are those of a cradle."""
+    line = [Ball(id=f"{k}", position=(1.0 + 2 * R * k, 0)) for k in range(3)]
+    cue = Ball(id="cue", position=(0.5, 0), velocity=(1, 0))
+    scene = scene_of(cue, *line, t_max=1.0, physics=FRICTIONLESS)
+    result = engine().simulate(scene, record="events")
+    assert result.events[["kind", "a", "b"]].tolist() == [
+        (EventKind.BALL_BALL, 0, 1),
+        (EventKind.BALL_BALL, 1, 2),
+        (EventKind.BALL_BALL, 2, 3),
+        (EventKind.ROLL_TO_REST, 0, -1),  # balls 1 and 2 pass the blow on and never move
+    ]
+    assert result.final_state.velocities[0, :, 0] == pytest.approx([0, 0, 0, 1], abs=1e-12)
+
+
+def test_each_pair_is_visited_twice_at_an_instant():
+    """Ball 1 hits 2, which touches 0: only the second visit, (2, 0), carries it on at once."""
+    balls = [
+        Ball(id="end", position=(1.0 + 2 * R, 0)),
+        Ball(id="cue", position=(0.5, 0), velocity=(1, 0)),
+        Ball(id="middle", position=(1.0, 0)),
+    ]
+    result = engine().simulate(scene_of(*balls, t_max=1.0, physics=FRICTIONLESS))
+    assert result.collision_counts["ball-ball"] == 2
+    assert result.work["steps"] == result.work["frames"] + 1
+
+
+def test_a_cushion_is_found_late_unless_searched():
+    """Figure 3. Algorithm 1 searches balls only: the ball turns up to v times a frame beyond."""
+    cue = Ball(id="cue", position=(2.4, 0.6), velocity=(2.0, 0.5))
+    scene = scene_of(cue, table=TABLE, t_max=0.1, physics=FRICTIONLESS)
+    late = engine().simulate(scene, record="trajectory")
+    searched = engine(cushions="searched").simulate(scene, record="trajectory")
+    for result in (late, searched):
+        assert result.final_state.velocities[0, 0].tolist() == [-2.0, 0.5, 0.0]
+        assert result.collision_counts["ball-cushion"] == 1
+    assert late.trajectory.positions[:, 0, 0].max() == pytest.approx(2.4 + 2.0 * 0.06)
+    assert late.events["t"].tolist() == [0.06]
+    assert searched.trajectory.positions[:, 0, 0].max() == pytest.approx(2.54 - R, abs=1e-14)
+    assert searched.events["t"][0] == pytest.approx((0.14 - R) / 2.0, abs=1e-14)
+
+
+def test_figure_2_friction_within_a_frame_makes_it_miss():
+    """The mechanism of the paper's misses, alone: the balls go through each other."""
+    missed = engine().simulate(slanting_chase(), record="trajectory")
+    assert missed.collision_counts["ball-ball"] == 0
+    assert missed.work["overlaps"] == 1
+    assert gaps(missed).min() < -1e-3
+    # Each part of the explanation, taken away, brings the collision back.
+    frictionless = engine().simulate(slanting_chase(physics=FRICTIONLESS))
+    finer = engine(frame=1e-4).simulate(slanting_chase())
+    kent = engine(overlaps="collide").simulate(slanting_chase())
+    coarse = engine(tolerance=1e-4).simulate(slanting_chase())
+    for found in (frictionless, finer, kent, coarse):
+        assert found.collision_counts["ball-ball"] == 1
+
+
+def test_sixteen_balls_miss_collisions_here_and_there_and_eight_fewer():
+    """Section 3.2's own report. A repaired algorithm would miss none."""
+    missed = {}
+    for count in (8, 16):
+        results = [engine().simulate(break_shot(count, seed)) for seed in range(20)]
+        assert all(result.status is Status.REST for result in results)
+        missed[count] = [result.work["overlaps"] for result in results]
+        hits = sum(result.collision_counts["ball-ball"] for result in results)
+        assert sum(missed[count]) < 0.06 * hits
+    assert sum(missed[16]) > 1.3 * sum(missed[8]) > 0
+    assert sum(m > 0 for m in missed[16]) >= 12
+
+
+def test_the_misses_are_clipping_and_without_friction_there_are_none():
+    """Deepest overlap from the recorded frames; the counter and the trajectory must agree."""
+    results = [engine().simulate(break_shot(16, seed), record="trajectory") for seed in range(4)]
+    for result in results:
+        deep = gaps(result) < -engine().settings.tolerance
+        assert np.any(deep) == (result.work["overlaps"] > 0)
+    assert min(gaps(result).min() for result in results) < -5e-3
+    # The rule of the paper's source, that overlapping balls collide now, leaves what friction makes
+    # of one frame.
+    for seed in range(4):
+        scene = break_shot(16, seed)
+        result = engine(overlaps="collide").simulate(scene, record="trajectory")
+        assert gaps(result).min() > -DECELERATION * 0.02**2
+    for seed in range(4):
+        scene = break_shot(16, seed, t_max=3.0, physics=FRICTIONLESS)
+        result = engine().simulate(scene, record="trajectory")
+        assert result.work["overlaps"] == 0
+        assert gaps(result).min() > -1e-12
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-4])
+def test_a_frictionless_break_keeps_its_energy(gap):
+    scene = break_shot(16, 1, gap, t_max=4.0, physics=FRICTIONLESS)
+    result = engine().simulate(scene, record="trajectory")
+    energy = result.energy(result.trajectory.times).translation
+    assert energy == pytest.approx(np.full(len(energy), energy[0]), rel=1e-12)
+    assert result.collision_counts["ball-ball"] > 20
+
+
+def test_unequal_masses_follow_the_formula():
+    a = Ball(id="a", position=(0, 0), velocity=(1, 0), mass=0.3)
+    b = Ball(id="b", position=(0.5, 0), mass=0.1, radius=0.02)
+    result = engine().simulate(scene_of(a, b, t_max=1.0, physics=FRICTIONLESS))
+    assert result.final_state.velocities[0, :, 0] == pytest.approx([0.5, 1.5], abs=1e-14)
+
+
+def test_a_break_reruns_to_the_same_bits_whatever_is_recorded():
+    scene = break_shot(16, 2)
+    first, second = (engine().simulate(scene, record=record) for record in ("trajectory", "rest"))
+    assert first.rest_positions.tobytes() == second.rest_positions.tobytes()
+    assert (first.work, first.collision_counts) == (second.work, second.collision_counts)
+    assert (second.events, second.trajectory) == (None, None)
+
+
+def test_t_max_is_met_by_a_shorter_last_frame():
+    result = engine().simulate(roll(1.0, t_max=0.505, physics=FRICTIONLESS), record="trajectory")
+    assert (result.status, result.rest_time) == (Status.T_MAX, 0.505)
+    assert result.work["frames"] == 26
+    assert result.rest_positions[0, 0] == pytest.approx(1.005, abs=1e-14)
+    assert result.trajectory.t_end == 0.505
+
+
+@pytest.mark.parametrize("settings", [{"max_time": 1.0}, {"max_time": 8.0, "stop": "never"}])
+def test_a_run_that_does_not_end_says_so(settings):
+    result = engine(**settings).simulate(roll(1.0))
+    assert (result.status, result.rest_time) == (Status.STEP_LIMIT, settings["max_time"])
+    assert "`max_time`" in result.reason
+
+
+def test_the_event_limit_is_reported():
+    result = engine(max_events=10).simulate(roll(1.0))
+    assert result.status is Status.EVENT_LIMIT
+    assert "10 steps (`max_events`)" in result.reason
+
+
+@pytest.mark.parametrize(
+    ("physics", "section"),
+    [
+        (Physics(ball_restitution=0.9), "4.2"),
+        (Physics(cushion="restitution", cushion_restitution=0.8), "6.3"),
+        (Physics(motion="sliding"), "6.2"),
+    ],
+)
+def test_what_the_paper_lacks_is_refused_with_its_section(physics, section):
+    with pytest.raises(UnsupportedSceneError, match=section):
+        engine().simulate(head_on(1.0, physics=physics, table=TABLE))
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"frame": 0.0}, {"frame": math.nan}, {"tolerance": 0.0}, {"overlaps": "no"},
+     {"cushions": "no"}, {"max_events": 0}, {"max_time": 0.0}, {"dt": 0.02}],
+)  # fmt: skip
+def test_bad_settings_are_refused(settings):
+    with pytest.raises(ValidationError):
+        engine(**settings)

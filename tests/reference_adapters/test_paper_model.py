@@ -1,0 +1,151 @@
+"""The paper's formulas, each against a value worked out another way."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from engine import Ball, Physics, Scene, Table
+from engine.features import Feature
+from reference_adapters.paper_continuous import PaperContinuousEngine
+from reference_adapters.paper_discrete import PaperDiscreteEngine
+from reference_adapters.paper_model import PaperBalls
+
+DECELERATION = 0.02 * 9.81
+
+
+def balls_of(*balls: Ball, stop: str = "reversal", **scene) -> PaperBalls:
+    return PaperBalls(Scene(name="test", balls=balls, **scene), stop)
+
+
+def one_ball(speed: float, **more) -> PaperBalls:
+    ball = Ball(id="cue", position=(0.5, 0.5), velocity=(0.6 * speed, 0.8 * speed))
+    return balls_of(ball, **more)
+
+
+def test_a_step_is_semi_implicit_euler():
+    """Explicit Euler (old v) or the exact a t^2 / 2 would put the ball elsewhere."""
+    balls = one_ball(1.0)
+    balls.advance(0.1)
+    speed = 1.0 - DECELERATION * 0.1
+    assert balls.vx[0] == pytest.approx(0.6 * speed, rel=1e-15)
+    assert balls.x[0] == pytest.approx(0.5 + 0.06 * speed, rel=1e-15)
+    assert balls.y[0] == pytest.approx(0.5 + 0.08 * speed, rel=1e-15)
+
+
+def test_a_ball_that_friction_would_turn_round_stops():
+    balls = one_ball(0.5 * DECELERATION * 0.02)
+    place = balls.x[0]
+    balls.advance(0.02)
+    assert not balls.moving
+    assert balls.x[0] == place
+
+
+def test_a_ball_that_friction_only_slows_moves_on():
+    balls = one_ball(1.01 * DECELERATION * 0.02)
+    balls.advance(0.02)
+    assert balls.vx[0] == pytest.approx(0.6 * 0.01 * DECELERATION * 0.02)
+
+
+def test_as_printed_a_slow_ball_trembles_and_creeps_for_ever():
+    """Why a rule to stop is needed at all: without one no run would end."""
+    flip = DECELERATION * 0.02
+    balls = one_ball(0.3 * flip, stop="never")
+    speeds = []
+    for _ in range(1000):
+        balls.advance(0.02)
+        speeds.append(balls.vx[0] / 0.6)
+    assert speeds == pytest.approx([-0.7 * flip, 0.3 * flip] * 500)
+    assert balls.x[0] - 0.5 == pytest.approx(0.6 * (-0.2 * flip) * 1000 * 0.02)
+
+
+def test_head_on_equal_balls_swap_velocities_exactly():
+    a = Ball(id="a", position=(0, 0), velocity=(1.5, 0))
+    b = Ball(id="b", position=(0.06, 0), velocity=(-0.25, 0))
+    balls = balls_of(a, b)
+    balls.collide(0, 1)
+    assert (balls.vx, balls.vy) == ([-0.25, 1.5], [0.0, 0.0])
+
+
+def test_the_formula_tests_nothing_so_separating_balls_are_turned_round():
+    """The print's wart: "cause collisions that shouldn't have happened"."""
+    a = Ball(id="a", position=(0, 0), velocity=(-1, 0))
+    balls = balls_of(a, Ball(id="b", position=(0.06, 0)))
+    assert not balls.approaching(0, 1)
+    balls.collide(0, 1)
+    assert balls.vx == [0.0, -1.0]
+    assert balls.approaching(0, 1)
+
+
+speed = st.tuples(st.floats(-5, 5), st.floats(-5, 5))
+mass = st.floats(1e-3, 1e3)
+
+
+@given(st.tuples(speed, speed), st.tuples(mass, mass), st.floats(-math.pi, math.pi), st.booleans())
+def test_a_collision_keeps_momentum_and_energy_and_reverses_the_approach(
+    velocities, masses, angle, swapped
+):
+    """A wrong mass share, a factor 2 or a sign breaks one of the three."""
+    (v1, v2), (m1, m2) = velocities, masses
+    at = (0.06 * math.cos(angle), 0.06 * math.sin(angle))
+    a = Ball(id="a", position=(0, 0), velocity=v1, mass=m1)
+    balls = balls_of(a, Ball(id="b", position=at, velocity=v2, mass=m2))
+
+    def sums() -> tuple[float, float, float, float]:
+        m, vx, vy = balls.masses, balls.vx, balls.vy
+        closing = (vx[0] - vx[1]) * math.cos(angle) + (vy[0] - vy[1]) * math.sin(angle)
+        energy = sum(m[i] * (vx[i] ** 2 + vy[i] ** 2) for i in (0, 1))
+        return m[0] * vx[0] + m[1] * vx[1], m[0] * vy[0] + m[1] * vy[1], energy, closing
+
+    px, py, energy, closing = sums()
+    balls.collide(1, 0) if swapped else balls.collide(0, 1)
+    after = sums()
+    # Rounding is relative to the largest momentum and energy that can occur here.
+    scale = max(m1, m2) * 20
+    assert after[0] == pytest.approx(px, abs=1e-14 * scale)
+    assert after[1] == pytest.approx(py, abs=1e-14 * scale)
+    assert after[2] == pytest.approx(energy, abs=1e-13 * scale)
+    assert after[3] == pytest.approx(-closing, abs=1e-13)
+
+
+def test_a_cushion_flips_the_normal_component_alone():
+    balls = one_ball(1.0, table=Table(length=1, width=1))
+    balls.flip(0, 1)
+    assert (balls.vx[0], balls.vy[0]) == (-0.6, 0.8)
+    balls.flip(0, 3)
+    assert (balls.vx[0], balls.vy[0]) == (-0.6, -0.8)
+
+
+def test_cushion_depths_and_times():
+    balls = one_ball(1.0, table=Table(length=2, width=1, cushions=("right", "top")))
+    r = balls.radii[0]
+    assert dict(balls.cushion_depths(0)) == pytest.approx({1: r - 1.5, 3: r - 0.5})
+    assert balls.time_to_cushion(0) == pytest.approx((0.5 - r) / 0.8)
+    assert [balls.leaving(0, cushion) for cushion in range(4)] == [False, True, False, True]
+    balls.flip(0, 1)
+    balls.flip(0, 3)
+    assert balls.time_to_cushion(0) == math.inf
+
+
+def test_spin_is_that_of_rolling():
+    assert one_ball(1.0).samples().angular_velocities[0, 0] == pytest.approx(
+        [-0.8 / 0.028575, 0.6 / 0.028575, 0.0]
+    )
+
+
+@pytest.mark.parametrize("engine", [PaperDiscreteEngine(), PaperContinuousEngine()])
+def test_capabilities_name_every_feature_and_say_how(engine):
+    assert set(engine.capabilities) == set(Feature)
+    for capability in engine.capabilities.values():
+        assert capability.support == "exact" or capability.how
+
+
+def test_friction_is_per_unit_mass():
+    """The print sets the acceleration to the force mu m g, with masses of 1."""
+    heavy = Ball(id="cue", position=(0, 0), velocity=(1, 0), mass=5.0)
+    balls = balls_of(heavy, physics=Physics(rolling_friction=0.1))
+    balls.advance(0.01)
+    assert balls.vx[0] == pytest.approx(1.0 - 0.1 * 9.81 * 0.01, rel=1e-15)

@@ -1,0 +1,262 @@
+"""Engines by name and spec: lists, settings, and one clear error for whatever is wrong."""
+
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from reference_adapters import (
+    EngineError,
+    EngineUnavailableError,
+    ReferenceEngine,
+    engine_class,
+    engine_names,
+    make_engine,
+    parse_spec,
+    split_specs,
+)
+
+SHIPPED = ("ghostball", "paper-continuous", "paper-discrete", "pybullet", "pymunk")
+
+# A foreign package's engine; what tests change is in single braces.
+FOREIGN = """
+from typing import Annotated, Literal
+from pydantic import Field
+from reference_adapters.base import EngineBase, EngineSettings
+
+class Settings(EngineSettings):
+    dt: Annotated[float, Field(gt=0)] = 1e-3
+    iterations: int = 10
+    warm: bool = True
+    mode: Literal["native", "landed"] = "native"
+
+class Engine(EngineBase):
+    name = "{name}"
+    Settings = Settings
+    capabilities = {{}}
+
+    @classmethod
+    def unavailable(cls):
+        return {reason!r}
+
+    def simulate(self, scene, *, record="rest"):
+        raise NotImplementedError
+"""
+
+
+class ForeignPackages:
+    """Packages that declare an engine, installed for the length of a test."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def install(self, package: str, source: str) -> None:
+        module = package.replace("-", "_")
+        (self.folder / f"{module}.py").write_text(source)
+        metadata = self.folder / f"{module}-1.0.dist-info"
+        metadata.mkdir()
+        (metadata / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1\n")
+        entry_points = f"[ghostball.engines]\nforeign = {module}:Engine\n"
+        (metadata / "entry_points.txt").write_text(entry_points)
+        importlib.invalidate_caches()
+
+
+@pytest.fixture
+def packages(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    before = set(sys.modules)
+    yield ForeignPackages(tmp_path)
+    for name in set(sys.modules) - before:
+        if str(tmp_path) in str(getattr(sys.modules[name], "__file__", "")):
+            del sys.modules[name]
+
+
+def foreign(reason=None, name="foreign"):
+    return FOREIGN.format(reason=reason, name=name)
+
+
+# --- names ------------------------------------------------------------------------------------
+
+
+def test_ours_is_listed_first_and_the_shipped_ones_are_all_there():
+    names = engine_names()
+    assert names[0] == "ghostball"
+    assert set(SHIPPED) <= set(names)
+
+
+def test_listing_imports_no_engine():
+    # Breaks where the listing loads entry points: a broken or slow engine would hold up everyone.
+    code = (
+        "import sys; from reference_adapters import engine_names; engine_names();"
+        "print([m for m in ('pymunk', 'pybullet', 'numba') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_shipped_engine_keeps_the_protocol(name):
+    engine = engine_class(name)
+    assert engine.name == name
+    if engine.unavailable() is None:
+        assert isinstance(make_engine(name), ReferenceEngine)
+
+
+def test_a_foreign_engine_joins_by_its_entry_point(packages):
+    packages.install("some-engine", foreign())
+    assert "foreign" in engine_names()
+    assert make_engine("foreign:dt=2e-3").settings.dt == 2e-3
+
+
+def test_a_module_that_fails_to_import_is_named_with_the_reason(packages):
+    packages.install("some-engine", "raise RuntimeError('no licence file')")
+    assert "foreign" in engine_names()
+    with pytest.raises(EngineUnavailableError) as caught:
+        engine_class("foreign")
+    for part in ("`foreign`", "some-engine", "no licence file", "RuntimeError"):
+        assert part in str(caught.value)
+
+
+def test_an_entry_point_that_is_no_engine_is_refused(packages):
+    packages.install("some-engine", "class Engine: name = 'foreign'")
+    with pytest.raises(EngineUnavailableError, match=r"lacks `Settings`.*`simulate`"):
+        engine_class("foreign")
+
+
+def test_an_engine_that_calls_itself_otherwise_is_refused(packages):
+    packages.install("some-engine", foreign(name="other"))
+    with pytest.raises(EngineUnavailableError, match="calls itself 'other'"):
+        engine_class("foreign")
+
+
+def test_a_name_claimed_by_two_packages_is_refused(packages):
+    packages.install("one-engine", foreign())
+    packages.install("two-engine", foreign())
+    assert engine_names().count("foreign") == 1
+    with pytest.raises(EngineError, match=r"claimed twice: one_engine:Engine, two_engine:Engine"):
+        engine_class("foreign")
+
+
+def test_an_engine_that_cannot_run_here_says_why(packages):
+    packages.install("some-engine", foreign(reason="libfoo is missing; run `apt install libfoo`"))
+    engine_class("foreign")  # its class can still be asked for settings and capabilities
+    with pytest.raises(EngineUnavailableError, match=r"`foreign` is unavailable.*apt install"):
+        make_engine("foreign")
+
+
+def test_an_unknown_engine_lists_the_known_and_the_closest():
+    with pytest.raises(EngineError) as caught:
+        make_engine("pymonk")
+    assert not isinstance(caught.value, EngineUnavailableError)
+    for part in ("'pymonk'", "Did you mean `pymunk`?", *SHIPPED):
+        assert part in str(caught.value)
+
+
+# --- specs ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("spec", "expected"),
+    [
+        ("pymunk", ("pymunk", {})),
+        ("pymunk:dt=1e-3", ("pymunk", {"dt": "1e-3"})),
+        ("pymunk:dt=1e-3,mode=landed", ("pymunk", {"dt": "1e-3", "mode": "landed"})),
+        (" pymunk : dt = 1e-3 ", ("pymunk", {"dt": "1e-3"})),
+        ("pymunk:file=a:b=c", ("pymunk", {"file": "a:b=c"})),
+    ],
+)
+def test_a_spec_is_split_into_name_and_settings(spec, expected):
+    assert parse_spec(spec) == expected
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        ("", "name must be given"),
+        (":dt=1", "name must be given"),
+        ("pymunk:", "must be `key=value`, got ''"),
+        ("pymunk:dt", "must be `key=value`, got 'dt'"),
+        ("pymunk:dt=", "must be `key=value`, got 'dt='"),
+        ("pymunk:=1", "must be `key=value`, got '=1'"),
+        ("pymunk:dt=1,,mode=a", "must be `key=value`, got ''"),
+        ("pymunk:dt=1,dt=2", "`dt` must be given once"),
+    ],
+)
+def test_a_malformed_spec_says_what_is_wrong(spec, message):
+    with pytest.raises(EngineError, match=message):
+        parse_spec(spec)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("pymunk", ("pymunk",)),
+        ("pymunk,pybullet", ("pymunk", "pybullet")),
+        ("pymunk:dt=1e-3,mode=landed,pybullet", ("pymunk:dt=1e-3,mode=landed", "pybullet")),
+        ("a,b:x=1,y=2,z=3,c:x=1,d", ("a", "b:x=1,y=2,z=3", "c:x=1", "d")),
+        ("a:x=1,y=2:3,b", ("a:x=1,y=2:3", "b")),
+        (" a , b:x=1 , y=2 ", ("a", "b:x=1,y=2")),
+        ("pymunk,pymunk:dt=1e-3", ("pymunk", "pymunk:dt=1e-3")),
+    ],
+)
+def test_a_list_of_specs_keeps_settings_with_their_engine(text, expected):
+    assert split_specs(text) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "must be given between commas"),
+        ("a,,b", "must be given between commas"),
+        ("dt=1e-3,pymunk", "must follow its engine"),
+        ("pymunk,dt=1e-3", "Write `pymunk:dt=1e-3`"),
+    ],
+)
+def test_a_malformed_list_says_what_is_wrong(text, message):
+    with pytest.raises(EngineError, match=message):
+        split_specs(text)
+
+
+# --- settings ---------------------------------------------------------------------------------
+
+
+def test_values_are_read_as_the_type_of_their_setting(packages):
+    packages.install("some-engine", foreign())
+    settings = make_engine("foreign:dt=1e-4,iterations=30,warm=false,mode=landed").settings
+    assert (settings.dt, settings.iterations, settings.warm, settings.mode) == (
+        1e-4,
+        30,
+        False,
+        "landed",
+    )
+    assert type(settings.iterations) is int
+
+
+@pytest.mark.parametrize(
+    ("setting", "parts"),
+    [
+        ("dt=0", ["`dt`", "must be greater than 0", "'0'"]),
+        ("dt=nan", ["`dt`", "finite", "'nan'"]),
+        ("dt=inf", ["`dt`", "finite", "'inf'"]),
+        ("dt=fast", ["`dt`", "must be a valid number", "'fast'"]),
+        ("iterations=2.5", ["`iterations`", "must be a valid integer", "'2.5'"]),
+        ("mode=slow", ["`mode`", "must be 'native' or 'landed'", "'slow'"]),
+        ("step=1e-3", ["`step`", "not a setting of engine `foreign`", "'1e-3'"]),
+        ("iteration=3", ["Did you mean `iterations`?"]),
+        ("dt=-1,iterations=x", ["`dt`", "`iterations`"]),
+    ],
+)
+def test_a_wrong_setting_names_setting_rule_value_and_the_known_ones(packages, setting, parts):
+    packages.install("some-engine", foreign())
+    with pytest.raises(EngineError) as caught:
+        make_engine(f"foreign:{setting}")
+    for part in (*parts, "dt=0.001, iterations=10, warm=True, mode=native"):
+        assert part in str(caught.value)
+
+
+def test_our_engine_takes_an_event_limit():
+    assert make_engine("ghostball:max_events=12").settings.max_events == 12
+    with pytest.raises(EngineError, match="`max_events` of engine `ghostball` must be greater"):
+        make_engine("ghostball:max_events=0")

@@ -1,0 +1,288 @@
+"""The results folder: written case by case, read back to the bit, refused with a reason."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine import EVENT_DTYPE, Ball, Scene
+from validation.store import (
+    ENVIRONMENT_FILE,
+    RESULTS_FILE,
+    SCHEMA,
+    CaseRecord,
+    Check,
+    Motion,
+    ResultsError,
+    ResultsFolder,
+    ResultsWriter,
+)
+
+SCENE = Scene(name="roll", tags=("smoke",), balls=[Ball(id="cue", position=(0.1, 0.2))])
+ENVIRONMENT = {"scenes": ["roll", "other"], "engines": ["pymunk", "ghostball"]}
+
+
+def record(label: str = "pymunk", scene: str = "roll", **changes: Any) -> CaseRecord:
+    blank = CaseRecord(
+        scene=scene,
+        title="One ball",
+        tags=("smoke",),
+        definition=SCENE.model_dump(mode="json", by_alias=True),
+        label=label,
+        engine=label.partition(":")[0],
+        outcome="ran",
+    )
+    return replace(blank, **changes)
+
+
+def motion(seed: int = 0) -> Motion:
+    rng = np.random.default_rng(seed)
+    events = np.array([(0.1 + 0.2, 0, 0, 1), (1.0, 3, 1, -1)], dtype=EVENT_DTYPE)
+    states = [rng.normal(size=(4, 2, 3)) for _ in range(3)]
+    return Motion(events, np.linspace(0, 1, 4), *states, *(rng.normal(size=4) for _ in range(3)))
+
+
+def written(path: Path, *records: CaseRecord, finish: bool = True) -> ResultsWriter:
+    writer = ResultsWriter(path)
+    writer.begin(ENVIRONMENT)
+    for item in records:
+        writer.write(item, motion())
+    if finish:
+        writer.finish("complete")
+    return writer
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+
+
+# --- round trip
+
+
+def test_a_case_reads_back_to_the_bit(tmp_path: Path) -> None:
+    full = record(
+        settings={"dt": 1e-4, "mode": "landed", "limit": None},
+        status="t-max",
+        reason="line\u2028separator, \x1b and \n",  # what an exception may say
+        approximations=("rolling: by a joint",),
+        truth="closed form",
+        truth_positions=np.array([[0.1 + 0.2, 1 / 3, 5e-324]]),
+        truth_rest_time=1 / 7,
+        truth_counts={"ball-ball": 3},
+        rest_positions=np.array([[np.nextafter(0.3, 1), -0.0, 1e300]]),
+        ball_errors=np.array([2.0**-53]),
+        rest_time=0.1,
+        collision_counts={"ball-ball": 3, "ball-cushion": 0},
+        energy_initial=0.1,
+        energy_final=0.0,
+        work={"steps": 10**12},
+        wall_time=1e-5,
+        metrics={"collision_count": 3, "rest_error_max": 2.0**-53, "energy_drift": None},
+        notes={"energy_drift": "energy is lost"},
+        checks=(Check("collision_count", 3, "equals", 3, "1", True, "by hand"),),
+    )
+    written(tmp_path, full)
+    (read,) = ResultsFolder.load(tmp_path).cases
+    for part in fields(CaseRecord):
+        before, after = getattr(full, part.name), getattr(read, part.name)
+        if part.name == "motion":
+            assert after == "motion/roll--pymunk.npz"
+        elif isinstance(before, np.ndarray):
+            assert before.tobytes() == after.tobytes(), part.name
+        else:
+            assert before == after, part.name
+    assert isinstance(read.metrics["collision_count"], int)
+    assert read.load_scene() == SCENE
+
+
+def test_a_motion_reads_back_to_the_bit(tmp_path: Path) -> None:
+    written(tmp_path, record())
+    folder = ResultsFolder.load(tmp_path)
+    read = folder.motion(folder.cases[0])
+    assert read is not None
+    for part in fields(Motion):
+        assert getattr(read, part.name).tobytes() == getattr(motion(), part.name).tobytes()
+    assert read.events.dtype == EVENT_DTYPE
+    parts = (read.energy_translation, read.energy_rotation, read.energy_height)
+    assert np.array_equal(read.energy, sum(parts))
+
+
+def test_what_is_not_finite_reads_back_as_nan_or_none(tmp_path: Path) -> None:
+    # The line must stay JSON: NaN and Infinity are not.
+    blown = record(rest_positions=np.array([[np.nan, np.inf, 1.0]]), rest_time=float("inf"))
+    written(tmp_path, blown)
+    json.loads((tmp_path / RESULTS_FILE).read_text(), parse_constant=pytest.fail)
+    (read,) = ResultsFolder.load(tmp_path).cases
+    assert read.rest_positions is not None
+    assert np.array_equal(np.isnan(read.rest_positions), [[True, True, False]])
+    assert read.rest_time is None
+
+
+def test_names_come_in_the_order_asked_for(tmp_path: Path) -> None:
+    written(tmp_path, record("ghostball", "other"), record("pymunk", "roll"))
+    folder = ResultsFolder.load(tmp_path)
+    assert folder.scene_names == ["roll", "other"]
+    assert folder.labels == ["pymunk", "ghostball"]
+    assert folder.case("roll", "pymunk") is folder.cases[1]
+    assert folder.case("roll", "ghostball") is None
+    assert folder.state == "complete"
+
+
+def test_labels_that_look_alike_in_a_file_name_keep_their_own_motion(tmp_path: Path) -> None:
+    writer = ResultsWriter(tmp_path)
+    writer.begin(ENVIRONMENT)
+    writer.write(record("a:b=1"), motion(1))
+    writer.write(record("a-b-1"), motion(2))
+    writer.finish("complete")
+    folder = ResultsFolder.load(tmp_path)
+    first, second = (folder.motion(case) for case in folder.cases)
+    assert first is not None
+    assert second is not None
+    assert np.array_equal(first.positions, motion(1).positions)
+    assert np.array_equal(second.positions, motion(2).positions)
+
+
+def test_a_case_without_motion_has_none(tmp_path: Path) -> None:
+    writer = ResultsWriter(tmp_path)
+    writer.begin(ENVIRONMENT)
+    writer.write(record(outcome="failed"), None)
+    writer.finish("complete")
+    folder = ResultsFolder.load(tmp_path)
+    assert folder.motion(folder.cases[0]) is None
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "passed"),
+    [([], None), ([None], None), ([True, None], True), ([True, False, None], False)],
+)
+def test_a_case_passes_where_all_its_verdicts_do(
+    verdicts: list[bool | None], passed: bool | None
+) -> None:
+    checks = tuple(Check("m", 1, "at_most", 1, "m", verdict, "r") for verdict in verdicts)
+    assert record(checks=checks).passed is passed
+
+
+# --- interrupted, killed, damaged
+
+
+def test_a_run_that_was_killed_reads_back(tmp_path: Path) -> None:
+    # No finish(): what `write` returned from must be on disk already.
+    writer = written(tmp_path, record(), finish=False)
+    folder = ResultsFolder.load(tmp_path)
+    assert len(folder.cases) == 1
+    assert folder.motion(folder.cases[0]) is not None
+    assert folder.state == "running"
+    writer.finish("interrupted")
+    assert ResultsFolder.load(tmp_path).state == "interrupted"
+
+
+@pytest.mark.parametrize("cut", [1, 40])
+def test_a_line_that_is_cut_short_is_named(tmp_path: Path, cut: int) -> None:
+    # Also where only the line's end is missing: the JSON alone would still parse.
+    written(tmp_path, record(), record("ghostball"))
+    path = tmp_path / RESULTS_FILE
+    path.write_bytes(path.read_bytes()[:-cut])
+    with pytest.raises(ResultsError, match=r"results\.jsonl:2: the last line is cut short"):
+        ResultsFolder.load(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("{broken", r"results\.jsonl:2: not valid JSON"),
+        ("[1]", r"results\.jsonl:2: not a case"),
+        ("", r"results\.jsonl:2: not valid JSON"),
+        (f'{{"schema": {SCHEMA + 1}}}', r"results\.jsonl:2: `schema` must be 1, got 2"),
+        (f'{{"schema": {SCHEMA}}}', r"results\.jsonl:2: `scene`: "),
+    ],
+)
+def test_a_damaged_line_is_named(tmp_path: Path, line: str, message: str) -> None:
+    written(tmp_path, record())
+    with (tmp_path / RESULTS_FILE).open("a") as file:
+        file.write(line + "\n")
+    with pytest.raises(ResultsError, match=message):
+        ResultsFolder.load(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [({"schema": 99}, "`schema` must be 1, got 99"), ({"format": "x"}, "not a results folder")],
+)
+def test_another_folder_is_refused(tmp_path: Path, change: dict[str, Any], message: str) -> None:
+    written(tmp_path, record())
+    path = tmp_path / ENVIRONMENT_FILE
+    path.write_text(json.dumps(json.loads(path.read_text()) | change))
+    with pytest.raises(ResultsError, match=message):
+        ResultsFolder.load(tmp_path)
+
+
+def test_what_is_missing_is_said(tmp_path: Path) -> None:
+    with pytest.raises(ResultsError, match="no such results folder"):
+        ResultsFolder.load(tmp_path / "none")
+    with pytest.raises(ResultsError, match="not a results folder"):
+        ResultsFolder.load(tmp_path)
+    written(tmp_path / "out", record())
+    (tmp_path / "out" / RESULTS_FILE).unlink()
+    with pytest.raises(ResultsError, match="missing"):
+        ResultsFolder.load(tmp_path / "out")
+
+
+def test_a_damaged_motion_is_named(tmp_path: Path) -> None:
+    written(tmp_path, record())
+    folder = ResultsFolder.load(tmp_path)
+    path = tmp_path / str(folder.cases[0].motion)
+    path.write_bytes(path.read_bytes()[:100])
+    with pytest.raises(ResultsError, match=r"roll--pymunk\.npz: can't read the motion of `pymunk`"):
+        folder.motion(folder.cases[0])
+
+
+# --- taking over a folder
+
+
+def test_earlier_results_stay_until_the_run_begins(tmp_path: Path) -> None:
+    written(tmp_path, record(), record("ghostball"))
+    (tmp_path / "report.md").write_text("drawn from them")
+    before = contents(tmp_path)
+    writer = ResultsWriter(tmp_path)
+    assert contents(tmp_path) == before
+    writer.begin(ENVIRONMENT)
+    writer.write(record("pybullet"), motion())
+    writer.finish("complete")
+    folder = ResultsFolder.load(tmp_path)
+    assert [case.label for case in folder.cases] == ["pybullet"]
+    assert [path.name for path in (tmp_path / "motion").iterdir()] == ["roll--pybullet.npz"]
+    assert (tmp_path / "report.md").exists()  # not the store's to delete
+
+
+def test_a_folder_that_is_not_ours_is_refused_and_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").write_text("years of work")
+    before = contents(tmp_path)
+    with pytest.raises(ResultsError, match="not empty and not a results folder"):
+        ResultsWriter(tmp_path)
+    assert contents(tmp_path) == before
+
+
+def test_a_file_in_the_way_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "out"
+    path.write_text("")
+    with pytest.raises(ResultsError, match="not a folder"):
+        ResultsWriter(path)
+    with pytest.raises(ResultsError, match="can't write the results folder"):
+        ResultsWriter(path / "below")
+
+
+def test_a_folder_that_refuses_files_is_found_out_before_the_run(tmp_path: Path) -> None:
+    # /proc takes no files from anyone, root included.
+    if not Path("/proc/self").exists():
+        pytest.skip("no /proc here")
+    with pytest.raises(ResultsError, match="can't write the results folder"):
+        ResultsWriter("/proc/ghostball-results")

@@ -1,0 +1,403 @@
+"""The suite: every case ends as a record, whatever an engine does; interrupts keep what is done."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import validation.suite
+from engine import Ball, GhostballError, Scene
+from reference_adapters.base import EngineError
+from validation.criteria import Criteria, Criterion
+from validation.library import find_scene
+from validation.store import CaseRecord, ResultsError, ResultsFolder
+from validation.suite import criteria_beside_paths, run_suite, shipped_criteria
+
+ENGINES = '''
+"""Engines that misbehave, one setting for each way."""
+
+import os
+import time
+
+import numpy as np
+
+from engine import Result, Status, simulate
+from engine.features import EXACT, Capability, Feature
+from reference_adapters.base import EngineBase, EngineSettings
+
+
+class Settings(EngineSettings):
+    does: str = "run"
+    shift: float = 0.0
+
+
+class Fake(EngineBase):
+    name = "fake"
+    Settings = Settings
+
+    @property
+    def capabilities(self):
+        able = dict.fromkeys(Feature, EXACT) | {Feature.ROLLING: Capability("approximate", "nearly")}
+        if self.settings.does == "refuse":
+            able[Feature.ROLLING] = Capability("none", "it slips")
+        return able
+
+    def simulate(self, scene, *, record="rest"):
+        self.check(scene)
+        does = self.settings.does
+        if does == "raise":
+            raise RuntimeError("lost the \\x1b[31mballs")
+        if does == "die":
+            os._exit(7)
+        if does == "hang":
+            time.sleep(600)
+        if does == "interrupt":
+            raise KeyboardInterrupt
+        truth = simulate(scene, record=record)
+        shifted = truth.final_state._replace(
+            positions=truth.final_state.positions + [self.settings.shift, 0.0, 0.0]
+        )
+        return Result(
+            engine="fake",
+            settings={},
+            scene=scene,
+            status=Status.INTERRUPTED if does == "hand back" else truth.status,
+            final_state=shifted,
+            rest_time=truth.rest_time,
+            collision_counts=truth.collision_counts,
+            work={"steps": np.int64(3)},
+            wall_time=0.5,
+            events=None if does == "forget" else truth.events,
+            trajectory=truth.trajectory,
+        )
+
+
+class Absent(Fake):
+    name = "absent"
+
+    @classmethod
+    def unavailable(cls):
+        return "not installed here"
+'''
+
+ENTRY_POINTS = """
+[ghostball.engines]
+fake = fake_engines:Fake
+absent = fake_engines:Absent
+"""
+
+
+@pytest.fixture(autouse=True)
+def fake_engines(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Install the fakes as anyone's package would be: worker processes must find them too."""
+    site = tmp_path_factory.mktemp("site")
+    (site / "fake_engines.py").write_text(ENGINES)
+    package = site / "fake_engines-1.0.dist-info"
+    package.mkdir()
+    (package / "METADATA").write_text("Metadata-Version: 2.1\nName: fake-engines\nVersion: 1.0\n")
+    (package / "entry_points.txt").write_text(ENTRY_POINTS)
+    monkeypatch.syspath_prepend(str(site))
+    monkeypatch.delitem(sys.modules, "fake_engines", raising=False)
+    return site
+
+
+def scene(name: str = "roll") -> Scene:
+    return Scene(name=name, balls=[Ball(id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0))])
+
+
+def limits(*engines: str, metric: str = "rest_error_max", at_most: float = 1e-6) -> Criteria:
+    criterion = Criterion.model_validate(
+        {"engines": engines, "metric": metric, "at_most": at_most, "reason": "by hand"}
+    )
+    return Criteria(criteria=(criterion,))
+
+
+def by_label(cases: list[CaseRecord]) -> dict[str, CaseRecord]:
+    return {case.label: case for case in cases}
+
+
+# --- outcomes
+
+
+def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
+    seen: list[tuple[str, int, int]] = []
+    outcome = run_suite(
+        [scene()],
+        ["ghostball", "fake", "fake:shift=0.003"],
+        tmp_path / "out",
+        progress=lambda record, done, total: seen.append((record.label, done, total)),
+        criteria={"roll": limits("ghostball", "fake")},
+    )
+    assert seen == [("ghostball", 1, 3), ("fake", 2, 3), ("fake:shift=0.003", 3, 3)]
+    folder = ResultsFolder.load(tmp_path / "out")
+    assert folder.state == "complete"
+    assert folder.labels == ["ghostball", "fake", "fake:shift=0.003"]
+    assert folder.environment["engine_settings"]["fake"] == {"does": "run", "shift": 0.0}
+    cases = by_label(folder.cases)
+    # Our engine is the truth here, so it can't pass; the copy agrees, the shifted one is 3 mm off.
+    assert [cases[label].passed for label in folder.labels] == [None, True, False]
+    shifted = cases["fake:shift=0.003"]
+    assert shifted.metrics["rest_error_max"] == pytest.approx(0.003, rel=1e-9)
+    assert shifted.ball_errors == pytest.approx([0.003], rel=1e-9)
+    assert (shifted.status, shifted.engine, shifted.work) == ("rest", "fake", {"steps": 3})
+    assert shifted.approximations == ("rolling without slip: nearly",)
+    assert shifted.load_scene() == scene()
+    assert shifted.energy_initial == pytest.approx(0.7 * 0.170097, rel=1e-12)  # 7/10 m v^2
+    assert shifted.energy_final == 0.0
+    motion = folder.motion(shifted)
+    assert motion is not None
+    assert len(motion.times) == 401  # the uniform grid; its one event is at its end
+    assert motion.times[-1] == shifted.rest_time
+    counts = outcome.counts
+    assert (counts.ran, counts.checks_passed, counts.checks_failed) == (3, 1, 1)
+    assert counts.checks_reference == 1
+    assert outcome.exit_status == 1
+
+
+def test_what_an_engine_cannot_do_is_said_with_the_reason(tmp_path: Path) -> None:
+    outcome = run_suite([scene()], ["fake:does=refuse", "absent"], tmp_path)
+    refused, absent = outcome.cases
+    assert (refused.outcome, refused.reason) == (
+        "not-representable",
+        "no rolling without slip (it slips)",
+    )
+    assert absent.outcome == "unavailable"
+    assert "not installed here" in absent.reason
+    assert outcome.exit_status == 0
+
+
+@pytest.mark.parametrize(("does", "reason"), [("raise", "lost the"), ("forget", "no `events`")])
+def test_a_failure_is_kept_and_the_run_goes_on(tmp_path: Path, does: str, reason: str) -> None:
+    outcome = run_suite([scene()], [f"fake:does={does}", "fake"], tmp_path)
+    failed, fine = ResultsFolder.load(tmp_path).cases
+    assert failed.outcome == "failed"
+    assert reason in failed.reason
+    assert "Traceback" in failed.traceback
+    assert fine.outcome == "ran"
+    assert outcome.exit_status == 3  # the harness failed: stronger than a failed check
+
+
+def test_a_truth_that_fails_fails_its_scene_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(shot: Scene, wanted: str | None = None) -> object:
+        if shot.name == "broken":
+            raise ZeroDivisionError("no truth today")
+        return real(shot)
+
+    real = validation.suite.truth_of
+    monkeypatch.setattr(validation.suite, "truth_of", broken)
+    outcome = run_suite([scene("broken"), scene()], ["fake"], tmp_path)
+    assert [case.outcome for case in outcome.cases] == ["failed", "ran"]
+    assert "no truth today" in outcome.cases[0].reason
+    assert "ZeroDivisionError" in outcome.cases[0].traceback
+
+
+def test_truth_is_computed_once_for_each_scene(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    computed = []
+    real = validation.suite.truth_of
+    monkeypatch.setattr(
+        validation.suite,
+        "truth_of",
+        lambda shot, wanted: (computed.append(shot.name), real(shot, wanted))[1],
+    )
+    run_suite([scene("one"), scene("two")], ["fake", "fake:shift=1.0"], tmp_path)
+    assert computed == ["one", "two"]
+
+
+# --- what is refused before anything runs
+
+
+@pytest.mark.parametrize(
+    ("engines", "message"),
+    [
+        (["fkae"], "mean `fake`"),
+        (["fake:shfit=1"], "`shfit` is not a setting"),
+        (["fake", "fake"], "each engine must be given once"),
+        ([], "at least one engine"),
+    ],
+)
+def test_wrong_engines_are_refused(tmp_path: Path, engines: list[str], message: str) -> None:
+    with pytest.raises(GhostballError, match=message):
+        run_suite([scene()], engines, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("criteria", "message"),
+    [
+        (limits("fkae"), "mean `fake`"),
+        (limits("fake:shfit=1"), "names the setting `shfit`"),
+        (Criteria(truth="closed-form"), "no closed form"),
+    ],
+)
+def test_wrong_criteria_are_refused(tmp_path: Path, criteria: Criteria, message: str) -> None:
+    with pytest.raises(GhostballError, match=message):
+        run_suite([scene()], ["fake"], tmp_path / "out", criteria={"roll": criteria})
+    assert not (tmp_path / "out").exists()
+
+
+def test_scenes_of_one_name_jobs_below_one_and_a_foreign_folder_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(GhostballError, match="each scene must be given once, got roll"):
+        run_suite([scene(), scene()], ["fake"], tmp_path / "out")
+    with pytest.raises(GhostballError, match="`jobs` must be at least 1, got 0"):
+        run_suite([scene()], ["fake"], tmp_path / "out", jobs=0)
+    (tmp_path / "thesis.tex").write_text("years of work")
+    with pytest.raises(ResultsError, match="not empty"):
+        run_suite([scene()], ["fake:does=raise"], tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_an_engine_that_is_absent_needs_no_settings_for_its_criteria(tmp_path: Path) -> None:
+    outcome = run_suite([scene()], ["absent"], tmp_path, criteria={"roll": limits("absent:dt=1")})
+    assert outcome.cases[0].outcome == "unavailable"
+
+
+# --- which criteria a scene has
+
+
+def test_a_changed_copy_of_a_shipped_scene_has_no_shipped_criteria(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(validation.suite, "FOLDER", tmp_path)
+    (tmp_path / "stop.expect.toml").write_text('truth = "engine"\n')
+    shipped = find_scene("stop")
+    assert shipped_criteria(shipped) == Criteria(truth="engine")
+    assert shipped_criteria(shipped.model_copy(update={"t_max": 0.5})) == Criteria()
+    assert shipped_criteria(scene()) == Criteria()
+
+
+def test_scenes_given_by_path_bring_the_criteria_beside_them(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    scene("by-path").save(path)
+    (tmp_path / "mine.expect.toml").write_text('truth = "engine"\n')
+    found = criteria_beside_paths(["smoke", "stop", str(path)])
+    assert found == {"by-path": Criteria(truth="engine")}
+
+
+# --- interrupts
+
+
+@pytest.mark.parametrize("does", ["interrupt", "hand back"])
+def test_an_interrupted_run_keeps_what_is_done(tmp_path: Path, does: str) -> None:
+    outcome = run_suite([scene()], ["fake", f"fake:does={does}", "ghostball"], tmp_path)
+    assert outcome.interrupted
+    assert outcome.exit_status == 130
+    assert outcome.planned == 3
+    folder = ResultsFolder.load(tmp_path)
+    assert [case.label for case in folder.cases] == ["fake"]
+    assert folder.motion(folder.cases[0]) is not None
+    assert folder.state == "interrupted"
+
+
+def test_an_interrupt_before_the_first_case_leaves_earlier_results(tmp_path: Path) -> None:
+    run_suite([scene()], ["fake"], tmp_path)
+    outcome = run_suite([scene()], ["fake:does=interrupt"], tmp_path)
+    assert outcome.interrupted
+    assert outcome.cases == []
+    folder = ResultsFolder.load(tmp_path)
+    assert (folder.labels, folder.state) == (["fake"], "complete")
+
+
+# --- several processes
+
+
+def test_processes_find_what_one_process_finds(tmp_path: Path) -> None:
+    scenes, engines = [scene("one"), scene("two")], ["ghostball", "fake:shift=0.25"]
+    run_suite(scenes, engines, tmp_path / "alone")
+    run_suite(scenes, engines, tmp_path / "two", jobs=2)
+    alone, two = ResultsFolder.load(tmp_path / "alone"), ResultsFolder.load(tmp_path / "two")
+    assert two.scene_names == alone.scene_names
+    assert two.labels == alone.labels
+    for case in alone.cases:
+        other = two.case(case.scene, case.label)
+        assert other is not None
+        left = {name: value for name, value in case.metrics.items() if name != "wall_time"}
+        right = {name: value for name, value in other.metrics.items() if name != "wall_time"}
+        assert left == right
+        assert np.array_equal(case.rest_positions, other.rest_positions)
+    assert multiprocessing.active_children() == []
+
+
+def test_a_process_that_dies_costs_one_case(tmp_path: Path) -> None:
+    engines = ["fake:does=die", "fake", "fake:shift=1.0", "fake:shift=2.0"]
+    outcome = run_suite([scene()], engines, tmp_path, jobs=2)
+    cases = by_label(outcome.cases)
+    assert cases["fake:does=die"].outcome == "failed"
+    assert "exit code 7" in cases["fake:does=die"].reason
+    assert [cases[label].outcome for label in engines[1:]] == ["ran"] * 3
+    assert outcome.exit_status == 3
+    assert multiprocessing.active_children() == []
+
+
+def test_an_interrupt_leaves_no_process_behind(tmp_path: Path) -> None:
+    def interrupt(record: CaseRecord, done: int, total: int) -> None:
+        raise KeyboardInterrupt
+
+    started = time.monotonic()
+    engines = ["fake:does=hang", "fake", "ghostball"]
+    outcome = run_suite([scene()], engines, tmp_path, jobs=2, progress=interrupt)
+    assert outcome.interrupted
+    assert [case.label for case in ResultsFolder.load(tmp_path).cases] == ["fake"]
+    assert multiprocessing.active_children() == []
+    assert time.monotonic() - started < 60  # the hanging one would have slept for 600 s
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals to a process group are POSIX")
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_ctrl_c_in_a_terminal(tmp_path: Path, fake_engines: Path, jobs: int) -> None:
+    # A terminal signals the whole process group: workers must not answer it themselves.
+    script = tmp_path / "script.py"
+    script.write_text(
+        textwrap.dedent(f"""
+        from pathlib import Path
+        from engine import Ball, Scene
+        from validation import run_suite
+
+        if __name__ == "__main__":
+            ball = Ball(id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0))
+            outcome = run_suite(
+                [Scene(name="roll", balls=[ball])],
+                ["fake", "fake:does=hang", "fake:shift=1.0", "fake:does=hang,shift=1.0"],
+                Path({str(tmp_path / "out")!r}),
+                jobs={jobs},
+                progress=lambda record, done, total: print("done", done, flush=True),
+            )
+            raise SystemExit(outcome.exit_status)
+        """)
+    )
+    process = subprocess.Popen(
+        [sys.executable, str(script)],
+        env=os.environ | {"PYTHONPATH": str(fake_engines)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        assert process.stdout is not None
+        for _ in range(jobs):  # one process gets to the first that hangs, two get one further
+            assert process.stdout.readline().startswith("done")
+        os.killpg(process.pid, signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    finally:
+        process.kill()
+        process.communicate()
+    assert errors == ""  # no traceback of any process
+    assert process.returncode == 130
+    folder = ResultsFolder.load(tmp_path / "out")
+    assert folder.state == "interrupted"
+    assert len(folder.cases) == jobs
+    with pytest.raises(ProcessLookupError):  # nobody of the group is left
+        os.killpg(process.pid, 0)

@@ -1,0 +1,155 @@
+"""One case: one scene on one engine, run, measured and judged."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from engine import Result, Scene, Status, UnsupportedSceneError
+from engine.features import scene_features
+from engine.result import initial_state
+from engine.trajectory import energy_of
+from reference_adapters.base import ReferenceEngine
+from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
+from validation.criteria import Criterion
+from validation.metrics import METRICS, measure
+from validation.sampling import motion_of
+from validation.store import CaseRecord, Motion
+from validation.truth import Truth
+
+
+@dataclass(frozen=True, eq=False)
+class TruthFailure:
+    """Why the truth of a scene could not be computed: a fault, and where it arose."""
+
+    reason: str
+    traceback: str
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What to run, and what to hold it against.
+
+    Attributes
+    ----------
+    scene : Scene
+    label : str
+        The engine with its settings, as asked for.
+    truth : Truth or TruthFailure
+    criteria : tuple of Criterion
+        Those that apply to this engine with its settings.
+    """
+
+    scene: Scene
+    label: str
+    truth: Truth | TruthFailure
+    criteria: tuple[Criterion, ...] = ()
+
+
+def run_case(case: Case) -> tuple[CaseRecord, Motion | None]:
+    """Run a case; whatever goes wrong becomes part of the record.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Where the run was interrupted; what it did until then is dropped.
+    """
+    record = blank_record(case)
+    if isinstance(case.truth, TruthFailure):
+        reason = f"the truth of the scene could not be computed: {case.truth.reason}"
+        return failed(record, reason, case.truth.traceback), None
+    try:
+        engine = make_engine(case.label)
+        record = replace(
+            record,
+            settings=plain_settings(engine),
+            approximations=_approximations(engine, case.scene),
+        )
+        result = engine.simulate(case.scene, record="trajectory")
+        if result.status is Status.INTERRUPTED:  # an engine may hand back what it has
+            raise KeyboardInterrupt
+        # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
+        with np.errstate(invalid="ignore", over="ignore"):
+            return _judged(record, case, case.truth, result), motion_of(result)
+    except EngineUnavailableError as error:
+        return replace(record, outcome="unavailable", reason=str(error)), None
+    except UnsupportedSceneError as error:
+        reason = "; ".join(error.features)
+        return replace(record, outcome="not-representable", reason=reason), None
+    except Exception as error:  # an engine may raise anything: kept, reported, never fatal
+        return failed(record, f"{type(error).__name__}: {error}", traceback.format_exc()), None
+
+
+def blank_record(case: Case) -> CaseRecord:
+    """Return a record that names the case and holds no result yet."""
+    scene = case.scene
+    return CaseRecord(
+        scene=scene.name,
+        title=scene.title,
+        tags=scene.tags,
+        definition=scene.model_dump(mode="json", by_alias=True),
+        label=case.label,
+        engine=parse_spec(case.label)[0],
+        outcome="failed",
+    )
+
+
+def failed(record: CaseRecord, reason: str, trace: str = "") -> CaseRecord:
+    """Return the record of a case that went wrong, with where it did."""
+    return replace(record, outcome="failed", reason=reason, traceback=trace)
+
+
+def plain_settings(engine: ReferenceEngine) -> dict[str, Any]:
+    """Return all settings of an engine as plain values."""
+    return engine.settings.model_dump(mode="json")
+
+
+def _approximations(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
+    capabilities = engine.capabilities
+    return tuple(
+        f"{feature.value}: {capabilities[feature].how}"
+        for feature in scene_features(scene)
+        if feature in capabilities and capabilities[feature].support == "approximate"
+    )
+
+
+def _judged(record: CaseRecord, case: Case, truth: Truth, result: Result) -> CaseRecord:
+    measured = measure(result, truth)
+    start = energy_of(result.scene, initial_state(result.scene))
+    end = energy_of(result.scene, result.final_state)
+    return replace(
+        record,
+        outcome="ran",
+        status=result.status.name.lower().replace("_", "-"),
+        reason=result.reason,
+        truth=truth.kind,
+        truth_positions=truth.rest_positions,
+        truth_rest_time=truth.rest_time,
+        truth_counts=truth.collision_counts,
+        rest_positions=result.rest_positions,
+        ball_errors=measured.ball_errors,
+        rest_time=float(result.rest_time),
+        collision_counts=_integers(result.collision_counts),
+        energy_initial=float(start.total[0]),
+        energy_final=float(end.total[0]),
+        work=_integers(result.work),
+        wall_time=float(result.wall_time),
+        metrics=measured.values,
+        notes=measured.notes,
+        checks=tuple(
+            criterion.check(
+                measured.values[criterion.metric],
+                measured.notes.get(criterion.metric, ""),
+                reference=truth.is_own_measure(record.engine, METRICS[criterion.metric].compares),
+            )
+            for criterion in case.criteria
+        ),
+    )
+
+
+def _integers(counters: Mapping[str, int]) -> dict[str, int]:
+    return {name: int(count) for name, count in counters.items()}

@@ -1,0 +1,373 @@
+"""What is measured of a run, each metric with its unit and meaning.
+
+A metric that can't be computed is None with the reason beside it, never 0.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import EventKind, Result, Scene
+from engine.result import COLLISION_KINDS
+from validation.sampling import deepest_overlap, energy_at, energy_series, events_of
+from validation.truth import Collision, Truth, TruthPart, collisions_of
+
+FloatArray = NDArray[np.float64]
+Value = int | float | None
+
+EPSILON = 2.0**-52
+"""Spacing of doubles at 1: a conditioning times this is an "ulp" of the outcome."""
+
+
+TIE = 2.0**-40
+"""Two times within this fraction of themselves are one instant (1e-12).
+
+It is rounding, amplified by a few collisions; at 10 m/s it is 1e-11 m of path per second of motion.
+"""
+
+
+class NotMeasuredError(Exception):
+    """Why a metric has no value in a case; the sentence is kept beside it."""
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A row of the metric table.
+
+    Attributes
+    ----------
+    name, unit : str
+        SI; "1" is a pure number.
+    meaning : str
+        One line.
+    compares : TruthPart or None
+        What of the truth it is measured against; None needs no truth.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    compares: TruthPart | None = None
+
+
+METRICS: dict[str, Metric] = {
+    metric.name: metric
+    for metric in (
+        Metric(
+            "rest_error_max", "m", "largest distance of a ball from where it should end", "rest"
+        ),
+        Metric("rest_error_rms", "m", "root mean square of those distances over the balls", "rest"),
+        Metric(
+            "rest_error_ulps",
+            "1",
+            "largest distance over what rounding the scene's numbers once would cause",
+            "conditioning",
+        ),
+        Metric("rest_time_error", "s", "difference of the time when the last ball rests", "time"),
+        Metric(
+            "rest_time_error_ulps",
+            "1",
+            "that difference over what rounding the scene's numbers once would cause",
+            "conditioning",
+        ),
+        Metric("ball_ball_count", "1", "collisions between balls"),
+        Metric("ball_cushion_count", "1", "collisions with cushions"),
+        Metric("collision_count", "1", "collisions of both kinds"),
+        Metric("ball_ball_count_error", "1", "difference of the ball-ball count", "events"),
+        Metric("ball_cushion_count_error", "1", "difference of the ball-cushion count", "events"),
+        Metric(
+            "matching_events",
+            "1",
+            "leading collisions that agree with the true sequence (kind and balls)",
+            "events",
+        ),
+        Metric(
+            "first_divergence_time", "s", "when the sequences of collisions first differ", "events"
+        ),
+        Metric(
+            "energy_difference_max",
+            "1",
+            "largest difference from the true energy curve, over the initial energy",
+            "energy",
+        ),
+        Metric(
+            "energy_drift",
+            "1",
+            "largest change of energy where it should hold, over the initial energy",
+        ),
+        Metric(
+            "energy_rise", "1", "largest rise of energy between samples, over the initial energy"
+        ),
+        Metric("overlap_max", "m", "deepest overlap of two balls in the recorded motion"),
+        Metric("wall_time", "s", "run time of the simulation alone, one sample"),
+    )
+}
+"""Every metric by name, in the order of reports."""
+
+
+@dataclass
+class Measured:
+    """Metrics of one case.
+
+    Attributes
+    ----------
+    values : dict of str to int, float or None
+        By name, one for each of `METRICS`.
+    notes : dict of str to str
+        Why a value is None.
+    ball_errors : (n,) float64 [m] or None
+        Distance of each ball from where it should end.
+    """
+
+    values: dict[str, Value] = field(default_factory=dict)
+    notes: dict[str, str] = field(default_factory=dict)
+    ball_errors: FloatArray | None = None
+
+
+def measure(result: Result, truth: Truth) -> Measured:
+    """Measure a run recorded with `record="trajectory"` against the truth of its scene."""
+    measured = Measured()
+    for name, compute in _COMPUTE.items():
+        try:
+            value = compute(result, truth)
+        except NotMeasuredError as why:
+            measured.values[name], measured.notes[name] = None, str(why)
+            continue
+        if not np.isfinite(value):
+            measured.values[name] = None
+            measured.notes[name] = f"not finite: {value}"
+            continue
+        measured.values[name] = value
+    if measured.values["rest_error_max"] is not None:
+        measured.ball_errors = ball_errors(result, truth)
+    return measured
+
+
+def ball_errors(result: Result, truth: Truth) -> FloatArray:
+    """Return each ball's distance from where it should end, (n,) float64 [m].
+
+    Raises
+    ------
+    NotMeasuredError
+        Where the run did not reach its end, or there is no truth.
+    """
+    _require_end(result)
+    if truth.rest_positions is None:
+        raise NotMeasuredError(truth.why_not("rest"))
+    # The first difference of near-equal doubles is exact; the low part completes the truth.
+    difference = (result.rest_positions - truth.rest_positions) - truth.rest_positions_low
+    distances: FloatArray = np.linalg.norm(difference, axis=1)
+    return distances
+
+
+def matching_collisions(
+    ours: Sequence[Collision], our_times: FloatArray, truth: Sequence[Collision], times: FloatArray
+) -> int:
+    """Count the leading collisions that two logs agree on.
+
+    Parameters
+    ----------
+    ours, truth : sequence of Collision
+        In order of time.
+    our_times, times : (k,), (m,) float64 [s]
+        Of each; an empty `times` says that no two collisions of the truth tie.
+
+    Notes
+    -----
+    Order counts except within a window that neither log divides by time: collisions at one instant
+    have no order, and an engine that reports one time for several says nothing of theirs. Two times
+    are one instant where they differ by less than `TIE` of themselves.
+    """
+    matched = 0
+    shorter = min(len(ours), len(truth))
+    tied_ours, tied_truth = _ties(our_times), _ties(times)
+    while matched < shorter:
+        end = matched + 1
+        while _tied(tied_ours, end) or _tied(tied_truth, end):
+            end += 1
+        expected = Counter(truth[matched:end])
+        for collision in ours[matched:end]:
+            if expected[collision] == 0:
+                return matched
+            expected[collision] -= 1
+            matched += 1
+        if matched < end:  # the log ends inside the window
+            return matched
+    return matched
+
+
+def conserves_energy(scene: Scene) -> bool:
+    """Whether energy should hold in a scene: no friction, no drag, everything elastic."""
+    physics = scene.physics
+    cushions = scene.table is not None and bool(scene.table.cushions)
+    elastic_cushions = physics.cushion == "mirror" or (
+        physics.cushion == "restitution"
+        and physics.cushion_restitution == physics.cushion_tangential_restitution == 1.0
+    )
+    return (
+        physics.motion == "rolling"
+        and physics.rolling_friction == 0.0
+        and physics.air_drag == 0.0
+        and not physics.airborne
+        and (len(scene.balls) == 1 or physics.ball_restitution == 1.0)
+        and (len(scene.balls) == 1 or physics.ball_friction == 0.0)
+        and (not cushions or elastic_cushions)
+    )
+
+
+def _rest_error_max(result: Result, truth: Truth) -> float:
+    return float(np.max(ball_errors(result, truth)))
+
+
+def _rest_error_rms(result: Result, truth: Truth) -> float:
+    return float(np.sqrt(np.mean(ball_errors(result, truth) ** 2)))
+
+
+def _rest_error_ulps(result: Result, truth: Truth) -> float:
+    if truth.conditioning is None:
+        raise NotMeasuredError(truth.why_not("conditioning"))
+    return float(np.max(ball_errors(result, truth) / (EPSILON * truth.conditioning)))
+
+
+def _rest_time_error(result: Result, truth: Truth) -> float:
+    _require_end(result)
+    if truth.rest_time is None:
+        raise NotMeasuredError(truth.why_not("time"))
+    return abs((result.rest_time - truth.rest_time) - truth.rest_time_low)
+
+
+def _rest_time_error_ulps(result: Result, truth: Truth) -> float:
+    if truth.rest_time_conditioning is None:
+        raise NotMeasuredError(truth.why_not("conditioning"))
+    if truth.rest_time_conditioning == 0.0:
+        raise NotMeasuredError("no ball moves in this scene: its rest time is 0 by definition")
+    return _rest_time_error(result, truth) / (EPSILON * truth.rest_time_conditioning)
+
+
+def _count(kind: EventKind) -> Callable[[Result, Truth], int]:
+    def count(result: Result, truth: Truth) -> int:  # noqa: ARG001 - needs no truth
+        return int(result.collision_counts[kind.label])
+
+    return count
+
+
+def _collision_count(result: Result, truth: Truth) -> int:  # noqa: ARG001 - needs no truth
+    return sum(int(result.collision_counts[kind.label]) for kind in COLLISION_KINDS)
+
+
+def _count_error(kind: EventKind) -> Callable[[Result, Truth], int]:
+    def error(result: Result, truth: Truth) -> int:
+        _require_end(result)
+        if truth.collision_counts is None:
+            raise NotMeasuredError(truth.why_not("events"))
+        return abs(int(result.collision_counts[kind.label]) - truth.collision_counts[kind.label])
+
+    return error
+
+
+def _matching_events(result: Result, truth: Truth) -> int:
+    if truth.collisions is None:
+        raise NotMeasuredError(truth.why_not("events"))
+    return matching_collisions(
+        *collisions_of(events_of(result)), truth.collisions, truth.collision_times
+    )
+
+
+def _first_divergence_time(result: Result, truth: Truth) -> float:
+    _require_end(result)
+    matched = _matching_events(result, truth)
+    assert truth.collisions is not None  # _matching_events needed them
+    _, times = collisions_of(events_of(result))
+    differing = [
+        float(log[matched]) for log in (times, truth.collision_times) if matched < len(log)
+    ]
+    if differing:
+        return min(differing)
+    if matched < len(truth.collisions):
+        raise NotMeasuredError("a collision is missing; the closed form does not say when it comes")
+    raise NotMeasuredError("never: the sequences agree to the end")
+
+
+def _energy_difference_max(result: Result, truth: Truth) -> float:
+    _require_end(result)
+    if truth.energy is None:
+        raise NotMeasuredError(truth.why_not("energy"))
+    energy = _finite(energy_at(result, truth.energy_times).total)
+    return float(np.max(np.abs(energy - truth.energy))) / _initial(truth.energy)
+
+
+def _energy_drift(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
+    if not conserves_energy(result.scene):
+        raise NotMeasuredError("energy is lost in this scene, as it should be")
+    energy = _finite(energy_series(result))
+    return float(np.max(np.abs(energy - energy[0]))) / _initial(energy)
+
+
+def _energy_rise(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
+    energy = _finite(energy_series(result))
+    return float(np.max(np.diff(energy), initial=0.0)) / _initial(energy)
+
+
+def _overlap_max(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
+    if len(result.scene.balls) == 1:
+        raise NotMeasuredError("there is one ball only")
+    return deepest_overlap(result)
+
+
+def _wall_time(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
+    return result.wall_time
+
+
+_COMPUTE: dict[str, Callable[[Result, Truth], int | float]] = {
+    "rest_error_max": _rest_error_max,
+    "rest_error_rms": _rest_error_rms,
+    "rest_error_ulps": _rest_error_ulps,
+    "rest_time_error": _rest_time_error,
+    "rest_time_error_ulps": _rest_time_error_ulps,
+    "ball_ball_count": _count(EventKind.BALL_BALL),
+    "ball_cushion_count": _count(EventKind.BALL_CUSHION),
+    "collision_count": _collision_count,
+    "ball_ball_count_error": _count_error(EventKind.BALL_BALL),
+    "ball_cushion_count_error": _count_error(EventKind.BALL_CUSHION),
+    "matching_events": _matching_events,
+    "first_divergence_time": _first_divergence_time,
+    "energy_difference_max": _energy_difference_max,
+    "energy_drift": _energy_drift,
+    "energy_rise": _energy_rise,
+    "overlap_max": _overlap_max,
+    "wall_time": _wall_time,
+}
+
+
+def _require_end(result: Result) -> None:
+    if not result.status.complete:
+        why = f": {result.reason}" if result.reason else ""
+        raise NotMeasuredError(f"the run stopped early ({result.status.value}){why}")
+
+
+def _finite(energy: FloatArray) -> FloatArray:
+    if not np.all(np.isfinite(energy)):
+        raise NotMeasuredError("the energy of the engine's motion is not finite")
+    return energy
+
+
+def _initial(energy: FloatArray) -> float:
+    if energy[0] == 0.0:
+        raise NotMeasuredError("nothing moves at the start: there is no energy to compare with")
+    return float(energy[0])
+
+
+def _ties(times: FloatArray) -> NDArray[np.bool_]:
+    """Whether each time after the first is one instant with the time before it, (k - 1,)."""
+    tied: NDArray[np.bool_] = np.diff(times) <= TIE * times[1:]
+    return tied
+
+
+def _tied(ties: NDArray[np.bool_], end: int) -> bool:
+    """Whether the collisions before and after the boundary `end` tie."""
+    return end - 1 < len(ties) and bool(ties[end - 1])

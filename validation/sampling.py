@@ -1,0 +1,132 @@
+"""When to sample a result, and its energy and overlaps there.
+
+A stepping engine's frames are joined by straight lines, so between two frames its velocity is a
+blend, and the energy of a blend of two velocities is less than either's. Its energy is therefore
+taken at the frames alone and interpolated; our own engine's motion is exact at any time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import Energy, GhostballError, Result, SampledTrajectory, Samples, Scene
+from engine.result import Events
+from engine.trajectory import energy_of
+from validation.store import Motion
+
+FloatArray = NDArray[np.float64]
+
+UNIFORM_TIMES = 401
+"""Times of the stored motion's uniform grid: more than a figure's width resolves."""
+
+MAX_TIMES = 4_000
+"""Times of the stored motion at most, events included: 3 MB for 16 balls before compression."""
+
+DENSE_TIMES = 20_001
+"""Times at which an exact motion is searched for overlaps: 1 mm of path at 2 m/s for 10 s."""
+
+_CHUNK = 1_000
+"""Times handled at once when searching for overlaps: 2 MB for 16 balls."""
+
+
+def union_times(t_end: float, event_times: FloatArray, *, uniform: int, limit: int) -> FloatArray:
+    """Return a uniform grid on [0, t_end] united with event times, (k,) float64 [s], increasing.
+
+    Where there are more than `limit`, events are left out evenly, never the grid.
+    """
+    grid = np.linspace(0.0, t_end, uniform)
+    events = np.unique(event_times[(event_times >= 0.0) & (event_times <= t_end)])
+    room = max(limit - uniform, 0)
+    if len(events) > room:
+        events = events[np.linspace(0, len(events) - 1, room).astype(np.intp)]
+    return np.unique(np.concatenate([grid, events]))
+
+
+def motion_of(result: Result) -> Motion:
+    """Return the motion of a result recorded with `record="trajectory"`, as it is stored."""
+    events = events_of(result)
+    times = union_times(result.rest_time, events["t"], uniform=UNIFORM_TIMES, limit=MAX_TIMES)
+    energy = energy_at(result, times)
+    return Motion(events, times, *result.sample(times), *energy)
+
+
+def energy_at(result: Result, times: FloatArray) -> Energy:
+    """Return the energy of a result at `times`, (k,) [J]; see the module's note."""
+    frames = _frames(result)
+    if frames is None:
+        return result.energy(times)
+    at_frames = _energy_at_frames(result.scene, frames)
+    return Energy(*(np.interp(times, frames.times, part) for part in at_frames))
+
+
+def energy_series(result: Result) -> FloatArray:
+    """Return the total energy over a whole run, (k,) [J], at every recorded frame.
+
+    Where the motion is exact: at the times of the stored motion.
+    """
+    frames = _frames(result)
+    if frames is not None:
+        return _energy_at_frames(result.scene, frames).total
+    times = union_times(
+        result.rest_time, events_of(result)["t"], uniform=UNIFORM_TIMES, limit=MAX_TIMES
+    )
+    return result.energy(times).total
+
+
+def deepest_overlap(result: Result) -> float:
+    """Return how deep any two balls overlap in the recorded motion at most [m]; 0 if never.
+
+    Searched at every frame of a stepping engine, at `DENSE_TIMES` and all events of an exact one.
+    """
+    frames = _frames(result)
+    if frames is None:
+        times = union_times(
+            result.rest_time,
+            events_of(result)["t"],
+            uniform=DENSE_TIMES,
+            limit=2 * DENSE_TIMES,
+        )
+        chunks = (result.sample(times[start : start + _CHUNK]) for start in _starts(times))
+        return max(_overlap(result.scene, chunk.positions) for chunk in chunks)
+    stored = frames.positions
+    return max(_overlap(result.scene, stored[start : start + _CHUNK]) for start in _starts(stored))
+
+
+def events_of(result: Result) -> Events:
+    """Return the event log of a result.
+
+    Raises
+    ------
+    GhostballError
+        Where the engine kept none, though it was asked to.
+    """
+    if result.events is None:
+        raise GhostballError(
+            f"engine `{result.engine}` returned no `events` though it ran with "
+            'record="trajectory". Mend that engine'
+        )
+    return result.events
+
+
+def _frames(result: Result) -> SampledTrajectory | None:
+    return result.trajectory if isinstance(result.trajectory, SampledTrajectory) else None
+
+
+def _energy_at_frames(scene: Scene, frames: SampledTrajectory) -> Energy:
+    states = Samples(frames.positions, frames.velocities, frames.angular_velocities)
+    return energy_of(scene, states)
+
+
+def _starts(rows: FloatArray) -> range:
+    return range(0, len(rows), _CHUNK)
+
+
+def _overlap(scene: Scene, positions: FloatArray) -> float:
+    """Deepest overlap in a few states, positions (k, n, 3) [m]; 0 where there is none."""
+    # On the cloth balls touch in the plane of their centres; see "Geometry" in engine/__init__.py.
+    centres = positions[:, :, : 3 if scene.physics.airborne else 2]
+    first, second = np.triu_indices(len(scene.balls), k=1)
+    reach = scene.radii[first] + scene.radii[second]
+    apart = np.linalg.norm(centres[:, first] - centres[:, second], axis=2)
+    return float(np.max(reach - apart, initial=0.0))

@@ -1,0 +1,475 @@
+"""A results folder: what one run of the suite found, complete enough to report from alone.
+
+    results.jsonl    one JSON object per case (scene x engine), one per line, in order of completion
+    motion/*.npz     events and sampled motion of each case that ran
+    env.json         machine, versions, revision, command line, and how the run ended
+
+A line is written whole and flushed before the next case, and `env.json` is replaced in one step, so
+a run that is interrupted or killed leaves a folder that reads back. Nothing else is tolerated: a
+line that is cut short is an error that names it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ConfigDict, PlainSerializer, PlainValidator, TypeAdapter, ValidationError
+
+from engine import GhostballError, Scene
+from engine.result import Events
+
+SCHEMA: Final = 1
+"""Version of the folder's layout; another one is refused."""
+
+FORMAT: Final = "ghostball results"
+RESULTS_FILE: Final = "results.jsonl"
+ENVIRONMENT_FILE: Final = "env.json"
+MOTION_FOLDER: Final = "motion"
+
+CLOSED_FORM: Final = "closed form"
+OUR_ENGINE: Final = "our engine (not independent)"
+
+CaseOutcome = Literal["ran", "not-representable", "unavailable", "failed"]
+LimitKind = Literal["at_most", "at_least", "equals"]
+RunState = Literal["running", "complete", "interrupted"]
+
+
+class ResultsError(GhostballError):
+    """A results folder that can't be read, written or replaced."""
+
+
+def _array_from_json(value: Any) -> NDArray[np.float64]:
+    return np.array(value, dtype=np.float64)  # null, which stands for "not finite", becomes nan
+
+
+def _array_to_json(value: NDArray[np.float64]) -> Any:
+    # An engine that blew up returns nan or infinity, which JSON has no word for.
+    plain = value.astype(object)
+    plain[~np.isfinite(value)] = None
+    return plain.tolist()
+
+
+FloatArray = Annotated[
+    NDArray[np.float64],
+    PlainValidator(_array_from_json),
+    PlainSerializer(_array_to_json, when_used="json"),
+]
+
+
+@dataclass(frozen=True)
+class Check:
+    """One metric against its limit.
+
+    Attributes
+    ----------
+    metric, unit : str
+        Name and unit; see `validation.metrics.METRICS`.
+    value : int, float or None
+        None where it could not be computed; `note` says why.
+    limit_kind : "at_most", "at_least" or "equals"
+    limit : int or float
+    passed : bool or None
+        None is "reference": the value compares our engine with itself and proves nothing.
+    reason : str
+        Why the limit is what it is, from the scene's criteria.
+    note : str
+        Why there is no value or no verdict; else "".
+    """
+
+    metric: str
+    value: int | float | None
+    limit_kind: LimitKind
+    limit: int | float
+    unit: str
+    passed: bool | None
+    reason: str
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class CaseRecord:
+    """One scene on one engine: one line of `results.jsonl`.
+
+    Attributes
+    ----------
+    scene, title, tags : str, str, tuple of str
+        From the scene.
+    definition : dict
+        The whole scene as plain values; `load_scene` makes the `Scene` of it.
+    label : str
+        The engine as asked for, such as "pymunk:mode=landed".
+    engine : str
+        Its name alone, "pymunk".
+    settings : dict
+        All its settings.
+    outcome : "ran", "not-representable", "unavailable" or "failed"
+    status : str or None
+        How the simulation ended: "rest", "t-max", ...; None where it did not run.
+    reason : str
+        Why it did not run, failed, or stopped early; else "".
+    traceback : str
+        Where it failed; else "".
+    approximations : tuple of str
+        What the engine represents only approximately in this scene, one sentence each.
+    truth : "closed form", "our engine (not independent)" or None
+    truth_positions : (n, 3) float64 [m] or None
+        Rest positions that are compared with.
+    truth_rest_time : float [s] or None
+    truth_counts : dict of str to int, or None
+        True collision counts by kind.
+    rest_positions : (n, 3) float64 [m] or None
+        nan where the engine returned no finite number.
+    ball_errors : (n,) float64 [m] or None
+        Distance of each ball from `truth_positions`.
+    rest_time : float [s] or None
+    collision_counts : dict of str to int
+        By kind: "ball-ball", "ball-cushion".
+    energy_initial, energy_final : float [J] or None
+    work : dict of str to int
+        Machine-independent counters.
+    wall_time : float [s] or None
+    metrics : dict of str to int, float or None
+        By name; None where it can't be computed, and `notes` says why.
+    notes : dict of str to str
+        By metric.
+    checks : tuple of Check
+    motion : str or None
+        File of the sampled motion, relative to the folder; `ResultsFolder.motion` reads it.
+    schema : int
+    """
+
+    scene: str
+    title: str
+    tags: tuple[str, ...]
+    definition: dict[str, Any]
+    label: str
+    engine: str
+    outcome: CaseOutcome
+    settings: dict[str, Any] = field(default_factory=dict)
+    status: str | None = None
+    reason: str = ""
+    traceback: str = ""
+    approximations: tuple[str, ...] = ()
+    truth: str | None = None
+    truth_positions: FloatArray | None = None
+    truth_rest_time: float | None = None
+    truth_counts: dict[str, int] | None = None
+    rest_positions: FloatArray | None = None
+    ball_errors: FloatArray | None = None
+    rest_time: float | None = None
+    collision_counts: dict[str, int] = field(default_factory=dict)
+    energy_initial: float | None = None
+    energy_final: float | None = None
+    work: dict[str, int] = field(default_factory=dict)
+    wall_time: float | None = None
+    metrics: dict[str, int | float | None] = field(default_factory=dict)
+    notes: dict[str, str] = field(default_factory=dict)
+    checks: tuple[Check, ...] = ()
+    motion: str | None = None
+    schema: int = SCHEMA
+
+    __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
+
+    @property
+    def passed(self) -> bool | None:
+        """Whether every check passed; None where there is nothing to judge."""
+        verdicts = [check.passed for check in self.checks if check.passed is not None]
+        return all(verdicts) if verdicts else None
+
+    def load_scene(self) -> Scene:
+        """Return the scene that was run."""
+        return Scene.model_validate(self.definition)
+
+
+_RECORD = TypeAdapter(CaseRecord)
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Events and sampled motion of one case.
+
+    Attributes
+    ----------
+    events : structured array (`engine.EVENT_DTYPE`) in order of time
+    times : (k,) float64 [s]
+        A uniform grid united with the event times, increasing.
+    positions, velocities, angular_velocities : (k, n, 3) float64 [m], [m/s], [rad/s]
+    energy_translation, energy_rotation, energy_height : (k,) float64 [J]
+    """
+
+    events: Events
+    times: NDArray[np.float64]
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    angular_velocities: NDArray[np.float64]
+    energy_translation: NDArray[np.float64]
+    energy_rotation: NDArray[np.float64]
+    energy_height: NDArray[np.float64]
+
+    @property
+    def energy(self) -> NDArray[np.float64]:
+        """Total energy, (k,) float64 [J]."""
+        return self.energy_translation + self.energy_rotation + self.energy_height
+
+
+@dataclass(frozen=True, eq=False)
+class ResultsFolder:
+    """A folder read back.
+
+    Attributes
+    ----------
+    path : Path
+    cases : list of CaseRecord
+        In order of completion.
+    environment : dict
+        Machine, versions, command line ...: the content of `env.json`.
+    """
+
+    path: Path
+    cases: list[CaseRecord]
+    environment: dict[str, Any]
+
+    @classmethod
+    def load(cls, path: str | Path) -> ResultsFolder:
+        """Read a results folder.
+
+        Raises
+        ------
+        ResultsError
+            Where it is missing, is no results folder, has another schema version, or was cut short.
+        """
+        folder = Path(path)
+        if not folder.is_dir():
+            raise ResultsError(
+                f"{folder}: no such results folder. Make one with `ghostball validate --out {path}`"
+            )
+        environment = _load_environment(folder)
+        if environment is None:
+            raise ResultsError(
+                f"{folder}: not a results folder: it has no {ENVIRONMENT_FILE} of ours. Name the "
+                "folder that `ghostball validate --out` wrote"
+            )
+        return cls(folder, _load_cases(folder / RESULTS_FILE), environment)
+
+    @property
+    def state(self) -> RunState:
+        """How the run ended: "complete", "interrupted", or "running" (also if it was killed)."""
+        state: RunState = self.environment["state"]
+        return state
+
+    @property
+    def scene_names(self) -> list[str]:
+        """Scenes in the order in which the run was asked for them; only those with a case."""
+        return self._in_order("scenes", [case.scene for case in self.cases])
+
+    @property
+    def labels(self) -> list[str]:
+        """Engines in the order in which the run was asked for them; only those with a case."""
+        return self._in_order("engines", [case.label for case in self.cases])
+
+    def case(self, scene: str, label: str) -> CaseRecord | None:
+        """Return the case of a scene and an engine label, or None where there is none."""
+        for case in self.cases:
+            if case.scene == scene and case.label == label:
+                return case
+        return None
+
+    def motion(self, case: CaseRecord) -> Motion | None:
+        """Read the sampled motion of a case, or None where it did not run.
+
+        Raises
+        ------
+        ResultsError
+            Where its file is missing or damaged.
+        """
+        if case.motion is None:
+            return None
+        path = self.path / case.motion
+        try:
+            # np.load leaks the file that it opens itself where the archive is damaged.
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+                return Motion(**{part.name: stored[part.name] for part in fields(Motion)})
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+            raise ResultsError(
+                f"{path}: can't read the motion of `{case.label}` in scene "
+                f'"{case.scene}": {error}. Run the suite again'
+            ) from error
+
+    def _in_order(self, key: str, present: list[str]) -> list[str]:
+        asked = [str(name) for name in self.environment.get(key, ())]
+        return [name for name in dict.fromkeys(asked + present) if name in set(present)]
+
+
+class ResultsWriter:
+    """Writes a results folder, case by case.
+
+    Making one checks that the folder may be used and can be written, and changes nothing in it; a
+    folder with earlier results of ours is emptied of them by `begin`.
+
+    Raises
+    ------
+    ResultsError
+        Where the path is no folder, can't be made or written, or holds something else.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._file: TextIO | None = None
+        self._names: set[str] = set()
+        self._environment: dict[str, Any] = {}
+        self._prepare()
+
+    def begin(self, environment: Mapping[str, Any]) -> None:
+        """Take over the folder: earlier results of ours go, `env.json` is written."""
+        self._environment = {"format": FORMAT, "schema": SCHEMA, **environment, "state": "running"}
+        try:
+            # env.json comes last to go and first to come: the folder stays recognisably ours.
+            (self.path / RESULTS_FILE).unlink(missing_ok=True)
+            if (self.path / MOTION_FOLDER).exists():
+                shutil.rmtree(self.path / MOTION_FOLDER)
+            self._write_environment()
+            (self.path / MOTION_FOLDER).mkdir()
+            self._file = (self.path / RESULTS_FILE).open("w", encoding="utf-8", newline="\n")
+        except OSError as error:
+            raise _cannot_write(self.path, error) from error
+
+    def write(self, record: CaseRecord, motion: Motion | None) -> CaseRecord:
+        """Append a case; return it with the name of its motion file.
+
+        `begin` must have been called.
+        """
+        assert self._file is not None, "begin() comes first"
+        if motion is not None:
+            record = replace(record, motion=self._motion_name(record))
+        line = _RECORD.dump_json(record).decode() + "\n"
+        try:
+            if motion is not None and record.motion is not None:
+                _save_motion(self.path / record.motion, motion)
+            self._file.write(line)
+            self._file.flush()
+        except OSError as error:
+            raise _cannot_write(self.path, error) from error
+        return record
+
+    def finish(self, state: RunState) -> None:
+        """Close the folder and note in `env.json` how the run ended."""
+        if self._file is None:
+            return
+        self._file.close()
+        self._file = None
+        self._environment["state"] = state
+        try:
+            self._write_environment()
+        except OSError as error:
+            raise _cannot_write(self.path, error) from error
+
+    def _prepare(self) -> None:
+        try:
+            if self.path.exists() and not self.path.is_dir():
+                raise ResultsError(f"{self.path}: not a folder. Choose another `--out`")
+            self.path.mkdir(parents=True, exist_ok=True)
+            if any(self.path.iterdir()) and not is_results_folder(self.path):
+                raise ResultsError(
+                    f"{self.path}: not empty and not a results folder of ours, so nothing in it "
+                    "is replaced. Choose another `--out`, or empty it"
+                )
+            with tempfile.NamedTemporaryFile(dir=self.path):
+                pass
+        except OSError as error:
+            raise _cannot_write(self.path, error) from error
+
+    def _write_environment(self) -> None:
+        part = self.path / (ENVIRONMENT_FILE + ".part")
+        part.write_text(json.dumps(self._environment, indent=2) + "\n", encoding="utf-8")
+        part.replace(self.path / ENVIRONMENT_FILE)
+
+    def _motion_name(self, record: CaseRecord) -> str:
+        slug = re.sub(r"[^A-Za-z0-9.+-]+", "-", f"{record.scene}--{record.label}")
+        name, copy = f"{MOTION_FOLDER}/{slug}.npz", 1
+        while name in self._names:  # labels that differ only in what the slug leaves out
+            copy += 1
+            name = f"{MOTION_FOLDER}/{slug}-{copy}.npz"
+        self._names.add(name)
+        return name
+
+
+def is_results_folder(path: Path) -> bool:
+    """Whether `path` holds results of ours, of any schema version."""
+    try:
+        environment = json.loads((path / ENVIRONMENT_FILE).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(environment, dict) and environment.get("format") == FORMAT
+
+
+def _load_environment(folder: Path) -> dict[str, Any] | None:
+    if not is_results_folder(folder):
+        return None
+    path = folder / ENVIRONMENT_FILE
+    environment: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    _check_schema(environment.get("schema"), str(path))
+    return environment
+
+
+def _load_cases(path: Path) -> list[CaseRecord]:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise ResultsError(f"{path}: missing. Run the suite again") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ResultsError(f"{path}: can't read the results: {error}") from error
+    *lines, cut_short = text.split("\n")  # not splitlines(): a reason may hold U+2028
+    cases = [_load_case(line, f"{path}:{number}") for number, line in enumerate(lines, start=1)]
+    if cut_short:
+        raise ResultsError(
+            f"{path}:{len(lines) + 1}: the last line is cut short; the run was killed while it "
+            "wrote. Delete that line to read the rest, or run the suite again"
+        )
+    return cases
+
+
+def _load_case(line: str, place: str) -> CaseRecord:
+    try:
+        data = json.loads(line)
+        if not isinstance(data, dict):
+            raise ResultsError(f"{place}: not a case: a JSON object was expected")
+        _check_schema(data.get("schema"), place)
+        return _RECORD.validate_python(data)
+    except json.JSONDecodeError as error:
+        raise ResultsError(
+            f"{place}: not valid JSON: {error.msg} (column {error.colno}). Run the suite again"
+        ) from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        name = ".".join(map(str, first["loc"]))
+        raise ResultsError(f"{place}: `{name}`: {first['msg']}. Run the suite again") from None
+
+
+def _check_schema(schema: object, place: str) -> None:
+    if schema != SCHEMA:
+        raise ResultsError(
+            f"{place}: `schema` must be {SCHEMA}, got {schema!r}: another version of ghostball "
+            "wrote it. Read it with that version, or run the suite again"
+        )
+
+
+def _save_motion(path: Path, motion: Motion) -> None:
+    part = path.with_suffix(".part")
+    with part.open("wb") as file:
+        np.savez_compressed(file, **{p.name: getattr(motion, p.name) for p in fields(Motion)})
+    part.replace(path)
+
+
+def _cannot_write(path: Path, error: OSError) -> ResultsError:
+    reason = error.strerror or type(error).__name__
+    return ResultsError(f"{path}: can't write the results folder: {reason}. Choose another `--out`")

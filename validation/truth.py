@@ -1,0 +1,221 @@
+"""What a scene's runs are compared with, and whether that is independent of our engine.
+
+The closed form where the scene has one, else our own engine. A closed form says where and when the
+balls end and in which order they collide; the energy curve and the times of the collisions come
+from our engine, also then, so those parts are not independent of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import mpmath
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import CUSHIONS, EventKind, GhostballError, Result, Scene, Status, UnsupportedSceneError
+from engine.result import COLLISION_KINDS, Events
+from engine.simulate import simulate
+from validation.closed_forms import DIGITS, ClosedForm, closed_form
+from validation.sampling import MAX_TIMES, UNIFORM_TIMES, energy_at, events_of, union_times
+from validation.store import CLOSED_FORM, OUR_ENGINE
+
+FloatArray = NDArray[np.float64]
+
+Collision = tuple[int, int, int]
+"""`EventKind` as int, first ball, second ball or index of the cushion."""
+
+TruthPart = Literal["rest", "time", "events", "energy", "conditioning"]
+"""What a metric may be measured against."""
+
+_NO_TIMES: FloatArray = np.empty(0)
+
+
+OUR_NAME = "ghostball"
+"""Name of the engine that stands in where a scene has no closed form."""
+
+
+class TruthError(GhostballError):
+    """A scene whose criteria ask for a truth that it doesn't have."""
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """The truth of one scene, in plain arrays: it travels to worker processes.
+
+    Attributes
+    ----------
+    kind : "closed form", "our engine (not independent)" or None
+        None: there is no truth, and `missing` says why.
+    independent : frozenset of TruthPart
+        Parts that owe nothing to our engine: only against these can it pass or fail itself.
+    missing : str
+        Why our engine gave nothing; "" where it did.
+    rest_positions, rest_positions_low : (n, 3) float64 [m] or None
+        Where the balls end; the true value is the sum of the two, exact to about 2^-106.
+    rest_time, rest_time_low : float [s] or None
+        Likewise.
+    conditioning : (n,) float64 [m] or None
+        Times 2^-52: the error of each ball that rounding the scene's numbers once would cause.
+    rest_time_conditioning : float [s] or None
+    collisions : tuple of Collision, or None
+        In order of time, the lower ball first.
+    collision_times : (m,) float64 [s]
+        When they come; empty where a closed form gives their order alone.
+    collision_counts : dict of str to int, or None
+    energy_times, energy : (k,) float64 [s], [J]; None where there is no curve
+    """
+
+    kind: str | None
+    independent: frozenset[TruthPart] = frozenset()
+    missing: str = ""
+    rest_positions: FloatArray | None = None
+    rest_positions_low: FloatArray = field(default_factory=lambda: np.zeros(3))
+    rest_time: float | None = None
+    rest_time_low: float = 0.0
+    conditioning: FloatArray | None = None
+    rest_time_conditioning: float | None = None
+    collisions: tuple[Collision, ...] | None = None
+    collision_times: FloatArray = field(default_factory=lambda: _NO_TIMES)
+    collision_counts: dict[str, int] | None = None
+    energy_times: FloatArray = field(default_factory=lambda: _NO_TIMES)
+    energy: FloatArray | None = None
+
+    def why_not(self, part: TruthPart) -> str:
+        """Return why a part of the truth is missing, one sentence."""
+        if part == "conditioning":
+            return "only a closed form says what rounding may do, and this truth is none"
+        return f"no truth: {self.missing}"
+
+    def is_own_measure(self, engine: str, part: TruthPart | None) -> bool:
+        """Whether measuring `engine` against this part compares our engine with itself."""
+        return engine == OUR_NAME and part is not None and part not in self.independent
+
+
+def check_truth(scene: Scene, wanted: Literal["closed-form", "engine"] | None) -> None:
+    """Make sure that a scene has the truth that its criteria ask for; see `truth_of`."""
+    if wanted == "closed-form" and closed_form(scene) is None:
+        raise TruthError(
+            f'scene "{scene.name}": its criteria say `truth` = "closed-form", but its values have '
+            'no closed form. Write `truth` = "engine", or add the form to validation/closed_forms'
+        )
+
+
+def truth_of(scene: Scene, wanted: Literal["closed-form", "engine"] | None = None) -> Truth:
+    """Return the truth of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    wanted : "closed-form", "engine" or None
+        What the scene's criteria ask for; None takes the closed form where there is one.
+
+    Raises
+    ------
+    TruthError
+        Where a closed form is asked for and the scene has none.
+    """
+    check_truth(scene, wanted)
+    form = None if wanted == "engine" else closed_form(scene)
+    ours, missing = _our_run(scene)
+    if form is not None:
+        return _from_form(scene, form, ours, missing)
+    if ours is None:
+        return Truth(None, missing=missing)
+    collisions, times = collisions_of(events_of(ours))
+    energy_times, energy = _energy_curve(ours)
+    return Truth(
+        OUR_ENGINE,
+        rest_positions=ours.rest_positions,
+        rest_positions_low=np.zeros_like(ours.rest_positions),
+        rest_time=ours.rest_time,
+        collisions=tuple(collisions),
+        collision_times=times,
+        collision_counts=dict(ours.collision_counts),
+        energy_times=energy_times,
+        energy=energy,
+    )
+
+
+def collisions_of(events: Events) -> tuple[list[Collision], FloatArray]:
+    """Return the collisions of an event log, the lower ball first, and their times (k,) [s]."""
+    kept = events[np.isin(events["kind"], COLLISION_KINDS)]
+    collisions = [
+        _lower_first(int(kind), int(a), int(b))
+        for kind, a, b in zip(kept["kind"], kept["a"], kept["b"], strict=True)
+    ]
+    return collisions, kept["t"].astype(np.float64)
+
+
+def _from_form(scene: Scene, form: ClosedForm, ours: Result | None, missing: str) -> Truth:
+    with mpmath.workdps(DIGITS):
+        high, low = _split(
+            [[*xy, r] for xy, r in zip(form.rest_positions, scene.radii, strict=True)]
+        )
+        (time_high,), (time_low,) = _split([form.rest_time])
+    collisions = tuple(_from_labels(*collision) for collision in form.event_sequence)
+    times, energy_times, energy = _NO_TIMES, _NO_TIMES, None
+    if ours is not None:
+        found, found_times = collisions_of(events_of(ours))
+        times = found_times if tuple(found) == collisions else _NO_TIMES
+        energy_times, energy = _energy_curve(ours)
+    return Truth(
+        CLOSED_FORM,
+        independent=frozenset({"rest", "time", "events", "conditioning"}),
+        missing=missing,
+        rest_positions=high,
+        rest_positions_low=low,
+        rest_time=float(time_high),
+        rest_time_low=float(time_low),
+        conditioning=form.conditioning,
+        rest_time_conditioning=form.rest_time_conditioning,
+        collisions=collisions,
+        collision_times=times,
+        collision_counts=dict(form.collision_counts),
+        energy_times=energy_times,
+        energy=energy,
+    )
+
+
+def _our_run(scene: Scene) -> tuple[Result | None, str]:
+    """Run our engine; where that gives no truth, None and why."""
+    try:
+        result = simulate(scene, record="trajectory")
+    except UnsupportedSceneError as error:
+        return None, str(error)
+    if (
+        result.status is Status.INTERRUPTED
+    ):  # the engine hands back what it has; the user is leaving
+        raise KeyboardInterrupt
+    if not result.status.complete:
+        return None, f"our engine stopped early: {result.status.value}"
+    return result, ""
+
+
+def _energy_curve(result: Result) -> tuple[FloatArray, FloatArray]:
+    """Return times [s] and the total energy there [J], (k,) each."""
+    times = union_times(
+        result.rest_time, events_of(result)["t"], uniform=UNIFORM_TIMES, limit=MAX_TIMES
+    )
+    return times, energy_at(result, times).total
+
+
+def _split(values: Sequence[Any]) -> tuple[FloatArray, FloatArray]:
+    """Split multiprecision values in their nearest doubles and the doubles nearest to the rest."""
+    exact = np.array(values, dtype=object)
+    high = exact.astype(np.float64)
+    low = (exact - high).astype(np.float64)
+    return high, low
+
+
+def _from_labels(kind: str, a: int, b: int | str) -> Collision:
+    if kind == EventKind.BALL_CUSHION.label:
+        return (int(EventKind.BALL_CUSHION), a, CUSHIONS.index(b))
+    return _lower_first(int(EventKind.BALL_BALL), a, int(b))
+
+
+def _lower_first(kind: int, a: int, b: int) -> Collision:
+    """Return the collision with the lower ball first; a cushion's index stays second."""
+    return (kind, b, a) if kind == EventKind.BALL_BALL and b < a else (kind, a, b)
