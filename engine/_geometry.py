@@ -6,7 +6,7 @@ import math
 
 from engine._jit import kernel
 from engine._state import Balls
-from engine._tolerances import CONTACT_TOLERANCE
+from engine._tolerances import CONTACT_TOLERANCE, EPS, POSITION_ULPS
 
 
 @kernel
@@ -40,16 +40,27 @@ def negligible_hop(rate: float, acceleration: float, reach: float) -> bool:
 
 
 @kernel
-def in_contact(gap: float, rate: float, acceleration: float, reach: float) -> bool:
-    """Whether a gap [m], changing at `rate` [m/s], counts as closed within a contact step."""
-    touching = abs(gap) <= 4.0 * CONTACT_TOLERANCE * reach
-    return touching and negligible_hop(rate, acceleration, reach)
+def contact_tolerance(balls: Balls, i: int, reach: float) -> float:
+    """Gap or overlap [m] that a contact step of ball i may leave, at its epoch."""
+    return CONTACT_TOLERANCE * reach + POSITION_ULPS * EPS * (abs(balls.x[i]) + abs(balls.y[i]))
+
+
+@kernel
+def cushion_in_contact(balls: Balls, i: int, gap: float, rate: float, deceleration: float) -> bool:
+    """Whether the gap [m] of ball i to a cushion, changing at `rate` [m/s], counts as closed."""
+    reach = 2.0 * balls.radius[i]
+    touching = abs(gap) <= 4.0 * contact_tolerance(balls, i, reach)
+    return touching and negligible_hop(rate, 2.0 * deceleration, reach)
 
 
 @kernel
 def pair_in_contact(balls: Balls, i: int, j: int, t: float, deceleration: float) -> bool:
-    """Whether balls i and j count as in contact at the instant t [s]."""
+    """Whether balls i and j count as in contact at the instant t [s].
+
+    Friction pulls two balls together with at most twice the deceleration of one.
+    """
     rx, ry, vx, vy, _, _ = relative_motion(balls, i, j, t)
     reach = balls.radius[i] + balls.radius[j]
     distance = math.sqrt(rx * rx + ry * ry)
-    return in_contact(distance - reach, (rx * vx + ry * vy) / distance, deceleration, reach)
+    touching = abs(distance - reach) <= 4.0 * contact_tolerance(balls, i, reach)
+    return touching and negligible_hop((rx * vx + ry * vy) / distance, 2.0 * deceleration, reach)

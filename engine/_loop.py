@@ -7,7 +7,7 @@ import math
 from engine._impact import bounce, collide_balls
 from engine._jit import kernel
 from engine._motion import advance, come_to_rest, predict_motion
-from engine._pairs import IMPACT, NOT_YET, earliest, refine, update_ball
+from engine._pairs import IMPACT, NOT_YET, earliest, touching, update_ball
 from engine._press import press, release
 from engine._state import (
     BALL_BALL,
@@ -79,8 +79,7 @@ def run(
 
         # Find the earliest event: one ball's own, or the pair that may touch first.
         single = _earliest_own(balls)
-        row = earliest(pairs)
-        t = min(balls.own_time[single], pairs.row_least[row])
+        t = min(balls.own_time[single], earliest(pairs))
         if not t >= clock[NOW]:
             return RUN_NOT_FINITE
         if t > laws.t_max:
@@ -92,7 +91,7 @@ def run(
         if balls.own_time[single] <= t:
             _resolve_own(balls, laws, contacts, single, t, clock, counters, log, keep_log)
         else:
-            verdict = refine(balls, laws, pairs, row, t, counters)
+            verdict, row = touching(balls, laws, pairs, t, counters)
             if verdict == NOT_YET:
                 continue
             i, j = row, pairs.row_partner[row]

@@ -9,7 +9,7 @@ last; a bound beyond either ball's own next event is dropped, since the motion c
 row is computed again.
 
 This is the part of the engine that another scheduler would replace: `update_ball` after a ball's
-motion changed, `earliest`, and `refine` are all that the loop uses.
+motion changed, `earliest`, and `touching` are all that the loop uses.
 """
 
 from __future__ import annotations
@@ -56,30 +56,57 @@ def update_ball(
 
 
 @kernel
-def earliest(pairs: Pairs) -> int:
-    """Return the ball whose row holds the least bound; its partner is in `row_partner`."""
-    best = 0
-    for i in range(1, len(pairs.row_least)):
-        if pairs.row_least[i] < pairs.row_least[best]:
-            best = i
-    return best
+def earliest(pairs: Pairs) -> float:
+    """Return the least bound of all pairs [s]."""
+    least = math.inf
+    for i in range(len(pairs.row_least)):
+        least = min(least, pairs.row_least[i])
+    return least
 
 
 @kernel
-def refine(balls: Balls, laws: Laws, pairs: Pairs, i: int, t: float, counters: IntArray) -> int:
-    """Look at row i's earliest pair at its bound, the instant t [s]: does it touch?
+def touching(
+    balls: Balls, laws: Laws, pairs: Pairs, t: float, counters: IntArray
+) -> tuple[int, int]:
+    """Look at every row whose earliest bound is the instant t [s]: does that pair touch?
 
-    Returns NOT_YET, IMPACT or PRESSED. On NOT_YET the bound has moved on.
+    Returns a verdict and its row: IMPACT, for the pair that approaches fastest where several do;
+    else PRESSED; else NOT_YET, when all those bounds have moved on.
+
+    Notes
+    -----
+    The fastest first, because impacts at one instant that feed each other (a plastic hit on a
+    frozen line) then die out like a relaxation of the whole line, not of its end over and over.
+    """
+    found, row, fastest = NOT_YET, 0, 0.0
+    for i in range(len(pairs.row_least)):
+        if pairs.row_least[i] > t:
+            continue
+        verdict, speed = _refine(balls, laws, pairs, i, t, counters)
+        if verdict == IMPACT and speed > fastest:
+            found, row, fastest = IMPACT, i, speed
+        elif verdict == PRESSED and found == NOT_YET:
+            found, row = PRESSED, i
+    return found, row
+
+
+@kernel
+def _refine(
+    balls: Balls, laws: Laws, pairs: Pairs, i: int, t: float, counters: IntArray
+) -> tuple[int, float]:
+    """Judge row i's earliest pair at its bound, the instant t: a verdict, the approach speed.
+
+    On NOT_YET the bound has moved on.
     """
     j = pairs.row_partner[i]
     counters[ADVANCEMENTS] += 1
-    verdict, bound = _touch(balls, laws, i, j, t)
+    verdict, bound, speed = _touch(balls, laws, i, j, t)
     if verdict == NOT_YET:
         if bound > min(balls.own_time[i], balls.own_time[j]):
             bound = math.inf
         pairs.bound[i, j] = bound
         _rescan(pairs, i)
-    return verdict
+    return verdict, speed
 
 
 @kernel
@@ -105,8 +132,8 @@ def _bound(balls: Balls, i: int, j: int, t: float) -> float:
 
 
 @kernel
-def _touch(balls: Balls, laws: Laws, i: int, j: int, t: float) -> tuple[int, float]:
-    """Judge the pair at the instant t: a verdict, and for NOT_YET the next bound."""
+def _touch(balls: Balls, laws: Laws, i: int, j: int, t: float) -> tuple[int, float, float]:
+    """Judge the pair at the instant t: a verdict, the next bound, the speed of approach."""
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, t)
     reach = balls.radius[i] + balls.radius[j]
     distance = math.sqrt(rx * rx + ry * ry)
@@ -116,7 +143,7 @@ def _touch(balls: Balls, laws: Laws, i: int, j: int, t: float) -> tuple[int, flo
     s = first_crossing(gap, rate, pull)
     progress = s > TIME_ROUNDING * t
     if gap > GAP_ROUNDING * reach and progress:
-        return NOT_YET, t + s
+        return NOT_YET, t + s, 0.0
     # They touch, as far as doubles can tell. While r . v = 0, the gap opens at first as
     # `opening` s^2 / 2: the lines of centres turn away, or friction pulls together.
     noise = APPROACH_ROUNDING * (_speed(balls, i, t) + _speed(balls, j, t))
@@ -124,15 +151,16 @@ def _touch(balls: Balls, laws: Laws, i: int, j: int, t: float) -> tuple[int, flo
     opening = across / distance + pull
     pulled = opening < -APPROACH_ROUNDING * (_pull(balls, i) + _pull(balls, j))
     if rate < -noise:
-        rebound = laws.ball_restitution * rate
-        if pulled and negligible_hop(rebound, -opening, reach):
-            return PRESSED, t
-        return IMPACT, t
+        # A rebound that slow ends within the tolerance: friction pulls the balls together again, or
+        # the cloth stops the one that was struck.
+        hop = negligible_hop(rate, 2.0 * laws.deceleration, reach)
+        return (PRESSED if hop else IMPACT), t, -rate
     if rate > noise and progress:
-        return NOT_YET, t + s
+        return NOT_YET, t + s, 0.0
     if pulled:
-        return PRESSED, t
-    return NOT_YET, t + _next_approach(distance * max(opening, 0.0), vx, vy, ax, ay)
+        return PRESSED, t, 0.0
+    s = _next_approach(distance * max(opening, 0.0), vx, vy, ax, ay)
+    return (NOT_YET, t + s, 0.0) if s > TIME_ROUNDING * t else (PRESSED, t, 0.0)
 
 
 @kernel

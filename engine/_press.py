@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 
-from engine._geometry import in_contact, pair_in_contact
+from engine._geometry import contact_tolerance, cushion_in_contact, pair_in_contact
 from engine._jit import kernel
 from engine._motion import (
     advance,
@@ -131,7 +131,7 @@ def _gather_contacts(balls: Balls, laws: Laws, contacts: Contacts, members: int,
                 count += 1
         for cushion in range(4):
             gap, rate, _ = cushion_gap(balls, k, laws, cushion)
-            if in_contact(gap, rate, laws.deceleration, 2.0 * balls.radius[k]):
+            if cushion_in_contact(balls, k, gap, rate, laws.deceleration):
                 contacts.first[count] = k
                 contacts.second[count] = -1 - cushion
                 count += 1
@@ -140,7 +140,10 @@ def _gather_contacts(balls: Balls, laws: Laws, contacts: Contacts, members: int,
 
 @kernel
 def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> None:
-    """Take away what approach is left at the contacts, plastically: each is a negligible hop."""
+    """Take away what approach is left at the contacts, plastically: each is a negligible hop.
+
+    A ball at rest stays so: the cloth would stop it again within the tolerance.
+    """
     for _ in range(_SWEEPS):
         approaching = False
         for c in range(count):
@@ -148,21 +151,29 @@ def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> 
             nx, ny, _, _ = _gap_after(balls, laws, contacts, c, 0.0)
             rate = -(nx * balls.vx[a] + ny * balls.vy[a])
             size = abs(balls.vx[a]) + abs(balls.vy[a])
+            share = 1.0  # of the change of rate, that ball a takes
             if b >= 0:
                 rate += nx * balls.vx[b] + ny * balls.vy[b]
+                if _at_rest(balls, a):
+                    share = 0.0
+                elif not _at_rest(balls, b):
+                    share = balls.mass[b] / (balls.mass[a] + balls.mass[b])
                 size += abs(balls.vx[b]) + abs(balls.vy[b])
             if rate >= -APPROACH_ROUNDING * size:
                 continue
             approaching = True
-            share = 1.0
-            if b >= 0:
-                share = balls.mass[b] / (balls.mass[a] + balls.mass[b])
-                balls.vx[b] -= (1.0 - share) * rate * nx
-                balls.vy[b] -= (1.0 - share) * rate * ny
             balls.vx[a] += share * rate * nx
             balls.vy[a] += share * rate * ny
+            if b >= 0:
+                balls.vx[b] -= (1.0 - share) * rate * nx
+                balls.vy[b] -= (1.0 - share) * rate * ny
         if not approaching:
             return
+
+
+@kernel
+def _at_rest(balls: Balls, k: int) -> bool:
+    return balls.vx[k] == 0.0 and balls.vy[k] == 0.0
 
 
 @kernel
@@ -205,17 +216,16 @@ def _solve(
         contacts.ny[c] = ny
         contacts.force[c] = 0.0
     for _ in range(_SWEEPS):
-        settled = True
+        if _settled(balls, laws, contacts, count, duration):
+            return _stays_closed(balls, laws, contacts, count, duration)
         for c in range(count):
             a, b = contacts.first[c], contacts.second[c]
-            _, _, gap, reach = _gap_after(balls, laws, contacts, c, duration)
             mass = balls.mass[a]
             if b >= 0:
                 mass *= balls.mass[b] / (balls.mass[a] + balls.mass[b])
+            excess = _excess(balls, laws, contacts, c, duration)
             force = contacts.force[c]
-            if abs(gap) > 0.125 * CONTACT_TOLERANCE * reach and (force > 0.0 or gap < 0.0):
-                settled = False
-            change = max(-force, -2.0 * mass * gap / (duration * duration))
+            change = max(-force, -2.0 * mass * excess / (duration * duration))
             contacts.force[c] = force + change
             contacts.fx[a] -= change * contacts.nx[c]
             contacts.fy[a] -= change * contacts.ny[c]
@@ -224,9 +234,33 @@ def _solve(
                 contacts.fx[b] += change * contacts.nx[c]
                 contacts.fy[b] += change * contacts.ny[c]
                 _accelerate(balls, laws, contacts, b, duration)
-        if settled:
-            return _stays_closed(balls, laws, contacts, count, duration)
     return False
+
+
+@kernel
+def _excess(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) -> float:
+    """How far the gap of contact c [m] ends above what the step aims at.
+
+    That is a closed gap; but an overlap left by rounding or by an earlier step is not pushed apart
+    faster than friction would do it.
+    """
+    _, _, now, _ = _gap_after(balls, laws, contacts, c, 0.0)
+    _, _, then, _ = _gap_after(balls, laws, contacts, c, duration)
+    return then - min(0.0, now + 0.25 * laws.deceleration * duration * duration)
+
+
+@kernel
+def _settled(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: float) -> bool:
+    """Whether every force holds its gap as the step aims at, and no gap without force closes."""
+    for c in range(count):
+        reach = 2.0 * balls.radius[contacts.first[c]]
+        excess = _excess(balls, laws, contacts, c, duration)
+        held = contacts.force[c] > 0.0
+        if (held or excess < 0.0) and abs(excess) > 0.125 * contact_tolerance(
+            balls, contacts.first[c], reach
+        ):
+            return False
+    return True
 
 
 @kernel
@@ -237,7 +271,8 @@ def _stays_closed(
     for c in range(count):
         for part in (0.5, 0.6875):
             _, _, gap, reach = _gap_after(balls, laws, contacts, c, part * duration)
-            allowed = CONTACT_TOLERANCE * reach
+            _, _, now, _ = _gap_after(balls, laws, contacts, c, 0.0)
+            allowed = contact_tolerance(balls, contacts.first[c], reach) + max(0.0, -now)
             if gap < -allowed or (contacts.force[c] > 0.0 and gap > allowed):
                 return False
     return True
@@ -248,7 +283,7 @@ def _accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: 
     """Set member k's acceleration: its contact forces, and friction at the middle of the step."""
     fx, fy = contacts.fx[k] / balls.mass[k], contacts.fy[k] / balls.mass[k]
     vx, vy = balls.vx[k], balls.vy[k]
-    if vx == 0.0 and vy == 0.0:
+    if _at_rest(balls, k):
         # At rest, the cloth resists a push of up to mu m g.
         push = speed_of(fx, fy)
         left = 1.0 - laws.deceleration / push if push > laws.deceleration else 0.0
@@ -289,4 +324,4 @@ def _gap_after(
 @kernel
 def _held_within(balls: Balls, k: int) -> float:
     """Gap to a cushion [m] up to which a contact step holds it."""
-    return 4.0 * CONTACT_TOLERANCE * (2.0 * balls.radius[k])
+    return 4.0 * contact_tolerance(balls, k, 2.0 * balls.radius[k])

@@ -78,7 +78,9 @@ def say(message: str) -> None:
 @contextmanager
 def busy(message: str) -> Iterator[None]:
     """Show a turning wheel beside `message` while the block runs; nothing without a terminal."""
-    with stderr().status(message):
+    from rich.text import Text  # noqa: PLC0415 - a message may hold brackets, which aren't markup
+
+    with stderr().status(Text(message)):
         yield
 
 

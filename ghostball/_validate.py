@@ -8,7 +8,6 @@ from pathlib import Path
 
 from rich.markup import escape
 
-from engine._run import warm_up
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from ghostball._verdicts import colour_of, verdict_tables
@@ -42,10 +41,7 @@ def run(
     scenes = select(names_or_tags, suite)
     if junit is not None:
         check_writable(junit, "--junit")
-    say(f"{len(scenes)} scenes on {len(specs)} engines; results go to {escape(str(out))}")
     started = time.perf_counter()
-    # Here and not in each of the processes at once: a first run compiles, and says so once.
-    warm_up()
     with counting("running") as count:
 
         def progress(case: CaseRecord, done: int, planned: int) -> None:
@@ -55,10 +51,9 @@ def run(
                 say(f"[{colour_of(case)}]{verdict}[/] {escape(f'{case.scene} on {case.label}')}")
 
         outcome = run_suite(scenes, specs, out, jobs=jobs, progress=progress)
+    folder = escape(str(out))
     if not outcome.cases:
-        say(
-            f"[bold]Interrupted[/] before the first case was done: no results in {escape(str(out))}"
-        )
+        say(f"[bold]Interrupted[/] before the first case was done: no results in {folder}")
         return outcome.exit_status
     results = ResultsFolder.load(out)
     if junit is not None:
@@ -77,7 +72,6 @@ def run(
     if written is not None:
         console.print(f"report: {written}", soft_wrap=True, markup=False)
     if interrupted:
-        folder = escape(str(out))
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} cases are done and "
             f"kept in {folder}; `ghostball report {folder}` reports on them"
@@ -94,8 +88,8 @@ def _headline(outcome: Outcome, seconds: float) -> str:
         f"{counts.checks_reference} only compare our engine with itself",
     ]
     if counts.failed:
-        parts.append(f"{counts.failed} cases crashed")
+        parts.append(f"cases that crashed: {counts.failed}")
     if counts.unavailable:
-        parts.append(f"{counts.unavailable} cases need an engine that is unavailable here")
+        parts.append(f"cases without their engine here: {counts.unavailable}")
     colour = "green" if outcome.exit_status == 0 else "bold red"
     return f"[{colour}]{', '.join(parts)}[/] in {seconds:.0f} s"

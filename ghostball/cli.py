@@ -20,7 +20,8 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-    rich_markup_mode=None,  # plain help and one-line errors, also where a CI claims to be a terminal
+    # Plain help and one-line errors, also where a CI pretends to be a terminal.
+    rich_markup_mode=None,
 )
 
 
@@ -126,14 +127,17 @@ def simulate(
         if plot is not None:
             stdout().print(f"paths drawn in {plot}", soft_wrap=True, markup=False)
     if not result.status.complete:
-        say(f"[bold red]not complete:[/] {result.status.value} {result.reason}".rstrip())
-        interrupted = result.status is Status.INTERRUPTED
-        raise typer.Exit(ExitStatus.INTERRUPTED if interrupted else ExitStatus.CHECK_FAILED)
+        say(f"[bold red]not complete:[/] {result.status.value}")
+        special = {
+            Status.INTERRUPTED: ExitStatus.INTERRUPTED,
+            Status.FAILED: ExitStatus.HARNESS_FAILED,
+        }
+        raise typer.Exit(special.get(result.status, ExitStatus.CHECK_FAILED))
 
 
 @app.command()
 @command
-def validate(  # noqa: PLR0917 - each is an option of the command line
+def validate(
     scenes: Annotated[
         list[str] | None,
         typer.Argument(

@@ -95,6 +95,9 @@ class PybulletSettings(EngineSettings):
     max_time: Annotated[float, Field(gt=0.0)] = 300.0
     """Simulated time after which a run stops with `Status.STEP_LIMIT` [s]."""
 
+    max_steps: Annotated[int, Field(gt=0)] = 10_000_000
+    """Steps of Bullet after which a run stops with `Status.STEP_LIMIT`."""
+
     rest_speed: Annotated[float, Field(gt=0.0)] = 1e-6
     """In sliding scenes, the speed of centre and surface below which a ball rests [m/s].
 
@@ -171,19 +174,19 @@ class PybulletEngine(EngineBase):
             run: PlanarRun | SlidingRun
             if planar:
                 run = PlanarRun(world, scene, recorder)
-                run.run(settings.mode, dt, t_end)
+                run.run(settings.mode, dt, t_end, settings.max_steps)
             else:
                 gated = settings.config == "tuned"
                 run = SlidingRun(
                     world, scene, recorder, gated=gated, rest_speed=settings.rest_speed
                 )
-                run.run(dt, t_end)
+                run.run(dt, t_end, settings.max_steps)
             status, reason = Status.REST, ""
             if not run.at_rest:
-                status = Status.T_MAX if t_end == limit else Status.STEP_LIMIT
+                status = Status.T_MAX if run.t == limit else Status.STEP_LIMIT
             final_state = run.state()
             if status is Status.STEP_LIMIT:
-                reason = _still_moving(scene, final_state, settings.max_time)
+                reason = _still_moving(scene, final_state, run.t, run.work["steps"], settings)
             return recorder.result(
                 engine=self.name,
                 settings=settings.model_dump() | {"dt": dt},
@@ -221,12 +224,18 @@ def _lacks_in_combination(scene: Scene) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def _still_moving(scene: Scene, state: Samples, max_time: float) -> str:
+def _still_moving(
+    scene: Scene, state: Samples, t: float, steps: int, settings: PybulletSettings
+) -> str:
+    """Say which limit ended the run, and which ball still moved most."""
     speeds = np.linalg.norm(state.velocities[0], axis=1)
     surfaces = scene.radii * np.linalg.norm(state.angular_velocities[0], axis=1)
     fastest = int(np.argmax(np.maximum(speeds, surfaces)))
+    by_time = t >= settings.max_time
+    limit = "`max_time`" if by_time else "`max_steps`"
+    value = f"{settings.max_time:g} s" if by_time else f"{steps} (at t = {t:.6g} s)"
     return (
-        f'`max_time` = {max_time:g} s was reached in scene "{scene.name}" before every ball '
-        f'rested: ball "{scene.balls[fastest].id}" moves at {speeds[fastest]:.3g} m/s and its '
-        f"surface turns at {surfaces[fastest]:.3g} m/s. Raise `max_time`, or set `t_max`"
+        f'{limit} = {value} was reached in scene "{scene.name}" before every ball rested: '
+        f'ball "{scene.balls[fastest].id}" moves at {speeds[fastest]:.3g} m/s and its surface '
+        f"turns at {surfaces[fastest]:.3g} m/s. Raise {limit}, or set `t_max`"
     )

@@ -12,7 +12,6 @@ that takes it to where it stops.
 
 from __future__ import annotations
 
-import itertools
 from typing import Literal
 
 import numpy as np
@@ -63,15 +62,17 @@ class PlanarRun:
         """Return the state now, arrays (1, n, 3); z is the radius, spin that of rolling."""
         return self._samples(self._world.positions()[:, :2], self._velocities)
 
-    def run(self, mode: Literal["native", "landed"], dt: float, t_end: float) -> None:
+    def run(
+        self, mode: Literal["native", "landed"], dt: float, t_end: float, max_steps: int
+    ) -> None:
         """Run until every ball rests, or to `t_end` exactly, in steps of at most `dt` [s]."""
         if mode == "landed":
-            self._landed(dt, t_end)
+            self._landed(dt, t_end, max_steps)
         else:
-            self._native(dt, t_end)
+            self._native(dt, t_end, max_steps)
 
-    def _native(self, dt: float, t_end: float) -> None:
-        for step in itertools.count(1):
+    def _native(self, dt: float, t_end: float, max_steps: int) -> None:
+        for step in range(1, max_steps + 1):
             if self.at_rest or self.t >= t_end:
                 return
             # Multiples, not a running sum; a remainder of rounding size joins the last step.
@@ -81,13 +82,13 @@ class PlanarRun:
             else:
                 self._advance(t_end - self.t, t_end)
 
-    def _landed(self, dt: float, t_end: float) -> None:
+    def _landed(self, dt: float, t_end: float, max_steps: int) -> None:
         """Step to each contact: one step lands, one overlaps, one lets Bullet resolve.
 
         Bullet sees spheres from the first step that starts with an overlap; `time_to_contact` asks
         for one as large as its landing gap.
         """
-        while not self.at_rest and self.t < t_end:
+        while not self.at_rest and self.t < t_end and self.work["steps"] < max_steps:
             stops = time_to_rest(self._velocities, self._deceleration)
             # Up to the next stop, and by a few roundings past it, so that the ball does stop.
             horizon = min(dt, float(np.min(stops[stops > 0.0])) * (1.0 + 4.0 * EPS))

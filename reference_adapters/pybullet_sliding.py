@@ -10,8 +10,6 @@ is short by up to v dt/2: first order in `dt`, where the planar run has no such 
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -76,9 +74,9 @@ class SlidingRun:
         """Return the state now, arrays (1, n, 3)."""
         return self._samples(self._world.positions(), self._velocities, self._spins)
 
-    def run(self, dt: float, t_end: float) -> None:
+    def run(self, dt: float, t_end: float, max_steps: int) -> None:
         """Run until every ball rests, or to `t_end` exactly, in steps of `dt` [s]."""
-        for step in itertools.count(1):
+        for step in range(1, max_steps + 1):
             if self.at_rest or self.t >= t_end:
                 return
             t = step * dt

@@ -99,14 +99,13 @@ class NativeRolling(Stepper):
         super().__init__(scene, world)
         self._clock = _Clock(dt, t_end)
         deceleration = scene.physics.rolling_friction * scene.physics.gravity
+        self._kick = deceleration * self._clock.dt
         self._half_kick = 0.0
-        if deceleration > 0.0 and world.tuned:
-            self._half_kick = 0.5 * deceleration * self._clock.dt
-            world.add_rolling_joints()
-        elif deceleration > 0.0:
-            world.add_rolling_callbacks()
         # What rounding leaves of a speed that the joint stops, in units of what it takes.
-        self._rounding = 1e-9 * deceleration * self._clock.dt
+        self._rounding = 1e-9 * self._kick
+        if world.tuned and deceleration > 0.0:
+            self._half_kick = 0.5 * self._kick
+            world.add_rolling_joints()
         velocities = scene.velocities[:, :2]
         self._moving = np.any(velocities != 0.0, axis=1)
         self._velocities = _faster(velocities, -self._half_kick)
@@ -132,6 +131,9 @@ class NativeRolling(Stepper):
         self._world.step(self._clock.dt)
         self.t = self._clock.tick()
         self._positions, self._velocities = self._world.positions_and_velocities()
+        if not self._world.tuned:
+            self._velocities = _faster(self._velocities, -self._kick)
+            self._world.set_velocities(self._velocities)
         moving = np.hypot(self._velocities[:, 0], self._velocities[:, 1]) > self._rounding
         self._velocities[~moving] = 0.0
         stopped = self._moving & ~moving

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from engine import GhostballError
 from reports import style
@@ -21,14 +21,21 @@ if TYPE_CHECKING:
 HERO_SCENES = ("break-16", "break-8", "break-7")
 """The first of these that is stored is the hero's break."""
 
-HERO_ENGINES = ("ghostball", "pymunk", "pybullet", "paper-continuous", "paper-discrete")
-"""Which engines the hero shows, three of them at most."""
+HERO_ENGINES = (
+    "ghostball",
+    "pymunk:mode=landed",
+    "pybullet:mode=landed",
+    "paper-continuous",
+    "pymunk",
+    "pybullet",
+)
+"""Engines of the hero's panels, in rows of three."""
 
-HERO_PANELS = 3
+HERO_COLUMNS = 3
 
 
 def draw_hero(results: ResultsFolder) -> Figure | None:
-    """Draw what the project is about: one break on three engines, above all engines' errors.
+    """Draw what the project is about: one break on several engines, above all engines' errors.
 
     None where no break, or no closed-form scene, is stored.
     """
@@ -37,18 +44,22 @@ def draw_hero(results: ResultsFolder) -> Figure | None:
     if shot is None or not errors:
         return None
     runs = [run for label in HERO_ENGINES for run in shot.drawn if run.label == label]
-    runs = runs[:HERO_PANELS]
+    rows = -(-len(runs) // HERO_COLUMNS)
     view = view_of(shot.scene)
-    panels = (WIDTH / len(runs)) * aspect_of(view) + 0.5
-    dots = 0.5 + 0.3 * len(errors)
-    figure = style.new_figure(WIDTH, panels + dots + 1.0)
-    upper, lower = figure.subfigures(2, 1, height_ratios=[panels, dots + 0.75])
-    for axes, run in zip(upper.subplots(1, len(runs), squeeze=False)[0], runs, strict=True):
+    panels = rows * ((WIDTH / HERO_COLUMNS) * aspect_of(view) + 0.25) + 0.3
+    dots = 1.2 + 0.27 * len(errors)
+    figure = style.new_figure(WIDTH, panels + dots)
+    parts: Any = figure.subfigures(2, 1, height_ratios=[panels, dots])
+    upper, lower = parts
+    grid = upper.subplots(rows, HERO_COLUMNS, squeeze=False).ravel()
+    for axes, run in zip(grid, runs, strict=False):
         draw_panel(axes, shot, run, view, None)
+    for axes in grid[len(runs) :]:
+        axes.set_axis_off()
     style.set_title(
         upper,
-        f"The same break of {len(shot.scene.balls)} balls on {len(runs)} engines "
-        "(rings: where ghostball's balls rest)",
+        f"One break of {len(shot.scene.balls)} balls: where they come to rest, and how far that is "
+        "from ghostball's (rings)",
     )
     draw_accuracy_on(lower.subplots(), errors)
     return figure
@@ -80,20 +91,24 @@ def write_gallery(results_dir: str | Path, gallery_dir: str | Path) -> list[Path
     """
     results = ResultsFolder.load(results_dir)
     folder = Path(gallery_dir)
-    written = []
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, draw in GALLERY.items():
-            with style.drawing():
-                figure = draw(results)
-                if figure is None:
-                    raise GhostballError(
-                        f'{results.path}: the picture "{name}" needs scenes or engines that these '
-                        "results lack. Run the full suite on every engine"
-                    )
-                written += style.save_figure(figure, folder / name)
-    except OSError as error:
+    with style.drawing():
+        figures = {name: _drawn(results, name) for name in GALLERY}
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            saved = [style.save_figure(figure, folder / name) for name, figure in figures.items()]
+        except OSError as error:
+            raise GhostballError(
+                f"{folder}: can't write the gallery: {error.strerror or error}. Choose another "
+                "folder"
+            ) from error
+    return [path for paths in saved for path in paths]
+
+
+def _drawn(results: ResultsFolder, name: str) -> Figure:
+    figure = GALLERY[name](results)
+    if figure is None:
         raise GhostballError(
-            f"{folder}: can't write the gallery: {error.strerror or error}. Choose another folder"
-        ) from error
-    return written
+            f'{results.path}: the picture "{name}" needs scenes or engines that these results '
+            "lack. Run the full suite on every engine"
+        )
+    return figure

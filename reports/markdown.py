@@ -90,7 +90,7 @@ def _headline(results: ResultsFolder) -> str:
     )
     if results.state == "complete":
         return counts
-    return f"> **This run is not complete** ({results.state}): what follows is what it did.\n\n{counts}"
+    return f"> **This run is not complete** ({results.state}).\n\n{counts}"
 
 
 def _verdict_table(results: ResultsFolder) -> str:
@@ -100,8 +100,8 @@ def _verdict_table(results: ResultsFolder) -> str:
         for scene in results.scene_names
     ]
     key = (
-        "*pass* and *fail*: every check, or at least one that failed. *reference*: our engine, where "
-        "the comparison would be with itself. *shown only*: ran, nothing to check."
+        "*pass*: every check passed; *fail*: at least one failed. *reference*: our engine, where "
+        "it would be compared with itself. *shown only*: ran, nothing to check."
     )
     return f"{_table(header, rows)}\n\n{key}"
 
@@ -236,7 +236,9 @@ def _remarks(cases: Sequence[CaseRecord]) -> str:
             lines.append(f"- `{case.label}` stopped early ({case.status}): {_escape(case.reason)}")
         lines += [_failure(case, check) for check in case.checks if check.passed is False]
         if case.approximations:
-            lines.append(f"- `{case.label}` approximates: {_escape('; '.join(case.approximations))}")
+            lines.append(
+                f"- `{case.label}` approximates: {_escape('; '.join(case.approximations))}"
+            )
     return "\n".join(lines)
 
 
@@ -245,7 +247,9 @@ def _failure(case: CaseRecord, check: Check) -> str:
     got = "has no value" if check.value is None else f"is {_number(check.value)}{unit}"
     limit = f"must be {COMPARISONS[check.limit_kind]} {_number(check.limit)}{unit}"
     why = "; ".join(_escape(text) for text in (check.reason, check.note) if text)
-    return f"- **`{case.label}` fails**: `{check.metric}` {got}, {limit}" + (f" ({why})" if why else "")
+    return f"- **`{case.label}` fails**: `{check.metric}` {got}, {limit}" + (
+        f" ({why})" if why else ""
+    )
 
 
 def _environment_table(environment: Mapping[str, Any]) -> str:

@@ -137,20 +137,24 @@ def draw_figure_4(results: ResultsFolder) -> Figure | None:
     views = []
     for shot in found:
         contact = _first_time(_motion(shot), EventKind.BALL_BALL)
-        views.append(_close_view(_motion(shot), contact - 0.25, contact + 0.5, margin=0.10))
+        views.append(_close_view(_motion(shot), contact - 0.25, contact + 0.7, margin=0.08))
     view = _common(views)
+    cue, target = found[1].scene.positions[:2]
+    offset = style.format_length(float(abs(cue[1] - target[1])))
     figure = style.new_figure(WIDTH, WIDTH * aspect_of(view) + 1.25)
     grid = figure.subplots(2, 2)
     cases = (("(a)", "(b)", "head-on"), ("(c)", "(d)", "slightly skewed"))
     for row, shot, (before, after, what) in zip(grid, found, cases, strict=True):
         motion = _motion(shot)
         contact = _first_time(motion, EventKind.BALL_BALL)
-        for axes, letter, when, dt in ((row[0], before, "before", -0.25), (row[1], after, "after", 0.5)):
+        instants = ((row[0], before, "before", -0.25), (row[1], after, "after", 0.3))
+        for axes, letter, when, dt in instants:
             draw_table(axes, shot.scene, view, ticks=False)
             _draw_instant(axes, shot, motion, contact + dt, trail=0.5, arrows=0.35)
             draw_scale_bar(axes, view, 0.1, "0.1 m")
             axes.set_title(f"{letter} {what}: {abs(dt):g} s {when} the hit", fontsize=9)
-    style.set_title(figure, f"Figure 4 of the paper: what 10 mm off centre changes, {_name(found[0])}")
+    change = f"what {offset} off centre changes"
+    style.set_title(figure, f"Figure 4 of the paper: {change}, {_name(found[0])}")
     _set_note(figure, "Arrows: velocity. Lines: the last 0.5 s of each path.")
     return figure
 
@@ -203,7 +207,7 @@ def _draw_close_up(axes: Axes, shot: Shot, run: Run, overlap: Overlap) -> None:
     radius = float(shot.scene.radii.max())
     centres = _positions_at(motion, overlap.t)
     a, b = centres[overlap.a], centres[overlap.b]
-    middle, half = 0.5 * (a + b), max(4.2 * radius, 0.75 * float(np.linalg.norm(a - b)))
+    middle, half = 0.5 * (a + b), max(5.0 * radius, 0.75 * float(np.linalg.norm(a - b)))
     view = (
         float(middle[0] - 1.45 * half),
         float(middle[0] + 1.45 * half),
@@ -231,9 +235,7 @@ def _draw_close_up(axes: Axes, shot: Shot, run: Run, overlap: Overlap) -> None:
     )
 
 
-def _draw_lens(
-    axes: Axes, a: FloatArray, b: FloatArray, radius_a: float, radius_b: float
-) -> None:
+def _draw_lens(axes: Axes, a: FloatArray, b: FloatArray, radius_a: float, radius_b: float) -> None:
     """Fill what two overlapping discs share."""
     from matplotlib.patches import Circle  # noqa: PLC0415
 
@@ -273,6 +275,7 @@ def _draw_instant(
                     (tip[0], tip[1]),
                     xytext=(centre[0], centre[1]),
                     arrowprops={"arrowstyle": "-|>", "color": style.BLACK, "linewidth": 1.3},
+                    annotation_clip=False,
                     zorder=5,
                 )
 
@@ -325,7 +328,8 @@ def _positions_at(motion: Motion, t: float) -> FloatArray:
 def _velocities_after(motion: Motion, t: float) -> FloatArray:
     """Return the velocities at the first stored instant at or after t, (n, 3) [m/s]."""
     index = min(int(np.searchsorted(motion.times, t)), len(motion.times) - 1)
-    return motion.velocities[index]
+    velocities: FloatArray = motion.velocities[index]
+    return velocities
 
 
 def _close_view(motion: Motion, t0: float, t1: float, margin: float) -> View:

@@ -41,7 +41,9 @@ class ReportError(GhostballError):
     """A report that can't be written."""
 
 
-def write_report(results_dir: str | Path, *, progress: Progress | None = None, jobs: int = 1) -> Path:
+def write_report(
+    results_dir: str | Path, *, progress: Progress | None = None, jobs: int = 1
+) -> Path:
     """Write `report.md` and `figures/` into a results folder, from what is stored there alone.
 
     Parameters
@@ -92,9 +94,7 @@ def write_report(results_dir: str | Path, *, progress: Progress | None = None, j
     return report
 
 
-def _draw_all(
-    results: ResultsFolder, tasks: list[str], jobs: int
-) -> Iterator[tuple[str, Drawn]]:
+def _draw_all(results: ResultsFolder, tasks: list[str], jobs: int) -> Iterator[tuple[str, Drawn]]:
     """Draw the figures of every task; yield each as it is done."""
     if jobs <= 1:
         for task in tasks:

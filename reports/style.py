@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, FigureBase
 
 T = TypeVar("T")
 LineStyle = str | tuple[float, tuple[float, ...]]
@@ -65,7 +65,7 @@ _FAMILY_LINES: dict[str, tuple[LineStyle, str]] = {
 PNG_DPI = 130
 FORMATS = ("png", "svg")
 
-RC: dict[str, Any] = {
+RC: Any = {
     "font.family": "DejaVu Sans",  # ships with matplotlib: the same everywhere
     "font.size": 9.0,
     "axes.titlesize": 10.0,
@@ -151,27 +151,30 @@ def _pick(choices: tuple[T, ...], key: str) -> T:
 
 def format_length(metres: float | None) -> str:
     """Return a length with a unit that suits it, to three digits: 0.00042 -> "0.42 mm"."""
-    return _scaled(metres, ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")), "m")
+    return _scaled(metres, "m")
 
 
 def format_time(seconds: float | None) -> str:
     """Return a duration with a unit that suits it, to three digits: 0.00042 -> "0.42 ms"."""
-    return _scaled(seconds, ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns")), "s")
+    return _scaled(seconds, "s")
 
 
-def _scaled(value: float | None, units: tuple[tuple[float, str], ...], base: str) -> str:
+_PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"), (1e-15, "f"))
+
+
+def _scaled(value: float | None, unit: str) -> str:
     if value is None:
         return "–"
     if not math.isfinite(value):
-        return f"{value} {base}"
+        return f"{value} {unit}"
     if value == 0.0:
         return "0"
-    for i, (size, unit) in enumerate(units):
+    for size, prefix in _PREFIXES:
         # A length of 0.42 mm reads better than 420 µm: a unit serves from a tenth of itself on.
-        floor = size * (0.1 if 0 < i < len(units) - 1 else 1.0)
+        floor = size * (0.1 if prefix else 1.0)
         if abs(value) >= floor:
-            return f"{_three_digits(value / size)} {unit}"
-    return f"{value:.1e} {base}"
+            return f"{_three_digits(value / size)} {prefix}{unit}"
+    return f"{value:.1e} {unit}"
 
 
 def _three_digits(value: float) -> str:
@@ -201,7 +204,7 @@ def set_length_ticks(axes: Axes, left: float, right: float) -> None:
 
 
 def _tick_text(exponent: int) -> str:
-    prefix = {-15: "fm", -12: "pm", -9: "nm", -6: "µm", -3: "mm", 0: "m"}
+    prefix = {-15: "fm", -12: "pm", -9: "nm", -6: "µm", -3: "mm", 0: "m", 3: "km"}
     unit = 3 * (exponent // 3)
     if unit not in prefix:
         return f"{power_of_ten(exponent)} m"
@@ -227,7 +230,7 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
-def set_title(figure: Figure, text: str) -> None:
+def set_title(figure: FigureBase, text: str) -> None:
     """Write the title of a whole figure, at its upper left."""
     figure.suptitle(text, fontsize=10.5, fontweight="bold", x=0.01, ha="left")
 
@@ -267,10 +270,14 @@ def save_one(figure: Figure, path: Path) -> None:
     from matplotlib.backends.backend_svg import FigureCanvasSVG  # noqa: PLC0415
 
     dpi = figure.dpi
+    canvas: Any  # its print_ methods have no types
     if path.suffix.lower() == ".svg":
-        FigureCanvasSVG(figure).print_svg(path, metadata={"Date": None, "Creator": None})
+        canvas = FigureCanvasSVG(figure)
+        canvas.print_svg(path, metadata={"Date": None, "Creator": None})
     elif path.suffix.lower() == ".pdf":
-        FigureCanvasPdf(figure).print_pdf(path, metadata={"CreationDate": None, "Producer": None})
+        canvas = FigureCanvasPdf(figure)
+        canvas.print_pdf(path, metadata={"CreationDate": None, "Producer": None})
     else:
-        FigureCanvasAgg(figure).print_png(path, metadata={"Software": None})
+        canvas = FigureCanvasAgg(figure)
+        canvas.print_png(path, metadata={"Software": None})
     figure.dpi = dpi  # some formats leave their own

@@ -4,8 +4,9 @@ from validation.criteria import Criteria, CriteriaError, Criterion, criteria_bes
 from validation.junit import junit_xml, write_junit
 from validation.library import find_scene, scene_names, select
 from validation.metrics import METRICS, Metric
-from validation.store import CaseRecord, Check, Motion, ResultsError, ResultsFolder
-from validation.suite import DEFAULT_ENGINES, Outcome, run_suite
+from validation.records import CaseRecord, Check, Motion
+from validation.store import ResultsError, ResultsFolder
+from validation.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite
 from validation.truth import Truth, TruthError, truth_of
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "Truth",
     "TruthError",
     "criteria_beside",
+    "criteria_beside_paths",
     "find_scene",
     "junit_xml",
     "run_suite",

@@ -17,8 +17,8 @@ from reference_adapters.base import ReferenceEngine
 from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
 from validation.criteria import Criterion
 from validation.metrics import METRICS, measure
+from validation.records import CaseRecord, Motion
 from validation.sampling import motion_of
-from validation.store import CaseRecord, Motion
 from validation.truth import Truth
 
 

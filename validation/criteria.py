@@ -38,7 +38,7 @@ from engine import GhostballError
 from reference_adapters.base import EngineError
 from reference_adapters.registry import parse_spec
 from validation.metrics import METRICS
-from validation.store import Check, LimitKind
+from validation.records import Check, LimitKind
 
 SUFFIX = ".expect.toml"
 """Ending of a criteria file's name: `break-16.toml` has its criteria in `break-16.expect.toml`."""

@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 
 from engine import GhostballError
 from validation.metrics import METRICS
-from validation.store import CaseRecord, Check
+from validation.records import CaseRecord, Check
 
 _SIGNS = {"at_most": "<=", "at_least": ">=", "equals": "=="}
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from engine import Energy, GhostballError, Result, SampledTrajectory, Samples, Scene
 from engine.result import Events
 from engine.trajectory import energy_of
-from validation.store import Motion
+from validation.records import Motion
 
 FloatArray = NDArray[np.float64]
 

@@ -26,7 +26,8 @@ from validation.case import Case, TruthFailure, plain_settings
 from validation.criteria import SUFFIX, Criteria, Criterion, criteria_beside
 from validation.environment import describe_environment
 from validation.library import FOLDER, find_scene, scene_names
-from validation.store import CaseRecord, ResultsWriter, RunState
+from validation.records import CaseRecord
+from validation.store import ResultsWriter, RunState
 from validation.truth import Truth, check_truth, truth_of
 from validation.worker import run_cases
 

@@ -19,8 +19,8 @@ from engine import CUSHIONS, EventKind, GhostballError, Result, Scene, Status, U
 from engine.result import COLLISION_KINDS, Events
 from engine.simulate import simulate
 from validation.closed_forms import DIGITS, ClosedForm, closed_form
+from validation.records import CLOSED_FORM, OUR_ENGINE
 from validation.sampling import MAX_TIMES, UNIFORM_TIMES, energy_at, events_of, union_times
-from validation.store import CLOSED_FORM, OUR_ENGINE
 
 FloatArray = NDArray[np.float64]
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import multiprocessing
 import signal
 from collections.abc import Generator, Iterable, Iterator
-from contextlib import closing, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 
 from validation.case import Case, blank_record, failed, run_case
-from validation.store import CaseRecord, Motion
+from validation.records import CaseRecord, Motion
 
 Finished = tuple[CaseRecord, Motion | None]
 
@@ -99,9 +99,27 @@ def _collect(worker: _Worker, workers: list[_Worker]) -> Finished:
 def _start() -> _Worker:
     ours, theirs = _CONTEXT.Pipe()
     process = _CONTEXT.Process(target=_serve, args=(theirs,), daemon=True)
-    process.start()
+    with _interrupts_held():
+        process.start()
     theirs.close()  # so that `recv` ends when the process does
     return _Worker(process, ours)
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Hold Ctrl-C back for a moment; it takes effect at the end.
+
+    A process started meanwhile inherits the hold, and so is deaf to Ctrl-C from its first
+    instruction on, not only once it has imported everything and gets to say so itself.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _bury(worker: _Worker) -> None:
@@ -114,7 +132,8 @@ def _bury(worker: _Worker) -> None:
 
 def _serve(connection: Connection) -> None:
     """Run cases until the other end closes: the body of a worker process."""
-    # Ctrl-C reaches the whole group; the parent alone decides what happens then.
+    # Ctrl-C reaches the whole group; the parent alone decides what happens then. POSIX workers
+    # are deaf already, see `_interrupts_held`.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with closing(connection):
         while True:

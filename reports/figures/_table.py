@@ -21,32 +21,42 @@ CUSHION_DEPTH = 0.045
 """How thick a cushion is drawn [m], about a real one's."""
 
 
-def view_of(scene: Scene, *positions: FloatArray) -> View:
-    """Return the part of the cloth to show: the table, and whatever lies beyond it.
+def view_of(scene: Scene, *positions: FloatArray, needed: FloatArray | None = None) -> View:
+    """Return the part of the cloth to show: the table, and what lies near it.
 
     Parameters
     ----------
     scene : Scene
     *positions : (..., 3) float64 [m]
-        Centres that must be seen; values that aren't finite are left out.
+        Centres that should be seen; values that aren't finite are left out.
+    needed : (n, 3) float64 [m], optional
+        Centres that are seen however far away they are.
     """
     radius = float(scene.radii.max())
-    centres = [scene.positions[:, :2]] + [p.reshape(-1, p.shape[-1])[:, :2] for p in positions]
-    xy = np.concatenate(centres)
-    xy = xy[np.isfinite(xy).all(axis=1)]
-    low, high = xy.min(axis=0) - 2.0 * radius, xy.max(axis=0) + 2.0 * radius
+    low, high = _bounds(radius, scene.positions, *positions)
+    near_low, near_high = _bounds(radius, scene.positions if needed is None else needed)
     table = scene.table
     if table is not None:
         # A ball that an engine lost a kilometre away must not shrink the table to a dot.
         reach = np.array([table.length, table.width])
-        low = np.clip(low, -0.5 * reach, -1.4 * CUSHION_DEPTH)
-        high = np.clip(high, reach + 1.4 * CUSHION_DEPTH, 1.5 * reach)
+        margin = 1.4 * CUSHION_DEPTH
+        near_low = np.minimum(near_low, -margin)
+        near_high = np.maximum(near_high, reach + margin)
+        low = np.clip(low, np.minimum(near_low, -0.25 * reach), near_low)
+        high = np.clip(high, near_high, np.maximum(near_high, 1.25 * reach))
     else:
         # A straight shot on an unbounded cloth would be a line without height.
         size = high - low
-        pad = np.maximum(0.0, 0.3 * size[::-1] - size) / 2.0
+        pad = np.maximum(0.04 * size.max(), (0.3 * size[::-1] - size) / 2.0)
         low, high = low - pad, high + pad
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])
+
+
+def _bounds(radius: float, *positions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the corners of the box, (2,) each [m], around all centres, two radii wider."""
+    xy = np.concatenate([p.reshape(-1, p.shape[-1])[:, :2] for p in positions])
+    xy = xy[np.isfinite(xy).all(axis=1)]
+    return xy.min(axis=0) - 2.0 * radius, xy.max(axis=0) + 2.0 * radius
 
 
 def aspect_of(view: View) -> float:
@@ -90,7 +100,7 @@ def draw_table(axes: Axes, scene: Scene, view: View, *, ticks: bool = True) -> N
                 axes.plot(*edges[name], color=style.GREY, linestyle=":", linewidth=1, zorder=0.5)
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
-    axes.set_aspect("equal")
+    axes.set_aspect("equal", anchor="N")
     for spine in axes.spines.values():
         spine.set_visible(False)
     if ticks:

@@ -38,6 +38,8 @@ def draw_collisions(shot: Shot) -> Figure | None:
 
 
 def _draw_kind(axes: Axes, shot: Shot, kind: str) -> None:
+    from matplotlib.ticker import MaxNLocator  # noqa: PLC0415
+
     for row, run in enumerate(shot.runs):
         if run.case is None or run.case.outcome != "ran":
             continue
@@ -56,7 +58,7 @@ def _draw_kind(axes: Axes, shot: Shot, kind: str) -> None:
         axes.axvline(expected, color=style.BLACK, linestyle="--", linewidth=0.9, zorder=3)
     axes.set_xlim(0.0, 1.18 * max(1.0, axes.get_xlim()[1]))
     axes.set_xlabel(f"{kind} collisions [1]")
-    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
     axes.grid(True, axis="x")
     draw_row_notes(axes, shot)
 

@@ -62,7 +62,9 @@ def _draw_total(axes: Axes, shot: Shot) -> None:
             alpha=look.line_alpha,
             zorder=2 + 0.01 * order,
         )
-    axes.set_ylim(bottom=0.0, top=1.08 * _start_energy(shot))
+    # An engine that explodes must not flatten the others.
+    highest = max(float(np.nanmax(_motion(run).energy)) for run in shot.drawn)
+    axes.set_ylim(bottom=0.0, top=1.08 * min(highest, 1.8 * _start_energy(shot)))
     axes.set_ylabel("energy [J]")
     axes.set_title(f"{shot.scene.name}: kinetic energy of all balls, translation and rotation")
     axes.grid(True)
@@ -95,7 +97,7 @@ def _draw_difference(axes: Axes, shot: Shot) -> None:
     axes.set_ylabel("|difference| / E₀ [1]")
     axes.set_title(
         f"Difference from {shot.ours.style.name}, as a part of the initial energy "
-        f"E₀ = {scale:.3g} J"
+        f"E₀ = {scale:.4g} J"
     )
     axes.grid(True)
 
@@ -111,4 +113,6 @@ def _start_energy(shot: Shot) -> float:
 
 def _end(shot: Shot) -> float:
     """When to stop the axis [s]: one engine that never rests must not squeeze the others."""
-    return 1.03 * float(np.median([_motion(run).times[-1] for run in shot.drawn]))
+    ends = [float(_motion(run).times[-1]) for run in shot.drawn]
+    ours = float(_motion(shot.ours).times[-1]) if shot.ours is not None else 0.0
+    return 1.03 * max(ours, float(np.median(ends)))

@@ -84,7 +84,7 @@ def _limits(shot: Shot) -> tuple[float, float]:
     left = max(EXACT, 10.0 ** (math.floor(decades[1]) - 1))
     # Room on the right for a value and a verdict.
     span = max(3.0, decades[0] - math.log10(left))
-    return left, 10.0 ** (decades[0] + 0.42 * span)
+    return left, 10.0 ** (decades[0] + 0.33 * span)
 
 
 def _add_legend(figure: Figure, shot: Shot) -> None:

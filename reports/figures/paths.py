@@ -20,8 +20,12 @@ FloatArray = NDArray[np.float64]
 WIDTH = 8.8
 """Width of a figure [inch]: text stays readable where a README shows it 900 pixels wide."""
 
-PATH_LENGTH_SHOWN = 90.0
+PATH_LENGTH_SHOWN = 50.0
 """Total path drawn in a panel of many balls [m]: more is a scribble."""
+
+
+STRIP = 0.22
+"""Half the width of what is shown of the cloth where all motion is along x [m]."""
 
 
 def draw_paths(shot: Shot) -> Figure | None:
@@ -38,11 +42,11 @@ def draw_paths(shot: Shot) -> Figure | None:
 
 
 def _draw_overlay(shot: Shot) -> Figure:
-    view = view_of(shot.scene, *(_seen(run) for run in shot.drawn))
     collinear = _is_collinear(shot)
+    view = _view(shot, collinear)
     height = float(np.clip((WIDTH - 0.8) * aspect_of(view), 1.0, 5.0))
-    rows = [height, 2.6] if collinear else [height]
-    figure = style.new_figure(WIDTH, sum(rows) + 0.55 * len(rows) + 0.45 + 0.2 * _legend_rows(shot))
+    rows = [height, 3.2] if collinear else [height]
+    figure = style.new_figure(WIDTH, sum(rows) + 0.5 * len(rows) + 0.4 + 0.2 * _legend_rows(shot))
     axes = figure.subplots(len(rows), 1, squeeze=False, gridspec_kw={"height_ratios": rows})[:, 0]
     _draw_on_table(axes[0], shot, view)
     if collinear:
@@ -86,12 +90,11 @@ def _draw_against_time(axes: Axes, shot: Shot) -> None:
         assert run.motion is not None
         for path in np.swapaxes(run.motion.positions, 0, 1):
             axes.plot(run.motion.times, path[:, 0], zorder=2 + 0.01 * order, **_line(run))
-    _, _, *limits = _time_limits(shot)
-    axes.set_xlim(*limits[:2])
-    axes.set_ylim(*limits[2:])
+    axes.set_xlim(0.0, 1.02 * _median_end(shot))
+    axes.set_ylim(*_view(shot, collinear=True)[:2])
     axes.set_xlabel("time [s]")
     axes.set_ylabel("x of the centre [m]")
-    axes.set_title("The same against time: all motion is along x")
+    axes.set_title("The same against time")
     axes.grid(True)
 
 
@@ -114,7 +117,8 @@ def _draw_panels(shot: Shot) -> Figure:
     paths = "Lines: paths" if t_shown is None else f"Lines: paths of the first {t_shown:.2g} s"
     style.set_title(figure, f"{shot.scene.name}: {len(shot.scene.balls)} balls {end}{size}")
     figure.supxlabel(
-        f"{paths}. Filled: {end} in that engine. Rings: the truth. Bars join the same ball.",
+        f"{paths}. Filled: {end} in that engine. Rings: the truth. Bars join the same ball. "
+        "Number: largest rest error.",
         fontsize=8.5,
         color=style.GREY,
     )
@@ -171,9 +175,9 @@ def _add_legend(figure: Figure, shot: Shot) -> None:
         title="black ring: where the ball rests in truth; numbers: largest rest error",
         title_fontsize=8.5,
     )
-    for run, text in zip(shot.runs, legend.get_texts(), strict=True):
+    for run, entry in zip(shot.runs, legend.get_texts(), strict=True):
         if run.motion is None:
-            text.set_color(style.GREY)
+            entry.set_color(style.GREY)
 
 
 def _legend_rows(shot: Shot) -> int:
@@ -244,10 +248,21 @@ def _is_collinear(shot: Shot) -> bool:
     return bool(np.ptp(first.positions[:, :, 1]) < 1e-6) and len(shot.scene.balls) > 1
 
 
-def _time_limits(shot: Shot) -> tuple[float, float, float, float, float, float]:
-    times = [run.motion.times[-1] for run in shot.drawn if run.motion is not None]
-    left, right, bottom, top = view_of(shot.scene, *(_seen(run) for run in shot.drawn))
-    return bottom, top, 0.0, float(np.median(times)) * 1.02, left, right
+def _view(shot: Shot, collinear: bool) -> View:
+    """Return what of the cloth to show; of a motion along x, a strip around it."""
+    truth = shot.truth_positions
+    needed = shot.scene.positions if truth is None else truth
+    view = view_of(shot.scene, *(_seen(run) for run in shot.drawn), needed=needed)
+    if not collinear:
+        return view
+    left, right, bottom, top = view
+    middle = float(shot.scene.positions[0, 1])
+    return left, right, max(bottom, middle - STRIP), min(top, middle + STRIP)
+
+
+def _median_end(shot: Shot) -> float:
+    """Return when the middle one of the runs ends [s]."""
+    return float(np.median([run.motion.times[-1] for run in shot.drawn if run.motion is not None]))
 
 
 def _time_shown(run: Run) -> float | None:

@@ -45,7 +45,7 @@ def draw_verdicts(results: ResultsFolder) -> Figure:
             _draw_cell(axes, row, column, results.case(scene, label))
     axes.set_xlim(-0.5, len(labels) - 0.5)
     axes.set_ylim(len(scenes) - 0.5, -0.5)
-    names = [style.engine_name(label).replace(", ", "\n") for label in labels]
+    names = [_in_two_lines(style.engine_name(label)) for label in labels]
     axes.set_xticks(range(len(labels)), names)
     axes.set_yticks(range(len(scenes)), scenes)
     axes.xaxis.tick_top()
@@ -54,10 +54,19 @@ def draw_verdicts(results: ResultsFolder) -> Figure:
         spine.set_visible(False)
     style.set_title(
         figure,
-        "Verdict and largest rest error, by scene and engine",
+        "Verdict and largest rest error, by scene and engine (in brackets: no check limits it)",
     )
     _add_key(figure, results)
     return figure
+
+
+def _is_limited(case: CaseRecord) -> bool:
+    """Whether a verdict says anything about the rest error: some check limits it."""
+    return any(check.metric.startswith("rest_error") for check in case.checks)
+
+
+def _in_two_lines(name: str) -> str:
+    return name.replace(", ", "\n").replace("paper-", "paper-\n")
 
 
 def _draw_cell(axes: Axes, row: int, column: int, case: CaseRecord | None) -> None:
@@ -77,7 +86,8 @@ def _draw_cell(axes: Axes, row: int, column: int, case: CaseRecord | None) -> No
     error = rest_error(case)
     text = verdict.symbol
     if error is not None and case is not None and not is_own_measure(case):
-        text += "  " + style.format_length(error)
+        number = style.format_length(error)
+        text += f"  {number}" if _is_limited(case) else f"  ({number})"
     axes.text(column, row, text, ha="center", va="center", fontsize=8)
 
 
@@ -134,7 +144,7 @@ def draw_accuracy_on(axes: Axes, errors: Mapping[str, Sequence[float]]) -> None:
     names = ["1 fm", "1 pm", "1 nm", "1 µm", "1 mm", "1 m"]
     axes.set_xticks([EXACT, *(10.0**e for e in exponents)], ["0", *names])
     axes.minorticks_off()
-    axes.set_title("median", loc="right", fontsize=8.5, fontweight="normal")
+    axes.set_title("median (scenes)", loc="right", fontsize=8.5, fontweight="normal")
     axes.grid(True, axis="x")
     axes.set_xlabel("largest rest error of a scene (dot), median of the scenes (bar)")
     count = max(len(found) for found in errors.values())
@@ -158,7 +168,7 @@ def _draw_dots(axes: Axes, row: int, label: str, found: Sequence[float]) -> None
         )
     middle = max(median(found), EXACT)
     axes.plot([middle, middle], [row - 0.36, row + 0.36], color=look.colour, linewidth=2.4)
-    text = style.format_length(median(found)) if median(found) > 0.0 else "0"
+    text = f"{style.format_length(median(found))} ({len(found)})"
     axes.annotate(
         text,
         (1.0, row),

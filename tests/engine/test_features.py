@@ -126,7 +126,7 @@ def test_an_approximate_feature_is_not_missing():
 
 
 def test_the_refusal_names_the_engine_and_the_features_and_survives_pickling():
-    with pytest.raises(UnsupportedSceneError, match="engine `toy` can't represent .*: no rolling"):
+    with pytest.raises(UnsupportedSceneError, match=r"engine `toy` can't represent .*: no rolling"):
         check_supported("toy", {}, scene_of(ball((0, 0))))
     error = UnsupportedSceneError("toy", ("no flight", "no spin"))
     again = pickle.loads(pickle.dumps(error))

@@ -105,13 +105,13 @@ def test_energy_of_the_two_ends_in_json():
 
 def test_sampling_what_was_not_recorded_says_what_to_do():
     for ask in (result_with().sample, result_with().energy):
-        with pytest.raises(GhostballError, match='engine `toy` .*record="trajectory"'):
+        with pytest.raises(GhostballError, match=r'engine `toy` .*record="trajectory"'):
             ask([0.0])
 
 
 def test_sampling_takes_one_time_or_many_in_any_order():
     state = initial_state(SCENE)
-    later = state.positions + [1.0, 0.0, 0.0]
+    later = state.positions + np.array([1.0, 0.0, 0.0])
     trajectory = SampledTrajectory(
         np.array([0.0, 1.0]),
         np.concatenate([state.positions, later]),

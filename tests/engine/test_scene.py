@@ -234,7 +234,7 @@ class TestPhysics:
 
     @pytest.mark.parametrize("value", ["sometimes", -0.1, math.nan])
     def test_ball_friction_is_a_number_or_a_law(self, value):
-        with pytest.raises(SceneError, match="`ball_friction` must be .*, or must be 'alciatore'"):
+        with pytest.raises(SceneError, match=r"`ball_friction` must be .*, or must be 'alciatore'"):
             Physics(ball_friction=value)
 
     def test_endless_motion_needs_t_max(self):
@@ -269,7 +269,9 @@ def test_a_name_is_fit_for_a_file(name):
 
 
 def test_an_unknown_field_suggests_a_known_one():
-    with pytest.raises(SceneError, match="`velocty` is not a known field. Did you mean `velocity`"):
+    with pytest.raises(
+        SceneError, match=r"`velocty` is not a known field\. Did you mean `velocity`"
+    ):
         Ball(id="b", position=(0, 0), velocty=(1, 0))
 
 

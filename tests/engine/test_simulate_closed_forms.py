@@ -163,9 +163,7 @@ class TestTwoBalls:
             assert error <= 8 * EPS * 1.5
 
     def test_a_half_ball_hit_leaves_at_30_and_60_degrees(self):
-        scene = scene_of(
-            ball((0, 0), (1, 0)), ball((0.6, R)), rolling_friction=0.0, t_max=1.0
-        )
+        scene = scene_of(ball((0, 0), (1, 0)), ball((0.6, R)), rolling_friction=0.0, t_max=1.0)
         velocities = simulate(scene).final_state.velocities[0]
         # The line of centres is found from positions: eps of 0.6 m over 2 R cos 30.
         tolerance = 32 * EPS * 0.6 / (2 * R)
@@ -393,7 +391,7 @@ def test_a_symmetric_pair_hit_respects_the_mirror_where_the_gaps_differ_by_nothi
 
 class TestFrontDoor:
     def test_an_unknown_record_is_refused(self):
-        with pytest.raises(GhostballError, match="`record` must be .*got 'all'"):
+        with pytest.raises(GhostballError, match=r"`record` must be .*got 'all'"):
             simulate(scene_of(ball((0, 0))), record="all")
 
     @pytest.mark.parametrize("limit", [0, -5])

@@ -33,9 +33,7 @@ LAWS = (
 
 def shot(seed: int) -> Scene:
     """Every count of balls from 2 to 6, with every law, on every table, in turn."""
-    return random_shot(
-        seed, 2 + seed % 5, table=TABLES[seed // 20 % 4], **LAWS[seed // 5 % 4]
-    )
+    return random_shot(seed, 2 + seed % 5, table=TABLES[seed // 20 % 4], **LAWS[seed // 5 % 4])
 
 
 @pytest.mark.parametrize("seed", [*range(0, 20, 2), *range(41, 60, 3)])

@@ -318,9 +318,7 @@ def test_elastic_play_without_friction_runs_backwards(seed, n):
         ball(place, (chance.uniform(-1, 1), chance.uniform(-1, 1)), radius=0.1, mass=1.0 + k % 2)
         for k, place in enumerate(places)
     ]
-    scene = scene_of(
-        *balls, table=Table(length=1.0, width=1.0), rolling_friction=0.0, t_max=1.25
-    )
+    scene = scene_of(*balls, table=Table(length=1.0, width=1.0), rolling_friction=0.0, t_max=1.25)
     growth = sensitivity(scene)
     there = simulate(scene, record="events")
     back = with_balls(

@@ -28,6 +28,8 @@ R = 0.028575
 G = 9.81
 TABLE = Table(length=2.0, width=1.0)
 
+SLIDING = {"motion": "sliding", "rolling_friction": 0.05, "sliding_friction": 0.2}
+
 LANDED_ERROR = 1e-8
 """A gap of 1e-10 m turns the line of centres by 2e-9 rad, and no ball below rolls 3 m [m]."""
 
@@ -79,6 +81,8 @@ HALF_BALL = shot({"position": (0, 0), "velocity": (1, 0)}, {"position": (0.3, R)
 ONE_HIT = {
     "head-on": shot({"position": (0, 0), "velocity": (1, 0)}, {"position": (0.3, 0)}),
     "half-ball": HALF_BALL,
+    # Below 0.2 m/s Bullet's own threshold makes a hit inelastic.
+    "slow": shot({"position": (0, 0), "velocity": (0.1, 0)}, {"position": (0.06, 0)}),
     "thin": shot({"position": (0, 0), "velocity": (1, 0)}, {"position": (0.3, -1.9 * R)}),
     "inelastic": shot(
         {"position": (0, 0), "velocity": (1, 0)}, {"position": (0.3, R)}, ball_restitution=0.6
@@ -225,6 +229,25 @@ def test_balls_that_stay_in_contact_collide_once() -> None:
         assert result.work["steps"] < 1500
 
 
+def test_a_ball_pressed_against_a_cushion_by_its_spin_hits_it_once() -> None:
+    scene = shot(
+        {"position": (0.1, 0.5), "velocity": (-1, 0), "angular_velocity": (0, -100, 0)},
+        table=TABLE,
+        **SLIDING,
+        cushion="restitution",
+        cushion_restitution=0.0,
+    )
+    result = run(scene)
+    assert result.work["contacts"] > 100
+    assert result.collision_counts["ball-cushion"] == 1
+
+
+def test_a_ball_that_only_rolls_along_a_cushion_does_not_hit_it() -> None:
+    # Bullet lists a plane this near as a contact, without a force.
+    scene = shot({"position": (0.1, R + 1e-4), "velocity": (1, 0)}, table=TABLE)
+    assert run(scene).collision_counts["ball-cushion"] == 0
+
+
 @pytest.mark.parametrize("settings", [{}, {"mode": "landed"}, {"dt": 0.3}, {"config": "default"}])
 def test_t_max_is_hit_exactly(settings: dict[str, Any]) -> None:
     result = run(shot({"position": (0, 0), "velocity": (1, 0)}, t_max=0.7654321), **settings)
@@ -246,6 +269,13 @@ def test_max_time_stops_a_run_and_says_what_moves() -> None:
     assert result.rest_time == 0.25
     assert '`max_time` = 0.25 s was reached in scene "shot"' in result.reason
     assert 'ball "0" moves at 0.755 m/s' in result.reason
+
+
+@pytest.mark.parametrize("settings", [{}, {"mode": "landed"}])
+def test_max_steps_stops_a_run_and_says_so(settings: dict[str, Any]) -> None:
+    result = run(shot({"position": (0, 0), "velocity": (1, 0)}), max_steps=7, **settings)
+    assert (result.status, result.work["steps"]) == (Status.STEP_LIMIT, 7)
+    assert "`max_steps` = 7 (at t = " in result.reason
 
 
 def test_a_trajectory_jumps_at_a_collision_and_nowhere_loses_energy_to_sampling() -> None:
@@ -296,8 +326,6 @@ def test_the_default_configuration_keeps_what_pybullet_does_on_its_own() -> None
 
 # --- sliding: space ---------------------------------------------------------------------------
 
-SLIDING = {"motion": "sliding", "rolling_friction": 0.05, "sliding_friction": 0.2}
-
 
 def test_a_stun_shot_slides_then_rolls() -> None:
     scene = shot({"position": (0, 0), "velocity": (1, 0), "angular_velocity": (0, 0, 0)}, **SLIDING)
@@ -315,6 +343,15 @@ def test_a_stun_shot_slides_then_rolls() -> None:
     assert result.rest_positions[0] == pytest.approx([distance, 0, R], abs=dt / 2)
     assert float(roll["t"]) == pytest.approx(2 / (7 * 0.2 * G) + 5 / 7 / (0.05 * G), abs=5 * dt)
     assert result.status is Status.REST
+
+
+def test_a_fast_ball_may_roll_as_fast_as_it_is() -> None:
+    # Bullet clamps spin at 100 rad/s unless told otherwise: 2.86 m/s of a rolling pool ball.
+    scene = shot({"position": (0, 0), "velocity": (0, 6)}, **SLIDING, t_max=0.2)
+    final = run(scene).final_state
+    speed = 6 - 0.05 * G * 0.2
+    assert final.velocities[0, 0] == pytest.approx([0, speed, 0], abs=1e-3)
+    assert final.angular_velocities[0, 0, 0] == pytest.approx(-speed / R, abs=0.05)
 
 
 def test_vertical_spin_decays_at_its_rate_while_the_ball_slides_and_rolls() -> None:

@@ -31,7 +31,10 @@ SHOTS = {
     "head-on": (
         "Both on a line",
         CLOSED_FORM,
-        [[(0, 0.5, 0.635), (1, 1.2, 0.635)], [(0, 1.25715, 0.635), (1, 1.25715, 0.635), (3, 2, 0.635)]],
+        [
+            [(0, 0.5, 0.635), (1, 1.2, 0.635)],
+            [(0, 1.25715, 0.635), (1, 1.25715, 0.635), (3, 2, 0.635)],
+        ],
         [(1.0, EventKind.BALL_BALL, 0, 1)],
     ),
     "break-7": (
@@ -50,7 +53,10 @@ SHOTS = {
     "figure4-head-on": (
         "Head-on",
         CLOSED_FORM,
-        [[(0, 0.8, 0.635), (1, 1.2128, 0.635)], [(0, 1.27, 0.635), (1, 1.27, 0.635), (2, 1.6, 0.635)]],
+        [
+            [(0, 0.8, 0.635), (1, 1.2128, 0.635)],
+            [(0, 1.27, 0.635), (1, 1.27, 0.635), (2, 1.6, 0.635)],
+        ],
         [(1.0, EventKind.BALL_BALL, 0, 1)],
     ),
     "figure4-skewed": (
@@ -188,7 +194,13 @@ def results_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_results(tmp_path_factory.mktemp("results"), list(SHOTS), LABELS)
 
 
+@pytest.fixture(scope="module")
+def module_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three scenes on all engines, to write one report into."""
+    return write_results(tmp_path_factory.mktemp("three"), ["stop", "head-on", "break-7"], LABELS)
+
+
 @pytest.fixture
 def small_folder(tmp_path: Path) -> Path:
-    """Two scenes on all engines, to write a report into."""
-    return write_results(tmp_path / "small", ["stop", "break-7"], LABELS)
+    """One scene on three engines, to write a report into."""
+    return write_results(tmp_path / "small", ["stop"], LABELS[:3])

@@ -18,7 +18,7 @@ from engine import Result, Scene, Status, simulate
 ROUNDINGS = 64
 """Errors of EPS that a run may add up, amplified by the shot: some ten per event, twenty events.
 
-The largest seen over 400 random shots was 12.
+The largest seen over 320 random shots, 3 364 events, was 6.0.
 """
 
 CHAOS = 1e-6

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import random
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 from mpmath import mp, mpf, workdps
@@ -209,7 +210,7 @@ def first_entry(gap: Polynomial, horizon: Any) -> Any | None:
     if gap[0] <= 0 and gap[1] < 0:
         return mpf(0)
     points = [mpf(0), *_sign_changes(_derivative(gap), horizon), horizon]
-    for low, high in zip(points, points[1:], strict=False):
+    for low, high in pairwise(points):
         if _value(gap, low) > 0 > _value(gap, high):
             return _root_between(gap, low, high)
     return None
@@ -224,7 +225,7 @@ def _sign_changes(p: Polynomial, horizon: Any) -> list[Any]:
         return []
     points = [mpf(0), *_sign_changes(_derivative(p), horizon), horizon]
     roots = []
-    for low, high in zip(points, points[1:], strict=False):
+    for low, high in pairwise(points):
         at_low, at_high = _value(p, low), _value(p, high)
         if at_low * at_high < 0:
             roots.append(_root_between(p, low, high))

@@ -82,7 +82,7 @@ def random_break(seed: int, *, n: int = 16, e: float = 1.0, **physics: Any) -> S
     """Return a break of n - 1 racked balls: speed, aim and rack gap (0 to 1 mm) from the seed."""
     chance = random.Random(seed)
     gap = 0.0 if seed % 4 == 0 else 10 ** chance.uniform(-9, -3)
-    speed = 10 ** chance.uniform(-0.5, 1.0)
+    speed = 10 ** chance.uniform(0.0, 1.0)  # slower, the rack is out of reach
     aim = chance.uniform(-0.02, 0.02)
     # Rows of equally spaced balls may overlap by rounding; 1e-15 m keeps them just apart.
     return scene_of(

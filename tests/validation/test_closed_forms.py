@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from engine import CUSHIONS, Ball, Physics, Scene, Table
 from validation.closed_forms import DIGITS, FORMS, ClosedForm, closed_form
-from validation.library import find_scene
+from validation.criteria import criteria_beside
+from validation.library import FOLDER, find_scene
 
 FloatArray = NDArray[np.float64]
 
@@ -32,12 +33,13 @@ def as_array(vectors: Any) -> FloatArray:
 
 
 class SteppingOracle:
-    """Doubles, fixed steps and bisection: shares neither formula nor order with the forms."""
+    """Doubles, fixed steps and bisection: shares neither formula nor order with the forms.
 
-    STEP = 1e-3
+    `late` [s] resolves every collision that much after the touch, as a stepping engine does.
+    """
 
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
+    def __init__(self, scene: Scene, step: float = 1e-3, late: float = 0.0) -> None:
+        self.scene, self.step, self.late = scene, step, late
         self.x, self.v = scene.positions[:, :2], scene.velocities[:, :2]
         self.a = scene.physics.rolling_friction * scene.physics.gravity
         self.t = 0.0
@@ -69,10 +71,11 @@ class SteppingOracle:
     def run(self) -> SteppingOracle:
         end = self.scene.t_max or np.inf
         while self.t < end and np.any(self.v):
-            dt = min(self.STEP, end - self.t)
+            dt = min(self.step, end - self.t)
             touching = [k for k, gap in self.candidates(*self.after(dt)).items() if gap < 0]
             if touching:
                 dt, what = min((self.touch(what, dt), what) for what in touching)
+                dt = min(dt + self.late, end - self.t)
             self.x, self.v = self.after(dt)
             self.t += dt
             if touching:
@@ -120,7 +123,43 @@ def test_agrees_with_stepping_and_bisection(name: str) -> None:
     np.testing.assert_allclose(oracle.x, as_array(form.rest_positions), rtol=0, atol=1e-9)
     np.testing.assert_allclose(oracle.v, as_array(form.final_velocities), rtol=0, atol=1e-9)
     # The oracle notices rest one step late.
-    assert -1e-9 <= oracle.t - float(form.rest_time) <= SteppingOracle.STEP
+    assert -1e-9 <= oracle.t - float(form.rest_time) <= oracle.step
+
+
+# --- what the criteria say of engines that see contacts late
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", STEPPED)
+@pytest.mark.parametrize(
+    ("engine", "settings", "dt"),
+    [
+        ("pymunk", {"mode": "native", "config": "tuned"}, 1e-3),
+        ("paper-discrete", {}, 2e-2),
+    ],
+)
+def test_limits_are_what_delayed_contacts_cost(
+    name: str, engine: str, settings: dict[str, Any], dt: float
+) -> None:
+    # Their reasons say "found by delaying it": a limit is that bound and v dt, not a wish.
+    scene, form = solved(name)
+    criteria = criteria_beside(FOLDER / f"{name}.toml").applying_to(engine, settings)
+    limits = [
+        criterion.limit
+        for criterion in criteria
+        if criterion.metric == "rest_error_max" and "found by delaying" in criterion.reason
+    ]
+    if not limits:
+        pytest.skip("no such limit")
+    rest = as_array(form.rest_positions)
+    shift = 0.0
+    for eighths in range(1, 9):
+        oracle = SteppingOracle(scene, step=5e-3, late=dt * eighths / 8).run()
+        shift = max(shift, float(np.max(np.hypot(*(oracle.x - rest).T))))
+    stepping = dt * np.max(np.hypot(*scene.velocities[:, :2].T))
+    # Random delays, one for each contact, find up to 1.4 times more than equal ones; a small ball
+    # of Galperin's reaches 10 m/s from 1.
+    assert shift <= limits[0] <= 1.6 * shift + 10 * stepping
 
 
 # --- conservation, from the rest positions alone

@@ -15,6 +15,8 @@ from reference_adapters.registry import engine_names
 from validation.closed_forms import FORMS, closed_form
 from validation.criteria import SUFFIX, Criteria, criteria_beside
 from validation.library import FOLDER, find_scene, scene_names, select, shipped_scenes
+from validation.metrics import matching_collisions
+from validation.truth import collisions_of
 
 NAMES = scene_names()
 SCHEMA_LINE = "#:schema ./scene.schema.json"
@@ -162,6 +164,34 @@ def test_our_engine_is_held_to_rounding_where_there_is_a_closed_form(name: str) 
     metrics = {criterion.metric for criterion in criteria.applying_to("ghostball", {})}
     assert {"rest_error_ulps", "matching_events"} <= metrics
     assert {"ball_ball_count", "ball_cushion_count"} <= metrics
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["break-7", "break-8", "break-16", "chaos-a", "chaos-b", "elastic-gas"]
+)
+def test_limits_on_landed_engines_are_what_a_landing_gap_costs(name: str) -> None:
+    # Their reasons say how far a nudge of 1e-10 m is seen: a seeded rerun must stay within them.
+    scene = find_scene(name)
+    criteria = Criteria.load(FOLDER / f"{name}{SUFFIX}")
+    limits = {
+        criterion.metric: criterion.limit
+        for criterion in criteria.applying_to("pymunk", {"mode": "landed", "config": "tuned"})
+    }
+    exact = simulate(scene, record="events")
+    collisions, times = collisions_of(exact.events)
+    random = np.random.default_rng(5)
+    for _ in range(20):
+        nudge = random.uniform(-1e-10, 1e-10, (len(scene.balls), 2))
+        balls = tuple(
+            ball.model_copy(update={"position": (*(ball.position[:2] + by), ball.position[2])})
+            for ball, by in zip(scene.balls, nudge, strict=True)
+        )
+        nudged = simulate(scene.model_copy(update={"balls": balls}), record="events")
+        matched = matching_collisions(*collisions_of(nudged.events), collisions, times)
+        assert matched >= limits["matching_events"]
+        apart = np.linalg.norm(nudged.rest_positions - exact.rest_positions, axis=1).max()
+        assert apart <= limits.get("rest_error_max", np.inf)
 
 
 # --- finding scenes

@@ -97,7 +97,7 @@ def test_criteria_may_ask_for_the_engine_though_there_is_a_form() -> None:
 
 
 def test_a_closed_form_that_is_not_there_is_refused() -> None:
-    with pytest.raises(TruthError, match='"no-closed-form".*no closed form.*`truth` = "engine"'):
+    with pytest.raises(TruthError, match=r'"no-closed-form".*no closed form.*`truth` = "engine"'):
         truth_of(shot(), "closed-form")
 
 

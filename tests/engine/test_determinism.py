@@ -1,0 +1,128 @@
+"""The same scene gives the same bits: again, on another processor, and without the compiler.
+
+One hash per scene over the event log (t, kind, a, b) and the rest positions. A hash that changes
+means that numbers moved: say so in the changelog under "Results change", and store the new one.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from invariants import fingerprint, log_bits, state_bits
+from shots import POOL_TABLE, ball, rack, random_break, random_shot, scene_of
+
+from engine import Scene, Table, simulate
+
+
+def paper_break() -> Scene:
+    """A break of 8 off its line of symmetry, the paper's physics, a rack gap of 0.1 mm."""
+    return scene_of(
+        ball((0.6, 0.635), (4.0, 0.03125)), *rack(7, (1.9, 0.635), 1e-4), table=POOL_TABLE
+    )
+
+
+def lossy_break() -> Scene:
+    """The same break with losses at balls and cushions, and unequal balls."""
+    balls = [
+        {**one, "mass": 0.17 + 0.001 * k, "radius": 0.028575 - 1e-5 * k}
+        for k, one in enumerate(rack(7, (1.9, 0.635), 1e-4))
+    ]
+    return scene_of(
+        ball((0.6, 0.635), (4.0, 0.03125)),
+        *balls,
+        table=POOL_TABLE,
+        ball_restitution=0.95,
+        cushion="restitution",
+        cushion_restitution=0.85,
+        cushion_tangential_restitution=0.9,
+    )
+
+
+def gas() -> Scene:
+    """Six balls without friction on a small table, for 20 s."""
+    return random_shot(6, 6, table=Table(length=0.8, width=0.6), rolling_friction=0.0, t_max=20.0)
+
+
+SCENES = {"paper-break": paper_break, "lossy-break": lossy_break, "gas": gas}
+STORED = {
+    "paper-break": "a8c0328850360fa71028ec8720c1cdffee40444ea48bd693b486aedb1c6e0741",
+    "lossy-break": "e90fa726c1f5ed5d3074ff65bbb1f7760cf6196dbb946957bf879294aae4a765",
+    "gas": "d4f19143f743b640a18a1e69842ef2d608666463af23b471340980eb14b06fe9",
+}
+
+
+def fingerprints() -> dict[str, str]:
+    return {name: fingerprint(simulate(make(), record="events")) for name, make in SCENES.items()}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_stored_hash_holds(name):
+    assert fingerprint(simulate(SCENES[name](), record="events")) == STORED[name]
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_scenes_have_enough_events_to_show_a_difference(name):
+    result = simulate(SCENES[name](), record="events")
+    assert result.status.complete
+    assert len(result.events) > 30
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_again_is_the_same_to_the_bit(name):
+    first, second = (simulate(SCENES[name](), record="events") for _ in range(2))
+    assert log_bits(first) == log_bits(second)
+    assert state_bits(first) == state_bits(second)
+    assert first.work == second.work
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("seed", range(0, 20, 5))
+def test_a_break_of_sixteen_again_is_the_same_to_the_bit(seed):
+    first, second = (simulate(random_break(seed), record="events") for _ in range(2))
+    assert fingerprint(first) == fingerprint(second)
+    assert state_bits(first) == state_bits(second)
+
+
+def test_what_ran_before_leaves_no_trace():
+    alone = fingerprint(simulate(paper_break(), record="events"))
+    simulate(gas(), record="trajectory")
+    simulate(lossy_break(), max_events=7)
+    assert fingerprint(simulate(paper_break(), record="events")) == alone
+
+
+CHILD = """
+import importlib.util, sys
+sys.path.insert(0, sys.argv[1])
+spec = importlib.util.spec_from_file_location("child", sys.argv[2])
+module = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(module)
+for name, value in module.fingerprints().items():
+    print(name, value)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "environment",
+    [
+        {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""},
+        {"NUMBA_DISABLE_JIT": "1"},
+        {"NUMBA_OPT": "0"},
+    ],
+    ids=["generic processor", "no compiler", "no optimiser"],
+)
+def test_another_process_gives_the_same_bits(environment, tmp_path):
+    # A fused multiply-add or a reordered sum would show on one of these.
+    support = Path(__file__).parents[1] / "support"
+    child = subprocess.run(
+        [sys.executable, "-c", CHILD, str(support), __file__],
+        env={**os.environ, "GHOSTBALL_CACHE_DIR": str(tmp_path), **environment},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert dict(line.split() for line in child.stdout.splitlines()) == fingerprints()

@@ -1,0 +1,156 @@
+"""The time to the next contact, against dense sampling and closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+from engine import Table
+from reference_adapters.landing import (
+    LANDING_GAP,
+    rolling_accelerations,
+    time_to_contact,
+    time_to_rest,
+)
+
+R = 0.028575
+ROUNDING = 1e-14  # of a gap between coordinates of about 1 m
+
+
+def gaps_at(positions, radii, table):
+    """All gaps, ball-ball and ball-cushion, of positions (k, n, 2): the slow and obvious way."""
+    gaps = []
+    n = len(radii)
+    for i in range(n):
+        for j in range(i + 1, n):
+            distance = np.linalg.norm(positions[:, i] - positions[:, j], axis=1)
+            gaps.append(distance - radii[i] - radii[j])
+        x, y = positions[:, i, 0], positions[:, i, 1]
+        sides = {"left": x, "right": table.length - x, "bottom": y, "top": table.width - y}
+        gaps += [sides[name] - radii[i] for name in table.cushions]
+    return np.array(gaps)
+
+
+def random_motion(rng):
+    n = int(rng.integers(1, 6))
+    radii = rng.uniform(0.5 * R, 2 * R, n)
+    while True:
+        x = rng.uniform(0.06, 0.94, (n, 2))
+        apart = np.linalg.norm(x[:, None] - x[None], axis=2) - radii[:, None] - radii
+        if np.all(apart[~np.eye(n, dtype=bool)] > 1e-6):
+            break
+    v = rng.normal(size=(n, 2)) * rng.choice([0.0, 1.0, 1.0], size=(n, 1))
+    deceleration = float(rng.choice([0.0, 0.2, 2.0]))
+    rests = time_to_rest(v, deceleration)
+    horizon = min(0.5, *rests[rests > 0.0]) if np.any(rests > 0.0) else 0.5
+    return x, v, rolling_accelerations(v, deceleration), radii, horizon
+
+
+def test_no_earlier_contact_and_a_landing_on_the_gap():
+    """Fails where a contact is missed, or found late, early, or between the wrong balls."""
+    rng = np.random.default_rng(2009)
+    table = Table(length=1.0, width=1.0, cushions=("left", "right", "top"))
+    hits = 0
+    for _ in range(300):
+        x, v, a, radii, horizon = random_motion(rng)
+        dt = time_to_contact(x, v, a, radii, table, horizon=horizon)
+        times = np.linspace(0.0, min(dt, horizon), 1001)[:, None, None]
+        gaps = gaps_at(x + v * times + 0.5 * a * times**2, radii, table)
+        assert gaps.min() >= LANDING_GAP - ROUNDING
+        if dt < math.inf:
+            hits += 1
+            assert gaps[:, -1].min() == pytest.approx(LANDING_GAP, abs=ROUNDING)
+    assert 100 < hits < 280
+
+
+@pytest.mark.parametrize("depth", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12])
+def test_grazing(depth):
+    """Fails where a graze is missed or a miss taken for one: only their sign tells them apart."""
+    reach = 2 * R + LANDING_GAP
+    for offset, hit in ((reach - depth, True), (reach + depth, False)):
+        x = np.array([[0.0, 0.0], [0.5, offset]])
+        v = np.array([[1.0, 0.0], [0.0, 0.0]])
+        dt = time_to_contact(x, v, np.zeros((2, 2)), np.full(2, R), None, horizon=10.0)
+        if hit:
+            # Half the chord, (reach - offset)(reach + offset); its rounding grows as it shrinks.
+            chord = math.sqrt((reach - offset) * (reach + offset))
+            assert dt == pytest.approx(0.5 - chord, abs=1e-15 / chord + 1e-14)
+        else:
+            assert dt == math.inf
+
+
+def test_catching_up_without_relative_acceleration():
+    """Two balls that roll the same way: the case that quartic solvers turn into a phantom."""
+    x = np.array([[0.0, 0.0], [0.5, 0.0]])
+    v = np.array([[1.0, 0.0], [0.5, 0.0]])
+    a = rolling_accelerations(v, 0.2)
+    dt = time_to_contact(x, v, a, np.full(2, R), None, horizon=2.0)
+    assert dt == pytest.approx((0.5 - 2 * R - LANDING_GAP) / 0.5, rel=1e-14)
+
+
+def test_rolling_on_together_never_touches():
+    x = np.array([[0.0, 0.0], [2 * R, 0.0], [0.5, 0.0]])
+    v = np.array([[1.0, 0.0], [1.0, 0.0], [1.0, 0.0]])
+    a = rolling_accelerations(v, 0.2)
+    assert time_to_contact(x, v, a, np.full(3, R), None, horizon=5.0) == math.inf
+
+
+@pytest.mark.parametrize(("gap", "closing"), [(1e-10, 2e-10), (0.0, 1e-10), (-5e-10, 1e-10)])
+def test_landed_balls_close_to_an_overlap(gap, closing):
+    """The second of the two steps of a contact: as long as an overlap takes, and never 0."""
+    x = np.array([[0.0, 0.0], [2 * R + gap, 0.0]])
+    v = np.array([[0.5, 0.0], [0.0, 0.0]])
+    dt = time_to_contact(x, v, np.zeros((2, 2)), np.full(2, R), None, horizon=1.0)
+    assert dt == pytest.approx(closing / 0.5, rel=1e-6)
+
+
+def test_separating_balls_count_when_they_come_back():
+    """Touching, moving apart at 0.1 m/s, pulled back at 2 m/s^2: in contact again after 0.1 s."""
+    x = np.array([[0.0, 0.0], [2 * R, 0.0]])
+    v = np.array([[0.0, 0.0], [0.1, 0.0]])
+    a = np.array([[0.0, 0.0], [-2.0, 0.0]])
+    dt = time_to_contact(x, v, a, np.full(2, R), None, horizon=1.0)
+    assert dt == pytest.approx(0.1 + LANDING_GAP / 0.1, rel=1e-9)
+    assert time_to_contact(x, v, 0.0 * a, np.full(2, R), None, horizon=1.0) == math.inf
+
+
+def test_only_named_cushions_and_each_at_its_own_distance():
+    start, horizon = np.array([[0.4, 0.3]]), 10.0
+    expected = {"left": 0.4, "right": 0.6, "bottom": 0.3, "top": 0.5}
+    directions = {"left": (-1, 0), "right": (1, 0), "bottom": (0, -1), "top": (0, 1)}
+    for name, distance in expected.items():
+        v = np.array([directions[name]], dtype=float)
+        arguments = (start, v, np.zeros((1, 2)), np.array([R]))
+        table = Table(length=1.0, width=0.8, cushions=(name,))
+        dt = time_to_contact(*arguments, table, horizon=horizon)
+        assert dt == pytest.approx(distance - R - LANDING_GAP, rel=1e-14)
+        others = tuple(other for other in expected if other != name)
+        without = Table(length=1.0, width=0.8, cushions=others)
+        assert time_to_contact(*arguments, without, horizon=horizon) == math.inf
+        assert time_to_contact(*arguments, None, horizon=horizon) == math.inf
+
+
+def test_a_ball_that_turns_before_the_cushion_misses_it():
+    """The turning point is v^2 / 2a from the start: 1e-9 m short of the cushion, or beyond it."""
+    v, a = np.array([[1.0, 0.0]]), np.array([[-2.0, 0.0]])
+    table = Table(length=1.0, width=1.0)
+    for beyond, hit in ((1e-9, True), (-1e-9, False)):
+        x = np.array([[1.0 - R - LANDING_GAP - 0.25 + beyond, 0.5]])
+        dt = time_to_contact(x, v, a, np.array([R]), table, horizon=0.9)
+        assert (dt < math.inf) is hit
+
+
+def test_nothing_beyond_the_horizon():
+    x = np.array([[0.0, 0.0], [0.5, 0.0]])
+    v = np.array([[1.0, 0.0], [0.0, 0.0]])
+    contact = 0.5 - 2 * R - LANDING_GAP
+    for horizon, expected in ((contact - 1e-9, math.inf), (contact + 1e-9, contact)):
+        dt = time_to_contact(x, v, np.zeros((2, 2)), np.full(2, R), None, horizon=horizon)
+        assert dt == pytest.approx(expected, rel=1e-14)
+
+
+def test_rolling_helpers():
+    v = np.array([[3.0, 4.0], [0.0, 0.0]])
+    np.testing.assert_allclose(rolling_accelerations(v, 0.5), [[-0.3, -0.4], [0.0, 0.0]])
+    np.testing.assert_array_equal(time_to_rest(v, 0.5), [10.0, 0.0])
+    np.testing.assert_array_equal(time_to_rest(v, 0.0), [np.inf, 0.0])

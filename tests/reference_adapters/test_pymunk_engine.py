@@ -1,0 +1,359 @@
+"""Pymunk against closed forms: what its steps cost, and that landed ones leave only its solver."""
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from engine import Ball, EventKind, Physics, Scene, Status, Table, UnsupportedSceneError
+from reference_adapters.pymunk_engine import PymunkEngine, PymunkSettings
+
+R = 0.028575
+MU_G = 0.02 * 9.81
+LANDED = 1e-8  # [m]: gaps of 1e-10 m, magnified by the lever of a cut shot
+
+
+def run(scene, record="events", **settings):
+    return PymunkEngine(PymunkSettings(**settings)).simulate(scene, record=record)
+
+
+def scene_of(*balls, name="test", **fields):
+    return Scene(name=name, balls=balls, **fields)
+
+
+def kinds_of(result):
+    return [EventKind(int(kind)) for kind in result.events["kind"]]
+
+
+def half_ball(start=0.0, speed=1.3, **fields):
+    cue = Ball(id="cue", position=(start, R), velocity=(speed, 0.0))
+    return scene_of(cue, Ball(id="object", position=(0.5, 0.0)), **fields)
+
+
+def half_ball_directions():
+    """Unit vectors of cue and object ball after a half-ball hit: 60 and 30 degrees."""
+    return np.array([[0.5, math.sqrt(0.75)], [math.sqrt(0.75), -0.5]])
+
+
+def half_ball_rest(start=0.0, speed=1.3):
+    """Where both balls rest: each rolls v^2 / (2 mu g) from the contact, v its share of speed."""
+    contact = np.array([[0.5 - R * math.sqrt(3.0), R], [0.5, 0.0]])
+    v2 = speed**2 - 2 * MU_G * (contact[0, 0] - start)
+    shares = np.array([0.25, 0.75])
+    return contact + half_ball_directions() * (shares * v2 / (2 * MU_G))[:, None]
+
+
+@pytest.mark.parametrize(
+    ("settings", "position_error", "time_error"),
+    [
+        ({"mode": "landed"}, 1e-12, 1e-12),
+        ({"config": "tuned"}, MU_G * 1e-3**2, 1e-3),  # half a kick makes it second order
+        ({"config": "default"}, 1.05 / 60.0 / 2.0, 1.0 / 60.0),  # v dt / 2 without
+    ],
+)
+def test_roll_to_rest(settings, position_error, time_error):
+    """Fails without the half kick, with friction of another size, or with an inexact stop."""
+    result = run(scene_of(Ball(id="cue", position=(0, 0), velocity=(0.6, 0.8))), **settings)
+    assert result.status is Status.REST
+    distance = np.hypot(*result.rest_positions[0, :2])
+    assert distance == pytest.approx(1.0 / (2 * MU_G), abs=position_error)
+    assert result.rest_time == pytest.approx(1.0 / MU_G, abs=time_error)
+    assert result.rest_positions[0, 2] == R
+    assert kinds_of(result) == [EventKind.ROLL_TO_REST]
+    assert not np.any(result.final_state.velocities)
+    assert not np.any(result.final_state.angular_velocities)
+
+
+def test_default_overshoots():
+    """The newcomer's error is there to be seen: v dt / 2 too far, 8 mm at 1 m/s."""
+    result = run(scene_of(Ball(id="cue", position=(0, 0), velocity=(1, 0))), config="default")
+    excess = result.rest_positions[0, 0] - 1.0 / (2 * MU_G)
+    assert excess == pytest.approx(0.5 / 60.0, rel=0.05)
+
+
+@pytest.mark.parametrize("mode", ["native", "landed"])
+def test_head_on_swap(mode):
+    """Fails where momentum leaks to the cue ball, or a collision is counted twice."""
+    result = run(
+        scene_of(
+            Ball(id="cue", position=(0, 0), velocity=(1, 0)), Ball(id="object", position=(0.5, 0))
+        ),
+        mode=mode,
+    )
+    run_up = 0.5 - 2 * R
+    v2 = 1.0 - 2 * MU_G * run_up
+    expected = [run_up, 0.5 + v2 / (2 * MU_G)]
+    error = LANDED if mode == "landed" else 1e-3
+    np.testing.assert_allclose(result.rest_positions[:, 0], expected, rtol=0, atol=error)
+    np.testing.assert_allclose(result.rest_positions[:, 1], 0.0, rtol=0, atol=1e-15)
+    assert result.collision_counts == {"ball-ball": 1, "ball-cushion": 0}
+    t = (1.0 - math.sqrt(v2)) / MU_G
+    assert result.events[0]["t"] == pytest.approx(t, abs=1e-9 if mode == "landed" else 1e-3)
+    assert tuple(result.events[0])[1:] == (EventKind.BALL_BALL, 0, 1)
+
+
+def test_half_ball_landed():
+    """Fails where the solver sees the contact late, by even 1e-9 m."""
+    result = run(half_ball(), mode="landed")
+    np.testing.assert_allclose(result.rest_positions[:, :2], half_ball_rest(), rtol=0, atol=LANDED)
+    assert kinds_of(result) == [EventKind.BALL_BALL, EventKind.ROLL_TO_REST, EventKind.ROLL_TO_REST]
+
+
+def test_native_error_is_first_order():
+    """The exit direction's error, a sawtooth in the phase of the steps, averaged over phases."""
+
+    def mean_error(dt):
+        errors = []
+        for phase in np.arange(8) / 8:
+            result = run(half_ball(1.3 * dt * phase, t_max=0.6), dt=dt)
+            exits = result.final_state.velocities[0, :, :2]
+            exits = exits / np.linalg.norm(exits, axis=1)[:, None]
+            errors.append(np.max(np.abs(exits - half_ball_directions())))
+        return np.mean(errors)
+
+    order = math.log10(mean_error(2e-3) / mean_error(2e-4))
+    assert 0.8 < order < 1.2
+
+
+def test_native_cuts_are_too_thin():
+    """Seen after overlap, the balls have passed the contact: the object ball leaves too wide."""
+    rest = run(half_ball(), dt=2e-3).rest_positions[1, :2] - (0.5, 0.0)
+    assert math.degrees(math.atan2(-rest[1], rest[0])) > 30.0
+
+
+@pytest.mark.parametrize("mode", ["native", "landed"])
+def test_cushion_and_corner(mode):
+    """A ball runs into the right and top cushions, and rests where its mirror image would."""
+    table = Table(length=1.0, width=0.8)
+    velocity = np.array([1.0, 0.7])
+    start = np.array([0.3, 0.2])
+    result = run(
+        scene_of(Ball(id="cue", position=tuple(start), velocity=tuple(velocity)), table=table),
+        mode=mode,
+    )
+    speed = np.hypot(*velocity)
+    straight = start + velocity * speed / (2 * MU_G)
+    # Unfold the reflections: fold each coordinate back into the strip between R and size - R.
+    strip = np.array([1.0, 0.8]) - 2 * R
+    folded = (straight - R) % (2 * strip)
+    expected = R + np.minimum(folded, 2 * strip - folded)
+    error = LANDED if mode == "landed" else 0.02
+    np.testing.assert_allclose(result.rest_positions[0, :2], expected, rtol=0, atol=error)
+    crossings = int(np.sum((straight - R) // strip))
+    assert result.collision_counts == {"ball-ball": 0, "ball-cushion": crossings}
+    assert crossings == 6
+    first = result.events[0]
+    assert (first["a"], first["b"]) == (0, 1)  # the right cushion comes first
+
+
+def test_cushion_restitution_and_tangential_factor():
+    """Fails where Chipmunk's product of elasticities, e_ball e_cushion, is used."""
+    physics = Physics(
+        cushion="restitution",
+        ball_restitution=0.25,
+        cushion_restitution=0.5,
+        cushion_tangential_restitution=0.8,
+        rolling_friction=0.0,
+    )
+    ball = Ball(id="cue", position=(0.5, 0.4), velocity=(1.0, 0.5))
+    scene = scene_of(ball, table=Table(length=1.0, width=2.0), physics=physics, t_max=0.6)
+    for mode in ("native", "landed"):
+        velocity = run(scene, mode=mode).final_state.velocities[0, 0]
+        np.testing.assert_allclose(velocity, [-0.5, 0.4, 0.0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.6, 1.0])
+def test_unequal_balls_with_restitution(restitution):
+    """Closed form of a straight hit: v_a = (m_a - e m_b) v / M, v_b = (1 + e) m_a v / M."""
+    small = Ball(id="a", position=(0, 0), velocity=(1, 0), radius=0.02, mass=0.1)
+    large = Ball(id="b", position=(0.3, 0), radius=0.05, mass=0.3)
+    physics = Physics(ball_restitution=restitution, rolling_friction=0.0)
+    result = run(scene_of(small, large, physics=physics, t_max=0.5), mode="landed")
+    expected = [(0.1 - restitution * 0.3) / 0.4, (1 + restitution) * 0.1 / 0.4]
+    velocities = result.final_state.velocities[0, :, 0]
+    np.testing.assert_allclose(velocities, expected, rtol=0, atol=1e-12)
+    assert result.events[0]["t"] == pytest.approx(0.3 - 0.07, abs=1e-9)
+    # Dead balls stay in contact for the rest of the run: one collision, not one for each step.
+    assert result.collision_counts["ball-ball"] == 1
+
+
+def test_galperin_counts_pi():
+    """314 collisions between two balls and a cushion: none missed, none counted twice."""
+    scene = scene_of(
+        Ball(id="small", position=(0.3, 0.5), mass=1.0),
+        Ball(id="large", position=(1.0, 0.5), velocity=(-1, 0), mass=1e4),
+        table=Table(length=50.0, width=1.0, cushions=("left",)),
+        physics=Physics(rolling_friction=0.0),
+        t_max=20.0,
+    )
+    assert sum(run(scene, mode="landed", dt=1.0).collision_counts.values()) == 314
+
+
+def rack(gap, t_max=0.45, **physics):
+    balls = [Ball(id="cue", position=(0.6, 0.636), velocity=(4.0, 0.0))]
+    pitch = 2 * R + gap
+    for row in range(4):
+        for i in range(row + 1):
+            place = (1.9 + row * pitch * math.sqrt(0.75), 0.635 + (i - row / 2) * pitch)
+            balls.append(Ball(id=f"{row}-{i}", position=place))
+    table = Table(length=2.54, width=1.27)
+    return scene_of(*balls, table=table, physics=Physics(**physics), t_max=t_max)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-6, 1e-3])
+@pytest.mark.parametrize("restitution", [0.9, 1.0])
+@pytest.mark.parametrize("mode", ["native", "landed"])
+def test_break_keeps_momentum_and_gains_no_energy(gap, restitution, mode):
+    """Fails where impulses of one landed step leak into the next one through Chipmunk's memory."""
+    scene = rack(gap, ball_restitution=restitution, rolling_friction=0.0)
+    result = run(scene, mode=mode)
+    assert result.status is Status.T_MAX
+    assert result.collision_counts["ball-ball"] >= 9
+    energy = result.to_dict()["energy"]
+    assert energy["final"] <= energy["initial"] * (1.0 + 1e-9)
+    if result.collision_counts["ball-cushion"] == 0:
+        momentum = result.final_state.velocities[0].sum(axis=0)
+        np.testing.assert_allclose(momentum, [4.0, 0.0, 0.0], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("mode", ["native", "landed"])
+def test_rerun_is_bit_identical(mode):
+    first, second = (run(rack(1e-4), mode=mode) for _ in range(2))
+    assert first.rest_positions.tobytes() == second.rest_positions.tobytes()
+    assert first.events.tobytes() == second.events.tobytes()
+    assert first.work == second.work
+
+
+@pytest.mark.parametrize("t_max", [1.0 / 3.0, 0.1234567])
+@pytest.mark.parametrize(
+    "settings", [{}, {"mode": "landed"}, {"config": "default"}, {"dt": 7.7e-4}]
+)
+def test_t_max_is_hit_exactly(t_max, settings):
+    ball = Ball(id="cue", position=(0, 0), velocity=(1, 0))
+    result = run(scene_of(ball, t_max=t_max), **settings)
+    assert result.status is Status.T_MAX
+    assert result.rest_time == t_max
+    travelled = t_max - 0.5 * MU_G * t_max**2
+    # A step that isn't shortened ends up to dt beyond t_max.
+    error = {"landed": 1e-14, "native": 1e-6}[settings.get("mode", "native")]
+    error = 2e-3 if settings.get("config") == "default" else error
+    assert result.rest_positions[0, 0] == pytest.approx(travelled, abs=error)
+    speed = 1.0 - MU_G * t_max
+    assert result.final_state.velocities[0, 0, 0] == pytest.approx(speed, abs=1e-12)
+    assert result.final_state.angular_velocities[0, 0, 1] == pytest.approx(speed / R, rel=1e-12)
+
+
+def test_balls_at_rest_end_at_once():
+    result = run(scene_of(Ball(id="a", position=(0, 0)), Ball(id="b", position=(1, 0))))
+    assert (result.status, result.rest_time, len(result.events)) == (Status.REST, 0.0, 0)
+    assert result.work["steps"] == 0
+
+
+@pytest.mark.parametrize(
+    ("settings", "field"), [({"max_time": 0.5}, "max_time"), ({"max_steps": 10}, "max_steps")]
+)
+def test_limits_say_what_to_raise(settings, field):
+    result = run(scene_of(Ball(id="cue", position=(0, 0), velocity=(1, 0))), **settings)
+    assert result.status is Status.STEP_LIMIT
+    assert f"Raise `{field}`" in result.reason
+
+
+@pytest.mark.parametrize("mode", ["native", "landed"])
+def test_sliding_in_closed_form(mode):
+    """A ball with side and draw: v_f = v0 - (2/7) u0 after 2 |u0| / (7 mu_s g), then a roll."""
+    v, w = np.array([1.5, 0.5]), np.array([10.0, -20.0, 5.0])
+    mu_s, mu_r, g = 0.2, 0.05, 9.81
+    u = v + R * np.array([-w[1], w[0]])
+    slide = 2 * np.hypot(*u) / (7 * mu_s * g)
+    rolling = v - 2 / 7 * u
+    rest = v * slide - 0.5 * mu_s * g * slide**2 * u / np.hypot(*u)
+    rest = rest + rolling * np.hypot(*rolling) / (2 * mu_r * g)
+    ball = Ball(id="cue", position=(0, 0), velocity=tuple(v), angular_velocity=tuple(w))
+    physics = Physics(motion="sliding", sliding_friction=mu_s, rolling_friction=mu_r)
+    result = run(scene_of(ball, physics=physics), mode=mode)
+    np.testing.assert_allclose(result.rest_positions[0, :2], rest, rtol=0, atol=1e-11)
+    assert kinds_of(result) == [EventKind.SLIDE_TO_ROLL, EventKind.ROLL_TO_REST]
+    error = 1e-12 if mode == "landed" else 1e-3
+    assert result.events[0]["t"] == pytest.approx(slide, abs=error)
+
+
+def test_sliding_follow_after_a_full_hit():
+    """A rolling cue ball keeps its spin in a frictionless full hit, and follows at (2/7) v."""
+    cue = Ball(id="cue", position=(0, 0), velocity=(1, 0))
+    physics = Physics(motion="sliding", rolling_friction=0.0)
+    scene = scene_of(cue, Ball(id="object", position=(0.2, 0)), physics=physics, t_max=1.0)
+    velocities = run(scene, mode="landed").final_state.velocities[0, :, 0]
+    np.testing.assert_allclose(velocities, [2 / 7, 5 / 7], rtol=1e-9)
+
+
+def test_records_what_is_asked():
+    scene = half_ball(t_max=1.0)
+    assert run(scene, record="rest").events is None
+    result = run(scene, record="trajectory", mode="landed")
+    times = np.linspace(0.0, 1.0, 101)
+    energy = result.energy(times).total
+    assert np.all(np.diff(energy) <= 1e-12)
+    contact = result.events[0]["t"]
+    exact = 0.7 * 0.170097 * (1.3 - MU_G * times) ** 2  # rolling: 7/10 m v^2
+    before = times < contact
+    np.testing.assert_allclose(energy[before], exact[before], rtol=1e-4)
+
+
+def test_unsupported_scenes_are_refused_with_the_reason():
+    ball = Ball(id="cue", position=(0.5, 0.5), velocity=(1, 0))
+    table = Table(length=1.0, width=1.0)
+    for physics, what in (
+        (Physics(air_drag=0.004), "air drag"),
+        (Physics(cushion="han2005"), "Han"),
+        (Physics(airborne=True), "leave the cloth"),
+    ):
+        with pytest.raises(UnsupportedSceneError, match=what):
+            run(scene_of(ball, table=table, physics=physics))
+    sliding = scene_of(ball, physics=Physics(motion="sliding"))
+    with pytest.raises(UnsupportedSceneError, match="config=tuned"):
+        run(sliding, config="default")
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"dt": 0.0},
+        {"dt": -1e-3},
+        {"dt": math.nan},
+        {"dt": math.inf},
+        {"iterations": 0},
+        {"max_time": 0.0},
+        {"max_steps": 0},
+        {"mode": "continuous"},
+        {"config": "best"},
+        {"time_step": 1e-3},
+    ],
+)
+def test_bad_settings_are_refused(settings):
+    with pytest.raises(ValidationError):
+        PymunkSettings(**settings)
+
+
+def test_settings_are_reported_as_used():
+    scene = scene_of(Ball(id="cue", position=(0, 0)))
+    assert (run(scene).settings["dt"], run(scene).settings["iterations"]) == (1e-3, 30)
+    default = run(scene, config="default").settings
+    assert (default["dt"], default["iterations"]) == (1 / 60, 10)
+    assert run(scene, iterations=7).settings["iterations"] == 7
+
+
+def test_importing_the_adapter_does_not_import_pymunk():
+    """A list of engines must answer at once; pymunk takes 0.1 s to load."""
+    code = (
+        "import sys, reference_adapters.pymunk_engine as e;"
+        "assert e.PymunkEngine.unavailable() is None; sys.exit('pymunk' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_unavailable_says_how_to_get_it(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert "pip install" in PymunkEngine.unavailable()

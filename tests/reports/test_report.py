@@ -1,0 +1,136 @@
+"""Fails where the report hides a verdict or a reason, or a bad folder gives no clear error."""
+
+import re
+
+import pytest
+
+from engine import GhostballError, SampledTrajectory, Status
+from engine.result import EVENT_DTYPE, Result, initial_state
+from reports import plot_result, write_gallery, write_report
+from reports.shots import load_shot
+from validation.store import ResultsFolder
+
+
+@pytest.fixture(scope="module")
+def report(module_folder):
+    """One report for all that only read it: the folder and the text."""
+    return module_folder, write_report(module_folder).read_text(encoding="utf-8")
+
+
+def test_verdicts_come_first(report):
+    _, text = report
+    assert text.index("## Verdicts") < text.index("## What is true here") < text.index("## Scenes")
+    assert text.index("## Scenes") < text.index("## Environment")
+    assert "3 scenes on 7 engines: **8 passed, 7 failed**, 3 not representable" in text
+    assert "| [stop](#stop) | ✓ pass | ✓ pass | ✓ pass | **✗ fail** | – not representable |" in text
+    assert "◆ reference" in text
+
+
+def test_every_failure_has_its_reason(report):
+    _, text = report
+    assert (
+        "- **`paper-discrete` fails**: `rest_error_max` is 0.03 m, must be at most 0.005 m "
+        "(a tenth of a ball)" in text
+    )
+    assert "- `pybullet` not representable: no table \\| with legs" in text
+    assert "- `newcomer:dt=1e-3` did not finish: division by zero" in text
+
+
+def test_every_figure_that_is_linked_exists_and_no_other(report):
+    folder, text = report
+    linked = set(re.findall(r"figures/[\w.-]+\.(?:png|svg)", text))
+    assert linked == {f"figures/{path.name}" for path in (folder / "figures").iterdir()}
+    assert "figures/break-7-paths.svg" in linked
+    assert "figures/paper-figure-2.png" in linked
+
+
+def test_tables_are_whole(report):
+    _, text = report
+    for table in re.findall(r"(?:^\|.*\n)+", text, flags=re.MULTILINE):
+        columns = {len(re.findall(r"(?<!\\)\|", line)) for line in table.splitlines()}
+        assert len(columns) == 1, table
+    assert "| `cpu` | a \\| b |" in text
+    assert "| `versions.numpy` | 2.0 |" in text
+
+
+def test_progress_stale_figures_and_two_processes(small_folder):
+    stale = small_folder / "figures" / "gone-paths.png"
+    stale.parent.mkdir()
+    stale.touch()
+    seen = []
+    write_report(small_folder, progress=lambda *part: seen.append(part), jobs=2)
+    assert [(done, of) for done, of, _ in seen] == [(1, 2), (2, 2)]
+    assert {what for *_, what in seen} == {"the whole run", "stop"}
+    assert not stale.exists()
+    assert not (small_folder / "report.md.part").exists()
+
+
+def test_a_folder_that_holds_no_results(tmp_path):
+    with pytest.raises(GhostballError, match="no such results folder"):
+        write_report(tmp_path / "nowhere")
+    with pytest.raises(GhostballError, match="not a results folder"):
+        write_report(tmp_path)
+
+
+def test_a_damaged_motion_leaves_the_old_report(small_folder):
+    (small_folder / "report.md").write_text("old")
+    next((small_folder / "motion").iterdir()).write_bytes(b"no archive")
+    with pytest.raises(GhostballError, match="can't read the motion"):
+        write_report(small_folder)
+    assert (small_folder / "report.md").read_text() == "old"
+
+
+def test_an_unwritable_folder_is_an_error_that_names_it(small_folder):
+    (small_folder / "figures").write_text("a file in the way")
+    with pytest.raises(GhostballError, match="figures: can't write the report"):
+        write_report(small_folder)
+
+
+def test_an_unknown_scene_names_those_there_are(results_folder):
+    with pytest.raises(GhostballError, match=r'"nonsense".*stop, head-on'):
+        load_shot(ResultsFolder.load(results_folder), "nonsense")
+
+
+def test_the_gallery_is_complete(results_folder, tmp_path):
+    names = {path.name for path in write_gallery(results_folder, tmp_path / "new" / "gallery")}
+    assert {"hero.png", "hero.svg", "verdicts.png", "paper-figure-2.svg"} <= names
+
+
+def test_a_gallery_without_its_scenes_is_an_error(small_folder, tmp_path):
+    with pytest.raises(GhostballError, match='"hero" needs scenes'):
+        write_gallery(small_folder, tmp_path / "gallery")
+    assert not (tmp_path / "gallery").exists()
+
+
+@pytest.fixture
+def result(results_folder):
+    import numpy as np
+
+    shot = load_shot(ResultsFolder.load(results_folder), "head-on")
+    motion, state = shot.ours.motion, initial_state(shot.scene)
+    return Result(
+        engine="ghostball",
+        settings={},
+        scene=shot.scene,
+        status=Status.REST,
+        final_state=state,
+        rest_time=3.0,
+        collision_counts={"ball-ball": 1, "ball-cushion": 0},
+        work={},
+        wall_time=0.0,
+        events=np.array([(1.0, 0, 0, 1)], dtype=EVENT_DTYPE),
+        trajectory=SampledTrajectory(
+            motion.times, motion.positions, motion.velocities, motion.angular_velocities
+        ),
+    )
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_one_result_is_drawn(result, tmp_path, ending):
+    path = plot_result(result, tmp_path / f"shot.{ending}")
+    assert path.stat().st_size > 5_000
+
+
+def test_another_ending_is_refused(result, tmp_path):
+    with pytest.raises(GhostballError, match=r"must end in \.png, \.svg, \.pdf, got 'shot.gif'"):
+        plot_result(result, tmp_path / "shot.gif")

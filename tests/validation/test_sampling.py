@@ -1,0 +1,50 @@
+"""Sample times of stored motions, and an exact motion's overlaps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine import Ball, Scene, simulate
+from validation.sampling import MAX_TIMES, deepest_overlap, motion_of, union_times
+
+
+def test_the_grid_and_the_events_are_united() -> None:
+    times = union_times(2.0, np.array([0.5, 1.3, 1.3, -1.0, 2.5]), uniform=5, limit=100)
+    assert times.tolist() == [0.0, 0.5, 1.0, 1.3, 1.5, 2.0]
+
+
+def test_too_many_events_are_thinned_evenly_and_the_grid_stays() -> None:
+    events = np.linspace(0.0, 1.0, 10_001)
+    times = union_times(1.0, events, uniform=11, limit=60)
+    assert len(times) <= 60
+    assert set(np.linspace(0.0, 1.0, 11)) <= set(times)
+    assert np.max(np.diff(times)) < 0.03  # 49 events, 1/48 s apart: no stretch is left out
+
+
+def test_a_run_that_never_moves_is_one_instant() -> None:
+    still = Scene(name="still", balls=[Ball(id="cue", position=(0.0, 0.0))])
+    motion = motion_of(simulate(still, record="trajectory"))
+    assert motion.times.tolist() == [0.0]
+    assert motion.positions.shape == (1, 1, 3)
+
+
+def test_a_stored_motion_holds_every_event() -> None:
+    shot = Scene(
+        name="shot",
+        balls=[
+            Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0)),
+            Ball(id="b", position=(0.5, 0.02)),
+        ],
+    )
+    result = simulate(shot, record="trajectory")
+    motion = motion_of(result)
+    assert set(motion.events["t"]) <= set(motion.times)
+    assert len(motion.times) <= MAX_TIMES
+    assert np.all(np.diff(motion.times) > 0)
+    assert np.array_equal(motion.positions[-1], result.rest_positions)
+    # 7/10 m v^2, translation 5/7 of it.
+    assert motion.energy[0] == pytest.approx(0.7 * 0.170097, rel=1e-14)
+    assert motion.energy_translation[0] == pytest.approx(0.5 * 0.170097, rel=1e-14)
+    # The contact itself is a sample, so a ball that went through another would be seen here.
+    assert deepest_overlap(result) < 1e-15

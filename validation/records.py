@@ -1,0 +1,196 @@
+"""What is known of a case: its record, its checks, its motion.
+
+The store writes these, and reports are made of them alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ConfigDict, PlainSerializer, PlainValidator
+
+from engine import Scene
+from engine.result import Events
+
+SCHEMA: Final = 1
+"""Version of records and of the folder that holds them; another one is refused."""
+
+CLOSED_FORM: Final = "closed form"
+OUR_ENGINE: Final = "our engine (not independent)"
+
+CaseOutcome = Literal["ran", "not-representable", "unavailable", "failed"]
+LimitKind = Literal["at_most", "at_least", "equals"]
+
+
+def _array_from_json(value: Any) -> NDArray[np.float64]:
+    return np.array(value, dtype=np.float64)  # null, which stands for "not finite", becomes nan
+
+
+def _array_to_json(value: NDArray[np.float64]) -> Any:
+    # An engine that blew up returns nan or infinity, which JSON has no word for.
+    plain = value.astype(object)
+    plain[~np.isfinite(value)] = None
+    return plain.tolist()
+
+
+FloatArray = Annotated[
+    NDArray[np.float64],
+    PlainValidator(_array_from_json),
+    PlainSerializer(_array_to_json, when_used="json"),
+]
+
+
+@dataclass(frozen=True)
+class Check:
+    """One metric against its limit.
+
+    Attributes
+    ----------
+    metric, unit : str
+        Name and unit; see `validation.metrics.METRICS`.
+    value : int, float or None
+        None where it could not be computed; `note` says why.
+    limit_kind : "at_most", "at_least" or "equals"
+    limit : int or float
+    passed : bool or None
+        None is "reference": the value compares our engine with itself and proves nothing.
+    reason : str
+        Why the limit is what it is, from the scene's criteria.
+    note : str
+        Why there is no value or no verdict; else "".
+    """
+
+    metric: str
+    value: int | float | None
+    limit_kind: LimitKind
+    limit: int | float
+    unit: str
+    passed: bool | None
+    reason: str
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class CaseRecord:
+    """One scene on one engine: one line of `results.jsonl`.
+
+    Attributes
+    ----------
+    scene, title, tags : str, str, tuple of str
+        From the scene.
+    definition : dict
+        The whole scene as plain values; `load_scene` makes the `Scene` of it.
+    label : str
+        The engine as asked for, such as "pymunk:mode=landed".
+    engine : str
+        Its name alone, "pymunk".
+    settings : dict
+        All its settings.
+    outcome : "ran", "not-representable", "unavailable" or "failed"
+    status : str or None
+        How the simulation ended: "rest", "t-max", ...; None where it did not run.
+    reason : str
+        Why it did not run, failed, or stopped early; else "".
+    traceback : str
+        Where it failed; else "".
+    approximations : tuple of str
+        What the engine represents only approximately in this scene, one sentence each.
+    truth : "closed form", "our engine (not independent)" or None
+    truth_positions : (n, 3) float64 [m] or None
+        Rest positions that are compared with.
+    truth_rest_time : float [s] or None
+    truth_counts : dict of str to int, or None
+        True collision counts by kind.
+    rest_positions : (n, 3) float64 [m] or None
+        nan where the engine returned no finite number.
+    ball_errors : (n,) float64 [m] or None
+        Distance of each ball from `truth_positions`.
+    rest_time : float [s] or None
+    collision_counts : dict of str to int
+        By kind: "ball-ball", "ball-cushion".
+    energy_initial, energy_final : float [J] or None
+    work : dict of str to int
+        Machine-independent counters.
+    wall_time : float [s] or None
+    metrics : dict of str to int, float or None
+        By name; None where it can't be computed, and `notes` says why.
+    notes : dict of str to str
+        By metric.
+    checks : tuple of Check
+    motion : str or None
+        File of the sampled motion, relative to the folder; `ResultsFolder.motion` reads it.
+    schema : int
+    """
+
+    scene: str
+    title: str
+    tags: tuple[str, ...]
+    definition: dict[str, Any]
+    label: str
+    engine: str
+    outcome: CaseOutcome
+    settings: dict[str, Any] = field(default_factory=dict)
+    status: str | None = None
+    reason: str = ""
+    traceback: str = ""
+    approximations: tuple[str, ...] = ()
+    truth: str | None = None
+    truth_positions: FloatArray | None = None
+    truth_rest_time: float | None = None
+    truth_counts: dict[str, int] | None = None
+    rest_positions: FloatArray | None = None
+    ball_errors: FloatArray | None = None
+    rest_time: float | None = None
+    collision_counts: dict[str, int] = field(default_factory=dict)
+    energy_initial: float | None = None
+    energy_final: float | None = None
+    work: dict[str, int] = field(default_factory=dict)
+    wall_time: float | None = None
+    metrics: dict[str, int | float | None] = field(default_factory=dict)
+    notes: dict[str, str] = field(default_factory=dict)
+    checks: tuple[Check, ...] = ()
+    motion: str | None = None
+    schema: int = SCHEMA
+
+    __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
+
+    @property
+    def passed(self) -> bool | None:
+        """Whether every check passed; None where there is nothing to judge."""
+        verdicts = [check.passed for check in self.checks if check.passed is not None]
+        return all(verdicts) if verdicts else None
+
+    def load_scene(self) -> Scene:
+        """Return the scene that was run."""
+        return Scene.model_validate(self.definition)
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Events and sampled motion of one case.
+
+    Attributes
+    ----------
+    events : structured array (`engine.EVENT_DTYPE`) in order of time
+    times : (k,) float64 [s]
+        A uniform grid united with the event times, increasing.
+    positions, velocities, angular_velocities : (k, n, 3) float64 [m], [m/s], [rad/s]
+    energy_translation, energy_rotation, energy_height : (k,) float64 [J]
+    """
+
+    events: Events
+    times: NDArray[np.float64]
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    angular_velocities: NDArray[np.float64]
+    energy_translation: NDArray[np.float64]
+    energy_rotation: NDArray[np.float64]
+    energy_height: NDArray[np.float64]
+
+    @property
+    def energy(self) -> NDArray[np.float64]:
+        """Total energy, (k,) float64 [J]."""
+        return self.energy_translation + self.energy_rotation + self.energy_height
