@@ -42,7 +42,8 @@ def negligible_hop(rate: float, acceleration: float, reach: float) -> bool:
 @kernel
 def contact_tolerance(balls: Balls, i: int, reach: float) -> float:
     """Gap or overlap [m] that a contact step of ball i may leave, at its epoch."""
-    return CONTACT_TOLERANCE * reach + POSITION_ULPS * EPS * (abs(balls.x[i]) + abs(balls.y[i]))
+    coordinates: float = abs(balls.x[i]) + abs(balls.y[i])
+    return CONTACT_TOLERANCE * reach + POSITION_ULPS * EPS * coordinates
 
 
 @kernel

@@ -27,7 +27,9 @@ logger = logging.getLogger("ghostball.engine")
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-OPTIONS = {
+_config: Any = numba.config  # its attributes are made at run time
+
+OPTIONS: dict[str, Any] = {
     "error_model": "numpy",  # no raising: a division by zero gives inf, as the arithmetic says
     "fastmath": False,  # no fused multiply-add, no reordering: the same bits on every machine
     "nogil": True,  # batches run in threads
@@ -42,14 +44,14 @@ def kernel(function: Function) -> Function:
     A kernel does not allocate, does not raise (it returns a status) and uses only + - * / and
     square roots in what feeds back into the dynamics.
     """
-    if numba.config.DISABLE_JIT:
+    if _config.DISABLE_JIT:
         return function
     # The directory is read when caching is enabled, that is while the decorator runs.
-    previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache_directory())
+    previous, _config.CACHE_DIR = _config.CACHE_DIR, str(cache_directory())
     try:
         return cast(Function, numba.njit(cache=True, **OPTIONS)(function))
     finally:
-        numba.config.CACHE_DIR = previous
+        _config.CACHE_DIR = previous
 
 
 @cache
@@ -64,7 +66,7 @@ def cache_directory() -> Path:
 
 
 def cache_root() -> Path:
-    """Directory that holds the caches; the environment variable GHOSTBALL_CACHE_DIR overrides it."""
+    """Directory that holds the caches; GHOSTBALL_CACHE_DIR in the environment overrides it."""
     chosen = os.environ.get("GHOSTBALL_CACHE_DIR")
     return Path(chosen) if chosen else Path(platformdirs.user_cache_dir("ghostball")) / "kernels"
 
@@ -78,7 +80,7 @@ def cache_key() -> str:
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
-    flags = [numba.config.BOUNDSCHECK, numba.config.CPU_NAME, numba.config.CPU_FEATURES, OPTIONS]
+    flags = [_config.BOUNDSCHECK, _config.CPU_NAME, _config.CPU_FEATURES, OPTIONS]
     versions = [numba.__version__, llvmlite.__version__, np.__version__]
     digest.update(repr((flags, versions)).encode())
     return digest.hexdigest()[:20]
@@ -86,7 +88,7 @@ def cache_key() -> str:
 
 def compiled() -> bool:
     """Whether the kernels of this very source are in the cache, so that a first run is quick."""
-    return bool(numba.config.DISABLE_JIT) or any(cache_directory().glob("**/_loop.run-*.nbc"))
+    return bool(_config.DISABLE_JIT) or any(cache_directory().glob("**/_loop.run-*.nbc"))
 
 
 def announce_compilation() -> None:

@@ -192,7 +192,8 @@ def _set_free(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) ->
 def _full(log: Log, counters: IntArray, n: int) -> bool:
     """Whether the next event, which may change every ball, might not fit in the log."""
     events_left = len(log.time) - counters[LOGGED_EVENTS]
-    return events_left < 1 or len(log.ball) - counters[LOGGED_MOTIONS] < n
+    motions_left = len(log.ball) - counters[LOGGED_MOTIONS]
+    return bool(events_left < 1 or motions_left < n)
 
 
 @kernel

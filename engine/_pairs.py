@@ -40,10 +40,7 @@ def update_ball(
     for j in range(n):
         if j == i:
             continue
-        if held(balls, laws, contacts, i, j, t):
-            bound = math.inf
-        else:
-            bound = _bound(balls, i, j, t)
+        bound = math.inf if held(balls, laws, contacts, i, j, t) else _bound(balls, i, j, t)
         pairs.bound[i, j] = bound
         if bound < least:
             least, partner = bound, j
@@ -68,7 +65,7 @@ def earliest(pairs: Pairs) -> float:
 def touching(
     balls: Balls, laws: Laws, pairs: Pairs, t: float, counters: IntArray
 ) -> tuple[int, int]:
-    """Look at every row whose earliest bound is the instant t [s]: does that pair touch?
+    """Judge every pair that is the earliest of its row, with the instant t [s] as its bound.
 
     Returns a verdict and its row: IMPACT, for the pair that approaches fastest where several do;
     else PRESSED; else NOT_YET, when all those bounds have moved on.
@@ -181,14 +178,16 @@ def _next_approach(opening: float, vx: float, vy: float, ax: float, ay: float) -
 @kernel
 def _pull(balls: Balls, i: int) -> float:
     """Size of the acceleration of ball i [m/s^2], in the 1-norm."""
-    return abs(balls.ax[i]) + abs(balls.ay[i])
+    size: float = abs(balls.ax[i]) + abs(balls.ay[i])
+    return size
 
 
 @kernel
 def _speed(balls: Balls, i: int, t: float) -> float:
     """Size of the velocity of ball i at the instant t [m/s], in the 1-norm."""
     s = t - balls.epoch[i]
-    return abs(balls.vx[i] + balls.ax[i] * s) + abs(balls.vy[i] + balls.ay[i] * s)
+    size: float = abs(balls.vx[i] + balls.ax[i] * s) + abs(balls.vy[i] + balls.ay[i] * s)
+    return size
 
 
 @kernel

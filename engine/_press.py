@@ -173,7 +173,7 @@ def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> 
 
 @kernel
 def _at_rest(balls: Balls, k: int) -> bool:
-    return balls.vx[k] == 0.0 and balls.vy[k] == 0.0
+    return bool(balls.vx[k] == 0.0 and balls.vy[k] == 0.0)
 
 
 @kernel
@@ -301,7 +301,7 @@ def _accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: 
 def _gap_after(
     balls: Balls, laws: Laws, contacts: Contacts, c: int, s: float
 ) -> tuple[float, float, float, float]:
-    """Normal of contact c from its first member outwards, gap and reach [m], s seconds from now."""
+    """Return contact c's normal (outward from its first member), gap and reach, in s seconds."""
     a, b = contacts.first[c], contacts.second[c]
     xa = balls.x[a] + s * (balls.vx[a] + 0.5 * s * contacts.ax[a])
     ya = balls.y[a] + s * (balls.vy[a] + 0.5 * s * contacts.ay[a])

@@ -11,7 +11,7 @@ from engine._jit import announce_compilation
 from engine._loop import finish, run, start
 from engine.result import EVENT_DTYPE, EventKind, Events, Status
 from engine.scene import Ball, Scene, rolling_angular_velocity
-from engine.trajectory import ExactTrajectory, FloatArray, Samples
+from engine.trajectory import ExactTrajectory, Samples
 
 _CHUNK = 65_536
 """Events between two returns from the kernel, where an interrupt is seen: about 30 ms."""

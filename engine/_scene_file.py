@@ -6,6 +6,7 @@ import json
 import re
 import tomllib
 from collections.abc import Mapping
+from contextlib import suppress
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, get_args
@@ -86,7 +87,8 @@ def save(scene: Scene, path: Path) -> None:
         temporary.write_text(dumps(scene), encoding="utf-8")
         temporary.replace(path)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # the first error is the one to tell
+            temporary.unlink(missing_ok=True)
         reason = error.strerror or type(error).__name__
         raise SceneError(f"{path}: can't write the scene: {reason}") from None
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -151,8 +152,11 @@ class Result:
         }
 
     def to_json(self) -> str:
-        """Return `to_dict` as one line of JSON; floats read back to the same bits."""
-        return json.dumps(self.to_dict())
+        """Return `to_dict` as one line of JSON; floats read back to the same bits.
+
+        JSON has no NaN or infinity: where an engine blew up, null stands for them.
+        """
+        return json.dumps(_finite(self.to_dict()), allow_nan=False)
 
     def _recorded(self) -> Trajectory:
         if self.trajectory is None:
@@ -161,6 +165,15 @@ class Result:
                 '`record`. Call simulate(scene, record="trajectory")'
             )
         return self.trajectory
+
+
+def _finite(value: Any) -> Any:
+    """Return `value` with null for every number in it that is not finite."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def initial_state(scene: Scene) -> Samples:

@@ -10,7 +10,7 @@ from typing import Any
 
 from reports import style
 from reports.figures.summary import independent_errors, rest_error
-from reports.shots import Verdict, is_own_measure, verdict_of
+from reports.shots import Verdict, is_own_measure, rest_verdict_of, verdict_of
 from validation.metrics import METRICS
 from validation.store import CLOSED_FORM, CaseRecord, Check, ResultsFolder
 
@@ -192,7 +192,7 @@ def _number_table(cases: Sequence[CaseRecord]) -> str:
     header = [
         "engine",
         "verdict",
-        "rest error, max",
+        "rest error, max (in brackets: no limit)",
         "rms",
         "rest time [s]",
         "its error",
@@ -211,7 +211,7 @@ def _number_table(cases: Sequence[CaseRecord]) -> str:
             [
                 f"`{case.label}`",
                 _verdict_cell(case),
-                "the reference" if own else style.format_length(_metric(case, "rest_error_max")),
+                "the reference" if own else _rest_error_text(case),
                 "" if own else style.format_length(_metric(case, "rest_error_rms")),
                 "–" if case.rest_time is None else f"{case.rest_time:.6g}",
                 "" if own else style.format_time(_metric(case, "rest_time_error")),
@@ -224,6 +224,14 @@ def _number_table(cases: Sequence[CaseRecord]) -> str:
             ]
         )
     return _table(header, rows)
+
+
+def _rest_error_text(case: CaseRecord) -> str:
+    error = rest_error(case)
+    text = style.format_length(error)
+    if error is None or rest_verdict_of(case) is not Verdict.SHOWN:
+        return text
+    return f"({text})"
 
 
 def _remarks(cases: Sequence[CaseRecord]) -> str:

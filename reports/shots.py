@@ -62,6 +62,22 @@ def verdict_of(case: CaseRecord | None) -> Verdict:
     return Verdict.PASS if case.passed else Verdict.FAIL
 
 
+def rest_verdict_of(case: CaseRecord | None) -> Verdict:
+    """Return what the checks on the rest error alone say; SHOWN where none limits it.
+
+    A case may pass by its energy and counts while its rest error, past what can be predicted, is
+    free: a figure of rest errors must not call such a number passed.
+    """
+    verdicts = [
+        check.passed
+        for check in (case.checks if case is not None else ())
+        if check.metric.startswith("rest_error") and check.passed is not None
+    ]
+    if not verdicts:
+        return Verdict.SHOWN
+    return Verdict.PASS if all(verdicts) else Verdict.FAIL
+
+
 def is_own_measure(case: CaseRecord) -> bool:
     """Whether a rest error of this case compares our engine with itself, and proves nothing."""
     return case.engine == OUR_NAME and case.truth != CLOSED_FORM
@@ -89,6 +105,11 @@ class Run:
         """Return a metric of the case, or None where there is no finite number."""
         value = self.case.metrics.get(name) if self.case is not None else None
         return float(value) if value is not None and np.isfinite(value) else None
+
+    @property
+    def rest_verdict(self) -> Verdict:
+        """What the checks on the rest error alone say; SHOWN where none limits it."""
+        return rest_verdict_of(self.case)
 
     def limit(self, metric: str) -> float | None:
         """Return the most that a metric may be, or None where nothing limits it from above."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from reports import style
 from reports.figures._rows import draw_row_notes, row_height, set_row_names
 from reports.figures.paths import WIDTH
-from reports.shots import Run, Shot, is_own_measure
+from reports.shots import Run, Shot, Verdict, is_own_measure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,8 +53,10 @@ def _draw_row(axes: Axes, row: int, run: Run, left: float, right: float) -> None
         text = style.format_length(largest) if largest > 0.0 else "0, exactly"
         if run.case is not None and is_own_measure(run.case):
             text = "compared with itself"
-        if run.verdict.symbol:
-            text = f"{text}  {run.verdict.symbol} {run.verdict.value}"
+        elif run.rest_verdict is Verdict.SHOWN:
+            text += "  ○ no limit"
+        else:
+            text += f"  {run.rest_verdict.symbol} {run.rest_verdict.value}"
         start = max(largest, left, limit if limit and limit < right else 0.0)
         axes.annotate(
             text,

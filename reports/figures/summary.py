@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from reports import style
 from reports.figures.paths import WIDTH
-from reports.shots import Verdict, is_own_measure, verdict_of
+from reports.shots import Verdict, is_own_measure, rest_verdict_of, verdict_of
 from validation.store import CLOSED_FORM, CaseRecord, ResultsFolder
 
 if TYPE_CHECKING:
@@ -60,11 +60,6 @@ def draw_verdicts(results: ResultsFolder) -> Figure:
     return figure
 
 
-def _is_limited(case: CaseRecord) -> bool:
-    """Whether a verdict says anything about the rest error: some check limits it."""
-    return any(check.metric.startswith("rest_error") for check in case.checks)
-
-
 def _in_two_lines(name: str) -> str:
     return name.replace(", ", "\n").replace("paper-", "paper-\n")
 
@@ -87,7 +82,7 @@ def _draw_cell(axes: Axes, row: int, column: int, case: CaseRecord | None) -> No
     text = verdict.symbol
     if error is not None and case is not None and not is_own_measure(case):
         number = style.format_length(error)
-        text += f"  {number}" if _is_limited(case) else f"  ({number})"
+        text += f"  {number}" if rest_verdict_of(case) is not Verdict.SHOWN else f"  ({number})"
     axes.text(column, row, text, ha="center", va="center", fontsize=8)
 
 
@@ -135,8 +130,7 @@ def draw_accuracy_on(axes: Axes, errors: Mapping[str, Sequence[float]]) -> None:
     for row, (label, found) in enumerate(errors.items()):
         _draw_dots(axes, row, label, found)
     largest = max(max(found) for found in errors.values())
-    right = max(300.0, 300.0 * largest)
-    axes.set_xlim(EXACT / 3.0, right)
+    axes.set_xlim(EXACT / 3.0, max(10.0, 3.0 * largest))
     axes.set_ylim(len(errors) - 0.4, -0.6)
     axes.set_yticks(range(len(errors)), [style.engine_name(label) for label in errors])
     axes.tick_params(axis="y", length=0)
@@ -144,7 +138,7 @@ def draw_accuracy_on(axes: Axes, errors: Mapping[str, Sequence[float]]) -> None:
     names = ["1 fm", "1 pm", "1 nm", "1 µm", "1 mm", "1 m"]
     axes.set_xticks([EXACT, *(10.0**e for e in exponents)], ["0", *names])
     axes.minorticks_off()
-    axes.set_title("median (scenes)", loc="right", fontsize=8.5, fontweight="normal")
+    _write_right(axes, -0.75, "median (scenes)")
     axes.grid(True, axis="x")
     axes.set_xlabel("largest rest error of a scene (dot), median of the scenes (bar)")
     count = max(len(found) for found in errors.values())
@@ -169,15 +163,20 @@ def _draw_dots(axes: Axes, row: int, label: str, found: Sequence[float]) -> None
     middle = max(median(found), EXACT)
     axes.plot([middle, middle], [row - 0.36, row + 0.36], color=look.colour, linewidth=2.4)
     text = f"{style.format_length(median(found))} ({len(found)})"
+    _write_right(axes, row, text)
+
+
+def _write_right(axes: Axes, row: float, text: str) -> None:
+    """Write right of the axes, at the height of a row."""
     axes.annotate(
         text,
         (1.0, row),
         xycoords=axes.get_yaxis_transform(),
-        xytext=(-2, 0),
+        xytext=(6, 0),
         textcoords="offset points",
-        ha="right",
         va="center",
         fontsize=8.5,
+        annotation_clip=False,
     )
 
 

@@ -113,6 +113,7 @@ def test_our_engine_is_not_said_to_be_exact_against_itself(results):
     with style.drawing():
         text = texts_of(draw_errors(load_shot(results, "break-7")))
     assert "compared with itself" in text
+    assert "1 mm  ○ no limit" in text  # the newcomer, whom no check covers
     assert "0, exactly" not in text
 
 
