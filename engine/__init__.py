@@ -18,7 +18,7 @@ from engine.errors import GhostballError, SceneError, UnsupportedSceneError
 from engine.result import EVENT_DTYPE, EventKind, Record, Result, Status
 from engine.scene import CUSHIONS, Ball, Physics, Scene, Table
 from engine.simulate import simulate
-from engine.trajectory import Energy, SampledTrajectory, Samples, Trajectory
+from engine.trajectory import Energy, ExactTrajectory, SampledTrajectory, Samples, Trajectory
 
 __all__ = [
     "CUSHIONS",
@@ -26,6 +26,7 @@ __all__ = [
     "Ball",
     "Energy",
     "EventKind",
+    "ExactTrajectory",
     "GhostballError",
     "Physics",
     "Record",

@@ -37,6 +37,9 @@ _SWEEPS = 100
 """Most Gauss-Seidel sweeps; where they don't do, the step is halved, which always does in the end:
 a gap can't open or close by more than the tolerance in a step that is short enough."""
 
+_HALVINGS = 100
+"""Most halvings of a step. 60 shorten it below any clock's resolution, so more are never needed."""
+
 _TURN = 0.125
 """Longest step, in units of a ball's time to stop: its velocity changes by no more than this."""
 
@@ -72,7 +75,9 @@ def press(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float
     count = _gather_contacts(balls, laws, contacts, members, t)
     _stop_approach(balls, laws, contacts, count)
     duration = _longest_step(balls, laws, contacts, members)
-    while not _solve(balls, laws, contacts, members, count, duration):
+    for _ in range(_HALVINGS):
+        if _solve(balls, laws, contacts, members, count, duration):
+            break
         duration *= 0.5
     for m in range(members):
         k = contacts.member[m]

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.errors import GhostballError
 from engine.scene import CUSHIONS, Scene
-from engine.trajectory import Energy, Samples, Trajectory, energy_of
+from engine.trajectory import Energy, ExactTrajectory, Samples, Trajectory, energy_of
 
 Record = Literal["rest", "events", "trajectory"]
 """What to keep: the end only; every event too; whatever is needed to sample the motion, too."""
@@ -131,6 +131,23 @@ class Result:
         Parameters and errors are those of `sample`.
         """
         return energy_of(self.scene, self.sample(times))
+
+    def orientation(self, times: ArrayLike) -> NDArray[np.float64]:
+        """Return the orientation of every ball at `times`: unit quaternions (k, n, 4), w first.
+
+        Parameters are those of `sample`; every ball starts at (1, 0, 0, 0).
+
+        Raises
+        ------
+        GhostballError
+            Where the run recorded nothing, or the engine records frames instead of exact motion.
+        """
+        trajectory = self._recorded()
+        if not isinstance(trajectory, ExactTrajectory):
+            raise GhostballError(
+                f"engine `{self.engine}` records no orientation; engine `ghostball` does"
+            )
+        return trajectory.orientation(np.atleast_1d(np.asarray(times, dtype=np.float64)))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as plain values, the object that `simulate --json` prints."""

@@ -58,7 +58,7 @@ def draw_hero(results: ResultsFolder) -> Figure | None:
         axes.set_axis_off()
     style.set_title(
         upper,
-        f"One break of {len(shot.scene.balls)} balls: where they come to rest, and how far that is "
+        f"One break of {len(shot.scene.balls)} balls: rest positions, and the largest distance "
         "from ghostball's (rings)",
     )
     draw_accuracy_on(lower.subplots(), errors)

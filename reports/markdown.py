@@ -264,14 +264,21 @@ def _environment_table(environment: Mapping[str, Any]) -> str:
     return _table(["what", "value"], [[f"`{k}`", _escape(v)] for k, v in _flat(environment)])
 
 
-def _flat(values: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:
+def _flat(values: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
+    """Yield a row for each value, for a mapping one for each of its entries."""
     for key, value in values.items():
         if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}.")
-        elif isinstance(value, list):
-            yield f"{prefix}{key}", ", ".join(map(str, value))
+            yield from ((f"{key}.{inner}", _plain(entry)) for inner, entry in value.items())
         else:
-            yield f"{prefix}{key}", str(value)
+            yield key, _plain(value)
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key}={_plain(entry)}" for key, entry in value.items())
+    if isinstance(value, list):
+        return ", ".join(map(_plain, value))
+    return str(value)
 
 
 def _figure(caption: str, stem: PurePosixPath | None) -> str:

@@ -132,6 +132,12 @@ def test_an_unknown_key_is_named_whatever_it_is_called(key, above, prefix):
     assert f"`{prefix}{bare}` is not a known field" in message
 
 
+def test_a_key_with_a_line_break_does_not_break_the_message():
+    message = refusal('"a\\nb" = 1\n' + VALID)
+    assert len(message.splitlines()) == 1
+    assert "is not a known field" in message
+
+
 def test_a_number_too_long_to_be_one():
     # Python refuses to read more than 4300 digits, with an error of its own.
     assert "shot.toml" in refusal(edited("[1.2, 0.66]", f"[{'1' * 5000}, 0.66]"))

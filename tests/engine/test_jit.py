@@ -1,0 +1,73 @@
+"""The kernel cache: nothing stale is ever used, and old caches go away."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from engine import _jit
+
+SOURCES = Path(_jit.__file__).parent
+
+SHOT = """
+from engine import Ball, Physics, Scene, simulate
+scene = Scene(name="s", balls=[Ball(id="a", position=(0, 0), velocity=(1, 0))])
+print(simulate(scene).rest_time)
+"""
+
+
+def run_copy(folder, cache):
+    environment = {**os.environ, "PYTHONPATH": str(folder), "GHOSTBALL_CACHE_DIR": str(cache)}
+    done = subprocess.run(
+        [sys.executable, "-c", SHOT],
+        env=environment,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return float(done.stdout), done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_an_edited_callee_in_another_file_is_seen(tmp_path):
+    """numba alone would go on using the caller's old machine code."""
+    shutil.copytree(SOURCES, tmp_path / "engine", ignore=shutil.ignore_patterns("__pycache__"))
+    cache = tmp_path / "cache"
+    first, compiling = run_copy(tmp_path, cache)
+    assert first == pytest.approx(1 / (0.02 * 9.81))
+    assert "compiling" in compiling
+    again, silent = run_copy(tmp_path, cache)
+    assert again == first
+    assert "compiling" not in silent  # the cache serves a later process
+    motion = tmp_path / "engine" / "_motion.py"
+    source = motion.read_text()
+    edited = source.replace("speed / laws.deceleration", "0.5 * speed / laws.deceleration")
+    assert edited != source
+    motion.write_text(edited)
+    changed, _ = run_copy(tmp_path, cache)
+    assert changed == pytest.approx(0.5 * first)
+
+
+def test_key_depends_on_sources_and_flags(monkeypatch):
+    key = _jit.cache_key()
+    assert key == _jit.cache_key()
+    monkeypatch.setattr(_jit._config, "BOUNDSCHECK", 17)
+    assert _jit.cache_key() != key
+
+
+def test_old_caches_are_removed_and_recent_ones_kept(tmp_path):
+    now = time.time()
+    for age in range(8):
+        folder = tmp_path / f"cache{age}"
+        folder.mkdir()
+        (folder / "index").write_text("x")
+        os.utime(folder, (now - age, now - age))
+    _jit._prune(tmp_path, keep=tmp_path / "cache7")
+    left = {path.name for path in tmp_path.iterdir()}
+    assert left == {"cache7", "cache0", "cache1", "cache2", "cache3"}
