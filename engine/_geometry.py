@@ -65,3 +65,14 @@ def pair_in_contact(balls: Balls, i: int, j: int, t: float, deceleration: float)
     distance = math.sqrt(rx * rx + ry * ry)
     touching = abs(distance - reach) <= 4.0 * contact_tolerance(balls, i, reach)
     return touching and negligible_hop((rx * vx + ry * vy) / distance, 2.0 * deceleration, reach)
+
+
+@kernel
+def blocking_ball(balls: Balls, i: int, nx: float, ny: float, t: float, deceleration: float) -> int:
+    """Return a ball in contact with ball i on the side that (nx, ny) points to, or -1."""
+    for j in range(len(balls.x)):
+        if j != i and pair_in_contact(balls, i, j, t, deceleration):
+            rx, ry, _, _, _, _ = relative_motion(balls, i, j, t)
+            if rx * nx + ry * ny > 0.0:
+                return j
+    return -1

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 
+from engine._geometry import blocking_ball, negligible_hop
 from engine._impact import bounce, collide_balls
 from engine._jit import kernel
-from engine._motion import advance, come_to_rest, predict_motion
+from engine._motion import advance, come_to_rest, cushion_gap, predict_motion
 from engine._pairs import IMPACT, NOT_YET, earliest, touching, update_ball
 from engine._press import press, release
 from engine._state import (
     BALL_BALL,
     BALL_CUSHION,
+    BOTTOM,
     CONTACT_STEPS,
     EVENTS,
     LAST_EVENT,
+    LEFT,
     LOGGED_EVENTS,
     LOGGED_MOTIONS,
     NOW,
@@ -22,11 +25,13 @@ from engine._state import (
     OWN_CUSHION,
     OWN_REST,
     REST,
+    RIGHT,
     RUN_EVENT_LIMIT,
     RUN_LOG_FULL,
     RUN_NOT_FINITE,
     RUN_RESTED,
     RUN_T_MAX,
+    TOP,
     Balls,
     Contacts,
     FloatArray,
@@ -151,10 +156,26 @@ def _resolve_own(
     elif kind != OWN_CONTACT:
         cushion = kind - OWN_CUSHION
         advance(balls, i, t)
+        blocking = _wedging_ball(balls, laws, i, cushion, t)
+        if blocking >= 0:
+            press(balls, laws, contacts, i, blocking, t)
+            counters[CONTACT_STEPS] += 1
+            return
         bounce(balls, i, cushion, laws)
         counters[BALL_CUSHION] += 1
         _note_event(_BALL_CUSHION, i, cushion, t, clock, counters, log, keep_log)
     _set_free(balls, laws, contacts, i, t)
+
+
+@kernel
+def _wedging_ball(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -> int:
+    """Return a ball that keeps ball i at the cushion, where a bounce would be negligible, or -1."""
+    _, rate, _ = cushion_gap(balls, i, laws, cushion)
+    if not negligible_hop(rate, 2.0 * laws.deceleration, 2.0 * balls.radius[i]):
+        return -1
+    nx = 1.0 if cushion == LEFT else -1.0 if cushion == RIGHT else 0.0
+    ny = 1.0 if cushion == BOTTOM else -1.0 if cushion == TOP else 0.0
+    return blocking_ball(balls, i, nx, ny, t, laws.deceleration)
 
 
 @kernel

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from engine._geometry import cushion_in_contact
 from engine._jit import kernel
 from engine._state import (
     BOTTOM,
@@ -111,19 +112,21 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
         return
     duration = speed / laws.deceleration if laws.deceleration > 0.0 else math.inf
     balls.own_kind[i] = OWN_REST
-    predict_cushion(balls, i, laws, duration, -1.0)
+    predict_cushion(balls, i, laws, duration, False)
 
 
 @kernel
-def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, held_within: float) -> None:
+def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, pressed: bool) -> None:
     """Set the own event of ball i: a cushion reached within `duration` [s], else that end.
 
-    Contract: `own_kind` holds what happens at the end of `duration`. A cushion whose gap is at most
-    `held_within` [m] is left out: a contact step holds it.
+    Contract: `own_kind` holds what happens at the end of `duration`. For a ball that a contact step
+    presses, a cushion that it is in contact with is left out: the step holds it.
     """
     for cushion in range(4):
         gap, rate, acceleration = cushion_gap(balls, i, laws, cushion)
-        if gap == math.inf or abs(gap) <= held_within:
+        if gap == math.inf:
+            continue
+        if pressed and cushion_in_contact(balls, i, gap, rate, laws.deceleration):
             continue
         s = first_crossing(gap, rate, acceleration)
         if s < duration:

@@ -148,9 +148,11 @@ def _touch(balls: Balls, laws: Laws, i: int, j: int, t: float) -> tuple[int, flo
     opening = across / distance + pull
     pulled = opening < -APPROACH_ROUNDING * (_pull(balls, i) + _pull(balls, j))
     if rate < -noise:
-        # A rebound that slow ends within the tolerance: friction pulls the balls together again, or
-        # the cloth stops the one that was struck.
-        hop = negligible_hop(rate, 2.0 * laws.deceleration, reach)
+        # A rebound that slow ends within the tolerance, where friction pulls the balls together
+        # again; the cloth also stops one that was struck at rest.
+        struck = _at_rest(balls, i) + _at_rest(balls, j)
+        closing = struck * laws.deceleration - opening
+        hop = (pulled or struck > 0) and negligible_hop(rate, closing, reach)
         return (PRESSED if hop else IMPACT), t, -rate
     if rate > noise and progress:
         return NOT_YET, t + s, 0.0
@@ -173,6 +175,11 @@ def _next_approach(opening: float, vx: float, vy: float, ax: float, ay: float) -
     if linear >= 0.0 or discriminant < 0.0:
         return math.inf
     return 2.0 * opening / (math.sqrt(discriminant) - linear)
+
+
+@kernel
+def _at_rest(balls: Balls, i: int) -> int:
+    return 1 if balls.vx[i] == 0.0 and balls.vy[i] == 0.0 else 0
 
 
 @kernel

@@ -31,7 +31,7 @@ from engine._motion import (
     speed_of,
 )
 from engine._state import FREE, OWN_CONTACT, OWN_REST, Balls, Contacts, Laws
-from engine._tolerances import APPROACH_ROUNDING, CONTACT_TOLERANCE
+from engine._tolerances import APPROACH_ROUNDING
 
 _SWEEPS = 100
 """Most Gauss-Seidel sweeps; where they don't do, the step is halved, which always does in the end:
@@ -41,7 +41,7 @@ _HALVINGS = 100
 """Most halvings of a step. 60 shorten it below any clock's resolution, so more are never needed."""
 
 _TURN = 0.125
-"""Longest step, in units of a ball's time to stop: its velocity changes by no more than this."""
+"""Largest change of a ball's velocity in a step, in units of its speed."""
 
 _FIRST_STEP = 2.0**-6
 """First step tried, in units of the time to fall one diameter at the rolling deceleration."""
@@ -86,7 +86,7 @@ def press(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float
         balls.ax[k] = contacts.ax[k]
         balls.ay[k] = contacts.ay[k]
         balls.own_kind[k] = OWN_REST if rests else OWN_CONTACT
-        predict_cushion(balls, k, laws, duration, _held_within(balls, k))
+        predict_cushion(balls, k, laws, duration, True)
         contacts.step[k] = duration
         contacts.changed[k] = True
 
@@ -194,10 +194,10 @@ def _longest_step(balls: Balls, laws: Laws, contacts: Contacts, members: int) ->
             longest = min(longest, _FIRST_STEP * math.sqrt(diameter / laws.deceleration))
         speed = speed_of(balls.vx[k], balls.vy[k])
         if speed > 0.0:
-            # A ball that stops within the tolerance of its distance is let come to rest.
-            stopping = speed * speed <= 2.0 * laws.deceleration * CONTACT_TOLERANCE * diameter
             limit = speed / laws.deceleration
-            longest = min(longest, limit if stopping else _TURN * limit)
+            if not _stopping(balls, laws, k, speed):
+                limit *= 0.5  # one that stops within the tolerance is let come to rest
+            longest = min(longest, limit)
     return longest
 
 
@@ -222,7 +222,9 @@ def _solve(
         contacts.force[c] = 0.0
     for _ in range(_SWEEPS):
         if _settled(balls, laws, contacts, count, duration):
-            return _stays_closed(balls, laws, contacts, count, duration)
+            return _stays_closed(balls, laws, contacts, count, duration) and _turns_little(
+                balls, laws, contacts, members, duration
+            )
         for c in range(count):
             a, b = contacts.first[c], contacts.second[c]
             mass = balls.mass[a]
@@ -284,6 +286,27 @@ def _stays_closed(
 
 
 @kernel
+def _turns_little(
+    balls: Balls, laws: Laws, contacts: Contacts, members: int, duration: float
+) -> bool:
+    """Whether no member's velocity changes so much that friction would turn with it."""
+    for m in range(members):
+        k = contacts.member[m]
+        speed = speed_of(balls.vx[k], balls.vy[k])
+        change = duration * speed_of(contacts.ax[k], contacts.ay[k])
+        if change > _TURN * speed and not _stopping(balls, laws, k, speed):
+            return False
+    return True
+
+
+@kernel
+def _stopping(balls: Balls, laws: Laws, k: int, speed: float) -> bool:
+    """Whether the cloth would stop member k within the tolerance of its distance; or has."""
+    tolerance = contact_tolerance(balls, k, 2.0 * balls.radius[k])
+    return speed * speed <= 2.0 * laws.deceleration * tolerance
+
+
+@kernel
 def _accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: float) -> None:
     """Set member k's acceleration: its contact forces, and friction at the middle of the step."""
     fx, fy = contacts.fx[k] / balls.mass[k], contacts.fy[k] / balls.mass[k]
@@ -324,9 +347,3 @@ def _gap_after(
     if b == -3:
         return 0.0, -1.0, (ya - laws.bottom) - radius, 2.0 * radius
     return 0.0, 1.0, (laws.top - ya) - radius, 2.0 * radius
-
-
-@kernel
-def _held_within(balls: Balls, k: int) -> float:
-    """Gap to a cushion [m] up to which a contact step holds it."""
-    return 4.0 * contact_tolerance(balls, k, 2.0 * balls.radius[k])
