@@ -87,10 +87,10 @@ def run(
         t = min(balls.own_time[single], earliest(pairs))
         if not t >= clock[NOW]:
             return RUN_NOT_FINITE
+        if t == math.inf and _all_rest(balls):
+            return RUN_RESTED
         if t > laws.t_max:
             return RUN_T_MAX
-        if t == math.inf:
-            return RUN_RESTED
 
         # Move its balls there and resolve it; mark every ball whose motion it changes.
         if balls.own_time[single] <= t:
@@ -127,10 +127,24 @@ def finish(balls: Balls, t: float) -> None:
 
 
 @kernel
+def _all_rest(balls: Balls) -> bool:
+    for i in range(len(balls.x)):  # noqa: SIM110 - the compiler takes no generator
+        if balls.vx[i] != 0.0 or balls.vy[i] != 0.0:
+            return False
+    return True
+
+
+@kernel
 def _earliest_own(balls: Balls) -> int:
+    """Return the ball whose own event comes first; of several at one instant, one coming to rest.
+
+    So a ball that has all but stopped is at rest before its neighbours are looked at again.
+    """
     best = 0
     for i in range(1, len(balls.own_time)):
-        if balls.own_time[i] < balls.own_time[best]:
+        earlier = balls.own_time[i] < balls.own_time[best]
+        tie = balls.own_time[i] == balls.own_time[best]
+        if earlier or (tie and balls.own_kind[i] < balls.own_kind[best]):
             best = i
     return best
 

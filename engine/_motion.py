@@ -16,6 +16,7 @@ from engine._state import (
     Balls,
     Laws,
 )
+from engine._tolerances import TIME_ROUNDING
 
 
 @kernel
@@ -120,8 +121,12 @@ def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, pressed: 
     """Set the own event of ball i: a cushion reached within `duration` [s], else that end.
 
     Contract: `own_kind` holds what happens at the end of `duration`. For a ball that a contact step
-    presses, a cushion that it is in contact with is left out: the step holds it.
+    presses, a cushion that it is in contact with is left out: the step holds it. An end that the
+    clock can't tell from now comes first, so that a ball that has all but stopped does stop.
     """
+    if duration <= TIME_ROUNDING * balls.epoch[i]:
+        balls.own_time[i] = balls.epoch[i]
+        return
     for cushion in range(4):
         gap, rate, acceleration = cushion_gap(balls, i, laws, cushion)
         if gap == math.inf:
