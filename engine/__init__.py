@@ -17,7 +17,7 @@ Importing this package compiles nothing and loads no compiler: that waits for th
 from engine.errors import GhostballError, SceneError, UnsupportedSceneError
 from engine.result import EVENT_DTYPE, EventKind, Record, Result, Status
 from engine.scene import CUSHIONS, Ball, Physics, Scene, Table
-from engine.simulate import simulate
+from engine.simulate import simulate, warm_up
 from engine.trajectory import Energy, ExactTrajectory, SampledTrajectory, Samples, Trajectory
 
 __all__ = [
@@ -40,4 +40,5 @@ __all__ = [
     "Trajectory",
     "UnsupportedSceneError",
     "simulate",
+    "warm_up",
 ]

@@ -6,7 +6,7 @@ import math
 
 from engine._jit import kernel
 from engine._state import Balls
-from engine._tolerances import CONTACT_TOLERANCE, EPS, POSITION_ULPS
+from engine._tolerances import CONTACT_TOLERANCE, EPS, GAP_ULPS
 
 
 @kernel
@@ -40,10 +40,16 @@ def negligible_hop(rate: float, acceleration: float, reach: float) -> bool:
 
 
 @kernel
+def gap_rounding(balls: Balls, i: int) -> float:
+    """Rounding [m] of a gap computed from the coordinates of ball i, at its epoch."""
+    coordinates: float = abs(balls.x[i]) + abs(balls.y[i])
+    return GAP_ULPS * EPS * coordinates
+
+
+@kernel
 def contact_tolerance(balls: Balls, i: int, reach: float) -> float:
     """Gap or overlap [m] that a contact step of ball i may leave, at its epoch."""
-    coordinates: float = abs(balls.x[i]) + abs(balls.y[i])
-    return CONTACT_TOLERANCE * reach + POSITION_ULPS * EPS * coordinates
+    return CONTACT_TOLERANCE * reach + 8.0 * gap_rounding(balls, i)
 
 
 @kernel
@@ -51,20 +57,21 @@ def cushion_in_contact(balls: Balls, i: int, gap: float, rate: float, decelerati
     """Whether the gap [m] of ball i to a cushion, changing at `rate` [m/s], counts as closed."""
     reach = 2.0 * balls.radius[i]
     touching = abs(gap) <= 4.0 * contact_tolerance(balls, i, reach)
-    return touching and negligible_hop(rate, 2.0 * deceleration, reach)
+    return touching and negligible_hop(rate, 3.0 * deceleration, reach)
 
 
 @kernel
 def pair_in_contact(balls: Balls, i: int, j: int, t: float, deceleration: float) -> bool:
     """Whether balls i and j count as in contact at the instant t [s].
 
-    Friction pulls two balls together with at most twice the deceleration of one.
+    Friction pulls two balls together with at most twice the deceleration of one, and stops one that
+    was struck at rest with as much again.
     """
     rx, ry, vx, vy, _, _ = relative_motion(balls, i, j, t)
     reach = balls.radius[i] + balls.radius[j]
     distance = math.sqrt(rx * rx + ry * ry)
     touching = abs(distance - reach) <= 4.0 * contact_tolerance(balls, i, reach)
-    return touching and negligible_hop((rx * vx + ry * vy) / distance, 2.0 * deceleration, reach)
+    return touching and negligible_hop((rx * vx + ry * vy) / distance, 3.0 * deceleration, reach)
 
 
 @kernel

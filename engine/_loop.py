@@ -54,7 +54,7 @@ def start(balls: Balls, laws: Laws, contacts: Contacts, pairs: Pairs, counters: 
     for i in range(n):
         predict_motion(balls, i, laws)
     for i in range(n):
-        update_ball(balls, laws, contacts, pairs, i, 0.0, counters)
+        update_ball(balls, contacts, pairs, i, 0.0, counters)
 
 
 @kernel
@@ -115,7 +115,7 @@ def run(
                 contacts.changed[k] = False
                 if keep_log:
                     _note_motion(balls, k, counters, log)
-                update_ball(balls, laws, contacts, pairs, k, t, counters)
+                update_ball(balls, contacts, pairs, k, t, counters)
 
 
 @kernel

@@ -16,10 +16,10 @@ from __future__ import annotations
 
 import math
 
-from engine._geometry import negligible_hop, pair_in_contact, relative_motion
+from engine._geometry import negligible_hop, relative_motion
 from engine._jit import kernel
 from engine._motion import first_crossing
-from engine._state import ADVANCEMENTS, BOUNDS, FREE, Balls, Contacts, IntArray, Laws, Pairs
+from engine._state import ADVANCEMENTS, BOUNDS, Balls, Contacts, IntArray, Laws, Pairs
 from engine._tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
 
 NOT_YET = 0
@@ -32,7 +32,7 @@ PRESSED = 2
 
 @kernel
 def update_ball(
-    balls: Balls, laws: Laws, contacts: Contacts, pairs: Pairs, i: int, t: float, counters: IntArray
+    balls: Balls, contacts: Contacts, pairs: Pairs, i: int, t: float, counters: IntArray
 ) -> None:
     """Bound anew every pair of ball i, whose motion changed at the instant t [s]."""
     n = len(balls.x)
@@ -40,7 +40,7 @@ def update_ball(
     for j in range(n):
         if j == i:
             continue
-        bound = math.inf if held(balls, laws, contacts, i, j, t) else _bound(balls, i, j, t)
+        bound = math.inf if contacts.held[i, j] else _bound(balls, i, j, t)
         pairs.bound[i, j] = bound
         if bound < least:
             least, partner = bound, j
@@ -104,15 +104,6 @@ def _refine(
         pairs.bound[i, j] = bound
         _rescan(pairs, i)
     return verdict, speed
-
-
-@kernel
-def held(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float) -> bool:
-    """Whether a contact step holds the pair, so that it can't collide before the step ends."""
-    label = contacts.cluster[i]
-    if label == FREE or contacts.cluster[j] != label:
-        return False
-    return pair_in_contact(balls, i, j, t, laws.deceleration)
 
 
 @kernel

@@ -20,7 +20,13 @@ from __future__ import annotations
 
 import math
 
-from engine._geometry import contact_tolerance, cushion_in_contact, pair_in_contact
+from engine._geometry import (
+    contact_tolerance,
+    cushion_in_contact,
+    gap_rounding,
+    negligible_hop,
+    pair_in_contact,
+)
 from engine._jit import kernel
 from engine._motion import (
     advance,
@@ -43,6 +49,9 @@ _HALVINGS = 100
 _TURN = 0.125
 """Largest change of a ball's velocity in a step, in units of its speed."""
 
+_RESIDUE = 2.0**-20
+"""Hop, in units of a negligible one, left to the contact force: a thousandth of its speed."""
+
 _FIRST_STEP = 2.0**-6
 """First step tried, in units of the time to fall one diameter at the rolling deceleration."""
 
@@ -59,6 +68,9 @@ def release(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> N
     for k in range(len(balls.x)):
         if contacts.cluster[k] == label:
             contacts.cluster[k] = FREE
+            for other in range(len(balls.x)):
+                contacts.held[k, other] = False
+                contacts.held[other, k] = False
             advance(balls, k, t)
             predict_motion(balls, k, laws)
             contacts.changed[k] = True
@@ -74,11 +86,13 @@ def press(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float
     members = _gather_members(balls, laws, contacts, i, j, t)
     count = _gather_contacts(balls, laws, contacts, members, t)
     _stop_approach(balls, laws, contacts, count)
-    duration = _longest_step(balls, laws, contacts, members)
+    step = _next_step(balls, laws, contacts, members)
+    duration = min(step, _time_to_stop(balls, laws, contacts, members))
     for _ in range(_HALVINGS):
         if _solve(balls, laws, contacts, members, count, duration):
             break
         duration *= 0.5
+        step = duration
     for m in range(members):
         k = contacts.member[m]
         speed = speed_of(balls.vx[k], balls.vy[k])
@@ -87,7 +101,7 @@ def press(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float
         balls.ay[k] = contacts.ay[k]
         balls.own_kind[k] = OWN_REST if rests else OWN_CONTACT
         predict_cushion(balls, k, laws, duration, True)
-        contacts.step[k] = duration
+        contacts.step[k] = step
         contacts.changed[k] = True
 
 
@@ -130,9 +144,13 @@ def _gather_contacts(balls: Balls, laws: Laws, contacts: Contacts, members: int,
     for m in range(members):
         k = contacts.member[m]
         for other in range(m + 1, members):
-            if pair_in_contact(balls, k, contacts.member[other], t, laws.deceleration):
+            j = contacts.member[other]
+            seed = m == 0 and other == 1
+            if seed or pair_in_contact(balls, k, j, t, laws.deceleration):
                 contacts.first[count] = k
-                contacts.second[count] = contacts.member[other]
+                contacts.second[count] = j
+                contacts.held[k, j] = True
+                contacts.held[j, k] = True
                 count += 1
         for cushion in range(4):
             gap, rate, _ = cushion_gap(balls, k, laws, cushion)
@@ -147,9 +165,11 @@ def _gather_contacts(balls: Balls, laws: Laws, contacts: Contacts, members: int,
 def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> None:
     """Take away what approach is left at the contacts, plastically: each is a negligible hop.
 
-    A ball at rest stays so: the cloth would stop it again within the tolerance.
+    A ball at rest stays so, since the cloth would stop it again within the tolerance; unless that
+    doesn't do, as for a ball that others drive like a wedge.
     """
-    for _ in range(_SWEEPS):
+    for sweep in range(_SWEEPS):
+        firm = sweep < _SWEEPS // 2
         approaching = False
         for c in range(count):
             a, b = contacts.first[c], contacts.second[c]
@@ -159,12 +179,15 @@ def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> 
             share = 1.0  # of the change of rate, that ball a takes
             if b >= 0:
                 rate += nx * balls.vx[b] + ny * balls.vy[b]
-                if _at_rest(balls, a):
+                if firm and _at_rest(balls, a):
                     share = 0.0
-                elif not _at_rest(balls, b):
+                elif not (firm and _at_rest(balls, b)):
                     share = balls.mass[b] / (balls.mass[a] + balls.mass[b])
                 size += abs(balls.vx[b]) + abs(balls.vy[b])
+            radius = balls.radius[a]
             if rate >= -APPROACH_ROUNDING * size:
+                continue
+            if negligible_hop(rate, laws.deceleration, _RESIDUE * radius):
                 continue
             approaching = True
             balls.vx[a] += share * rate * nx
@@ -182,16 +205,25 @@ def _at_rest(balls: Balls, k: int) -> bool:
 
 
 @kernel
-def _longest_step(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> float:
-    """Return the longest step to try [s]: twice the last one, within what friction allows."""
+def _next_step(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> float:
+    """Return the step to try [s]: twice what the members' last one was good for."""
+    step = math.inf
+    for m in range(members):
+        k = contacts.member[m]
+        if contacts.step[k] > 0.0:
+            step = min(step, 2.0 * contacts.step[k])
+        else:
+            fall = math.sqrt(2.0 * balls.radius[k] / laws.deceleration)
+            step = min(step, _FIRST_STEP * fall)
+    return step
+
+
+@kernel
+def _time_to_stop(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> float:
+    """Return how long a step may be without a member stopping within it [s]."""
     longest = math.inf
     for m in range(members):
         k = contacts.member[m]
-        diameter = 2.0 * balls.radius[k]
-        if contacts.step[k] > 0.0:
-            longest = min(longest, 2.0 * contacts.step[k])
-        else:
-            longest = min(longest, _FIRST_STEP * math.sqrt(diameter / laws.deceleration))
         speed = speed_of(balls.vx[k], balls.vy[k])
         if speed > 0.0:
             limit = speed / laws.deceleration
@@ -260,12 +292,13 @@ def _excess(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: floa
 def _settled(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: float) -> bool:
     """Whether every force holds its gap as the step aims at, and no gap without force closes."""
     for c in range(count):
-        reach = 2.0 * balls.radius[contacts.first[c]]
+        _, _, now, reach = _gap_after(balls, laws, contacts, c, 0.0)
+        tolerance = contact_tolerance(balls, contacts.first[c], reach)
+        # The deeper it already is, the less it may deepen: many steps must not add up.
+        slack = 0.125 * (tolerance + min(0.0, max(-tolerance, now)))
+        slack = max(slack, gap_rounding(balls, contacts.first[c]))
         excess = _excess(balls, laws, contacts, c, duration)
-        held = contacts.force[c] > 0.0
-        if (held or excess < 0.0) and abs(excess) > 0.125 * contact_tolerance(
-            balls, contacts.first[c], reach
-        ):
+        if (contacts.force[c] > 0.0 or excess < 0.0) and abs(excess) > slack:
             return False
     return True
 
@@ -279,7 +312,8 @@ def _stays_closed(
         for part in (0.5, 0.6875):
             _, _, gap, reach = _gap_after(balls, laws, contacts, c, part * duration)
             _, _, now, _ = _gap_after(balls, laws, contacts, c, 0.0)
-            allowed = contact_tolerance(balls, contacts.first[c], reach) + max(0.0, -now)
+            allowed = contact_tolerance(balls, contacts.first[c], reach)
+            allowed = max(allowed, gap_rounding(balls, contacts.first[c]) - now)
             if gap < -allowed or (contacts.force[c] > 0.0 and gap > allowed):
                 return False
     return True

@@ -66,6 +66,7 @@ class Contacts(NamedTuple):
     """
 
     cluster: IntArray  # (n,) label of the ball's cluster, or FREE
+    held: NDArray[np.bool_]  # (n, n) whether a contact step holds the pair together
     changed: NDArray[np.bool_]  # (n,) whether this event changed the ball's motion
     step: FloatArray  # (n,) length of the ball's last contact step [s], 0 for none
     member: IntArray  # (n,) balls of the cluster at hand
@@ -181,6 +182,7 @@ def contacts_of(n: int) -> Contacts:
     m = n * (n - 1) // 2 + len(CUSHIONS) * n
     return Contacts(
         cluster=np.full(n, FREE, dtype=np.int64),
+        held=np.zeros((n, n), dtype=np.bool_),
         changed=np.zeros(n, dtype=np.bool_),
         step=np.zeros(n),
         member=np.zeros(n, dtype=np.int64),

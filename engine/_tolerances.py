@@ -23,6 +23,9 @@ def position_rounding(*lengths: float) -> float:
     return POSITION_ULPS * EPS * float(sum(abs(length) for length in lengths))
 
 
+GAP_ULPS = 4.0
+"""Rounding of a gap, in units of EPS times the coordinates that it is computed from."""
+
 GAP_ROUNDING = EPS
 """Gap, in units of the centre distance, that counts as touching: d - D resolves no less."""
 

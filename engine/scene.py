@@ -1,7 +1,8 @@
 """A scene: balls, table and physics of one shot, in SI units, validated once and frozen.
 
 `Scene` is what every engine of the harness takes. It is checked here, at the boundary, and trusted
-everywhere else. Reading and writing TOML is in `_scene_file`.
+everywhere else. The rules between its parts are in `_scene_checks`; reading and writing TOML is in
+`_scene_file`.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from pydantic import (
     AfterValidator,
     AllowInfNan,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     Strict,
@@ -25,7 +27,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from engine._tolerances import position_rounding
+from engine._scene_checks import LARGEST, SMALLEST, check_scene, problem
 from engine.errors import SceneError
 
 # The paper's ball is Alciatore's pool ball (2 1/4 in, 6 oz).
@@ -36,24 +38,32 @@ CushionName = Literal["left", "right", "bottom", "top"]
 CUSHIONS: tuple[CushionName, ...] = ("left", "right", "bottom", "top")
 """Cushion names in the order of their index: x = 0, x = length, y = 0, y = width."""
 
-Real = Annotated[float, Strict(), AllowInfNan(False)]
-Positive = Annotated[Real, Field(gt=0.0)]
-NonNegative = Annotated[Real, Field(ge=0.0)]
-Fraction = Annotated[Real, Field(ge=0.0, le=1.0)]
+
+def _not_tiny(value: float) -> float:
+    if value < SMALLEST:
+        raise PydanticCustomError("greater_than_equal", "too small", {"ge": SMALLEST})
+    return value
+
+
+def _whole_number(value: Any) -> Any:
+    # A literal compares by value, and true == 1.0 == 1.
+    if type(value) is not int:
+        raise PydanticCustomError("literal_error", "not a whole number", {"expected": "1"})
+    return value
+
+
+Finite = Annotated[float, Strict(), AllowInfNan(False)]
+Real = Annotated[Finite, Field(ge=-LARGEST, le=LARGEST)]
+Positive = Annotated[Finite, Field(gt=0.0, le=LARGEST), AfterValidator(_not_tiny)]
+NonNegative = Annotated[Finite, Field(ge=0.0, le=LARGEST)]
+Fraction = Annotated[Finite, Field(ge=0.0, le=1.0)]
 Flag = Annotated[bool, Strict()]
 Text = Annotated[str, Strict()]
 
 
-def _problem(kind: str, rule: str, **context: Any) -> PydanticCustomError:
-    """Build the error that a validator raises; `rule` is a sentence with {placeholders}."""
-    return PydanticCustomError(kind, "{sentence}", {"sentence": rule.format(**context)})
-
-
 def _two_or_three(value: tuple[float, ...]) -> tuple[float, ...]:
     if len(value) not in (2, 3):
-        raise _problem(
-            "vector_length", "must have 2 or 3 components, got {count}", count=len(value)
-        )
+        raise problem("vector_length", "must have 2 or 3 components, got {count}", count=len(value))
     return value
 
 
@@ -64,13 +74,13 @@ SpaceVector = tuple[Real, Real, Real]
 class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
 
-    def __init__(self, **data: Any) -> None:
+    def __init__(self, /, **data: Any) -> None:
         try:
             super().__init__(**data)
         except ValidationError as error:
             from engine._scene_file import describe  # noqa: PLC0415 - the two need each other
 
-            raise SceneError(describe(error)) from None
+            raise SceneError(describe(error, type(self))) from None
 
     # pydantic would otherwise run this for nested models too, and lose where in the scene they are.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
@@ -153,7 +163,7 @@ class Physics(_Model):
                 if getattr(self, field) != 1.0 and field in self.model_fields_set:
                     preset_value = self.PRESETS[self.preset].get(field)
                     if getattr(self, field) != preset_value:
-                        raise _problem(
+                        raise problem(
                             "no_effect",
                             '`{field}` = {value} has no effect with `cushion` = "mirror". '
                             'Set `cushion` = "restitution", or leave the field out',
@@ -214,7 +224,7 @@ class Table(_Model):
     @classmethod
     def _each_once(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         if len(set(value)) != len(value):
-            raise _problem("repeated", "must name each cushion once, got {value}", value=value)
+            raise problem("repeated", "must name each cushion once, got {value}", value=value)
         return tuple(name for name in CUSHIONS if name in value)
 
 
@@ -237,7 +247,9 @@ class Scene(_Model):
         Where to stop [s]; None is "until every ball rests".
     """
 
-    schema_version: Literal[1] = Field(default=1, alias="schema")
+    schema_version: Annotated[Literal[1], BeforeValidator(_whole_number)] = Field(
+        default=1, alias="schema"
+    )
     name: Annotated[Text, Field(pattern=r"^[a-z0-9][a-z0-9._-]{0,63}$")]
     title: Text = ""
     tags: tuple[Text, ...] = ()
@@ -304,12 +316,7 @@ class Scene(_Model):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        _check_ids(self)
-        _check_on_cloth(self)
-        _check_inside(self)
-        _check_overlaps(self)
-        _check_rolling(self)
-        _check_ends(self)
+        check_scene(self, rolling_angular_velocity(self.velocities, self.radii))
         return self
 
 
@@ -336,130 +343,3 @@ def rolling_angular_velocity(
     omega[..., 0] = -velocity[..., 1] / radius
     omega[..., 1] = velocity[..., 0] / radius
     return omega
-
-
-def _check_ids(scene: Scene) -> None:
-    seen: dict[str, int] = {}
-    for i, ball in enumerate(scene.balls):
-        if ball.id in seen:
-            raise _problem(
-                "duplicate_id",
-                '`balls[{i}].id` must be unique, but `balls[{j}]` is called "{id}" too',
-                i=i,
-                j=seen[ball.id],
-                id=ball.id,
-            )
-        seen[ball.id] = i
-
-
-def _check_on_cloth(scene: Scene) -> None:
-    if scene.physics.airborne:
-        return
-    for i, ball in enumerate(scene.balls):
-        if ball.position[2] != ball.radius:
-            raise _problem(
-                "off_cloth",
-                "`balls[{i}].position` z must be the radius, {radius} m, got {z} m: the ball must "
-                "lie on the cloth. Leave z out, or set `airborne` = true",
-                i=i,
-                radius=ball.radius,
-                z=ball.position[2],
-            )
-        if ball.velocity[2] != 0.0:
-            raise _problem(
-                "off_cloth",
-                "`balls[{i}].velocity` z must be 0, got {z} m/s. Leave z out, or set "
-                "`airborne` = true",
-                i=i,
-                z=ball.velocity[2],
-            )
-
-
-def _check_inside(scene: Scene) -> None:
-    table = scene.table
-    if table is None:
-        return
-    for i, ball in enumerate(scene.balls):
-        x, y = ball.position[0], ball.position[1]
-        gaps = {
-            "left": x - ball.radius,
-            "right": table.length - ball.radius - x,
-            "bottom": y - ball.radius,
-            "top": table.width - ball.radius - y,
-        }
-        permitted = position_rounding(x, y, table.length, table.width)
-        for name in table.cushions:
-            if gaps[name] < -permitted:
-                raise _problem(
-                    "outside",
-                    '`balls[{i}].position` must be inside the table: ball "{id}" at ({x}, {y}) m '
-                    "reaches {depth:.6g} m beyond the {cushion} cushion. Its centre must be at "
-                    "least its radius, {radius} m, from each cushion",
-                    i=i,
-                    id=ball.id,
-                    x=x,
-                    y=y,
-                    depth=-gaps[name],
-                    cushion=name,
-                    radius=ball.radius,
-                )
-
-
-def _check_overlaps(scene: Scene) -> None:
-    # Balls touch at a centre distance of the sum of their radii: in the plane for balls on the
-    # cloth (see "Geometry" in engine/__init__.py), in space where they may fly.
-    dimensions = 3 if scene.physics.airborne else 2
-    centres = scene.positions[:, :dimensions]
-    radii = scene.radii
-    for i in range(1, len(scene.balls)):
-        distance = np.sqrt(np.sum((centres[:i] - centres[i]) ** 2, axis=1))
-        depth = radii[:i] + radii[i] - distance
-        j = int(np.argmax(depth))
-        permitted = position_rounding(*centres[i], *centres[j], radii[i], radii[j])
-        if depth[j] > permitted:
-            raise _problem(
-                "overlap",
-                '`balls[{j}]` ("{a}") and `balls[{i}]` ("{b}") must not overlap, but do by '
-                "{depth:.6g} m: their centres are {distance:.9g} m apart and their radii add up to "
-                "{reach:.9g} m. Move one of them",
-                i=i,
-                j=j,
-                a=scene.balls[j].id,
-                b=scene.balls[i].id,
-                depth=float(depth[j]),
-                distance=float(distance[j]),
-                reach=float(radii[i] + radii[j]),
-            )
-
-
-def _check_rolling(scene: Scene) -> None:
-    if scene.physics.motion != "rolling":
-        return
-    rolling = rolling_angular_velocity(scene.velocities, scene.radii)
-    for i, ball in enumerate(scene.balls):
-        spin = ball.angular_velocity
-        if spin is None:
-            continue
-        scale = max(float(np.max(np.abs(rolling[i]))), *map(abs, spin))
-        if not np.allclose(spin, rolling[i], rtol=0.0, atol=1e-9 * scale):
-            raise _problem(
-                "not_rolling",
-                "`balls[{i}].angular_velocity` must be that of rolling without slip, {rolling}, "
-                'where `motion` = "rolling", got {spin}. Leave it out, or set `motion` = "sliding"',
-                i=i,
-                rolling=tuple(rolling[i].tolist()),
-                spin=spin,
-            )
-
-
-def _check_ends(scene: Scene) -> None:
-    if scene.t_max is not None or scene.physics.rolling_friction > 0.0:
-        return
-    moving = [i for i, ball in enumerate(scene.balls) if ball.speed > 0.0]
-    if moving:
-        raise _problem(
-            "endless",
-            "`t_max` must be given where `rolling_friction` is 0 and a ball moves (`balls[{i}]`): "
-            "it would never come to rest. Set `t_max` to a time in seconds",
-            i=moving[0],
-        )

@@ -71,11 +71,9 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
         raise GhostballError(f"`record` must be one of {', '.join(RECORDS)}, got {record!r}")
     if max_events < 1:
         raise GhostballError(f"`max_events` must be at least 1, got {max_events}")
-    # The compiler is loaded here and no sooner: importing the package, or asking for help on the
-    # command line, must not wait for it.
-    from engine._run import Run, warm_up  # noqa: PLC0415
-
     warm_up()
+    from engine._run import Run  # noqa: PLC0415 - see `warm_up`
+
     run = Run(scene, keep_log=record != "rest")
     started = time.perf_counter()
     run.go(max_events)
@@ -94,3 +92,16 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
         trajectory=run.trajectory(),
         reason=run.reason,
     )
+
+
+def warm_up() -> None:
+    """Compile or load the kernels now, rather than in the first `simulate`.
+
+    A compilation is announced. Before several processes are started, this keeps each of them from
+    compiling for itself.
+    """
+    # The compiler is loaded here and no sooner: importing the package, or asking for help on the
+    # command line, must not wait for it.
+    from engine import _run  # noqa: PLC0415
+
+    _run.warm_up()

@@ -13,11 +13,11 @@ from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import split_specs
 from reports import write_report
-from reports.shots import Verdict, verdict_of
 from validation.junit import write_junit
 from validation.library import Suite, select
 from validation.store import CaseRecord, ResultsFolder
-from validation.suite import DEFAULT_ENGINES, Outcome, run_suite
+from validation.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite
+from validation.verdict import Verdict, verdict_of
 
 
 def run(
@@ -38,7 +38,7 @@ def run(
         Before anything runs, where the input is wrong or a file can't be written.
     """
     specs = DEFAULT_ENGINES if engines is None else split_specs(engines)
-    scenes = select(names_or_tags, suite)
+    scenes, criteria = select(names_or_tags, suite), criteria_beside_paths(names_or_tags)
     if junit is not None:
         check_writable(junit, "--junit")
     started = time.perf_counter()
@@ -47,10 +47,10 @@ def run(
         def progress(case: CaseRecord, done: int, planned: int) -> None:
             count(done, planned, f"{case.scene} on {case.label}")
             if verdict_of(case) in (Verdict.FAIL, Verdict.CRASHED):
-                verdict = verdict_of(case).value
+                verdict = verdict_of(case).words
                 say(f"[{colour_of(case)}]{verdict}[/] {escape(f'{case.scene} on {case.label}')}")
 
-        outcome = run_suite(scenes, specs, out, jobs=jobs, progress=progress)
+        outcome = run_suite(scenes, specs, out, jobs=jobs, progress=progress, criteria=criteria)
     folder = escape(str(out))
     if not outcome.cases:
         say(f"[bold]Interrupted[/] before the first case was done: no results in {folder}")

@@ -13,12 +13,14 @@ from rich.measure import Measurement
 from rich.table import Table
 
 from reports import style
-from reports.figures.summary import independent_errors, rest_error
-from reports.shots import Verdict, is_own_measure, verdict_of
+from reports.figures.summary import independent_errors
+from reports.shots import NUMBERS_KEY, cell_text, legend_text
 from validation.store import CaseRecord, Check, ResultsFolder
+from validation.verdict import Verdict, verdict_of
 
 COLOURS = {
     Verdict.PASS: "green",
+    Verdict.LIMITS_HOLD: "yellow",
     Verdict.FAIL: "bold red",
     Verdict.CRASHED: "bold red",
     Verdict.UNAVAILABLE: "yellow",
@@ -29,9 +31,9 @@ FAILURES_SHOWN = 20
 UNLIMITED = 100_000
 """Columns; a table of any size is measured within them."""
 
-ENGINES_KEY = (
-    "[dim]error: largest rest error of a ball, over the scenes with a closed form\n"
-    "ref.: ran, without an independent verdict; n/a: not representable, or unavailable here[/]\n"
+KEY = (
+    f"[dim]{legend_text(Verdict)}.\n"
+    f"{NUMBERS_KEY}. Median and worst: scenes with a closed form[/]\n"
 )
 
 COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"}
@@ -43,8 +45,8 @@ def verdict_tables(results: ResultsFolder, console: Console) -> RenderableType:
     matrix = _matrix(results)
     unlimited = console.options.update_width(UNLIMITED)
     if Measurement.get(console, unlimited, matrix).maximum <= console.width:
-        parts += [matrix, _key(results)]
-    return Group(*parts, _engines(results), ENGINES_KEY, *_failures(results.cases))
+        parts.append(matrix)
+    return Group(*parts, _engines(results), KEY, *_failures(results.cases))
 
 
 def colour_of(case: CaseRecord) -> str:
@@ -63,23 +65,23 @@ def _matrix(results: ResultsFolder) -> Table:
 
 
 def _cell(case: CaseRecord | None) -> str:
-    if case is None:
-        return ""
-    error = rest_error(case)
-    shown = "" if error is None or is_own_measure(case) else f" {style.format_length(error)}"
-    return f"[{colour_of(case)}]{verdict_of(case).symbol}{shown}[/]"
-
-
-def _key(results: ResultsFolder) -> str:
-    present = {verdict_of(case) for case in results.cases}
-    signs = ", ".join(f"{v.symbol} {v.value}" for v in Verdict if v in present)
-    return f"[dim]{signs}; numbers: largest rest error of a ball[/]\n"
+    return "" if case is None else f"[{colour_of(case)}]{cell_text(case)}[/]"
 
 
 def _engines(results: ResultsFolder) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("engine", no_wrap=True)
-    for heading in ("pass", "fail", "ref.", "n/a", "median\nerror", "worst\nerror", "median\ntime"):
+    for heading in (
+        "✓",
+        "≈",
+        "✗",
+        "ref",
+        "○",
+        "–",
+        "median\nerror",
+        "worst\nerror",
+        "median\ntime",
+    ):
         table.add_column(heading, justify="right", no_wrap=True, vertical="bottom")
     for label in results.labels:
         cases = [case for case in results.cases if case.label == label]
@@ -91,8 +93,10 @@ def _engines(results: ResultsFolder) -> Table:
         table.add_row(
             escape(label),
             str(verdicts.count(Verdict.PASS)),
+            str(verdicts.count(Verdict.LIMITS_HOLD)),
             f"[{'bold red' if failed else 'default'}]{failed}[/]",
-            str(verdicts.count(Verdict.REFERENCE) + verdicts.count(Verdict.SHOWN)),
+            str(verdicts.count(Verdict.REFERENCE)),
+            str(verdicts.count(Verdict.SHOWN)),
             str(unable),
             style.format_length(median(errors) if errors else None),
             style.format_length(max(errors) if errors else None),

@@ -9,10 +9,24 @@ from statistics import median
 from typing import Any
 
 from reports import style
-from reports.figures.summary import independent_errors, rest_error
-from reports.shots import Verdict, is_own_measure, rest_verdict_of, verdict_of
+from reports.figures.summary import independent_errors
+from reports.shots import (
+    NUMBERS_KEY,
+    cell_text,
+    legend_text,
+    rest_error,
+    rest_error_text,
+    standing_text,
+)
 from validation.metrics import METRICS
 from validation.store import CLOSED_FORM, CaseRecord, Check, ResultsFolder
+from validation.verdict import (
+    RestError,
+    Verdict,
+    is_own_measure,
+    rest_error_standing,
+    verdict_of,
+)
 
 Drawn = Mapping[str, PurePosixPath]
 """Figures by kind: file without its ending, relative to the report."""
@@ -36,8 +50,13 @@ _TRUTH = """\
 50 digits, that share nothing with any engine; a rest error there is an error.
 
 **Our engine (not independent)**: the scene has no closed form, so the others are compared with
-`ghostball`. That is a comparison of codes, not a proof: `ghostball` is marked *reference* there and
-can't pass or fail by it. Energy curves are always compared with `ghostball`'s.
+`ghostball`. That is a comparison of codes, not a proof: `ghostball` is marked *ref* there and can't
+pass by it, only fail by what needs no truth, such as energy. Energy curves are always compared with
+`ghostball`'s.
+
+**Judged** is an outcome that a check limits: where or when the balls rest, or how many and which
+collisions there were. Energy that falls as it should, no deep overlap, the first collisions: these
+can all be right in a shot that ends wrong, so they alone make no ✓ but a ≈.
 
 Agreement between two engines is never called truth. After a few dozen collisions any two engines
 part, since each collision multiplies the smallest difference; that is chaos, not a mistake.
@@ -74,19 +93,21 @@ def report_text(
     if paper:
         parts += ["## The paper's figures, remade"]
         parts += [_figure(PAPER_CAPTIONS[kind], path) for kind, path in paper.items()]
-    parts += ["## Environment", _environment_table(results.environment)]
+    parts += ["## Environment", _environment_table(results)]
     return "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
 
 
 def _headline(results: ResultsFolder) -> str:
     verdicts = [verdict_of(case) for case in results.cases]
     passed, failed = verdicts.count(Verdict.PASS), verdicts.count(Verdict.FAIL)
+    holding = verdicts.count(Verdict.LIMITS_HOLD)
     crashed = verdicts.count(Verdict.CRASHED)
     unable = verdicts.count(Verdict.NOT_REPRESENTABLE)
     counts = (
         f"{len(results.scene_names)} scenes on {len(results.labels)} engines: "
-        f"**{passed} passed, {failed + crashed} failed**, {unable} not representable, "
-        f"{len(verdicts) - passed - failed - crashed - unable} without a verdict."
+        f"**{passed} passed, {failed + crashed} failed**, {holding} keep their limits without "
+        f"their outcome being judged, {unable} not representable, "
+        f"{len(verdicts) - passed - holding - failed - crashed - unable} without a verdict."
     )
     if results.state == "complete":
         return counts
@@ -99,24 +120,24 @@ def _verdict_table(results: ResultsFolder) -> str:
         [f"[{scene}](#{scene})", *(_verdict_cell(results.case(scene, e)) for e in results.labels)]
         for scene in results.scene_names
     ]
-    key = (
-        "*pass*: every check passed; *fail*: at least one failed. *reference*: our engine, where "
-        "it would be compared with itself. *shown only*: ran, nothing to check."
-    )
-    return f"{_table(header, rows)}\n\n{key}"
+    return f"{_table(header, rows)}\n\n{_key(results.cases)}"
+
+
+def _key(cases: Iterable[CaseRecord]) -> str:
+    return f"{legend_text(map(verdict_of, cases))}. {NUMBERS_KEY}."
 
 
 def _verdict_cell(case: CaseRecord | None) -> str:
-    verdict = verdict_of(case)
-    text = f"{verdict.symbol} {verdict.value}".strip()
-    return f"**{text}**" if verdict in (Verdict.FAIL, Verdict.CRASHED) else text
+    text = cell_text(case)
+    return f"**{text}**" if verdict_of(case) in (Verdict.FAIL, Verdict.CRASHED) else text
 
 
 def _engine_table(results: ResultsFolder) -> str:
     header = [
         "engine",
-        "pass",
-        "fail",
+        "✓",
+        "≈",
+        "✗",
         "not representable",
         "rest error, closed form: median",
         "worst",
@@ -134,13 +155,14 @@ def _engine_table(results: ResultsFolder) -> str:
             error
             for case in cases
             if case.truth != CLOSED_FORM
-            and not is_own_measure(case)
+            and rest_error_standing(case) in (RestError.JUDGED, RestError.UNJUDGED)
             and (error := rest_error(case)) is not None
         ]
         rows.append(
             [
                 f"`{label}`",
                 str(verdicts.count(Verdict.PASS)),
+                str(verdicts.count(Verdict.LIMITS_HOLD)),
                 str(verdicts.count(Verdict.FAIL) + verdicts.count(Verdict.CRASHED)),
                 str(verdicts.count(Verdict.NOT_REPRESENTABLE)),
                 style.format_length(median(errors) if errors else None),
@@ -182,17 +204,48 @@ def _scene_section(results: ResultsFolder, scene: str, drawn: Drawn) -> list[str
     parts = [
         f"### {scene}",
         f"{_escape(cases[0].title)}. Truth: {truth}." + (f" Tags: {tags}." if tags else ""),
+        _collision_text(cases),
         _number_table(cases),
         _remarks(cases),
     ]
     return parts + [_figure(FIGURE_TITLES[kind], path) for kind, path in drawn.items()]
 
 
+def _collision_text(cases: Sequence[CaseRecord]) -> str:
+    """Say how many collisions there are in truth, and who counts them."""
+    truth = next((case for case in cases if case.truth_counts is not None), None)
+    if truth is None or truth.truth_counts is None:
+        return ""
+    said: dict[bool, list[str]] = {True: [], False: []}
+    for case in cases:
+        if case.outcome != "ran" or is_own_measure(case):
+            continue
+        right = all(
+            case.collision_counts.get(kind, 0) == count
+            for kind, count in truth.truth_counts.items()
+        )
+        said[right].append(
+            f"`{case.label}`" if right else f"`{case.label}` {_counts(case.collision_counts)}"
+        )
+    independent = truth.truth == CLOSED_FORM
+    source = "In truth" if independent else "By our engine (not independent)"
+    parts = [f"Collisions: {source} **{_counts(truth.truth_counts)}**"]
+    agree, differ = ("Right", "Wrong") if independent else ("The same", "Different")
+    parts += [f"{agree}: {', '.join(said[True])}"] if said[True] else []
+    parts += [f"{differ}: {', '.join(said[False])}"] if said[False] else []
+    return ". ".join(parts) + "."
+
+
+def _counts(counts: Mapping[str, int]) -> str:
+    kinds = [f"{count} {kind}" for kind, count in counts.items() if count]
+    return str(sum(counts.values())) + (f" ({', '.join(kinds)})" if len(kinds) > 1 else "")
+
+
 def _number_table(cases: Sequence[CaseRecord]) -> str:
     header = [
         "engine",
         "verdict",
-        "rest error, max (in brackets: no limit)",
+        "rest error, max (in brackets: not judged)",
         "rms",
         "rest time [s]",
         "its error",
@@ -210,11 +263,11 @@ def _number_table(cases: Sequence[CaseRecord]) -> str:
         rows.append(
             [
                 f"`{case.label}`",
-                _verdict_cell(case),
-                "the reference" if own else _rest_error_text(case),
-                "" if own else style.format_length(_metric(case, "rest_error_rms")),
+                verdict_of(case).symbol,
+                "the reference" if own else rest_error_text(case) or "–",
+                standing_text(case, style.format_length(_metric(case, "rest_error_rms"))),
                 "–" if case.rest_time is None else f"{case.rest_time:.6g}",
-                "" if own else style.format_time(_metric(case, "rest_time_error")),
+                _rest_time_error_text(case),
                 str(case.collision_counts.get("ball-ball", "–")),
                 str(case.collision_counts.get("ball-cushion", "–")),
                 "–" if metrics.get("matching_events") is None else f"{metrics['matching_events']}",
@@ -226,20 +279,18 @@ def _number_table(cases: Sequence[CaseRecord]) -> str:
     return _table(header, rows)
 
 
-def _rest_error_text(case: CaseRecord) -> str:
-    error = rest_error(case)
-    text = style.format_length(error)
-    if error is None or rest_verdict_of(case) is not Verdict.SHOWN:
-        return text
-    return f"({text})"
+def _rest_time_error_text(case: CaseRecord) -> str:
+    """Return the rest time's error; where the rest positions are past prediction, so is this."""
+    if rest_error_standing(case) in (RestError.CHAOTIC, RestError.OWN):
+        return rest_error_text(case)
+    return style.format_time(_metric(case, "rest_time_error"))
 
 
 def _remarks(cases: Sequence[CaseRecord]) -> str:
     lines = []
     for case in cases:
-        verdict = verdict_of(case)
-        if verdict not in (Verdict.PASS, Verdict.REFERENCE, Verdict.SHOWN, Verdict.FAIL):
-            lines.append(f"- `{case.label}` {verdict.value}: {_escape(case.reason)}")
+        if case.outcome != "ran":
+            lines.append(f"- `{case.label}` {verdict_of(case).words}: {_escape(case.reason)}")
         elif case.reason:
             lines.append(f"- `{case.label}` stopped early ({case.status}): {_escape(case.reason)}")
         lines += [_failure(case, check) for check in case.checks if check.passed is False]
@@ -260,7 +311,11 @@ def _failure(case: CaseRecord, check: Check) -> str:
     )
 
 
-def _environment_table(environment: Mapping[str, Any]) -> str:
+def _environment_table(results: ResultsFolder) -> str:
+    # Settings as used: `env.json` has them as asked for, where a step may be left to the engine.
+    used = {case.label: case.settings for case in reversed(results.cases) if case.outcome == "ran"}
+    asked = results.environment.get("engine_settings", {})
+    environment = results.environment | {"engine_settings": asked | used}
     return _table(["what", "value"], [[f"`{k}`", _escape(v)] for k, v in _flat(environment)])
 
 

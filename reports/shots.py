@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import enum
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,76 +12,70 @@ from numpy.typing import NDArray
 
 from engine import GhostballError, Scene
 from reports import style
-from validation.store import CLOSED_FORM, CaseRecord, Motion, ResultsFolder
-from validation.truth import OUR_NAME
+from validation.store import CaseRecord, Motion, ResultsFolder
+from validation.verdict import (
+    RestError,
+    Verdict,
+    rest_error_standing,
+    rest_verdict_of,
+    verdict_of,
+)
 
 FloatArray = NDArray[np.float64]
 
 CROWD = 5
 """From this many balls on, each engine gets its own panel: paths over each other say nothing."""
 
+CHAOTIC = "(chaotic)"
+"""Stands for a rest error past what can be predicted, which is no error."""
 
-class Verdict(enum.Enum):
-    """What became of one engine in one scene; the value is how reports say it."""
-
-    PASS = "pass"
-    FAIL = "fail"
-    REFERENCE = "reference"
-    SHOWN = "shown only"
-    NOT_REPRESENTABLE = "not representable"
-    UNAVAILABLE = "unavailable"
-    CRASHED = "did not finish"
-    MISSING = "not run"
-
-    @property
-    def symbol(self) -> str:
-        """One character that stands for it, so that colour is never alone."""
-        return {
-            Verdict.PASS: "✓",
-            Verdict.FAIL: "✗",
-            Verdict.REFERENCE: "◆",
-            Verdict.SHOWN: "○",
-            Verdict.NOT_REPRESENTABLE: "–",
-            Verdict.UNAVAILABLE: "?",
-            Verdict.CRASHED: "!",
-            Verdict.MISSING: "",
-        }[self]
+NUMBERS_KEY = (
+    "Numbers: largest rest error of a ball; in brackets: not judged; "
+    "(chaotic): past what can be predicted"
+)
+"""Says in legends what `rest_error_text` shows."""
 
 
-def verdict_of(case: CaseRecord | None) -> Verdict:
-    """Return the verdict on a case; None is a case that the run never reached."""
-    if case is None:
-        return Verdict.MISSING
-    if case.outcome != "ran":
-        return {
-            "not-representable": Verdict.NOT_REPRESENTABLE,
-            "unavailable": Verdict.UNAVAILABLE,
-            "failed": Verdict.CRASHED,
-        }[case.outcome]
-    if case.passed is None:
-        return Verdict.REFERENCE if case.checks else Verdict.SHOWN
-    return Verdict.PASS if case.passed else Verdict.FAIL
+def rest_error(case: CaseRecord | None) -> float | None:
+    """Return the largest rest error of a case [m], or None where it has no finite one."""
+    value = None if case is None else case.metrics.get("rest_error_max")
+    return float(value) if value is not None and math.isfinite(value) else None
 
 
-def rest_verdict_of(case: CaseRecord | None) -> Verdict:
-    """Return what the checks on the rest error alone say; SHOWN where none limits it.
+def rest_error_text(case: CaseRecord | None) -> str:
+    """Return the largest rest error as every table and figure shows it.
 
-    A case may pass by its energy and counts while its rest error, past what can be predicted, is
-    free: a figure of rest errors must not call such a number passed.
+    In brackets where no limit judges it; "" where there is none, or it would compare our engine
+    with itself.
     """
-    verdicts = [
-        check.passed
-        for check in (case.checks if case is not None else ())
-        if check.metric.startswith("rest_error") and check.passed is not None
-    ]
-    if not verdicts:
-        return Verdict.SHOWN
-    return Verdict.PASS if all(verdicts) else Verdict.FAIL
+    return standing_text(case, style.format_length(rest_error(case)))
 
 
-def is_own_measure(case: CaseRecord) -> bool:
-    """Whether a rest error of this case compares our engine with itself, and proves nothing."""
-    return case.engine == OUR_NAME and case.truth != CLOSED_FORM
+def standing_text(case: CaseRecord | None, error: str) -> str:
+    """Return an error of the rest state, formatted, as `rest_error_standing` says to show it."""
+    return {
+        RestError.JUDGED: error,
+        RestError.UNJUDGED: f"({error})",
+        RestError.CHAOTIC: CHAOTIC,
+        RestError.OWN: "",
+        RestError.NONE: "",
+    }[rest_error_standing(case)]
+
+
+def cell_text(case: CaseRecord | None) -> str:
+    """Return what a table of verdicts shows of a case: sign and largest rest error."""
+    return f"{verdict_of(case).symbol} {rest_error_text(case)}".strip()
+
+
+def legend_text(verdicts: Iterable[Verdict]) -> str:
+    """Return one line that says what the signs of these verdicts and the brackets mean."""
+    # Two verdicts may share a sign.
+    words: dict[str, list[str]] = {}
+    present = set(verdicts)
+    for verdict in Verdict:
+        if verdict in present and verdict.symbol:
+            words.setdefault(verdict.symbol, []).append(verdict.words)
+    return "; ".join(f"{symbol} {' or '.join(said)}" for symbol, said in words.items())
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +103,13 @@ class Run:
 
     @property
     def rest_verdict(self) -> Verdict:
-        """What the checks on the rest error alone say; SHOWN where none limits it."""
+        """What the checks on the rest error alone say; SHOWN where none judges it."""
         return rest_verdict_of(self.case)
+
+    @property
+    def standing(self) -> RestError:
+        """What its rest error is worth."""
+        return rest_error_standing(self.case)
 
     def limit(self, metric: str) -> float | None:
         """Return the most that a metric may be, or None where nothing limits it from above."""
@@ -150,6 +150,13 @@ class Shot:
     def truth(self) -> str | None:
         """What the truth of this scene is."""
         return next((r.case.truth for r in self.runs if r.case is not None and r.case.truth), None)
+
+    @property
+    def truth_counts(self) -> dict[str, int] | None:
+        """True collision counts by kind, or None where nothing is known."""
+        return next(
+            (r.case.truth_counts for r in self.runs if r.case and r.case.truth_counts), None
+        )
 
     @property
     def crowded(self) -> bool:

@@ -8,6 +8,7 @@ from validation.records import CaseRecord, Check, Motion
 from validation.store import ResultsError, ResultsFolder
 from validation.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite
 from validation.truth import Truth, TruthError, truth_of
+from validation.verdict import RestError, Verdict, verdict_of
 
 __all__ = [
     "DEFAULT_ENGINES",
@@ -20,10 +21,12 @@ __all__ = [
     "Metric",
     "Motion",
     "Outcome",
+    "RestError",
     "ResultsError",
     "ResultsFolder",
     "Truth",
     "TruthError",
+    "Verdict",
     "criteria_beside",
     "criteria_beside_paths",
     "find_scene",
@@ -32,5 +35,6 @@ __all__ = [
     "scene_names",
     "select",
     "truth_of",
+    "verdict_of",
     "write_junit",
 ]

@@ -124,6 +124,8 @@ def _judged(record: CaseRecord, case: Case, truth: Truth, result: Result) -> Cas
     return replace(
         record,
         outcome="ran",
+        # An engine says in its result what a setting left open, such as a step of None, came to.
+        settings=record.settings | dict(result.settings),
         status=result.status.name.lower().replace("_", "-"),
         reason=result.reason,
         truth=truth.kind,

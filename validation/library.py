@@ -71,13 +71,13 @@ def select(names_or_tags: Sequence[str] = (), suite: Suite = "full") -> list[Sce
     shipped = [_shipped(name) for name in scene_names()]
     if not names_or_tags:
         return [scene for scene in shipped if suite == "full" or suite in scene.tags]
-    tags = sorted({tag for scene in shipped for tag in scene.tags})
+    tags, paths = scene_tags(), paths_among(names_or_tags)
     chosen: dict[str, Scene] = {}
     for wanted in names_or_tags:
-        if wanted in tags and wanted not in scene_names():
-            found = [scene for scene in shipped if wanted in scene.tags]
-        elif wanted in scene_names() or Path(wanted).suffix == ".toml" or Path(wanted).exists():
+        if wanted in scene_names() or wanted in paths:
             found = [find_scene(wanted)]
+        elif wanted in tags:
+            found = [scene for scene in shipped if wanted in scene.tags]
         else:
             raise SceneError(_unknown("scene or tag", wanted, (*scene_names(), *tags)))
         for scene in found:
@@ -87,6 +87,21 @@ def select(names_or_tags: Sequence[str] = (), suite: Suite = "full") -> list[Sce
                     f'called "{scene.name}" (the second came from "{wanted}"). Rename one'
                 )
     return list(chosen.values())
+
+
+def scene_tags() -> tuple[str, ...]:
+    """Return the tags of the shipped scenes, in order."""
+    return tuple(sorted({tag for name in scene_names() for tag in _shipped(name).tags}))
+
+
+def paths_among(names_or_tags: Sequence[str]) -> tuple[str, ...]:
+    """Return those that are files, in order; a name or a tag wins over a file called like it."""
+    known = {*scene_names(), *scene_tags()}
+    return tuple(
+        wanted
+        for wanted in names_or_tags
+        if wanted not in known and (Path(wanted).suffix == ".toml" or Path(wanted).exists())
+    )
 
 
 @cache

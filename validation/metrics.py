@@ -47,44 +47,80 @@ class Metric:
         One line.
     compares : TruthPart or None
         What of the truth it is measured against; None needs no truth.
+    outcome : bool
+        Whether a limit from above, or an exact value, judges where, when or after which collisions
+        the balls ended. Energy, overlaps and the first collisions alone don't: they can be right
+        in a shot that ends wrong.
     """
 
     name: str
     unit: str
     meaning: str
     compares: TruthPart | None = None
+    outcome: bool = False
 
 
 METRICS: dict[str, Metric] = {
     metric.name: metric
     for metric in (
         Metric(
-            "rest_error_max", "m", "largest distance of a ball from where it should end", "rest"
+            "rest_error_max",
+            "m",
+            "largest distance of a ball from where it should end",
+            "rest",
+            outcome=True,
         ),
-        Metric("rest_error_rms", "m", "root mean square of those distances over the balls", "rest"),
+        Metric(
+            "rest_error_rms",
+            "m",
+            "root mean square of those distances over the balls",
+            "rest",
+            outcome=True,
+        ),
         Metric(
             "rest_error_ulps",
             "1",
             "largest distance over what rounding the scene's numbers once would cause",
             "conditioning",
+            outcome=True,
         ),
-        Metric("rest_time_error", "s", "difference of the time when the last ball rests", "time"),
+        Metric(
+            "rest_time_error",
+            "s",
+            "difference of the time when the last ball rests",
+            "time",
+            outcome=True,
+        ),
         Metric(
             "rest_time_error_ulps",
             "1",
             "that difference over what rounding the scene's numbers once would cause",
             "conditioning",
+            outcome=True,
         ),
-        Metric("ball_ball_count", "1", "collisions between balls"),
-        Metric("ball_cushion_count", "1", "collisions with cushions"),
-        Metric("collision_count", "1", "collisions of both kinds"),
-        Metric("ball_ball_count_error", "1", "difference of the ball-ball count", "events"),
-        Metric("ball_cushion_count_error", "1", "difference of the ball-cushion count", "events"),
+        Metric("ball_ball_count", "1", "collisions between balls", outcome=True),
+        Metric("ball_cushion_count", "1", "collisions with cushions", outcome=True),
+        Metric("collision_count", "1", "collisions of both kinds", outcome=True),
+        Metric(
+            "ball_ball_count_error",
+            "1",
+            "difference of the ball-ball count",
+            "events",
+            outcome=True,
+        ),
+        Metric(
+            "ball_cushion_count_error",
+            "1",
+            "difference of the ball-cushion count",
+            "events",
+            outcome=True,
+        ),
         Metric(
             "matching_events",
             "1",
             "leading collisions that agree with the true sequence (kind and balls)",
             "events",
+            outcome=True,
         ),
         Metric(
             "first_divergence_time", "s", "when the sequences of collisions first differ", "events"

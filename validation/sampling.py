@@ -30,23 +30,33 @@ _CHUNK = 1_000
 """Times handled at once when searching for overlaps: 2 MB for 16 balls."""
 
 
-def union_times(t_end: float, event_times: FloatArray, *, uniform: int, limit: int) -> FloatArray:
+def union_times(
+    t_end: float, event_times: FloatArray, *, uniform: int, limit: int, before: bool = False
+) -> FloatArray:
     """Return a uniform grid on [0, t_end] united with event times, (k,) float64 [s], increasing.
 
-    Where there are more than `limit`, events are left out evenly, never the grid.
+    Where there are more than `limit`, events are left out evenly, never the grid. With `before`,
+    each event that is kept also brings the last instant before it.
     """
     grid = np.linspace(0.0, t_end, uniform)
     events = np.unique(event_times[(event_times >= 0.0) & (event_times <= t_end)])
-    room = max(limit - uniform, 0)
+    room = max(limit - uniform, 0) // (2 if before else 1)
     if len(events) > room:
         events = events[np.linspace(0, len(events) - 1, room).astype(np.intp)]
-    return np.unique(np.concatenate([grid, events]))
+    parts = [grid, events, np.nextafter(events, 0.0)] if before else [grid, events]
+    return np.unique(np.concatenate(parts))
 
 
 def motion_of(result: Result) -> Motion:
-    """Return the motion of a result recorded with `record="trajectory"`, as it is stored."""
+    """Return the motion of a result recorded with `record="trajectory"`, as it is stored.
+
+    It holds the states on both sides of an event: balls that an engine lets overlap, and then pulls
+    apart, overlap at the instant before.
+    """
     events = events_of(result)
-    times = union_times(result.rest_time, events["t"], uniform=UNIFORM_TIMES, limit=MAX_TIMES)
+    times = union_times(
+        result.rest_time, events["t"], uniform=UNIFORM_TIMES, limit=MAX_TIMES, before=True
+    )
     energy = energy_at(result, times)
     return Motion(events, times, *result.sample(times), *energy)
 

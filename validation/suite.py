@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from engine import GhostballError, Scene
+from engine import GhostballError, Scene, warm_up
 from reference_adapters.registry import (
     EngineUnavailableError,
     engine_names,
@@ -25,7 +25,7 @@ from reference_adapters.registry import (
 from validation.case import Case, TruthFailure, plain_settings
 from validation.criteria import SUFFIX, Criteria, Criterion, criteria_beside
 from validation.environment import describe_environment
-from validation.library import FOLDER, find_scene, scene_names
+from validation.library import FOLDER, find_scene, paths_among, scene_names
 from validation.records import CaseRecord
 from validation.store import ResultsWriter, RunState
 from validation.truth import Truth, check_truth, truth_of
@@ -162,6 +162,7 @@ def run_suite(
     environment = describe_environment() | plan.describe()
     state: RunState = "interrupted"
     try:
+        warm_up()  # here, once: else each process would compile, and say so
         with closing(run_cases(plan.cases(), jobs)) as finished:
             for record, motion in finished:
                 if not outcome.cases:
@@ -207,12 +208,7 @@ def criteria_beside_paths(names_or_tags: Sequence[str]) -> dict[str, Criteria]:
     GhostballError
         Where such a scene or the criteria beside it are refused.
     """
-    paths = [
-        wanted
-        for wanted in names_or_tags
-        if wanted not in scene_names() and Path(wanted).suffix == ".toml"
-    ]
-    return {find_scene(path).name: criteria_beside(path) for path in paths}
+    return {find_scene(path).name: criteria_beside(path) for path in paths_among(names_or_tags)}
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,7 @@ def draw_row_notes(axes: Axes, shot: Shot) -> None:
             axes.text(
                 0.012,
                 row,
-                run.verdict.value,
+                run.verdict.words,
                 transform=axes.get_yaxis_transform(),
                 va="center",
                 fontsize=8.5,

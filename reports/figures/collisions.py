@@ -32,7 +32,7 @@ def draw_collisions(shot: Shot) -> Figure | None:
     set_row_names(grid[0], shot)
     style.set_title(
         figure,
-        f"{shot.scene.name}: collisions counted (dashed: {_reference_name(shot)})",
+        f"{shot.scene.name}: collisions counted (dashed: {_truth_name(shot)})",
     )
     return figure
 
@@ -53,9 +53,14 @@ def _draw_kind(axes: Axes, shot: Shot, kind: str) -> None:
             va="center",
             fontsize=8.5,
         )
-    if shot.ours is not None and shot.ours.case is not None:
-        expected = shot.ours.case.collision_counts.get(kind, 0)
-        axes.axvline(expected, color=style.BLACK, linestyle="--", linewidth=0.9, zorder=3)
+    if shot.truth_counts is not None:
+        axes.axvline(
+            shot.truth_counts.get(kind, 0),
+            color=style.BLACK,
+            linestyle="--",
+            linewidth=0.9,
+            zorder=3,
+        )
     axes.set_xlim(0.0, 1.18 * max(1.0, axes.get_xlim()[1]))
     axes.set_xlabel(f"{kind} collisions [1]")
     axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
@@ -63,5 +68,5 @@ def _draw_kind(axes: Axes, shot: Shot, kind: str) -> None:
     draw_row_notes(axes, shot)
 
 
-def _reference_name(shot: Shot) -> str:
-    return shot.ours.style.name if shot.ours is not None else "none"
+def _truth_name(shot: Shot) -> str:
+    return "no truth known" if shot.truth_counts is None else f"truth, {shot.truth}"

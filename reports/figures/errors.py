@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from reports import style
 from reports.figures._rows import draw_row_notes, row_height, set_row_names
 from reports.figures.paths import WIDTH
-from reports.shots import Run, Shot, Verdict, is_own_measure
+from reports.shots import CHAOTIC, Run, Shot
+from validation.verdict import RestError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,13 +18,16 @@ if TYPE_CHECKING:
 EXACT = 1e-17
 """Where a bar for an error of exactly 0 would start [m]: below the rounding of any table."""
 
+DRAWN = (RestError.JUDGED, RestError.UNJUDGED)
+"""Errors that get a bar; any other number would only look like one."""
+
 
 def draw_errors(shot: Shot) -> Figure | None:
     """Draw the largest and the RMS rest error of each engine as bar and dot.
 
-    None where no engine has a rest error.
+    None where no engine has a rest error that means something.
     """
-    if all(run.metric("rest_error_max") is None for run in shot.runs):
+    if not any(run.standing in DRAWN for run in shot.runs):
         return None
     figure = style.new_figure(WIDTH, row_height(shot) + 1.25)
     axes = figure.subplots()
@@ -43,36 +47,47 @@ def draw_errors(shot: Shot) -> Figure | None:
 
 
 def _draw_row(axes: Axes, row: int, run: Run, left: float, right: float) -> None:
-    largest, rms = run.metric("rest_error_max"), run.metric("rest_error_rms")
     limit = run.limit("rest_error_max")
-    if largest is not None:
-        if largest > 0.0:
-            axes.barh(row, largest - left, left=left, height=0.62, color=run.style.colour)
-        if rms is not None and rms > 0.0:
-            axes.plot(rms, row, "o", color="white", markeredgecolor=style.BLACK, markersize=4.5)
-        text = style.format_length(largest) if largest > 0.0 else "0, exactly"
-        if run.case is not None and is_own_measure(run.case):
-            text = "compared with itself"
-        elif run.rest_verdict is Verdict.SHOWN:
-            text += "  ○ no limit"
-        else:
-            text += f"  {run.rest_verdict.symbol} {run.rest_verdict.value}"
-        start = max(largest, left, limit if limit and limit < right else 0.0)
-        axes.annotate(
-            text,
-            (start, row),
-            xytext=(6, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=8.5,
-        )
+    if run.standing in DRAWN:
+        _draw_bar(axes, row, run, left)
     if limit is not None and limit > 0.0:
         axes.plot([limit, limit], [row - 0.42, row + 0.42], color=style.BLACK, linewidth=2.2)
+    start = max(run.metric("rest_error_max") or 0.0, limit if limit and limit < right else 0.0)
+    axes.annotate(
+        _row_text(run),
+        (max(start, left) if run.standing in DRAWN else left, row),
+        xytext=(6, 0),
+        textcoords="offset points",
+        va="center",
+        fontsize=8.5,
+    )
+
+
+def _draw_bar(axes: Axes, row: int, run: Run, left: float) -> None:
+    largest, rms = run.metric("rest_error_max"), run.metric("rest_error_rms")
+    if largest:
+        axes.barh(row, largest - left, left=left, height=0.62, color=run.style.colour)
+    if rms:
+        axes.plot(rms, row, "o", color="white", markeredgecolor=style.BLACK, markersize=4.5)
+
+
+def _row_text(run: Run) -> str:
+    largest = run.metric("rest_error_max")
+    shown = style.format_length(largest) if largest else "0, exactly"
+    return {
+        RestError.JUDGED: f"{shown}  {run.rest_verdict.legend}",
+        RestError.UNJUDGED: f"({shown})  not judged",
+        RestError.CHAOTIC: CHAOTIC,
+        RestError.OWN: "compared with itself",
+        RestError.NONE: "",
+    }[run.standing]
 
 
 def _limits(shot: Shot) -> tuple[float, float]:
     values = []
     for run in shot.runs:
+        if run.standing not in DRAWN:
+            continue
         for value in (
             run.metric("rest_error_max"),
             run.metric("rest_error_rms"),

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from reports import style
 from reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
-from reports.shots import Run, Shot, is_own_measure
+from reports.shots import Run, Shot, rest_error_text
+from validation.verdict import RestError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -118,7 +119,7 @@ def _draw_panels(shot: Shot) -> Figure:
     style.set_title(figure, f"{shot.scene.name}: {len(shot.scene.balls)} balls {end}{size}")
     figure.supxlabel(
         f"{paths}. Filled: {end} in that engine. Rings: the truth. Bars join the same ball. "
-        "Number: largest rest error.",
+        "Number: largest rest error (in brackets: not judged).",
         fontsize=8.5,
         color=style.GREY,
     )
@@ -159,7 +160,7 @@ def _add_legend(figure: Figure, shot: Shot) -> None:
     handles = []
     for run in shot.runs:
         if run.motion is None:
-            text = f"{run.style.name}: {run.verdict.value}"
+            text = f"{run.style.name}: {run.verdict.words}"
             handles.append(Line2D([], [], linestyle="none", label=text))
             continue
         look = _line(run)
@@ -172,7 +173,8 @@ def _add_legend(figure: Figure, shot: Shot) -> None:
         ncols=3,
         handlelength=3.2,
         columnspacing=1.6,
-        title="black ring: where the ball rests in truth; numbers: largest rest error",
+        title="black ring: where the ball rests in truth; numbers: largest rest error "
+        "(in brackets: not judged)",
         title_fontsize=8.5,
     )
     for run, entry in zip(shot.runs, legend.get_texts(), strict=True):
@@ -224,12 +226,9 @@ def _label_ball(axes: Axes, name: str, centre: FloatArray, radius: float) -> Non
 
 
 def _error_text(run: Run) -> str:
-    if run.case is not None and is_own_measure(run.case):
+    if run.standing is RestError.OWN:
         return "the reference"
-    error = run.metric("rest_error_max")
-    if error is None:
-        return "no rest error"
-    return style.format_length(error)
+    return rest_error_text(run.case) or "no rest error"
 
 
 def _seen(run: Run) -> FloatArray:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from statistics import median
 from typing import TYPE_CHECKING
 
 from reports import style
 from reports.figures.paths import WIDTH
-from reports.shots import Verdict, is_own_measure, rest_verdict_of, verdict_of
+from reports.shots import NUMBERS_KEY, cell_text, rest_error
 from validation.store import CLOSED_FORM, CaseRecord, ResultsFolder
+from validation.verdict import Verdict, verdict_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 # Pale, so that black text on them is read easily; the symbol says the same.
 CELL_COLOURS = {
     Verdict.PASS: "#CDEBE0",
+    Verdict.LIMITS_HOLD: "#FBF3CF",
     Verdict.FAIL: "#F8D3BB",
     Verdict.REFERENCE: "#E3E3E3",
     Verdict.SHOWN: "#FFFFFF",
@@ -52,10 +53,7 @@ def draw_verdicts(results: ResultsFolder) -> Figure:
     axes.tick_params(length=0)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    style.set_title(
-        figure,
-        "Verdict and largest rest error, by scene and engine (in brackets: no check limits it)",
-    )
+    style.set_title(figure, "Verdict and largest rest error, by scene and engine")
     _add_key(figure, results)
     return figure
 
@@ -78,12 +76,7 @@ def _draw_cell(axes: Axes, row: int, column: int, case: CaseRecord | None) -> No
             linewidth=1.5,
         )
     )
-    error = rest_error(case)
-    text = verdict.symbol
-    if error is not None and case is not None and not is_own_measure(case):
-        number = style.format_length(error)
-        text += f"  {number}" if rest_verdict_of(case) is not Verdict.SHOWN else f"  ({number})"
-    axes.text(column, row, text, ha="center", va="center", fontsize=8)
+    axes.text(column, row, cell_text(case), ha="center", va="center", fontsize=8)
 
 
 def _add_key(figure: Figure, results: ResultsFolder) -> None:
@@ -94,12 +87,18 @@ def _add_key(figure: Figure, results: ResultsFolder) -> None:
         Patch(
             facecolor=CELL_COLOURS[verdict],
             edgecolor=style.FAINT,
-            label=f"{verdict.symbol} {verdict.value}".strip(),
+            label=verdict.legend,
         )
         for verdict in Verdict
         if verdict in present
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    figure.legend(
+        handles=handles,
+        loc="outside lower center",
+        ncols=len(handles),
+        title=NUMBERS_KEY,
+        title_fontsize=8.5,
+    )
 
 
 def draw_accuracy(results: ResultsFolder) -> Figure | None:
@@ -178,12 +177,6 @@ def _write_right(axes: Axes, row: float, text: str) -> None:
         fontsize=8.5,
         annotation_clip=False,
     )
-
-
-def rest_error(case: CaseRecord | None) -> float | None:
-    """Return the largest rest error of a case [m], or None where it has no finite one."""
-    value = None if case is None else case.metrics.get("rest_error_max")
-    return float(value) if value is not None and math.isfinite(value) else None
 
 
 def independent_errors(results: ResultsFolder, label: str) -> list[float]:

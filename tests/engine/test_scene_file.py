@@ -135,16 +135,92 @@ def test_an_unknown_key_is_named_whatever_it_is_called(key, above, prefix):
 def test_a_key_with_a_line_break_does_not_break_the_message():
     message = refusal('"a\\nb" = 1\n' + VALID)
     assert len(message.splitlines()) == 1
-    assert "is not a known field" in message
+    assert message.startswith("shot.toml:1: `a\\nb` is not a known field")
+
+
+@pytest.mark.parametrize("separator", ["\\n", "\\r", "\\u2028", "\\u0085", "\\f"])
+def test_a_ball_whose_name_breaks_the_line_does_not_break_the_message(separator):
+    name = f'id = "a{separator}b"'
+    message = refusal(edited('id = "cue"', name).replace('id = "object"', name))
+    assert len(message.splitlines()) == 1
+    assert "must be unique" in message
+
+
+def test_a_very_long_key_is_cut():
+    message = refusal(f"{'k' * 100_000} = 1\n" + VALID)
+    assert f"`{'k' * 77}...` is not a known field" in message
+    assert len(message) < 300
 
 
 def test_a_number_too_long_to_be_one():
     # Python refuses to read more than 4300 digits, with an error of its own.
-    assert "shot.toml" in refusal(edited("[1.2, 0.66]", f"[{'1' * 5000}, 0.66]"))
+    message = refusal(edited("[1.2, 0.66]", f"[{'1' * 5000}, 0.66]"))
+    assert message == "shot.toml:21: a number must have at most 4300 digits. Shorten it"
+    # It reads any number of hexadecimal digits, and then refuses to write them in decimal.
+    message = refusal(edited("[1.2, 0.66]", f"[0x{'f' * 5000}, 0.66]"))
+    assert "shot.toml:21: `balls[1].position[0]` must be at most 1e+50 in size, got 0xff" in message
+    assert len(message) < 300
 
 
 def test_nesting_without_end():
-    assert "shot.toml" in refusal(VALID + f"radius = {'[' * 3000}{']' * 3000}\n")
+    message = refusal(VALID + f"radius = {'[' * 3000}{']' * 3000}\n")
+    assert message.startswith("shot.toml: lists or tables are nested too deeply")
+    # Dotted keys nest without brackets: the parser can read these, `repr` can't write them.
+    message = refusal(edited('title = "Half-ball cut"', f"title.{'.'.join('a' * 5000)} = 1"))
+    assert message.startswith("shot.toml:3: `title` must be text in quotes, got {'a': {'a':")
+    assert len(message) < 200
+
+
+LAID_OUT = """\
+schema = 1
+name = "laid-out"
+title = \'\'\'
+[physics]
+gravity = 0
+\'\'\'
+tags = [
+  "a", # ]
+  "physics.gravity = 1",
+]
+physics.gravity = 9.8
+"physics"."ball_restitution" = 1.0 # a comment
+[ 'table' ] # the cloth
+length = 2.54
+width = 1.27
+[["balls"]]
+id = "[[balls]]"
+"position" = [
+  0.5,
+  0.5,
+]
+[[balls]] # second
+'id' = "b"
+position = [1.0, 0.5]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place"),
+    [
+        ("gravity = 9.8", "gravity = -9.8", "11: `physics.gravity`"),
+        ("= 1.0 #", "= 1.5 #", "12: `physics.ball_restitution`"),
+        ("length = 2.54", "length = 0", "14: `table.length`"),
+        ("width = 1.27", "", "13: `table.width` must be given"),
+        ("  0.5,\n]", '  "a",\n]', "18: `balls[0].position[1]`"),
+        ('"b"', '""', "23: `balls[1].id`"),
+        ("[1.0, 0.5]", "[1.0, 0.5]\nspin.x = 1", "25: `balls[1].spin`"),
+        ("[1.0, 0.5]", "[1.0, 0.5]\n[balls.mass]\nx = 1", "25: `balls[1].mass`"),
+    ],
+)
+def test_the_line_is_found_however_the_file_is_laid_out(old, new, place):
+    assert LAID_OUT.count(old) == 1
+    Scene.loads(LAID_OUT)
+    assert refusal(LAID_OUT.replace(old, new)).splitlines()[0].startswith(f"shot.toml:{place}")
+
+
+def test_within_an_inline_table_the_line_is_that_of_its_key():
+    text = 'schema = 1\nname = "a"\nballs = [{ id = "a", position = [0, 0], radius = 0 }]\n'
+    assert refusal(text).startswith("shot.toml:3: `balls[0].radius` must be greater than 0")
 
 
 def test_loading_what_cannot_be_read(tmp_path):
@@ -153,6 +229,8 @@ def test_loading_what_cannot_be_read(tmp_path):
         Scene.load(missing)
     with pytest.raises(SceneError, match="can't read the scene: Is a directory"):
         Scene.load(tmp_path)
+    with pytest.raises(SceneError, match=r"can't read the scene: embedded null byte"):
+        Scene.load("a\0b")
     binary = tmp_path / "binary.toml"
     binary.write_bytes(b"name = \xff")
     with pytest.raises(SceneError, match=r"binary\.toml: not UTF-8 text \(byte 7\)"):
@@ -207,6 +285,9 @@ class TestSave:
                 scene.save(target)
         assert sorted(path.name for path in tmp_path.rglob("*")) == ["file", "folder", "inside"]
         assert (tmp_path / "file").read_text() == "kept"
+        for target in ("", "/", "a\0b"):
+            with pytest.raises(SceneError, match="can't write the scene"):
+                scene.save(target)
 
     def test_an_interrupted_write_leaves_the_old_file_whole(self, tmp_path, monkeypatch):
         path = tmp_path / "scene.toml"

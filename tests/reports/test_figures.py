@@ -1,5 +1,6 @@
 """Fails where a figure misses an engine, hides why one is missing, or differs between two runs."""
 
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -18,8 +19,9 @@ from reports.figures import (
 )
 from reports.figures._table import view_of
 from reports.paper_figures import PAPER_FIGURES, overlaps
-from reports.shots import Run, Shot, Verdict, is_own_measure, load_shot, verdict_of
+from reports.shots import Run, Shot, load_shot
 from validation.store import ResultsFolder
+from validation.verdict import Verdict, is_own_measure, verdict_of
 
 
 @pytest.fixture(scope="session")
@@ -98,6 +100,18 @@ def test_the_counts_are_written_beside_the_bars(results):
     assert "\n2\n" in texts_of(figure)
 
 
+def test_the_dashed_line_is_the_truth_and_not_our_engine(results):
+    shot = load_shot(results, "head-on")
+    runs = tuple(
+        Run(r.label, replace(r.case, truth_counts={"ball-ball": 5, "ball-cushion": 0}), r.motion)
+        for r in shot.runs
+    )
+    with style.drawing():
+        figure = draw_collisions(Shot(shot.scene, runs))
+    assert [line.get_xdata()[0] for line in figure.axes[0].lines] == [5]
+    assert "dashed: truth, closed form" in texts_of(figure)
+
+
 def test_errors_show_value_verdict_and_limit(results):
     with style.drawing():
         figure = draw_errors(load_shot(results, "head-on"))
@@ -113,7 +127,7 @@ def test_our_engine_is_not_said_to_be_exact_against_itself(results):
     with style.drawing():
         text = texts_of(draw_errors(load_shot(results, "break-7")))
     assert "compared with itself" in text
-    assert "1 mm  ○ no limit" in text  # the newcomer, whom no check covers
+    assert "(1 mm)  not judged" in text  # the newcomer, whom no check covers
     assert "0, exactly" not in text
 
 
@@ -147,7 +161,27 @@ def test_the_summary_names_every_scene(results):
     with style.drawing():
         text = texts_of(draw_verdicts(results))
     assert all(scene in text for scene in results.scene_names)
-    assert "✗  90 mm" in text
+    assert "✗ 90 mm" in text
+    assert "○ (1 mm)" in text  # the newcomer, whom no check covers
+    assert "in brackets: not judged" in text
+
+
+def test_a_chaotic_error_is_no_number(results):
+    # Breaks where metres past what can be predicted are drawn or written like an error.
+    shot = load_shot(results, "break-7")
+    chaotic = tuple(
+        Run(r.label, replace(r.case, tags=("chaos",), checks=()), r.motion) for r in shot.runs
+    )
+    with style.drawing():
+        text = texts_of(draw_paths(Shot(shot.scene, chaotic)))
+        assert draw_errors(Shot(shot.scene, chaotic)) is None
+        mixed = texts_of(
+            draw_errors(Shot(shot.scene, (*shot.runs[:1], *chaotic[1:3], shot.runs[3])))
+        )
+    assert "(chaotic)" in text
+    assert " mm" not in text
+    assert mixed.count("(chaotic)") == 2
+    assert "90 mm  ✗ fail" in mixed
 
 
 def test_accuracy_counts_closed_form_scenes_alone(results):

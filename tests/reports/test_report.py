@@ -21,9 +21,22 @@ def test_verdicts_come_first(report):
     _, text = report
     assert text.index("## Verdicts") < text.index("## What is true here") < text.index("## Scenes")
     assert text.index("## Scenes") < text.index("## Environment")
-    assert "3 scenes on 7 engines: **8 passed, 7 failed**, 3 not representable" in text
-    assert "| [stop](#stop) | ✓ pass | ✓ pass | ✓ pass | **✗ fail** | – not representable |" in text
-    assert "◆ reference" in text
+    assert "3 scenes on 7 engines: **8 passed, 7 failed**, 0 keep their limits" in text
+    assert "3 not representable" in text
+    assert (
+        "| [stop](#stop) | ✓ 0 | ✓ 2 mm | ✓ 0.4 µm | **✗ 90 mm** | – | **✗ 30 mm** | ○ (1 mm) |"
+        in (text)
+    )
+    assert "| [break-7](#break-7) | ref | ✓ 2 mm |" in text
+    assert "– not representable; ! did not finish. Numbers: largest rest error" in text
+
+
+def test_the_true_counts_are_said_with_who_counts_them(report):
+    _, text = report
+    assert "Collisions: In truth **1**. Right: `ghostball`, `pymunk`," in text
+    assert "Wrong: `paper-discrete` 7." in text
+    assert "Collisions: By our engine (not independent) **2**. The same: `pymunk`," in text
+    assert "Different: `paper-discrete` 7." in text
 
 
 def test_every_failure_has_its_reason(report):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from engine import Ball, Scene, simulate
+from reference_adapters import make_engine
 from validation.sampling import MAX_TIMES, deepest_overlap, motion_of, union_times
 
 
@@ -20,6 +21,40 @@ def test_too_many_events_are_thinned_evenly_and_the_grid_stays() -> None:
     assert len(times) <= 60
     assert set(np.linspace(0.0, 1.0, 11)) <= set(times)
     assert np.max(np.diff(times)) < 0.03  # 49 events, 1/48 s apart: no stretch is left out
+
+
+def test_an_event_brings_the_instant_before_it_and_both_are_thinned_together() -> None:
+    times = union_times(1.0, np.array([0.0, 0.25, 0.6]), uniform=3, limit=100, before=True)
+    assert times.tolist() == [
+        0.0,
+        np.nextafter(0.25, 0.0),
+        0.25,
+        0.5,
+        np.nextafter(0.6, 0.0),
+        0.6,
+        1.0,
+    ]
+    many = union_times(1.0, np.linspace(0.0, 1.0, 10_001), uniform=11, limit=60, before=True)
+    assert len(many) <= 60
+    pairs = np.diff(many) <= np.spacing(many[1:])
+    assert np.count_nonzero(pairs) >= 23  # of 24 events, the one at 0 has no instant before it
+
+
+def test_a_stored_motion_shows_the_overlap_that_the_engine_undid() -> None:
+    # Breaks where only the state after an event is stored: the paper's balls are apart again then.
+    shot = Scene(
+        name="shot",
+        balls=[
+            Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0)),
+            Ball(id="b", position=(0.5, 0.02)),
+        ],
+    )
+    result = make_engine("paper-discrete").simulate(shot, record="trajectory")
+    motion = motion_of(result)
+    gap = np.linalg.norm(motion.positions[:, 0] - motion.positions[:, 1], axis=1) - 2 * 0.028575
+    deepest = deepest_overlap(result)
+    assert deepest > 1e-3
+    assert -gap.min() == pytest.approx(deepest, rel=1e-9)
 
 
 def test_a_run_that_never_moves_is_one_instant() -> None:

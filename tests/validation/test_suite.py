@@ -259,6 +259,36 @@ def test_scenes_of_one_name_jobs_below_one_and_a_foreign_folder_are_refused(tmp_
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
+def test_the_kernels_are_made_ready_once_and_only_for_a_run_that_starts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Breaks where workers start first: each would compile, and say so.
+    seen: list[str] = []
+    real = validation.suite.run_cases
+    monkeypatch.setattr(validation.suite, "warm_up", lambda: seen.append("warm"))
+    monkeypatch.setattr(
+        validation.suite, "run_cases", lambda *given: (seen.append("run"), real(*given))[1]
+    )
+    with pytest.raises(GhostballError):
+        run_suite([scene()], ["fkae"], tmp_path / "out")
+    (tmp_path / "thesis.tex").write_text("years of work")
+    with pytest.raises(ResultsError):
+        run_suite([scene()], ["fake"], tmp_path)
+    assert seen == []
+    run_suite([scene()], ["fake"], tmp_path / "out")
+    assert seen == ["warm", "run"]
+
+
+@pytest.mark.parametrize("engine", ["pymunk", "pybullet:mode=landed", "pybullet:config=default"])
+def test_stored_settings_say_what_was_used(tmp_path: Path, engine: str) -> None:
+    pytest.importorskip(engine.partition(":")[0])
+    run_suite([scene()], [engine], tmp_path)
+    (case,) = ResultsFolder.load(tmp_path).cases
+    assert isinstance(case.settings["dt"], float)
+    assert isinstance(case.settings["iterations"], int)
+    assert case.settings["max_time"] == 300.0
+
+
 def test_an_engine_that_is_absent_needs_no_settings_for_its_criteria(tmp_path: Path) -> None:
     outcome = run_suite([scene()], ["absent"], tmp_path, criteria={"roll": limits("absent:dt=1")})
     assert outcome.cases[0].outcome == "unavailable"
@@ -284,6 +314,8 @@ def test_scenes_given_by_path_bring_the_criteria_beside_them(tmp_path: Path) -> 
     (tmp_path / "mine.expect.toml").write_text('truth = "engine"\n')
     found = criteria_beside_paths(["smoke", "stop", str(path)])
     assert found == {"by-path": Criteria(truth="engine")}
+    bare = path.rename(tmp_path / "mine")  # any file that `select` takes for a scene
+    assert criteria_beside_paths([str(bare)]) == found
 
 
 # --- interrupts

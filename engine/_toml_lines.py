@@ -1,0 +1,92 @@
+"""On which line of a TOML text a field stands: the standard library's parser keeps no positions."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator
+
+Location = tuple[int | str, ...]
+"""Keys and indices from the top of a document down to a field."""
+
+_KEY = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')"""
+_DOTTED = rf"{_KEY}(?:\s*\.\s*{_KEY})*"
+_HEADER = re.compile(rf"\s*(\[\[?)\s*({_DOTTED})\s*\]\]?\s*(?:#.*)?$")
+_ASSIGNMENT = re.compile(rf"\s*({_DOTTED})\s*=")
+_TOKEN = re.compile(r'''"""|\'\'\'|"(?:[^"\\]|\\.)*"|'[^']*'|[][{}#]''')
+_END_OF_STRING = {'"""': re.compile(r'(?<!\\)(?:\\\\)*"""+'), "'''": re.compile(r"'''+")}
+
+
+def line_of(text: str, location: Location) -> int | None:
+    """Return the line of a field, or of the nearest part around it that begins a line.
+
+    Parameters
+    ----------
+    text : str
+        Valid TOML.
+    location : tuple of str and int
+
+    Returns
+    -------
+    int or None
+        From 1; None where not even the outermost part begins a line.
+    """
+    best, depth = None, 0
+    for number, path in _keys_by_line(text):
+        if len(path) > depth and path == location[: len(path)]:
+            best, depth = number, len(path)
+    return best
+
+
+def _keys_by_line(text: str) -> Iterator[tuple[int, Location]]:
+    """Yield each line that begins with a table's header or a key, and the location of that.
+
+    What stands within an inline table is left to the key that holds it.
+    """
+    section: Location = ()
+    last: dict[Location, int] = {}  # index of the newest table of each array of tables
+    string, depth = "", 0
+    for number, line in enumerate(text.split("\n"), start=1):
+        begins = not string and depth == 0
+        if begins and (header := _HEADER.match(line)):
+            keys = _keys(header[2])
+            section = ()
+            for i, key in enumerate(keys, start=1):
+                section += (key,)
+                if header[1] == "[[" and i == len(keys):
+                    last[section] = last.get(section, -1) + 1
+                if section in last:
+                    section += (last[section],)
+            yield number, section
+            continue
+        if begins and (assignment := _ASSIGNMENT.match(line)):
+            yield number, section + _keys(assignment[1])
+        string, depth = _open_after(line, string, depth)
+
+
+def _keys(dotted: str) -> tuple[str, ...]:
+    keys: tuple[str, ...] = ()
+    table = tomllib.loads(f"{dotted} = 0")
+    while isinstance(table, dict):
+        ((key, table),) = table.items()
+        keys += (key,)
+    return keys
+
+
+def _open_after(line: str, string: str, depth: int) -> tuple[str, int]:
+    """Return what is open after a line: the multi-line string's delimiter or "", and brackets."""
+    at = 0
+    while True:
+        if string:
+            end = _END_OF_STRING[string].search(line, at)
+            if end is None:
+                return string, depth
+            at, string = end.end(), ""
+        token = _TOKEN.search(line, at)
+        if token is None or token[0] == "#":
+            return "", depth
+        at = token.end()
+        if token[0] in _END_OF_STRING:
+            string = token[0]
+        else:
+            depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(token[0], 0)

@@ -1,0 +1,123 @@
+"""Fails where a case that nothing judged is called passed, or a chaotic number an error."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from validation.metrics import METRICS
+from validation.records import CLOSED_FORM, OUR_ENGINE, CaseRecord, Check
+from validation.verdict import (
+    RestError,
+    Verdict,
+    is_own_measure,
+    rest_error_standing,
+    rest_verdict_of,
+    verdict_of,
+)
+
+
+def check(metric: str, passed: bool | None = True, kind: str = "at_most") -> Check:
+    return Check(metric, 1.0, kind, 1.0, METRICS[metric].unit, passed, "by hand")  # type: ignore[arg-type]
+
+
+def case(*checks: Check, truth: str = CLOSED_FORM, engine: str = "pymunk") -> CaseRecord:
+    return CaseRecord(
+        scene="shot",
+        title="",
+        tags=(),
+        definition={},
+        label=engine,
+        engine=engine,
+        outcome="ran",
+        truth=truth,
+        metrics={"rest_error_max": 272.0},
+        checks=checks,
+    )
+
+
+@pytest.mark.parametrize(
+    "judging",
+    [
+        check("rest_error_max"),
+        check("rest_error_ulps"),
+        check("rest_time_error"),
+        check("collision_count", kind="equals"),
+        check("ball_cushion_count_error"),
+        check("matching_events", kind="equals"),
+    ],
+    ids=lambda check: check.metric,
+)
+def test_a_pass_needs_a_judged_outcome(judging: Check) -> None:
+    assert verdict_of(case(check("energy_drift"), judging)) is Verdict.PASS
+
+
+@pytest.mark.parametrize(
+    "weak",
+    [
+        check("energy_drift"),
+        check("energy_rise"),
+        check("energy_difference_max"),
+        check("overlap_max"),
+        check("wall_time"),
+        check("first_divergence_time", kind="at_least"),
+        check("matching_events", kind="at_least"),
+        check("collision_count", kind="at_least"),
+    ],
+    ids=lambda check: check.metric,
+)
+def test_weak_limits_alone_are_no_pass(weak: Check) -> None:
+    assert verdict_of(case(weak)) is Verdict.LIMITS_HOLD
+    assert verdict_of(case(weak, check("overlap_max", passed=False))) is Verdict.FAIL
+    # A check that compares our engine with itself judges nothing.
+    assert verdict_of(case(weak, check("rest_error_max", passed=None))) is Verdict.LIMITS_HOLD
+
+
+def test_our_engine_is_the_reference_where_it_is_the_truth_and_can_still_fail() -> None:
+    ours = case(check("energy_rise"), truth=OUR_ENGINE, engine="ghostball")
+    assert is_own_measure(ours)
+    assert verdict_of(ours) is Verdict.REFERENCE
+    assert verdict_of(replace(ours, checks=())) is Verdict.REFERENCE
+    assert verdict_of(replace(ours, checks=(check("energy_rise", False),))) is Verdict.FAIL
+    assert verdict_of(replace(ours, truth=CLOSED_FORM)) is Verdict.LIMITS_HOLD
+    assert rest_error_standing(ours) is RestError.OWN
+
+
+def test_what_did_not_run_or_has_no_limit() -> None:
+    assert verdict_of(None) is Verdict.MISSING
+    assert verdict_of(case()) is Verdict.SHOWN
+    for outcome, verdict in (
+        ("failed", Verdict.CRASHED),
+        ("unavailable", Verdict.UNAVAILABLE),
+        ("not-representable", Verdict.NOT_REPRESENTABLE),
+    ):
+        assert verdict_of(replace(case(), outcome=outcome)) is verdict
+
+
+def test_a_rest_error_is_judged_by_limits_on_it_alone() -> None:
+    counted = case(check("collision_count", kind="equals"))
+    assert rest_verdict_of(counted) is Verdict.SHOWN
+    assert rest_error_standing(counted) is RestError.UNJUDGED
+    for passed, verdict in ((True, Verdict.PASS), (False, Verdict.FAIL)):
+        judged = case(check("rest_error_max", passed))
+        assert rest_verdict_of(judged) is verdict
+        assert rest_error_standing(judged) is RestError.JUDGED
+    assert rest_error_standing(None) is RestError.NONE
+    assert rest_error_standing(replace(case(), metrics={"rest_error_max": None})) is RestError.NONE
+
+
+@pytest.mark.parametrize("tag", ["break", "chaos", "energy"])
+def test_past_prediction_an_unjudged_distance_is_no_error(tag: str) -> None:
+    chaotic = replace(case(check("energy_rise"), truth=OUR_ENGINE), tags=("smoke", tag))
+    assert rest_error_standing(chaotic) is RestError.CHAOTIC
+    assert rest_error_standing(replace(chaotic, truth=CLOSED_FORM)) is RestError.UNJUDGED
+    assert rest_error_standing(replace(chaotic, tags=("smoke",))) is RestError.UNJUDGED
+    judged = replace(chaotic, checks=(check("rest_error_max"),))
+    assert rest_error_standing(judged) is RestError.JUDGED
+
+
+def test_every_verdict_reads_without_colour() -> None:
+    signs = {verdict.symbol for verdict in Verdict}
+    assert len(signs) == len(Verdict) - 1  # what can't run here shares one sign
+    assert len({verdict.words for verdict in Verdict}) == len(Verdict)

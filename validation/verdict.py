@@ -1,0 +1,121 @@
+"""The verdict on a case, and what its rest error is worth: the one place that decides either.
+
+A case may keep every stated limit while nothing limits where its balls end: energy held, but the
+balls rest in the wrong place. Such a case is `LIMITS_HOLD`, never `PASS`.
+"""
+
+from __future__ import annotations
+
+import enum
+
+from validation.metrics import METRICS
+from validation.records import CLOSED_FORM, CaseRecord, Check
+from validation.truth import OUR_NAME
+
+CHAOTIC_TAGS = frozenset({"break", "chaos", "energy"})
+"""Tags of scenes in which errors grow until any two engines part."""
+
+
+class Verdict(enum.Enum):
+    """What became of one engine in one scene: its sign, and how reports say it."""
+
+    PASS = ("✓", "pass")
+    LIMITS_HOLD = ("≈", "limits hold, outcome not judged")
+    FAIL = ("✗", "fail")
+    REFERENCE = ("ref", "our engine, the truth here")
+    SHOWN = ("○", "shown only")
+    NOT_REPRESENTABLE = ("–", "not representable")
+    UNAVAILABLE = ("–", "unavailable")
+    CRASHED = ("!", "did not finish")
+    MISSING = ("", "not run")
+
+    @property
+    def symbol(self) -> str:
+        """Sign that stands for it in plain text, so that colour is never alone."""
+        return self.value[0]
+
+    @property
+    def words(self) -> str:
+        """What it is in words."""
+        return self.value[1]
+
+    @property
+    def legend(self) -> str:
+        """The sign and what it means, for the line beneath a table."""
+        return f"{self.symbol} {self.words}".strip()
+
+
+class RestError(enum.Enum):
+    """What the rest error of a case is worth, and so how it is shown."""
+
+    JUDGED = "a limit judges it"
+    UNJUDGED = "an error, but no limit judges it: shown in brackets"
+    CHAOTIC = "no error: past what can be predicted, the engines part"
+    OWN = "our engine compared with itself"
+    NONE = "there is none"
+
+
+def verdict_of(case: CaseRecord | None) -> Verdict:
+    """Return the verdict on a case; None is a case that the run never reached."""
+    if case is None:
+        return Verdict.MISSING
+    if case.outcome != "ran":
+        return {
+            "not-representable": Verdict.NOT_REPRESENTABLE,
+            "unavailable": Verdict.UNAVAILABLE,
+            "failed": Verdict.CRASHED,
+        }[case.outcome]
+    if case.passed is False:
+        return Verdict.FAIL
+    if is_own_measure(case):
+        return Verdict.REFERENCE
+    if case.passed is None:
+        return Verdict.SHOWN
+    return Verdict.PASS if any(map(_judges_outcome, case.checks)) else Verdict.LIMITS_HOLD
+
+
+def rest_verdict_of(case: CaseRecord | None) -> Verdict:
+    """Return what the checks on the rest error alone say; SHOWN where none judges it.
+
+    A case may pass by its counts while its rest error is free: a figure of rest errors must not
+    call such a number passed.
+    """
+    verdicts = [
+        check.passed
+        for check in (case.checks if case is not None else ())
+        if check.metric.startswith("rest_error") and _judges_outcome(check)
+    ]
+    if not verdicts:
+        return Verdict.SHOWN
+    return Verdict.PASS if all(verdicts) else Verdict.FAIL
+
+
+def rest_error_standing(case: CaseRecord | None) -> RestError:
+    """Return what the rest error of a case is worth."""
+    if case is None or case.metrics.get("rest_error_max") is None:
+        return RestError.NONE
+    if is_own_measure(case):
+        return RestError.OWN
+    if rest_verdict_of(case) is not Verdict.SHOWN:
+        return RestError.JUDGED
+    chaotic = case.truth != CLOSED_FORM and not CHAOTIC_TAGS.isdisjoint(case.tags)
+    return RestError.CHAOTIC if chaotic else RestError.UNJUDGED
+
+
+def is_own_measure(case: CaseRecord) -> bool:
+    """Whether a rest error of this case compares our engine with itself, and proves nothing."""
+    return case.engine == OUR_NAME and case.truth != CLOSED_FORM
+
+
+def _judges_outcome(check: Check) -> bool:
+    """Whether a check, passed or not, says if the outcome is right.
+
+    A limit from below doesn't: "the first 25 collisions agree" leaves the end free.
+    """
+    metric = METRICS.get(check.metric)
+    return (
+        metric is not None
+        and metric.outcome
+        and check.limit_kind != "at_least"
+        and check.passed is not None
+    )
