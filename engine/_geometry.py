@@ -5,7 +5,17 @@ from __future__ import annotations
 import math
 
 from engine._jit import kernel
-from engine._state import Balls
+from engine._state import (
+    AX,
+    AY,
+    EPOCH,
+    RADIUS,
+    VX,
+    VY,
+    Balls,
+    X,
+    Y,
+)
 from engine._tolerances import CONTACT_TOLERANCE, EPS, GAP_ULPS
 
 
@@ -14,18 +24,22 @@ def relative_motion(
     balls: Balls, i: int, j: int, t: float
 ) -> tuple[float, float, float, float, float, float]:
     """Position, velocity and acceleration of ball j relative to ball i at the instant t [s]."""
-    si, sj = t - balls.epoch[i], t - balls.epoch[j]
-    xi = balls.x[i] + si * (balls.vx[i] + 0.5 * balls.ax[i] * si)
-    yi = balls.y[i] + si * (balls.vy[i] + 0.5 * balls.ay[i] * si)
-    xj = balls.x[j] + sj * (balls.vx[j] + 0.5 * balls.ax[j] * sj)
-    yj = balls.y[j] + sj * (balls.vy[j] + 0.5 * balls.ay[j] * sj)
+    si, sj = t - balls.state[EPOCH, i], t - balls.state[EPOCH, j]
+    xi = balls.state[X, i] + si * (balls.state[VX, i] + 0.5 * balls.state[AX, i] * si)
+    yi = balls.state[Y, i] + si * (balls.state[VY, i] + 0.5 * balls.state[AY, i] * si)
+    xj = balls.state[X, j] + sj * (balls.state[VX, j] + 0.5 * balls.state[AX, j] * sj)
+    yj = balls.state[Y, j] + sj * (balls.state[VY, j] + 0.5 * balls.state[AY, j] * sj)
+    vxi = balls.state[VX, i] + balls.state[AX, i] * si
+    vyi = balls.state[VY, i] + balls.state[AY, i] * si
+    vxj = balls.state[VX, j] + balls.state[AX, j] * sj
+    vyj = balls.state[VY, j] + balls.state[AY, j] * sj
     return (
         xj - xi,
         yj - yi,
-        (balls.vx[j] + balls.ax[j] * sj) - (balls.vx[i] + balls.ax[i] * si),
-        (balls.vy[j] + balls.ay[j] * sj) - (balls.vy[i] + balls.ay[i] * si),
-        balls.ax[j] - balls.ax[i],
-        balls.ay[j] - balls.ay[i],
+        vxj - vxi,
+        vyj - vyi,
+        balls.state[AX, j] - balls.state[AX, i],
+        balls.state[AY, j] - balls.state[AY, i],
     )
 
 
@@ -41,8 +55,8 @@ def negligible_hop(rate: float, acceleration: float, reach: float) -> bool:
 
 @kernel
 def gap_rounding(balls: Balls, i: int) -> float:
-    """Rounding [m] of a gap computed from the coordinates of ball i, at its epoch."""
-    coordinates: float = abs(balls.x[i]) + abs(balls.y[i])
+    """Return the rounding [m] of a gap computed from ball i's coordinates at its epoch."""
+    coordinates: float = abs(balls.state[X, i]) + abs(balls.state[Y, i])
     return GAP_ULPS * EPS * coordinates
 
 
@@ -55,7 +69,7 @@ def contact_tolerance(balls: Balls, i: int, reach: float) -> float:
 @kernel
 def cushion_in_contact(balls: Balls, i: int, gap: float, rate: float, deceleration: float) -> bool:
     """Whether the gap [m] of ball i to a cushion, changing at `rate` [m/s], counts as closed."""
-    reach = 2.0 * balls.radius[i]
+    reach = 2.0 * balls.state[RADIUS, i]
     touching = abs(gap) <= 4.0 * contact_tolerance(balls, i, reach)
     return touching and negligible_hop(rate, 3.0 * deceleration, reach)
 
@@ -68,7 +82,7 @@ def pair_in_contact(balls: Balls, i: int, j: int, t: float, deceleration: float)
     was struck at rest with as much again.
     """
     rx, ry, vx, vy, _, _ = relative_motion(balls, i, j, t)
-    reach = balls.radius[i] + balls.radius[j]
+    reach = balls.state[RADIUS, i] + balls.state[RADIUS, j]
     distance = math.sqrt(rx * rx + ry * ry)
     touching = abs(distance - reach) <= 4.0 * contact_tolerance(balls, i, reach)
     return touching and negligible_hop((rx * vx + ry * vy) / distance, 3.0 * deceleration, reach)
@@ -77,7 +91,7 @@ def pair_in_contact(balls: Balls, i: int, j: int, t: float, deceleration: float)
 @kernel
 def blocking_ball(balls: Balls, i: int, nx: float, ny: float, t: float, deceleration: float) -> int:
     """Return a ball in contact with ball i on the side that (nx, ny) points to, or -1."""
-    for j in range(len(balls.x)):
+    for j in range(len(balls.own_kind)):
         if j != i and pair_in_contact(balls, i, j, t, deceleration):
             rx, ry, _, _, _, _ = relative_motion(balls, i, j, t)
             if rx * nx + ry * ny > 0.0:

@@ -3,7 +3,17 @@
 from __future__ import annotations
 
 from engine._jit import kernel
-from engine._state import BOTTOM, LEFT, Balls, Laws
+from engine._state import (
+    BOTTOM,
+    LEFT,
+    MASS,
+    VX,
+    VY,
+    Balls,
+    Laws,
+    X,
+    Y,
+)
 
 
 @kernel
@@ -17,16 +27,16 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
     The paper's section 4.2 (after the elastic formula without angles) times (1 + e) / 2. In terms
     of mass fractions, which are exactly 1/2 for equal masses, so that a full hit stops exactly.
     """
-    rx, ry = balls.x[j] - balls.x[i], balls.y[j] - balls.y[i]
-    vx, vy = balls.vx[j] - balls.vx[i], balls.vy[j] - balls.vy[i]
-    total = balls.mass[i] + balls.mass[j]
+    rx, ry = balls.state[X, j] - balls.state[X, i], balls.state[Y, j] - balls.state[Y, i]
+    vx, vy = balls.state[VX, j] - balls.state[VX, i], balls.state[VY, j] - balls.state[VY, i]
+    total = balls.state[MASS, i] + balls.state[MASS, j]
     exchange = (1.0 + laws.ball_restitution) * ((rx * vx + ry * vy) / (rx * rx + ry * ry))
-    to_i = exchange * (balls.mass[j] / total)
-    to_j = exchange * (balls.mass[i] / total)
-    balls.vx[i] += to_i * rx
-    balls.vy[i] += to_i * ry
-    balls.vx[j] -= to_j * rx
-    balls.vy[j] -= to_j * ry
+    to_i = exchange * (balls.state[MASS, j] / total)
+    to_j = exchange * (balls.state[MASS, i] / total)
+    balls.state[VX, i] += to_i * rx
+    balls.state[VY, i] += to_i * ry
+    balls.state[VX, j] -= to_j * rx
+    balls.state[VY, j] -= to_j * ry
 
 
 @kernel
@@ -37,10 +47,10 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     sign that rounding gave to a vanishing approach.
     """
     if cushion < 2:
-        normal = laws.cushion_restitution * abs(balls.vx[i])
-        balls.vx[i] = normal if cushion == LEFT else -normal
-        balls.vy[i] *= laws.cushion_tangential
+        normal = laws.cushion_restitution * abs(balls.state[VX, i])
+        balls.state[VX, i] = normal if cushion == LEFT else -normal
+        balls.state[VY, i] *= laws.cushion_tangential
     else:
-        normal = laws.cushion_restitution * abs(balls.vy[i])
-        balls.vy[i] = normal if cushion == BOTTOM else -normal
-        balls.vx[i] *= laws.cushion_tangential
+        normal = laws.cushion_restitution * abs(balls.state[VY, i])
+        balls.state[VY, i] = normal if cushion == BOTTOM else -normal
+        balls.state[VX, i] *= laws.cushion_tangential

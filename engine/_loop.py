@@ -11,10 +11,13 @@ from engine._motion import advance, come_to_rest, cushion_gap, predict_motion
 from engine._pairs import IMPACT, NOT_YET, earliest, touching, update_ball
 from engine._press import press, release
 from engine._state import (
+    AX,
+    AY,
     BALL_BALL,
     BALL_CUSHION,
     BOTTOM,
     CONTACT_STEPS,
+    EPOCH,
     EVENTS,
     LAST_EVENT,
     LEFT,
@@ -24,6 +27,8 @@ from engine._state import (
     OWN_CONTACT,
     OWN_CUSHION,
     OWN_REST,
+    OWN_TIME,
+    RADIUS,
     REST,
     RIGHT,
     RUN_EVENT_LIMIT,
@@ -32,6 +37,11 @@ from engine._state import (
     RUN_RESTED,
     RUN_T_MAX,
     TOP,
+    VX,
+    VY,
+    WHAT_A,
+    WHAT_B,
+    WHAT_KIND,
     Balls,
     Contacts,
     FloatArray,
@@ -39,6 +49,8 @@ from engine._state import (
     Laws,
     Log,
     Pairs,
+    X,
+    Y,
 )
 
 # Values of `engine.result.EventKind`, as plain integers for the compiler.
@@ -50,11 +62,11 @@ _ROLL_TO_REST = 3
 @kernel
 def start(balls: Balls, laws: Laws, contacts: Contacts, pairs: Pairs, counters: IntArray) -> None:
     """Predict every ball and bound every pair at t = 0; once, before `run`."""
-    n = len(balls.x)
+    n = len(balls.own_kind)
     for i in range(n):
         predict_motion(balls, i, laws)
     for i in range(n):
-        update_ball(balls, contacts, pairs, i, 0.0, counters)
+        update_ball(balls, contacts.held, pairs, i, 0.0, counters)
 
 
 @kernel
@@ -79,12 +91,12 @@ def run(
     while True:
         if counters[EVENTS] + counters[CONTACT_STEPS] >= limit:
             return RUN_EVENT_LIMIT
-        if keep_log and _full(log, counters, len(balls.x)):
+        if keep_log and _full(log, counters, len(balls.own_kind)):
             return RUN_LOG_FULL
 
         # Find the earliest event: one ball's own, or the pair that may touch first.
         single = _earliest_own(balls)
-        t = min(balls.own_time[single], earliest(pairs))
+        t = min(balls.state[OWN_TIME, single], earliest(pairs))
         if not t >= clock[NOW]:
             return RUN_NOT_FINITE
         if t == math.inf and _all_rest(balls):
@@ -93,7 +105,7 @@ def run(
             return RUN_T_MAX
 
         # Move its balls there and resolve it; mark every ball whose motion it changes.
-        if balls.own_time[single] <= t:
+        if balls.state[OWN_TIME, single] <= t:
             _resolve_own(balls, laws, contacts, single, t, clock, counters, log, keep_log)
         else:
             verdict, row = touching(balls, laws, pairs, t, counters)
@@ -110,26 +122,26 @@ def run(
         clock[NOW] = t
 
         # Predict anew: every bound of a ball whose motion changed is void.
-        for k in range(len(balls.x)):
+        for k in range(len(balls.own_kind)):
             if contacts.changed[k]:
                 contacts.changed[k] = False
                 if keep_log:
                     _note_motion(balls, k, counters, log)
-                update_ball(balls, contacts, pairs, k, t, counters)
+                update_ball(balls, contacts.held, pairs, k, t, counters)
 
 
 @kernel
 def finish(balls: Balls, t: float) -> None:
     """Move every ball that still moves to the instant t [s], where the run stopped."""
-    for i in range(len(balls.x)):
-        if balls.vx[i] != 0.0 or balls.vy[i] != 0.0:
+    for i in range(len(balls.own_kind)):
+        if balls.state[VX, i] != 0.0 or balls.state[VY, i] != 0.0:
             advance(balls, i, t)
 
 
 @kernel
 def _all_rest(balls: Balls) -> bool:
-    for i in range(len(balls.x)):  # noqa: SIM110 - the compiler takes no generator
-        if balls.vx[i] != 0.0 or balls.vy[i] != 0.0:
+    for i in range(len(balls.own_kind)):
+        if balls.state[VX, i] != 0.0 or balls.state[VY, i] != 0.0:
             return False
     return True
 
@@ -141,9 +153,9 @@ def _earliest_own(balls: Balls) -> int:
     So a ball that has all but stopped is at rest before its neighbours are looked at again.
     """
     best = 0
-    for i in range(1, len(balls.own_time)):
-        earlier = balls.own_time[i] < balls.own_time[best]
-        tie = balls.own_time[i] == balls.own_time[best]
+    for i in range(1, len(balls.own_kind)):
+        earlier = balls.state[OWN_TIME, i] < balls.state[OWN_TIME, best]
+        tie = balls.state[OWN_TIME, i] == balls.state[OWN_TIME, best]
         if earlier or (tie and balls.own_kind[i] < balls.own_kind[best]):
             best = i
     return best
@@ -185,7 +197,7 @@ def _resolve_own(
 def _wedging_ball(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -> int:
     """Return a ball that keeps ball i at the cushion, where a bounce would be negligible, or -1."""
     _, rate, _ = cushion_gap(balls, i, laws, cushion)
-    if not negligible_hop(rate, 2.0 * laws.deceleration, 2.0 * balls.radius[i]):
+    if not negligible_hop(rate, 2.0 * laws.deceleration, 2.0 * balls.state[RADIUS, i]):
         return -1
     nx = 1.0 if cushion == LEFT else -1.0 if cushion == RIGHT else 0.0
     ny = 1.0 if cushion == BOTTOM else -1.0 if cushion == TOP else 0.0
@@ -247,9 +259,9 @@ def _note_event(
     if keep_log:
         row = counters[LOGGED_EVENTS]
         log.time[row] = t
-        log.kind[row] = kind
-        log.a[row] = a
-        log.b[row] = b
+        log.what[WHAT_KIND, row] = kind
+        log.what[WHAT_A, row] = a
+        log.what[WHAT_B, row] = b
         counters[LOGGED_EVENTS] = row + 1
 
 
@@ -258,11 +270,11 @@ def _note_motion(balls: Balls, i: int, counters: IntArray, log: Log) -> None:
     """Log how ball i moves from its epoch on."""
     row = counters[LOGGED_MOTIONS]
     log.ball[row] = i
-    log.motion[row, 0] = balls.epoch[i]
-    log.motion[row, 1] = balls.x[i]
-    log.motion[row, 2] = balls.y[i]
-    log.motion[row, 3] = balls.vx[i]
-    log.motion[row, 4] = balls.vy[i]
-    log.motion[row, 5] = balls.ax[i]
-    log.motion[row, 6] = balls.ay[i]
+    log.motion[row, 0] = balls.state[EPOCH, i]
+    log.motion[row, 1] = balls.state[X, i]
+    log.motion[row, 2] = balls.state[Y, i]
+    log.motion[row, 3] = balls.state[VX, i]
+    log.motion[row, 4] = balls.state[VY, i]
+    log.motion[row, 5] = balls.state[AX, i]
+    log.motion[row, 6] = balls.state[AY, i]
     counters[LOGGED_MOTIONS] = row + 1

@@ -7,14 +7,23 @@ import math
 from engine._geometry import cushion_in_contact
 from engine._jit import kernel
 from engine._state import (
+    AX,
+    AY,
     BOTTOM,
+    EPOCH,
     LEFT,
     OWN_CUSHION,
     OWN_NONE,
     OWN_REST,
+    OWN_TIME,
+    RADIUS,
     RIGHT,
+    VX,
+    VY,
     Balls,
     Laws,
+    X,
+    Y,
 )
 from engine._tolerances import TIME_ROUNDING
 
@@ -50,12 +59,12 @@ def advance(balls: Balls, i: int, t: float) -> None:
 
     Contract: t is not beyond the ball's own next event. No allocation.
     """
-    s = t - balls.epoch[i]
-    balls.x[i] += s * (balls.vx[i] + 0.5 * balls.ax[i] * s)
-    balls.y[i] += s * (balls.vy[i] + 0.5 * balls.ay[i] * s)
-    balls.vx[i] += balls.ax[i] * s
-    balls.vy[i] += balls.ay[i] * s
-    balls.epoch[i] = t
+    s = t - balls.state[EPOCH, i]
+    balls.state[X, i] += s * (balls.state[VX, i] + 0.5 * balls.state[AX, i] * s)
+    balls.state[Y, i] += s * (balls.state[VY, i] + 0.5 * balls.state[AY, i] * s)
+    balls.state[VX, i] += balls.state[AX, i] * s
+    balls.state[VY, i] += balls.state[AY, i] * s
+    balls.state[EPOCH, i] = t
 
 
 @kernel
@@ -65,12 +74,12 @@ def come_to_rest(balls: Balls, i: int, t: float) -> None:
     A uniformly slowed ball covers half of what it would cover at its first speed; unlike the full
     polynomial this cancels no digits.
     """
-    s = t - balls.epoch[i]
-    balls.x[i] += 0.5 * s * balls.vx[i]
-    balls.y[i] += 0.5 * s * balls.vy[i]
-    balls.vx[i] = 0.0
-    balls.vy[i] = 0.0
-    balls.epoch[i] = t
+    s = t - balls.state[EPOCH, i]
+    balls.state[X, i] += 0.5 * s * balls.state[VX, i]
+    balls.state[Y, i] += 0.5 * s * balls.state[VY, i]
+    balls.state[VX, i] = 0.0
+    balls.state[VY, i] = 0.0
+    balls.state[EPOCH, i] = t
 
 
 @kernel
@@ -104,11 +113,11 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
 
     The path is straight and ends after |v| / (mu g).
     """
-    vx, vy = balls.vx[i], balls.vy[i]
-    balls.ax[i], balls.ay[i] = rolling_resistance(vx, vy, laws.deceleration)
+    vx, vy = balls.state[VX, i], balls.state[VY, i]
+    balls.state[AX, i], balls.state[AY, i] = rolling_resistance(vx, vy, laws.deceleration)
     speed = speed_of(vx, vy)
     if speed == 0.0:
-        balls.own_time[i] = math.inf
+        balls.state[OWN_TIME, i] = math.inf
         balls.own_kind[i] = OWN_NONE
         return
     duration = speed / laws.deceleration if laws.deceleration > 0.0 else math.inf
@@ -124,8 +133,8 @@ def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, pressed: 
     presses, a cushion that it is in contact with is left out: the step holds it. An end that the
     clock can't tell from now comes first, so that a ball that has all but stopped does stop.
     """
-    if duration <= TIME_ROUNDING * balls.epoch[i]:
-        balls.own_time[i] = balls.epoch[i]
+    if duration <= TIME_ROUNDING * balls.state[EPOCH, i]:
+        balls.state[OWN_TIME, i] = balls.state[EPOCH, i]
         return
     for cushion in range(4):
         gap, rate, acceleration = cushion_gap(balls, i, laws, cushion)
@@ -137,17 +146,17 @@ def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, pressed: 
         if s < duration:
             duration = s
             balls.own_kind[i] = OWN_CUSHION + cushion
-    balls.own_time[i] = balls.epoch[i] + duration
+    balls.state[OWN_TIME, i] = balls.state[EPOCH, i] + duration
 
 
 @kernel
 def cushion_gap(balls: Balls, i: int, laws: Laws, cushion: int) -> tuple[float, float, float]:
     """Gap [m] of ball i to a cushion at its epoch, its rate and acceleration; inf: no cushion."""
-    radius = balls.radius[i]
+    radius = balls.state[RADIUS, i]
     if cushion == LEFT:
-        return (balls.x[i] - laws.left) - radius, balls.vx[i], balls.ax[i]
+        return (balls.state[X, i] - laws.left) - radius, balls.state[VX, i], balls.state[AX, i]
     if cushion == RIGHT:
-        return (laws.right - balls.x[i]) - radius, -balls.vx[i], -balls.ax[i]
+        return (laws.right - balls.state[X, i]) - radius, -balls.state[VX, i], -balls.state[AX, i]
     if cushion == BOTTOM:
-        return (balls.y[i] - laws.bottom) - radius, balls.vy[i], balls.ay[i]
-    return (laws.top - balls.y[i]) - radius, -balls.vy[i], -balls.ay[i]
+        return (balls.state[Y, i] - laws.bottom) - radius, balls.state[VY, i], balls.state[AY, i]
+    return (laws.top - balls.state[Y, i]) - radius, -balls.state[VY, i], -balls.state[AY, i]

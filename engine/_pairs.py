@@ -19,7 +19,22 @@ import math
 from engine._geometry import negligible_hop, relative_motion
 from engine._jit import kernel
 from engine._motion import first_crossing
-from engine._state import ADVANCEMENTS, BOUNDS, Balls, Contacts, IntArray, Laws, Pairs
+from engine._state import (
+    ADVANCEMENTS,
+    AX,
+    AY,
+    BOUNDS,
+    EPOCH,
+    OWN_TIME,
+    RADIUS,
+    VX,
+    VY,
+    Balls,
+    BoolArray,
+    IntArray,
+    Laws,
+    Pairs,
+)
 from engine._tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
 
 NOT_YET = 0
@@ -32,15 +47,15 @@ PRESSED = 2
 
 @kernel
 def update_ball(
-    balls: Balls, contacts: Contacts, pairs: Pairs, i: int, t: float, counters: IntArray
+    balls: Balls, held: BoolArray, pairs: Pairs, i: int, t: float, counters: IntArray
 ) -> None:
     """Bound anew every pair of ball i, whose motion changed at the instant t [s]."""
-    n = len(balls.x)
+    n = len(balls.own_kind)
     least, partner = math.inf, 0
     for j in range(n):
         if j == i:
             continue
-        bound = math.inf if contacts.held[i, j] else _bound(balls, i, j, t)
+        bound = math.inf if held[i, j] else _bound(balls, i, j, t)
         pairs.bound[i, j] = bound
         if bound < least:
             least, partner = bound, j
@@ -99,7 +114,7 @@ def _refine(
     counters[ADVANCEMENTS] += 1
     verdict, bound, speed = _touch(balls, laws, i, j, t)
     if verdict == NOT_YET:
-        if bound > min(balls.own_time[i], balls.own_time[j]):
+        if bound > min(balls.state[OWN_TIME, i], balls.state[OWN_TIME, j]):
             bound = math.inf
         pairs.bound[i, j] = bound
         _rescan(pairs, i)
@@ -110,20 +125,20 @@ def _refine(
 def _bound(balls: Balls, i: int, j: int, t: float) -> float:
     """Return a lower bound, from the instant t, of when i and j touch; inf where they can't."""
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, t)
-    reach = balls.radius[i] + balls.radius[j]
+    reach = balls.state[RADIUS, i] + balls.state[RADIUS, j]
     distance = math.sqrt(rx * rx + ry * ry)
     # All three scaled by the distance, which saves dividing by it.
     gap = distance * (distance - reach)
     s = first_crossing(gap, rx * vx + ry * vy, rx * ax + ry * ay)
     bound = t + s
-    return bound if bound <= min(balls.own_time[i], balls.own_time[j]) else math.inf
+    return bound if bound <= min(balls.state[OWN_TIME, i], balls.state[OWN_TIME, j]) else math.inf
 
 
 @kernel
 def _touch(balls: Balls, laws: Laws, i: int, j: int, t: float) -> tuple[int, float, float]:
     """Judge the pair at the instant t: a verdict, the next bound, the speed of approach."""
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, t)
-    reach = balls.radius[i] + balls.radius[j]
+    reach = balls.state[RADIUS, i] + balls.state[RADIUS, j]
     distance = math.sqrt(rx * rx + ry * ry)
     gap = distance - reach
     rate = (rx * vx + ry * vy) / distance
@@ -170,21 +185,23 @@ def _next_approach(opening: float, vx: float, vy: float, ax: float, ay: float) -
 
 @kernel
 def _at_rest(balls: Balls, i: int) -> int:
-    return 1 if balls.vx[i] == 0.0 and balls.vy[i] == 0.0 else 0
+    return 1 if balls.state[VX, i] == 0.0 and balls.state[VY, i] == 0.0 else 0
 
 
 @kernel
 def _pull(balls: Balls, i: int) -> float:
     """Size of the acceleration of ball i [m/s^2], in the 1-norm."""
-    size: float = abs(balls.ax[i]) + abs(balls.ay[i])
+    size: float = abs(balls.state[AX, i]) + abs(balls.state[AY, i])
     return size
 
 
 @kernel
 def _speed(balls: Balls, i: int, t: float) -> float:
     """Size of the velocity of ball i at the instant t [m/s], in the 1-norm."""
-    s = t - balls.epoch[i]
-    size: float = abs(balls.vx[i] + balls.ax[i] * s) + abs(balls.vy[i] + balls.ay[i] * s)
+    s = t - balls.state[EPOCH, i]
+    size: float = abs(balls.state[VX, i] + balls.state[AX, i] * s) + abs(
+        balls.state[VY, i] + balls.state[AY, i] * s
+    )
     return size
 
 

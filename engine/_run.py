@@ -9,6 +9,7 @@ import numpy as np
 from engine import _state as s
 from engine._jit import announce_compilation
 from engine._loop import finish, run, start
+from engine._tolerances import position_rounding
 from engine.result import EVENT_DTYPE, EventKind, Events, Status
 from engine.scene import Ball, Scene, rolling_angular_velocity
 from engine.trajectory import ExactTrajectory, Samples
@@ -58,8 +59,8 @@ class Run:
         """Run to the end, to `max_events` events, or to an interrupt."""
         start(self._balls, self._laws, self._contacts, self._pairs, self._counters)
         if self._keep_log:
-            b = self._balls
-            self._first_motion = np.column_stack((b.epoch, b.x, b.y, b.vx, b.vy, b.ax, b.ay))
+            rows = [s.EPOCH, s.X, s.Y, s.VX, s.VY, s.AX, s.AY]
+            self._first_motion = self._balls.state[rows].T
         try:
             code = self._go(max_events)
             self.status = _STATUS[code]
@@ -73,11 +74,24 @@ class Run:
             self.t_end = self._laws.t_max
         elif code == s.RUN_RESTED:
             self.t_end = float(self._clock[s.LAST_EVENT])
+        finish(self._balls, self.t_end)
         if self.status is Status.EVENT_LIMIT:
             self.reason = f"{max_events} events by t = {now:.9g} s"
         elif self.status is Status.FAILED:
-            self.reason = f"a time or a position became NaN after t = {now:.9g} s"
-        finish(self._balls, self.t_end)
+            self.reason = f"a time became NaN after t = {now:.9g} s"
+        self._check_resolved()
+
+    def _check_resolved(self) -> None:
+        """Fail where a ball went so far that doubles no longer resolve a collision there."""
+        state = self._balls.state
+        farthest = float(np.max(np.abs(state[[s.X, s.Y]])))
+        smallest = float(np.min(state[s.RADIUS]))
+        if not position_rounding(farthest) < smallest:
+            self.status = Status.FAILED
+            self.reason = (
+                f"a ball went {farthest:.3g} m away, where double precision can't tell positions "
+                f"apart by a radius of {smallest:.3g} m. Set `t_max` sooner, or slow the balls"
+            )
 
     def _go(self, max_events: int) -> int:
         counters = self._counters
@@ -97,7 +111,7 @@ class Run:
             )
             if code == s.RUN_LOG_FULL:
                 self._logs.append(self._trimmed_log())
-                self._log = s.log_of(2 * len(self._log.time), len(self._balls.x))
+                self._log = s.log_of(2 * len(self._log.time), len(self._balls.own_kind))
                 counters[s.LOGGED_EVENTS] = 0
                 counters[s.LOGGED_MOTIONS] = 0
             elif code != s.RUN_EVENT_LIMIT or limit == max_events:
@@ -105,10 +119,9 @@ class Run:
 
     def final_state(self) -> Samples:
         """State of every ball at `t_end`, arrays (1, n, 3)."""
-        b, radii = self._balls, self._scene.radii
-        zeros = np.zeros(len(b.x))
-        positions = np.column_stack((b.x, b.y, radii))
-        velocities = np.column_stack((b.vx, b.vy, zeros))
+        state, radii = self._balls.state, self._scene.radii
+        positions = np.column_stack((state[s.X], state[s.Y], radii))
+        velocities = np.column_stack((state[s.VX], state[s.VY], np.zeros(len(radii))))
         spins = rolling_angular_velocity(velocities, radii)
         return Samples(positions[np.newaxis], velocities[np.newaxis], spins[np.newaxis])
 
@@ -134,7 +147,8 @@ class Run:
             return None
         log = self._whole_log()
         events = np.empty(len(log.time), dtype=EVENT_DTYPE)
-        events["t"], events["kind"], events["a"], events["b"] = log.time, log.kind, log.a, log.b
+        events["t"] = log.time
+        events["kind"], events["a"], events["b"] = log.what
         return events
 
     def trajectory(self) -> ExactTrajectory | None:
@@ -144,20 +158,23 @@ class Run:
         log = self._whole_log()
         knots = [
             np.vstack((self._first_motion[i : i + 1], log.motion[log.ball == i]))
-            for i in range(len(self._balls.x))
+            for i in range(len(self._balls.own_kind))
         ]
         return ExactTrajectory(self._scene.radii, tuple(knots), self.t_end)
 
     def _trimmed_log(self) -> s.Log:
         events, motions = self._counters[s.LOGGED_EVENTS], self._counters[s.LOGGED_MOTIONS]
-        time, kind, a, b, ball, motion = self._log
-        return s.Log(
-            time[:events], kind[:events], a[:events], b[:events], ball[:motions], motion[:motions]
-        )
+        time, what, ball, motion = self._log
+        return s.Log(time[:events], what[:, :events], ball[:motions], motion[:motions])
 
     def _whole_log(self) -> s.Log:
-        parts = [*self._logs, self._trimmed_log()]
-        return s.Log(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+        time, what, ball, motion = zip(*self._logs, self._trimmed_log(), strict=True)
+        return s.Log(
+            np.concatenate(time),
+            np.concatenate(what, axis=1),
+            np.concatenate(ball),
+            np.concatenate(motion),
+        )
 
 
 _STATUS = {

@@ -49,6 +49,7 @@ def check_scene(scene: Scene, rolling: NDArray[np.float64]) -> None:
     """
     _check_ids(scene)
     _check_on_cloth(scene)
+    _check_resolved(scene)
     _check_inside(scene)
     _check_overlaps(scene)
     _check_rolling(scene, rolling)
@@ -89,6 +90,24 @@ def _check_on_cloth(scene: Scene) -> None:
                 "`airborne` = true",
                 i=i,
                 z=ball.velocity[2],
+            )
+
+
+def _check_resolved(scene: Scene) -> None:
+    # Else balls in one place would count as touching, and their collisions would be missed.
+    for i, ball in enumerate(scene.balls):
+        rounding = position_rounding(*ball.position[:2])
+        if rounding >= ball.radius:
+            raise problem(
+                "unresolved",
+                "`balls[{i}].position` must be known to better than the radius, {radius} m, but "
+                "at ({x}, {y}) m double precision rounds by up to {rounding:.2g} m. Move the scene "
+                "to the origin",
+                i=i,
+                radius=ball.radius,
+                x=ball.position[0],
+                y=ball.position[1],
+                rounding=rounding,
             )
 
 

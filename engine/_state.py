@@ -14,26 +14,34 @@ from engine.scene import CUSHIONS, Scene
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 
 class Balls(NamedTuple):
-    """State of n balls, each at its own epoch; arrays (n,).
+    """State of n balls, each at its own epoch.
 
     The centre moves as x + vx s + ax s^2 / 2, s the time since `epoch`, until `own_time`, when the
     ball's own next event changes its motion.
+
+    One array for all numbers, because a kernel call passes every array of a named tuple as seven
+    words: with one array per number, the calls cost more than what they did.
     """
 
-    x: FloatArray  # [m]
-    y: FloatArray
-    vx: FloatArray  # [m/s]
-    vy: FloatArray
-    ax: FloatArray  # [m/s^2]
-    ay: FloatArray
-    epoch: FloatArray  # [s]
-    own_time: FloatArray  # next event that needs no second ball [s]; inf: none
-    own_kind: IntArray  # OWN_NONE, OWN_REST, or OWN_CUSHION + the cushion's index
-    radius: FloatArray  # [m]
-    mass: FloatArray  # [kg]
+    state: FloatArray  # (10, n): rows X, Y ... MASS below
+    own_kind: IntArray  # (n,) OWN_NONE, OWN_REST, OWN_CONTACT, or OWN_CUSHION + its index
+
+
+# Rows of `Balls.state`.
+X = 0  # [m]
+Y = 1
+VX = 2  # [m/s]
+VY = 3
+AX = 4  # [m/s^2]
+AY = 5
+EPOCH = 6  # [s]
+OWN_TIME = 7  # next event that needs no second ball [s]; inf: none
+RADIUS = 8  # [m]
+MASS = 9  # [kg]
 
 
 class Laws(NamedTuple):
@@ -62,34 +70,47 @@ class Pairs(NamedTuple):
 class Contacts(NamedTuple):
     """Clusters of balls pressed together, and room to find their forces; see `_press`.
 
-    Arrays over balls (n,), or over contacts (m,), m enough for every pair and cushion.
+    m is enough for every pair and cushion.
     """
 
     cluster: IntArray  # (n,) label of the ball's cluster, or FREE
-    held: NDArray[np.bool_]  # (n, n) whether a contact step holds the pair together
-    changed: NDArray[np.bool_]  # (n,) whether this event changed the ball's motion
-    step: FloatArray  # (n,) length of the ball's last contact step [s], 0 for none
+    held: BoolArray  # (n, n) whether a contact step holds the pair together
+    changed: BoolArray  # (n,) whether this event changed the ball's motion
     member: IntArray  # (n,) balls of the cluster at hand
-    fx: FloatArray  # (n,) contact force on a member [N]
-    fy: FloatArray
-    ax: FloatArray  # (n,) acceleration of a member [m/s^2]
-    ay: FloatArray
-    first: IntArray  # (m,) a ball
-    second: IntArray  # (m,) the other ball, or -1 minus the index of a cushion
-    force: FloatArray  # (m,) [N], never negative
-    nx: FloatArray  # (m,) normal at the middle of the step, away from the first ball
-    ny: FloatArray
+    motion: FloatArray  # (5, n): rows STEP ... NEW_AY below, by ball
+    ends: IntArray  # (2, m) FIRST: a ball; SECOND: the other, or -1 minus a cushion's index
+    forces: FloatArray  # (3, m): rows FORCE, NX, NY below
+
+
+# Rows of `Contacts.motion`.
+STEP = 0  # length of the ball's last contact step [s], 0 for none
+PUSH_X = 1  # contact force on a member [N]
+PUSH_Y = 2
+NEW_AX = 3  # acceleration of a member [m/s^2]
+NEW_AY = 4
+
+# Rows of `Contacts.ends`.
+FIRST = 0
+SECOND = 1
+
+# Rows of `Contacts.forces`.
+FORCE = 0  # [N], never negative
+NX = 1  # normal at the middle of the step, away from the first ball
+NY = 2
 
 
 class Log(NamedTuple):
     """What happened: m events, and k balls whose motion changed, just after."""
 
     time: FloatArray  # (m,) [s]
-    kind: IntArray  # (m,) EventKind
-    a: IntArray  # (m,)
-    b: IntArray  # (m,) second ball, cushion index or -1
+    what: IntArray  # (3, m): rows WHAT_KIND (EventKind), WHAT_A, WHAT_B
     ball: IntArray  # (k,)
     motion: FloatArray  # (k, 7): time, x, y, vx, vy, ax, ay
+
+
+WHAT_KIND = 0
+WHAT_A = 1
+WHAT_B = 2  # second ball, cushion index or -1
 
 
 # Columns of `Counters`, an int64 array.
@@ -133,20 +154,13 @@ RUN_NOT_FINITE = 4
 def balls_of(scene: Scene) -> Balls:
     """Lay out the scene's balls; accelerations and own events are the kernel's to fill in."""
     n = len(scene.balls)
-    position, velocity = scene.positions, scene.velocities
-    return Balls(
-        x=position[:, 0].copy(),
-        y=position[:, 1].copy(),
-        vx=velocity[:, 0].copy(),
-        vy=velocity[:, 1].copy(),
-        ax=np.zeros(n),
-        ay=np.zeros(n),
-        epoch=np.zeros(n),
-        own_time=np.full(n, np.inf),
-        own_kind=np.zeros(n, dtype=np.int64),
-        radius=scene.radii,
-        mass=scene.masses,
-    )
+    state = np.zeros((10, n))
+    state[[X, Y]] = scene.positions[:, :2].T
+    state[[VX, VY]] = scene.velocities[:, :2].T
+    state[OWN_TIME] = np.inf
+    state[RADIUS] = scene.radii
+    state[MASS] = scene.masses
+    return Balls(state, np.zeros(n, dtype=np.int64))
 
 
 def laws_of(scene: Scene) -> Laws:
@@ -184,17 +198,10 @@ def contacts_of(n: int) -> Contacts:
         cluster=np.full(n, FREE, dtype=np.int64),
         held=np.zeros((n, n), dtype=np.bool_),
         changed=np.zeros(n, dtype=np.bool_),
-        step=np.zeros(n),
         member=np.zeros(n, dtype=np.int64),
-        fx=np.zeros(n),
-        fy=np.zeros(n),
-        ax=np.zeros(n),
-        ay=np.zeros(n),
-        first=np.zeros(m, dtype=np.int64),
-        second=np.zeros(m, dtype=np.int64),
-        force=np.zeros(m),
-        nx=np.zeros(m),
-        ny=np.zeros(m),
+        motion=np.zeros((5, n)),
+        ends=np.zeros((2, m), dtype=np.int64),
+        forces=np.zeros((3, m)),
     )
 
 
@@ -203,9 +210,7 @@ def log_of(capacity: int, n: int) -> Log:
     motions = 2 * capacity + n if capacity else 0
     return Log(
         np.empty(capacity),
-        np.empty(capacity, dtype=np.int64),
-        np.empty(capacity, dtype=np.int64),
-        np.empty(capacity, dtype=np.int64),
+        np.empty((3, capacity), dtype=np.int64),
         np.empty(motions, dtype=np.int64),
         np.empty((motions, 7)),
     )

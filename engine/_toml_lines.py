@@ -18,7 +18,7 @@ _END_OF_STRING = {'"""': re.compile(r'(?<!\\)(?:\\\\)*"""+'), "'''": re.compile(
 
 
 def line_of(text: str, location: Location) -> int | None:
-    """Return the line of a field, or of the nearest part around it that begins a line.
+    """Return the line of a field; else the first line of the nearest part around it.
 
     Parameters
     ----------
@@ -29,12 +29,18 @@ def line_of(text: str, location: Location) -> int | None:
     Returns
     -------
     int or None
-        From 1; None where not even the outermost part begins a line.
+        From 1; None where not even the outermost part is in the text.
     """
     best, depth = None, 0
     for number, path in _keys_by_line(text):
-        if len(path) > depth and path == location[: len(path)]:
-            best, depth = number, len(path)
+        # A dotted key may reach deeper than the field that it is wrong for.
+        shared = 0
+        for part, sought in zip(path, location, strict=False):
+            if part != sought:
+                break
+            shared += 1
+        if shared > depth:
+            best, depth = number, shared
     return best
 
 

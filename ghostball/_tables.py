@@ -14,7 +14,13 @@ from rich.text import Text
 from engine import Result, Scene
 from engine.features import Capability, Feature
 from reference_adapters import EngineError, engine_class, engine_names
+from reference_adapters.base import EngineSettings
 from reference_adapters.registry import known_settings
+
+SETTINGS_KEY = (
+    "Settings with their defaults, and other choices in brackets; a setting that is unset is left "
+    "to the engine.\nTo change them: NAME:KEY=VALUE,... as in `--engine pymunk:mode=landed`.\n"
+)
 
 
 def result_table(result: Result) -> RenderableType:
@@ -48,12 +54,13 @@ def scenes_table(scenes: Iterable[Scene]) -> Table:
 
 def engines_list() -> Iterator[RenderableType]:
     """Yield a block for each installed engine: whether it can run, settings, capabilities."""
+    yield Text(SETTINGS_KEY)
     for name in engine_names():
         try:
             engine = engine_class(name)
             reason = engine.unavailable()
             make: Any = engine  # see `make_engine`
-            rows = {"settings": _settings(known_settings(engine.Settings))}
+            rows = {"settings": _defaults(engine.Settings)}
             rows |= _capability_rows(make().capabilities)
         except EngineError as error:
             reason, rows = str(error), {}
@@ -87,6 +94,17 @@ def _capability_rows(capabilities: Mapping[Feature, Capability]) -> dict[str, st
         for support, title in titles.items()
         if support in grouped
     }
+
+
+def _defaults(settings: type[EngineSettings]) -> str:
+    """Return all settings with their defaults, and the choices where there are only some."""
+    properties = settings.model_json_schema()["properties"]
+    shown = []
+    for key, default in known_settings(settings).items():
+        others = [choice for choice in properties[key].get("enum", ()) if choice != default]
+        text = f"{key} unset" if default is None else f"{key}={default}"
+        shown.append(text + (f" ({', '.join(map(str, others))})" if others else ""))
+    return ", ".join(shown)
 
 
 def _outcome(result: Result) -> dict[str, str]:

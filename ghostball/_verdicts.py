@@ -32,8 +32,7 @@ UNLIMITED = 100_000
 """Columns; a table of any size is measured within them."""
 
 KEY = (
-    f"[dim]{legend_text(Verdict)}.\n"
-    f"{NUMBERS_KEY}. Median and worst: scenes with a closed form[/]\n"
+    f"[dim]{legend_text(Verdict)}.\n{NUMBERS_KEY}. Median and worst: scenes with a closed form[/]\n"
 )
 
 COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"}

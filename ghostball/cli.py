@@ -81,14 +81,25 @@ def _options(
 def simulate(
     scene: Annotated[
         str,
-        typer.Argument(metavar="SCENE", help="A shipped scene's name, or a TOML file."),
+        typer.Argument(
+            metavar="SCENE",
+            help="A shipped scene's name (`ghostball scenes` lists them), or a TOML file.",
+        ),
     ],
     engine: Annotated[
-        str, typer.Option(metavar="NAME[:KEY=VALUE,...]", help="Engine and its settings.")
+        str,
+        typer.Option(
+            metavar="NAME[:KEY=VALUE,...]",
+            help="Engine and its settings, as `ghostball engines` lists them; "
+            "such as pymunk:dt=1e-4.",
+        ),
     ] = "ghostball",
     record: Annotated[
         RecordChoice | None,
-        typer.Option(help="What to keep (default: rest; with --plot: trajectory)."),
+        typer.Option(
+            help="What to keep: where the balls end, also each event, or also the whole motion "
+            "(default: rest; with --plot: trajectory)."
+        ),
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object instead of tables.")
@@ -98,7 +109,7 @@ def simulate(
         typer.Option(metavar="FILE", help="Draw the paths of the balls (.png, .svg or .pdf)."),
     ] = None,
 ) -> None:
-    """Run one scene on one engine."""
+    """Run one scene on one engine and print where the balls come to rest."""
     if plot is not None:
         if record not in (None, RecordChoice.TRAJECTORY):
             raise typer.BadParameter(
@@ -141,24 +152,44 @@ def validate(
     scenes: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="SCENE|TAG", help="Names, tags or files of scenes, instead of a suite."
+            metavar="SCENE|TAG",
+            help="Names or tags of shipped scenes, or TOML files, instead of a suite. The pass "
+            "criteria of shot.toml are in shot.expect.toml beside it.",
         ),
     ] = None,
     suite: Annotated[
-        SuiteChoice | None, typer.Option(help="Which shipped scenes run (default: full).")
+        SuiteChoice | None,
+        typer.Option(help="Which shipped scenes run: those tagged smoke, or all (default: full)."),
     ] = None,
     engines: Annotated[
         str | None,
-        typer.Option(metavar="A,B,...", help="Engines, with settings as in `simulate`."),
+        typer.Option(
+            metavar="A,B,...",
+            help="Engines, with settings as in `simulate` "
+            "(default: all that are shipped, pymunk and pybullet in three ways each).",
+        ),
     ] = None,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results.")] = Path("out"),
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="DIR",
+            help="Folder of the results; results that it already holds are replaced.",
+        ),
+    ] = Path("out"),
     junit: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the verdicts as JUnit XML.")
     ] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes that run scenes.")] = 1,
-    report: Annotated[bool, typer.Option(help="Write the report after the run.")] = True,
+    jobs: Annotated[
+        int,
+        typer.Option(
+            min=1, help="Processes that run and draw scenes; run times are cleanest with 1."
+        ),
+    ] = 1,
+    report: Annotated[
+        bool, typer.Option(help="Write report.md and its figures after the run.")
+    ] = True,
 ) -> None:
-    """Run scenes on several engines and compare them."""
+    """Run scenes on several engines, compare them and say which is right."""
     from ghostball._validate import run  # noqa: PLC0415
 
     if scenes and suite is not None:
@@ -182,7 +213,7 @@ def report(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `validate` wrote.")],
     jobs: Annotated[int, typer.Option(min=1, help="Processes that draw.")] = 1,
 ) -> None:
-    """Write the report again from stored results."""
+    """Write report.md and its figures again from stored results."""
     from ghostball._progress import counting  # noqa: PLC0415
     from reports import write_report  # noqa: PLC0415
 
@@ -213,7 +244,7 @@ def scenes(
 @app.command()
 @command
 def engines() -> None:
-    """List the engines, their settings and abilities."""
+    """List the engines: settings, and what each can represent."""
     from ghostball._tables import engines_list  # noqa: PLC0415
 
     for block in engines_list():
@@ -223,7 +254,7 @@ def engines() -> None:
 @app.command()
 @command
 def doctor() -> None:
-    """Check the installation; status 1 where it is broken."""
+    """Check the installation; exit status 1 where it is broken."""
     from ghostball._doctor import examine  # noqa: PLC0415
 
     findings, healthy = examine()

@@ -228,8 +228,8 @@ def _collision_text(cases: Sequence[CaseRecord]) -> str:
             f"`{case.label}`" if right else f"`{case.label}` {_counts(case.collision_counts)}"
         )
     independent = truth.truth == CLOSED_FORM
-    source = "In truth" if independent else "By our engine (not independent)"
-    parts = [f"Collisions: {source} **{_counts(truth.truth_counts)}**"]
+    source = "in truth" if independent else "by our engine (not independent)"
+    parts = [f"Collisions {source}: **{_counts(truth.truth_counts)}**"]
     agree, differ = ("Right", "Wrong") if independent else ("The same", "Different")
     parts += [f"{agree}: {', '.join(said[True])}"] if said[True] else []
     parts += [f"{differ}: {', '.join(said[False])}"] if said[False] else []
@@ -238,7 +238,9 @@ def _collision_text(cases: Sequence[CaseRecord]) -> str:
 
 def _counts(counts: Mapping[str, int]) -> str:
     kinds = [f"{count} {kind}" for kind, count in counts.items() if count]
-    return str(sum(counts.values())) + (f" ({', '.join(kinds)})" if len(kinds) > 1 else "")
+    if len(kinds) < 2:
+        return kinds[0] if kinds else "0"
+    return f"{sum(counts.values())} ({', '.join(kinds)})"
 
 
 def _number_table(cases: Sequence[CaseRecord]) -> str:

@@ -110,6 +110,6 @@ def _shipped(name: str) -> Scene:
 
 
 def _unknown(what: str, text: str, known: Sequence[str]) -> str:
-    close = get_close_matches(text, known, n=3, cutoff=0.5)
-    hint = f"Did you mean {' or '.join(close)}?" if close else f"Known: {', '.join(known)}."
+    close = get_close_matches(text, known, n=3)
+    hint = f"Did you mean {' or '.join(close)}?" if close else f"Known: {', '.join(known)}"
     return f'unknown {what} "{text}": not shipped, and no file of that name. {hint}'

@@ -22,7 +22,7 @@ class Verdict(enum.Enum):
     PASS = ("✓", "pass")
     LIMITS_HOLD = ("≈", "limits hold, outcome not judged")
     FAIL = ("✗", "fail")
-    REFERENCE = ("ref", "our engine, the truth here")
+    REFERENCE = ("ref", "is our engine, the truth here")
     SHOWN = ("○", "shown only")
     NOT_REPRESENTABLE = ("–", "not representable")
     UNAVAILABLE = ("–", "unavailable")

@@ -77,7 +77,7 @@ def _row_text(run: Run) -> str:
     return {
         RestError.JUDGED: f"{shown}  {run.rest_verdict.legend}",
         RestError.UNJUDGED: f"({shown})  not judged",
-        RestError.CHAOTIC: CHAOTIC,
+        RestError.CHAOTIC: f"{CHAOTIC} past what can be predicted",
         RestError.OWN: "compared with itself",
         RestError.NONE: "",
     }[run.standing]

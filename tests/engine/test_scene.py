@@ -297,10 +297,20 @@ class TestMagnitudes:
         assert "`mass` must be at most 1e+50 in size" in refusal(ball((0, 0), mass=10**400))
 
     def test_extremes_are_judged_without_a_warning(self):
-        corners = [ball((x, y), (1e50, 1e50)) for x in (-1e50, 1e50) for y in (-1e50, 1e50)]
+        corners = [
+            ball((x, y), (1e50, 1e50), radius=1e37) for x in (-1e50, 1e50) for y in (-1e50, 1e50)
+        ]
         scene = scene_of(*corners, ball((0, 0), (1e50, -1e50), radius=1e-50), t_max=1e50)
         assert np.all(np.isfinite(scene.angular_velocities))
-        assert "must not overlap" in refusal(ball((1e50, 0)), ball((1e50, 0.01)))
+        assert "must not overlap" in refusal(*(ball((x, 0), radius=1e50) for x in (-5e49, 1e50)))
+
+    @pytest.mark.parametrize("place", [(1e14, 0), (0, -1e14)])
+    def test_a_place_where_rounding_is_larger_than_a_ball(self, place):
+        # Two balls in one place would pass for touching there.
+        message = refusal(ball((0, 0)), ball(place))
+        assert "`balls[1].position` must be known to better than the radius, 0.028575 m" in message
+        assert "rounds by up to 0.36 m" in message
+        assert "must not overlap" in refusal(ball((1e12, 0)), ball((1e12, 0)))
 
     def test_rolling_for_longer_than_doubles_can_follow_needs_t_max(self):
         fast = ball((0, 0), (1e10, 0.0))

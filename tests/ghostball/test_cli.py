@@ -13,7 +13,6 @@ from xml.etree import ElementTree
 import pytest
 from typer.testing import CliRunner
 
-import ghostball._validate
 import reference_adapters.pybullet_world
 from engine import Scene
 from ghostball.cli import app
@@ -297,6 +296,28 @@ def test_a_failed_check_of_the_criteria_beside_a_scene_file_fails_the_run(cli, t
     assert "failed  shot on ghostball: `ball_cushion_count` must be exactly 77, is" in result.stdout
 
 
+def test_wrong_criteria_beside_a_scene_file_are_refused(cli, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "shot.toml"
+    path.write_text(HEAD + ball())
+    criteria = tmp_path / "shot.expect.toml"
+    criteria.write_text('[[criteria]]\nengines = ["pymonk"]\nmetric = "rest_eror_max"\n')
+    assert refused(cli("validate", path), "shot.expect.toml", "`rest_error_max`", "`criteria[0]")
+    assert sorted(tmp_path.iterdir()) == [criteria, path]
+
+
+def test_a_pass_says_whether_its_outcome_was_judged(cli, tmp_path):
+    # Breaks where limits that hold, of energy alone, are shown like a right outcome.
+    engines = "ghostball,pymunk:mode=landed,paper-discrete"
+    out = tmp_path / "out"
+    result = cli("validate", "galperin-1", "--engines", engines, "--out", out, "--no-report")
+    assert result.exit_code == 0, result.output
+    row = next(line for line in result.stdout.splitlines() if line.startswith(" galperin-1"))
+    assert row.count("✓ ") == 2
+    assert "≈ (12.8 m)" in row
+    assert "≈ limits hold, outcome not judged" in result.stdout
+
+
 def test_a_crash_of_an_engine_is_a_fault_of_the_harness(cli, tmp_path, monkeypatch):
     from reference_adapters.paper_discrete import PaperDiscreteEngine
 
@@ -364,7 +385,14 @@ def test_the_schema_is_json_schema(cli):
 def test_engines_lists_settings_and_capabilities(cli):
     result = cli("engines")
     assert result.exit_code == 0
-    for part in ("ghostball  available", "max_events=", "not represented", "rolling without slip"):
+    for part in (
+        "ghostball  available",
+        "max_events=",
+        "mode=native (landed)",
+        "dt unset",
+        "not represented",
+        "rolling without slip",
+    ):
         assert part in result.stdout
 
 

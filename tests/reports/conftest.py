@@ -157,7 +157,9 @@ def case_of(name: str, label: str) -> tuple[CaseRecord, Motion | None]:
         rest_positions=motion.positions[-1],
         ball_errors=errors,
         rest_time=float(motion.times[-1]),
-        collision_counts=counts if label != "paper-discrete" else {"ball-ball": 7},
+        collision_counts=counts | {"ball-ball": 7}
+        if label == "paper-discrete" and counts["ball-ball"]
+        else counts,
         energy_initial=float(motion.energy[0]),
         energy_final=0.0,
         wall_time=1e-3,

@@ -33,10 +33,12 @@ def test_verdicts_come_first(report):
 
 def test_the_true_counts_are_said_with_who_counts_them(report):
     _, text = report
-    assert "Collisions: In truth **1**. Right: `ghostball`, `pymunk`," in text
-    assert "Wrong: `paper-discrete` 7." in text
-    assert "Collisions: By our engine (not independent) **2**. The same: `pymunk`," in text
-    assert "Different: `paper-discrete` 7." in text
+    assert "Collisions in truth: **1 ball-ball**. Right: `ghostball`, `pymunk`," in text
+    assert "Wrong: `paper-discrete` 7 ball-ball." in text
+    assert (
+        "Collisions by our engine (not independent): **2 ball-ball**. The same: `pymunk`," in text
+    )
+    assert "Different: `paper-discrete` 7 ball-ball." in text
 
 
 def test_every_failure_has_its_reason(report):

@@ -155,7 +155,9 @@ def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
     assert shifted.energy_final == 0.0
     motion = folder.motion(shifted)
     assert motion is not None
-    assert len(motion.times) == 401  # the uniform grid; its one event is at its end
+    assert (
+        len(motion.times) == 402
+    )  # the uniform grid; its one event is at its end, and the instant before
     assert motion.times[-1] == shifted.rest_time
     counts = outcome.counts
     assert (counts.ran, counts.checks_passed, counts.checks_failed) == (3, 1, 1)
