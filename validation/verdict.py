@@ -23,7 +23,7 @@ class Verdict(enum.Enum):
     LIMITS_HOLD = ("≈", "limits hold, outcome not judged")
     FAIL = ("✗", "fail")
     REFERENCE = ("ref", "is our engine, the truth here")
-    SHOWN = ("○", "shown only")
+    SHOWN = ("○", "shown only (no limits)")
     NOT_REPRESENTABLE = ("–", "not representable")
     UNAVAILABLE = ("–", "unavailable")
     CRASHED = ("!", "did not finish")
