@@ -2,8 +2,9 @@
 
     python benchmarks/engine_break.py [SCENE[@SPEED] ...]
 
-SPEED [m/s] replaces the first ball's. The scenes take turns, so that a slow moment of the machine hits all of them; the median is the
-number to quote. `wall_time` is the simulation alone, `call` the whole `simulate()`.
+SPEED [m/s] replaces the first ball's. The scenes take turns, so that a slow moment of the machine
+hits all of them; the median is the number to quote. `wall_time` is the simulation alone, `call` the
+whole `simulate()`.
 """
 
 from __future__ import annotations

@@ -24,15 +24,21 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
 
     Notes
     -----
-    The paper's section 4.2 (after the elastic formula without angles) times (1 + e) / 2. In terms
-    of mass fractions, which are exactly 1/2 for equal masses, so that a full hit stops exactly.
+    The paper's section 4.2 (after the elastic formula without angles) times (1 + e) / 2. The shares
+    of the two balls are exactly 1/2 for equal masses, so that a full hit stops exactly. The larger
+    share is what the smaller leaves: as a quotient near 1 its rounding would be the same in each
+    collision of the two, and add up (31 415 collisions of Galperin's balls: 1e-12 of the energy).
     """
     rx, ry = balls.state[X, j] - balls.state[X, i], balls.state[Y, j] - balls.state[Y, i]
     vx, vy = balls.state[VX, j] - balls.state[VX, i], balls.state[VY, j] - balls.state[VY, i]
     total = balls.state[MASS, i] + balls.state[MASS, j]
     exchange = (1.0 + laws.ball_restitution) * ((rx * vx + ry * vy) / (rx * rx + ry * ry))
-    to_i = exchange * (balls.state[MASS, j] / total)
-    to_j = exchange * (balls.state[MASS, i] / total)
+    if balls.state[MASS, i] >= balls.state[MASS, j]:
+        to_i = exchange * (balls.state[MASS, j] / total)
+        to_j = exchange - to_i
+    else:
+        to_j = exchange * (balls.state[MASS, i] / total)
+        to_i = exchange - to_j
     balls.state[VX, i] += to_i * rx
     balls.state[VY, i] += to_i * ry
     balls.state[VX, j] -= to_j * rx
