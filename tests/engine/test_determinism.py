@@ -50,8 +50,8 @@ def gas() -> Scene:
 SCENES = {"paper-break": paper_break, "lossy-break": lossy_break, "gas": gas}
 STORED = {
     "paper-break": "a8c0328850360fa71028ec8720c1cdffee40444ea48bd693b486aedb1c6e0741",
-    "lossy-break": "e90fa726c1f5ed5d3074ff65bbb1f7760cf6196dbb946957bf879294aae4a765",
-    "gas": "d4f19143f743b640a18a1e69842ef2d608666463af23b471340980eb14b06fe9",
+    "lossy-break": "d8c41c352974e6f6022477fce616688b9233a99e518d1bf605c350cc039b928d",
+    "gas": "3435e4d4e8abd1ab1f65af563ff29cc6fb1f5150dff99a777cdf2e83eb0e0ef2",
 }
 
 
