@@ -67,6 +67,9 @@ def solve(
         contacts.forces[NY, c] = ny
         contacts.forces[FORCE, c] = 0.0
     for _ in range(SWEEPS):
+        # The forces of the last sweep turn the velocities at mid-step, and so the friction there.
+        for m in range(members):
+            _accelerate(balls, laws, contacts, contacts.member[m], duration)
         if _settled(balls, laws, contacts, count, duration):
             return _stays_closed(balls, laws, contacts, count, duration) and _turns_little(
                 balls, laws, contacts, members, duration

@@ -1,0 +1,81 @@
+"""Sustained contact, against an independent integration of the constrained motion."""
+
+import numpy as np
+import pytest
+
+from engine import Ball, Physics, Scene, Status, simulate
+
+R = 0.028575
+DECELERATION = 0.02 * 9.81
+
+
+def pressed_pair(e=1.0):
+    """Two touching balls; the rear one rolls at a slant, so friction presses it on the other."""
+    return Scene(
+        name="pressed",
+        physics=Physics(ball_restitution=e),
+        balls=[
+            Ball(id="rear", position=(0.0, 0.0), velocity=(0.05, 0.03)),
+            Ball(id="front", position=(2 * R, 0.0), velocity=(0.05, 0.0)),
+        ],
+    )
+
+
+def constrained_motion(t_end, steps):
+    """Positions (2, 2) of the pressed pair at `t_end`, by Runge-Kutta on the index-reduced motion.
+
+    The contact force follows from the second derivative of the gap being 0; nothing here is shared
+    with the engine.
+    """
+
+    def rate(z):
+        (ra, rb), (va, vb) = z[:2], z[2:]
+        n = (rb - ra) / np.linalg.norm(rb - ra)
+        fa, fb = (-DECELERATION * v / np.linalg.norm(v) for v in (va, vb))
+        across = np.dot(vb - va, vb - va) - np.dot(vb - va, n) ** 2
+        push = -(across / np.linalg.norm(rb - ra) + np.dot(n, fb - fa)) / 2  # per mass
+        assert push > 0.0
+        return np.array([va, vb, fa - push * n, fb + push * n])
+
+    z = np.array([[0.0, 0.0], [2 * R, 0.0], [0.05, 0.03], [0.05, 0.0]])
+    h = t_end / steps
+    for _ in range(steps):
+        k1 = rate(z)
+        k2 = rate(z + h / 2 * k1)
+        k3 = rate(z + h / 2 * k2)
+        k4 = rate(z + h * k3)
+        z = z + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    return z[:2]
+
+
+@pytest.mark.parametrize("e", [1.0, 0.5, 0.0])
+def test_a_pressed_pair_follows_the_constrained_motion(e):
+    result = simulate(pressed_pair(e), record="events")
+    assert result.status is Status.REST
+    assert result.work["contact_steps"] > 10
+    t = 0.1
+    expected = constrained_motion(t, 2000)
+    assert np.max(np.abs(expected - constrained_motion(t, 1000))) < 1e-13  # the reference itself
+    found = result.sample([t]).positions[0, :, :2]
+    assert np.max(np.abs(found - expected)) < 1e-10
+
+
+@pytest.mark.parametrize("e", [1.0, 0.5, 0.0])
+def test_its_gap_stays_closed_and_its_energy_falls(e):
+    result = simulate(pressed_pair(e), record="events")
+    times = np.linspace(0.0, 0.1, 5001)
+    positions = result.sample(times).positions
+    gap = np.hypot(*(positions[:, 1, :2] - positions[:, 0, :2]).T) - 2 * R
+    assert np.max(np.abs(gap)) < 1e-12
+    energy = result.energy(times).total
+    assert np.max(np.diff(energy)) <= 1e-16 * energy[0]
+
+
+def test_a_contact_step_may_be_cut_by_t_max():
+    whole = simulate(pressed_pair(), record="events")
+    cut = Scene(**{**pressed_pair().model_dump(by_alias=True), "t_max": 0.0503})
+    stopped = simulate(cut, record="events")
+    assert stopped.status is Status.T_MAX
+    assert np.allclose(
+        stopped.rest_positions, whole.sample([0.0503]).positions[0], rtol=0.0, atol=1e-12
+    )
