@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import math
 
-from engine._geometry import contact_tolerance, gap_rounding
+from engine._geometry import (
+    contact_tolerance,
+    cushion_gap,
+    cushion_side,
+    gap_rounding,
+    negligible_hop,
+)
 from engine._jit import kernel
 from engine._motion import rolling_resistance, speed_of
 from engine._state import (
@@ -36,12 +42,6 @@ a gap can't open or close by more than the tolerance in a step that is short eno
 
 _TURN = 0.125
 """Largest change of a ball's velocity in a step, in units of its speed."""
-
-
-@kernel
-def at_rest(balls: Balls, k: int) -> bool:
-    """Whether ball k has no velocity."""
-    return bool(balls.state[VX, k] == 0.0 and balls.state[VY, k] == 0.0)
 
 
 @kernel
@@ -95,7 +95,7 @@ def solve(
 
 @kernel
 def _excess(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) -> float:
-    """How far the gap of contact c [m] ends above what the step aims at.
+    """Return how far the gap of contact c [m] ends above what the step aims at.
 
     That is a closed gap; but an overlap left by rounding or by an earlier step is not pushed apart
     faster than friction would do it.
@@ -109,11 +109,12 @@ def _excess(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: floa
 def _settled(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: float) -> bool:
     """Whether every force holds its gap as the step aims at, and no gap without force closes."""
     for c in range(count):
-        _, _, now, reach = gap_after(balls, laws, contacts, c, 0.0)
-        tolerance = contact_tolerance(balls, contacts.ends[FIRST, c], reach)
+        _, _, now, _ = gap_after(balls, laws, contacts, c, 0.0)
+        a, b = _ends(contacts, c)
+        tolerance = contact_tolerance(balls, a, b)
         # The deeper it already is, the less it may deepen: many steps must not add up.
         slack = 0.125 * (tolerance + min(0.0, max(-tolerance, now)))
-        slack = max(slack, gap_rounding(balls, contacts.ends[FIRST, c]))
+        slack = max(slack, gap_rounding(balls, a, b))
         excess = _excess(balls, laws, contacts, c, duration)
         if (contacts.forces[FORCE, c] > 0.0 or excess < 0.0) and abs(excess) > slack:
             return False
@@ -126,11 +127,11 @@ def _stays_closed(
 ) -> bool:
     """Whether no gap leaves the tolerance within the step; it leaves most about the middle."""
     for c in range(count):
+        a, b = _ends(contacts, c)
         for part in (0.5, 0.6875):
-            _, _, gap, reach = gap_after(balls, laws, contacts, c, part * duration)
+            _, _, gap, _ = gap_after(balls, laws, contacts, c, part * duration)
             _, _, now, _ = gap_after(balls, laws, contacts, c, 0.0)
-            allowed = contact_tolerance(balls, contacts.ends[FIRST, c], reach)
-            allowed = max(allowed, gap_rounding(balls, contacts.ends[FIRST, c]) - now)
+            allowed = max(contact_tolerance(balls, a, b), gap_rounding(balls, a, b) - now)
             if gap < -allowed or (contacts.forces[FORCE, c] > 0.0 and gap > allowed):
                 return False
     return True
@@ -145,38 +146,48 @@ def _turns_little(
         k = contacts.member[m]
         speed = speed_of(balls.state[VX, k], balls.state[VY, k])
         change = duration * speed_of(contacts.motion[NEW_AX, k], contacts.motion[NEW_AY, k])
-        if change > _TURN * speed and not stopping(balls, laws, k, speed):
+        if change > _TURN * speed and not stopping(balls, laws, k):
             return False
     return True
 
 
 @kernel
-def stopping(balls: Balls, laws: Laws, k: int, speed: float) -> bool:
-    """Whether the cloth would stop member k within the tolerance of its distance; or has."""
-    tolerance = contact_tolerance(balls, k, 2.0 * balls.state[RADIUS, k])
-    return speed * speed <= 2.0 * laws.deceleration * tolerance
+def stopping(balls: Balls, laws: Laws, k: int) -> bool:
+    """Whether the cloth alone would stop ball k within the tolerance of a gap; or has."""
+    speed = speed_of(balls.state[VX, k], balls.state[VY, k])
+    return negligible_hop(speed, laws.deceleration, contact_tolerance(balls, k, k))
 
 
 @kernel
 def _accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: float) -> None:
     """Set member k's acceleration: its contact forces, and friction at the middle of the step."""
-    fx, fy = (
-        contacts.motion[PUSH_X, k] / balls.state[MASS, k],
-        contacts.motion[PUSH_Y, k] / balls.state[MASS, k],
-    )
+    fx = contacts.motion[PUSH_X, k] / balls.state[MASS, k]
+    fy = contacts.motion[PUSH_Y, k] / balls.state[MASS, k]
     vx, vy = balls.state[VX, k], balls.state[VY, k]
-    if at_rest(balls, k):
-        # At rest, the cloth resists a push of up to mu m g.
-        push = speed_of(fx, fy)
-        left = 1.0 - laws.deceleration / push if push > laws.deceleration else 0.0
-        contacts.motion[NEW_AX, k] = left * fx
-        contacts.motion[NEW_AY, k] = left * fy
+    if stopping(balls, laws, k):
+        # So slow, or at rest: the cloth brings it to rest by the end of the step if mu m g can,
+        # else it resists with that.
+        ux, uy = vx / duration + fx, vy / duration + fy
+        size = speed_of(ux, uy)
+        if size <= laws.deceleration:
+            contacts.motion[NEW_AX, k] = -vx / duration
+            contacts.motion[NEW_AY, k] = -vy / duration
+        else:
+            contacts.motion[NEW_AX, k] = fx - laws.deceleration * (ux / size)
+            contacts.motion[NEW_AY, k] = fy - laws.deceleration * (uy / size)
         return
     mid_x = vx + 0.5 * duration * contacts.motion[NEW_AX, k]
     mid_y = vy + 0.5 * duration * contacts.motion[NEW_AY, k]
     rx, ry = rolling_resistance(mid_x, mid_y, laws.deceleration)
     contacts.motion[NEW_AX, k] = rx + fx
     contacts.motion[NEW_AY, k] = ry + fy
+
+
+@kernel
+def _ends(contacts: Contacts, c: int) -> tuple[int, int]:
+    """Return the balls of contact c; for a cushion, the ball twice."""
+    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    return a, b if b >= 0 else a
 
 
 @kernel
@@ -198,10 +209,6 @@ def gap_after(
         reach = radius + balls.state[RADIUS, b]
         distance = math.sqrt(rx * rx + ry * ry)
         return rx / distance, ry / distance, distance - reach, reach
-    if b == -1:
-        return -1.0, 0.0, (xa - laws.left) - radius, 2.0 * radius
-    if b == -2:
-        return 1.0, 0.0, (laws.right - xa) - radius, 2.0 * radius
-    if b == -3:
-        return 0.0, -1.0, (ya - laws.bottom) - radius, 2.0 * radius
-    return 0.0, 1.0, (laws.top - ya) - radius, 2.0 * radius
+    cushion = -1 - b
+    nx, ny, _ = cushion_side(laws, cushion)
+    return -nx, -ny, cushion_gap(xa, ya, radius, laws, cushion), 2.0 * radius

@@ -8,15 +8,19 @@ from engine._jit import kernel
 from engine._state import (
     AX,
     AY,
+    BOTTOM,
     EPOCH,
+    LEFT,
     RADIUS,
+    RIGHT,
     VX,
     VY,
     Balls,
+    Laws,
     X,
     Y,
 )
-from engine._tolerances import CONTACT_TOLERANCE, EPS, GAP_ULPS
+from engine._tolerances import CONTACT_REACH, CONTACT_TOLERANCE, EPS, GAP_ULPS
 
 
 @kernel
@@ -44,48 +48,91 @@ def relative_motion(
 
 
 @kernel
-def negligible_hop(rate: float, acceleration: float, reach: float) -> bool:
-    """Whether a gap that opens at `rate` and is pulled back would open by less than is resolved.
+def at_rest(balls: Balls, i: int) -> bool:
+    """Whether ball i has no velocity."""
+    return bool(balls.state[VX, i] == 0.0 and balls.state[VY, i] == 0.0)
 
-    A hop at speed v under a rises v^2 / 2a. Below `CONTACT_TOLERANCE` of the centre distance it
-    counts as staying in contact.
+
+@kernel
+def cushion_side(laws: Laws, cushion: int) -> tuple[float, float, float]:
+    """Return a cushion's unit normal into the table, and the line of its nose [m] along it.
+
+    The line is an infinite coordinate where that side has no cushion.
     """
-    return rate * rate <= 2.0 * acceleration * (CONTACT_TOLERANCE * reach)
+    if cushion == LEFT:
+        return 1.0, 0.0, laws.left
+    if cushion == RIGHT:
+        return -1.0, 0.0, laws.right
+    if cushion == BOTTOM:
+        return 0.0, 1.0, laws.bottom
+    return 0.0, -1.0, laws.top
 
 
 @kernel
-def gap_rounding(balls: Balls, i: int) -> float:
-    """Return the rounding [m] of a gap computed from ball i's coordinates at its epoch."""
-    coordinates: float = abs(balls.state[X, i]) + abs(balls.state[Y, i])
-    return GAP_ULPS * EPS * coordinates
+def cushion_gap(x: float, y: float, radius: float, laws: Laws, cushion: int) -> float:
+    """Return the gap [m] of a ball at (x, y) to a cushion; inf where that side has none."""
+    nx, ny, line = cushion_side(laws, cushion)
+    if math.isinf(line):
+        return math.inf
+    return nx * (x - line) + ny * (y - line) - radius
 
 
 @kernel
-def contact_tolerance(balls: Balls, i: int, reach: float) -> float:
-    """Gap or overlap [m] that a contact step of ball i may leave, at its epoch."""
-    return CONTACT_TOLERANCE * reach + 8.0 * gap_rounding(balls, i)
+def gap_rounding(balls: Balls, i: int, j: int) -> float:
+    """Return the rounding [m] of a gap computed from the coordinates of balls i and j."""
+    at_i: float = abs(balls.state[X, i]) + abs(balls.state[Y, i])
+    at_j: float = abs(balls.state[X, j]) + abs(balls.state[Y, j])
+    return GAP_ULPS * EPS * max(at_i, at_j)
 
 
 @kernel
-def cushion_in_contact(balls: Balls, i: int, gap: float, rate: float, deceleration: float) -> bool:
-    """Whether the gap [m] of ball i to a cushion, changing at `rate` [m/s], counts as closed."""
-    reach = 2.0 * balls.state[RADIUS, i]
-    touching = abs(gap) <= 4.0 * contact_tolerance(balls, i, reach)
-    return touching and negligible_hop(rate, 3.0 * deceleration, reach)
+def contact_tolerance(balls: Balls, i: int, j: int) -> float:
+    """Gap or overlap [m] that a contact step may leave between balls i and j.
+
+    For a ball and a cushion, j is i.
+    """
+    reach: float = balls.state[RADIUS, i] + balls.state[RADIUS, j]
+    return CONTACT_TOLERANCE * reach + 8.0 * gap_rounding(balls, i, j)
 
 
 @kernel
-def pair_in_contact(balls: Balls, i: int, j: int, t: float, deceleration: float) -> bool:
-    """Whether balls i and j count as in contact at the instant t [s].
+def negligible_hop(rate: float, acceleration: float, height: float) -> bool:
+    """Whether a gap that opens at `rate`, and is pulled back, opens by no more than `height` [m].
+
+    A hop at speed v under a rises v^2 / 2a.
+    """
+    return rate * rate <= 2.0 * acceleration * height
+
+
+@kernel
+def in_contact(gap: float, rate: float, tolerance: float, deceleration: float) -> bool:
+    """Whether a gap [m], changing at `rate` [m/s], counts as closed when a contact step starts.
 
     Friction pulls two balls together with at most twice the deceleration of one, and stops one that
     was struck at rest with as much again.
     """
+    touching = abs(gap) <= CONTACT_REACH * tolerance
+    return touching and negligible_hop(rate, 3.0 * deceleration, tolerance)
+
+
+@kernel
+def cushion_in_contact(balls: Balls, i: int, laws: Laws, cushion: int) -> bool:
+    """Whether ball i counts as in contact with a cushion, at its epoch."""
+    x, y = balls.state[X, i], balls.state[Y, i]
+    gap = cushion_gap(x, y, balls.state[RADIUS, i], laws, cushion)
+    nx, ny, _ = cushion_side(laws, cushion)
+    rate = nx * balls.state[VX, i] + ny * balls.state[VY, i]
+    return in_contact(gap, rate, contact_tolerance(balls, i, i), laws.deceleration)
+
+
+@kernel
+def pair_in_contact(balls: Balls, i: int, j: int, t: float, deceleration: float) -> bool:
+    """Whether balls i and j count as in contact at the instant t [s]."""
     rx, ry, vx, vy, _, _ = relative_motion(balls, i, j, t)
-    reach = balls.state[RADIUS, i] + balls.state[RADIUS, j]
     distance = math.sqrt(rx * rx + ry * ry)
-    touching = abs(distance - reach) <= 4.0 * contact_tolerance(balls, i, reach)
-    return touching and negligible_hop((rx * vx + ry * vy) / distance, 3.0 * deceleration, reach)
+    gap = distance - (balls.state[RADIUS, i] + balls.state[RADIUS, j])
+    rate = (rx * vx + ry * vy) / distance
+    return in_contact(gap, rate, contact_tolerance(balls, i, j), deceleration)
 
 
 @kernel

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import math
 
-from engine._geometry import blocking_ball, negligible_hop
+from engine._geometry import (
+    at_rest,
+    blocking_ball,
+    contact_tolerance,
+    cushion_side,
+    negligible_hop,
+)
 from engine._impact import bounce, collide_balls
 from engine._jit import kernel
-from engine._motion import advance, come_to_rest, cushion_gap, predict_motion
+from engine._motion import advance, come_to_rest, predict_motion
 from engine._pairs import IMPACT, NOT_YET, earliest, touching, update_ball
 from engine._press import press, release
 from engine._state import (
@@ -15,12 +21,10 @@ from engine._state import (
     AY,
     BALL_BALL,
     BALL_CUSHION,
-    BOTTOM,
     CONTACT_STEPS,
     EPOCH,
     EVENTS,
     LAST_EVENT,
-    LEFT,
     LOGGED_EVENTS,
     LOGGED_MOTIONS,
     NOW,
@@ -28,15 +32,13 @@ from engine._state import (
     OWN_CUSHION,
     OWN_REST,
     OWN_TIME,
-    RADIUS,
     REST,
-    RIGHT,
     RUN_EVENT_LIMIT,
     RUN_LOG_FULL,
     RUN_NOT_FINITE,
     RUN_RESTED,
     RUN_T_MAX,
-    TOP,
+    STEP,
     VX,
     VY,
     WHAT_A,
@@ -52,11 +54,12 @@ from engine._state import (
     X,
     Y,
 )
+from engine.result import EventKind
 
-# Values of `engine.result.EventKind`, as plain integers for the compiler.
-_BALL_BALL = 0
-_BALL_CUSHION = 1
-_ROLL_TO_REST = 3
+# Plain integers for the compiler.
+_BALL_BALL = int(EventKind.BALL_BALL)
+_BALL_CUSHION = int(EventKind.BALL_CUSHION)
+_ROLL_TO_REST = int(EventKind.ROLL_TO_REST)
 
 
 @kernel
@@ -81,7 +84,7 @@ def run(
     counters: IntArray,
     limit: int,
 ) -> int:
-    """Process events until every ball rests, `t_max`, `limit` events, or a full log.
+    """Process events until every ball rests, `t_max`, a full log, or `limit` events and steps.
 
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE.
 
@@ -89,8 +92,6 @@ def run(
     RUN_LOG_FULL or RUN_EVENT_LIMIT goes on where it stopped when called again.
     """
     while True:
-        if counters[EVENTS] + counters[CONTACT_STEPS] >= limit:
-            return RUN_EVENT_LIMIT
         if keep_log and _full(log, counters, len(balls.own_kind)):
             return RUN_LOG_FULL
 
@@ -103,28 +104,30 @@ def run(
             return RUN_RESTED
         if t > laws.t_max:
             return RUN_T_MAX
+        if counters[EVENTS] + counters[CONTACT_STEPS] >= limit:
+            return RUN_EVENT_LIMIT
 
         # Move its balls there and resolve it; mark every ball whose motion it changes.
         if balls.state[OWN_TIME, single] <= t:
             _resolve_own(balls, laws, contacts, single, t, clock, counters, log, keep_log)
         else:
-            verdict, row = touching(balls, laws, pairs, t, counters)
+            verdict, i, j = touching(balls, laws, pairs, t, counters)
             if verdict == NOT_YET:
                 continue
-            i, j = row, pairs.row_partner[row]
-            if j < i:
-                i, j = j, i
             if verdict == IMPACT:
                 _resolve_pair(balls, laws, contacts, i, j, t, clock, counters, log, keep_log)
             else:
-                press(balls, laws, contacts, i, j, t)
-                counters[CONTACT_STEPS] += 1
+                press(balls, laws, contacts, i, j, t, counters)
         clock[NOW] = t
 
         # Predict anew: every bound of a ball whose motion changed is void.
         for k in range(len(balls.own_kind)):
             if contacts.changed[k]:
                 contacts.changed[k] = False
+                if contacts.stopped[k]:
+                    contacts.stopped[k] = False
+                    counters[REST] += 1
+                    _note_event(_ROLL_TO_REST, k, -1, t, clock, counters, log, keep_log)
                 if keep_log:
                     _note_motion(balls, k, counters, log)
                 update_ball(balls, contacts.held, pairs, k, t, counters)
@@ -134,14 +137,14 @@ def run(
 def finish(balls: Balls, t: float) -> None:
     """Move every ball that still moves to the instant t [s], where the run stopped."""
     for i in range(len(balls.own_kind)):
-        if balls.state[VX, i] != 0.0 or balls.state[VY, i] != 0.0:
+        if not at_rest(balls, i):
             advance(balls, i, t)
 
 
 @kernel
 def _all_rest(balls: Balls) -> bool:
-    for i in range(len(balls.own_kind)):
-        if balls.state[VX, i] != 0.0 or balls.state[VY, i] != 0.0:
+    for i in range(len(balls.own_kind)):  # noqa: SIM110 - the compiler takes no generator
+        if not at_rest(balls, i):
             return False
     return True
 
@@ -184,8 +187,7 @@ def _resolve_own(
         advance(balls, i, t)
         blocking = _wedging_ball(balls, laws, i, cushion, t)
         if blocking >= 0:
-            press(balls, laws, contacts, i, blocking, t)
-            counters[CONTACT_STEPS] += 1
+            press(balls, laws, contacts, i, blocking, t, counters)
             return
         bounce(balls, i, cushion, laws)
         counters[BALL_CUSHION] += 1
@@ -196,11 +198,10 @@ def _resolve_own(
 @kernel
 def _wedging_ball(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -> int:
     """Return a ball that keeps ball i at the cushion, where a bounce would be negligible, or -1."""
-    _, rate, _ = cushion_gap(balls, i, laws, cushion)
-    if not negligible_hop(rate, 2.0 * laws.deceleration, 2.0 * balls.state[RADIUS, i]):
+    nx, ny, _ = cushion_side(laws, cushion)
+    rate = nx * balls.state[VX, i] + ny * balls.state[VY, i]
+    if not negligible_hop(rate, 2.0 * laws.deceleration, contact_tolerance(balls, i, i)):
         return -1
-    nx = 1.0 if cushion == LEFT else -1.0 if cushion == RIGHT else 0.0
-    ny = 1.0 if cushion == BOTTOM else -1.0 if cushion == TOP else 0.0
     return blocking_ball(balls, i, nx, ny, t, laws.deceleration)
 
 
@@ -232,6 +233,7 @@ def _set_free(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) ->
     """Predict ball i, whose velocity an event set; a cluster that it belonged to ends."""
     release(balls, laws, contacts, i, t)
     predict_motion(balls, i, laws)
+    contacts.motion[STEP, i] = 0.0
     contacts.changed[i] = True
 
 

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import math
 
-from engine._geometry import cushion_in_contact
+from engine._geometry import cushion_gap, cushion_in_contact, cushion_side
 from engine._jit import kernel
 from engine._state import (
     AX,
     AY,
-    BOTTOM,
     EPOCH,
-    LEFT,
     OWN_CUSHION,
     OWN_NONE,
     OWN_REST,
     OWN_TIME,
     RADIUS,
-    RIGHT,
     VX,
     VY,
     Balls,
@@ -137,26 +134,15 @@ def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, pressed: 
         balls.state[OWN_TIME, i] = balls.state[EPOCH, i]
         return
     for cushion in range(4):
-        gap, rate, acceleration = cushion_gap(balls, i, laws, cushion)
-        if gap == math.inf:
+        nx, ny, line = cushion_side(laws, cushion)
+        if math.isinf(line) or (pressed and cushion_in_contact(balls, i, laws, cushion)):
             continue
-        if pressed and cushion_in_contact(balls, i, gap, rate, laws.deceleration):
-            continue
-        s = first_crossing(gap, rate, acceleration)
+        gap = cushion_gap(
+            balls.state[X, i], balls.state[Y, i], balls.state[RADIUS, i], laws, cushion
+        )
+        rate = nx * balls.state[VX, i] + ny * balls.state[VY, i]
+        s = first_crossing(gap, rate, nx * balls.state[AX, i] + ny * balls.state[AY, i])
         if s < duration:
             duration = s
             balls.own_kind[i] = OWN_CUSHION + cushion
     balls.state[OWN_TIME, i] = balls.state[EPOCH, i] + duration
-
-
-@kernel
-def cushion_gap(balls: Balls, i: int, laws: Laws, cushion: int) -> tuple[float, float, float]:
-    """Gap [m] of ball i to a cushion at its epoch, its rate and acceleration; inf: no cushion."""
-    radius = balls.state[RADIUS, i]
-    if cushion == LEFT:
-        return (balls.state[X, i] - laws.left) - radius, balls.state[VX, i], balls.state[AX, i]
-    if cushion == RIGHT:
-        return (laws.right - balls.state[X, i]) - radius, -balls.state[VX, i], -balls.state[AX, i]
-    if cushion == BOTTOM:
-        return (balls.state[Y, i] - laws.bottom) - radius, balls.state[VY, i], balls.state[AY, i]
-    return (laws.top - balls.state[Y, i]) - radius, -balls.state[VY, i], -balls.state[AY, i]

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 
-from engine._geometry import negligible_hop, relative_motion
+from engine._geometry import at_rest, contact_tolerance, negligible_hop, relative_motion
 from engine._jit import kernel
 from engine._motion import first_crossing
 from engine._state import (
@@ -79,46 +79,37 @@ def earliest(pairs: Pairs) -> float:
 @kernel
 def touching(
     balls: Balls, laws: Laws, pairs: Pairs, t: float, counters: IntArray
-) -> tuple[int, int]:
-    """Judge every pair that is the earliest of its row, with the instant t [s] as its bound.
+) -> tuple[int, int, int]:
+    """Judge every pair whose bound is the instant t [s]: a verdict, and the pair that it is about.
 
-    Returns a verdict and its row: IMPACT, for the pair that approaches fastest where several do;
-    else PRESSED; else NOT_YET, when all those bounds have moved on.
+    IMPACT, for the pair that approaches fastest where several do; else PRESSED; else NOT_YET, when
+    all those bounds have moved on.
 
     Notes
     -----
     The fastest first, because impacts at one instant that feed each other (a plastic hit on a
-    frozen line) then die out like a relaxation of the whole line, not of its end over and over.
+    frozen line) then die out like a relaxation of the whole line, not of its end over and over;
+    and because that doesn't depend on the order of the balls.
     """
-    found, row, fastest = NOT_YET, 0, 0.0
-    for i in range(len(pairs.row_least)):
+    found, first, second, fastest = NOT_YET, 0, 0, 0.0
+    n = len(pairs.row_least)
+    for i in range(n):
         if pairs.row_least[i] > t:
             continue
-        verdict, speed = _refine(balls, laws, pairs, i, t, counters)
-        if verdict == IMPACT and speed > fastest:
-            found, row, fastest = IMPACT, i, speed
-        elif verdict == PRESSED and found == NOT_YET:
-            found, row = PRESSED, i
-    return found, row
-
-
-@kernel
-def _refine(
-    balls: Balls, laws: Laws, pairs: Pairs, i: int, t: float, counters: IntArray
-) -> tuple[int, float]:
-    """Judge row i's earliest pair at its bound, the instant t: a verdict, the approach speed.
-
-    On NOT_YET the bound has moved on.
-    """
-    j = pairs.row_partner[i]
-    counters[ADVANCEMENTS] += 1
-    verdict, bound, speed = _touch(balls, laws, i, j, t)
-    if verdict == NOT_YET:
-        if bound > min(balls.state[OWN_TIME, i], balls.state[OWN_TIME, j]):
-            bound = math.inf
-        pairs.bound[i, j] = bound
+        for j in range(n):
+            if pairs.bound[i, j] > t:
+                continue
+            counters[ADVANCEMENTS] += 1
+            verdict, bound, speed = _touch(balls, laws, i, j, t)
+            if verdict == NOT_YET:
+                own = min(balls.state[OWN_TIME, i], balls.state[OWN_TIME, j])
+                pairs.bound[i, j] = bound if bound <= own else math.inf
+            elif verdict == IMPACT and speed > fastest:
+                found, first, second, fastest = IMPACT, i, j, speed
+            elif verdict == PRESSED and found == NOT_YET:
+                found, first, second = PRESSED, i, j
         _rescan(pairs, i)
-    return verdict, speed
+    return found, min(first, second), max(first, second)
 
 
 @kernel
@@ -156,9 +147,10 @@ def _touch(balls: Balls, laws: Laws, i: int, j: int, t: float) -> tuple[int, flo
     if rate < -noise:
         # A rebound that slow ends within the tolerance, where friction pulls the balls together
         # again; the cloth also stops one that was struck at rest.
-        struck = _at_rest(balls, i) + _at_rest(balls, j)
-        closing = struck * laws.deceleration - opening
-        hop = (pulled or struck > 0) and negligible_hop(rate, closing, reach)
+        struck = at_rest(balls, i) or at_rest(balls, j)
+        closing = (laws.deceleration if struck else 0.0) - opening
+        tolerance = contact_tolerance(balls, i, j)
+        hop = (pulled or struck) and negligible_hop(rate, closing, tolerance)
         return (PRESSED if hop else IMPACT), t, -rate
     if rate > noise and progress:
         return NOT_YET, t + s, 0.0
@@ -181,11 +173,6 @@ def _next_approach(opening: float, vx: float, vy: float, ax: float, ay: float) -
     if linear >= 0.0 or discriminant < 0.0:
         return math.inf
     return 2.0 * opening / (math.sqrt(discriminant) - linear)
-
-
-@kernel
-def _at_rest(balls: Balls, i: int) -> int:
-    return 1 if balls.state[VX, i] == 0.0 and balls.state[VY, i] == 0.0 else 0
 
 
 @kernel

@@ -8,10 +8,14 @@ the cluster closed for as long as it has to push.
 That motion isn't polynomial, because the line of centres and the direction of friction turn. It is
 followed in steps of constant acceleration, each as long as keeps every gap within
 `CONTACT_TOLERANCE` diameters (4e-13 m for pool balls), checked on the very polynomials that the
-balls then follow. Normals and friction are taken at the middle of the step, so that its error is
-third order in its length. The forces come from projected Gauss-Seidel on the gaps at the end of the
-step. No ball is displaced, and energy can't rise: the impulses are plastic, and the force works on
-a gap that stays closed.
+balls then follow, at the step's end and twice within. Normals and friction are taken at the middle
+of the step, so that its error is third order in its length. The forces come from projected
+Gauss-Seidel on the gaps at the end of the step. No ball is displaced. Impulses are plastic, and a
+force works on a gap that stays within the tolerance: what energy that could add is far below what
+friction takes in the same step.
+
+A ball so slow that the cloth would stop it within the tolerance is brought to rest by the end of
+its step, unless it is pushed harder than mu m g.
 
 Each step is counted in `work["contact_steps"]`.
 """
@@ -20,16 +24,11 @@ from __future__ import annotations
 
 import math
 
-from engine._contact_force import SWEEPS, at_rest, gap_after, solve, stopping
-from engine._geometry import (
-    cushion_in_contact,
-    negligible_hop,
-    pair_in_contact,
-)
+from engine._contact_force import SWEEPS, gap_after, solve, stopping
+from engine._geometry import at_rest, cushion_in_contact, negligible_hop, pair_in_contact
 from engine._jit import kernel
 from engine._motion import (
     advance,
-    cushion_gap,
     predict_cushion,
     predict_motion,
     speed_of,
@@ -37,6 +36,7 @@ from engine._motion import (
 from engine._state import (
     AX,
     AY,
+    CONTACT_STEPS,
     FIRST,
     FREE,
     MASS,
@@ -47,16 +47,19 @@ from engine._state import (
     RADIUS,
     SECOND,
     STEP,
+    UNSOLVED_STEPS,
     VX,
     VY,
     Balls,
     Contacts,
+    IntArray,
     Laws,
 )
-from engine._tolerances import APPROACH_ROUNDING
+from engine._tolerances import APPROACH_ROUNDING, CONTACT_TOLERANCE, EPS
 
 _HALVINGS = 100
-"""Most halvings of a step. 60 shorten it below any clock's resolution, so more are never needed."""
+"""Most halvings of a step; a step that none of them makes solvable is taken all the same, and
+counted in `work["unsolved_contact_steps"]`. None has been seen."""
 
 _RESIDUE = 2.0**-20
 """Hop, in units of a negligible one, left to the contact force: a thousandth of its speed."""
@@ -86,32 +89,47 @@ def release(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> N
 
 
 @kernel
-def press(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float) -> None:
+def press(
+    balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float, counters: IntArray
+) -> None:
     """Start a contact step, at the instant t [s], for the cluster that the pair i, j belongs to.
 
     Contract: every member is advanced to t, given its acceleration and an own event no later than
-    the step's end, and marked in `contacts.changed`. No allocation: `contacts` has room.
+    the step's end, and marked in `contacts.changed`; one that the approach's end stopped is marked
+    in `contacts.stopped`. No allocation: `contacts` has room.
     """
+    counters[CONTACT_STEPS] += 1
     members = _gather_members(balls, laws, contacts, i, j, t)
     count = _gather_contacts(balls, laws, contacts, members, t)
-    _stop_approach(balls, laws, contacts, count)
+    _stop_approach(balls, laws, contacts, members, count)
     step = _next_step(balls, laws, contacts, members)
     duration = min(step, _time_to_stop(balls, laws, contacts, members))
+    solved = False
     for _ in range(_HALVINGS):
-        if solve(balls, laws, contacts, members, count, duration):
+        solved = solve(balls, laws, contacts, members, count, duration)
+        if solved:
             break
         duration *= 0.5
         step = duration
+    if not solved:
+        counters[UNSOLVED_STEPS] += 1
     for m in range(members):
         k = contacts.member[m]
-        speed = speed_of(balls.state[VX, k], balls.state[VY, k])
-        rests = 0.0 < speed <= duration * laws.deceleration
         balls.state[AX, k] = contacts.motion[NEW_AX, k]
         balls.state[AY, k] = contacts.motion[NEW_AY, k]
-        balls.own_kind[k] = OWN_REST if rests else OWN_CONTACT
+        balls.own_kind[k] = OWN_REST if _comes_to_rest(balls, k, duration) else OWN_CONTACT
         predict_cushion(balls, k, laws, duration, True)
         contacts.motion[STEP, k] = step
         contacts.changed[k] = True
+
+
+@kernel
+def _comes_to_rest(balls: Balls, k: int, duration: float) -> bool:
+    """Whether member k moves, and its acceleration takes just that velocity in `duration`."""
+    left_x = balls.state[VX, k] + duration * balls.state[AX, k]
+    left_y = balls.state[VY, k] + duration * balls.state[AY, k]
+    speed = speed_of(balls.state[VX, k], balls.state[VY, k])
+    return speed > 0.0 and speed_of(left_x, left_y) <= 4.0 * EPS * speed
 
 
 @kernel
@@ -162,8 +180,7 @@ def _gather_contacts(balls: Balls, laws: Laws, contacts: Contacts, members: int,
                 contacts.held[j, k] = True
                 count += 1
         for cushion in range(4):
-            gap, rate, _ = cushion_gap(balls, k, laws, cushion)
-            if cushion_in_contact(balls, k, gap, rate, laws.deceleration):
+            if cushion_in_contact(balls, k, laws, cushion):
                 contacts.ends[FIRST, count] = k
                 contacts.ends[SECOND, count] = -1 - cushion
                 count += 1
@@ -171,12 +188,15 @@ def _gather_contacts(balls: Balls, laws: Laws, contacts: Contacts, members: int,
 
 
 @kernel
-def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> None:
+def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int) -> None:
     """Take away what approach is left at the contacts, plastically: each is a negligible hop.
 
     A ball at rest stays so, since the cloth would stop it again within the tolerance; unless that
     doesn't do, as for a ball that others drive like a wedge.
     """
+    for m in range(members):
+        k = contacts.member[m]
+        contacts.stopped[k] = not at_rest(balls, k)  # for now: that it moves
     for sweep in range(SWEEPS):
         firm = sweep < SWEEPS // 2
         approaching = False
@@ -193,10 +213,9 @@ def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> 
                 elif not (firm and at_rest(balls, b)):
                     share = balls.state[MASS, b] / (balls.state[MASS, a] + balls.state[MASS, b])
                 size += abs(balls.state[VX, b]) + abs(balls.state[VY, b])
-            radius = balls.state[RADIUS, a]
-            if rate >= -APPROACH_ROUNDING * size:
-                continue
-            if negligible_hop(rate, laws.deceleration, _RESIDUE * radius):
+            tolerance = CONTACT_TOLERANCE * balls.state[RADIUS, a]
+            residue = negligible_hop(rate, laws.deceleration, _RESIDUE * tolerance)
+            if rate >= -APPROACH_ROUNDING * size or residue:
                 continue
             approaching = True
             balls.state[VX, a] += share * rate * nx
@@ -205,7 +224,10 @@ def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> 
                 balls.state[VX, b] -= (1.0 - share) * rate * nx
                 balls.state[VY, b] -= (1.0 - share) * rate * ny
         if not approaching:
-            return
+            break
+    for m in range(members):
+        k = contacts.member[m]
+        contacts.stopped[k] = contacts.stopped[k] and at_rest(balls, k)
 
 
 @kernel
@@ -224,14 +246,11 @@ def _next_step(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> fl
 
 @kernel
 def _time_to_stop(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> float:
-    """Return how long a step may be without a member stopping within it [s]."""
+    """Return how long a step may be [s] so that no member loses more than half of its speed."""
     longest = math.inf
     for m in range(members):
         k = contacts.member[m]
-        speed = speed_of(balls.state[VX, k], balls.state[VY, k])
-        if speed > 0.0:
-            limit = speed / laws.deceleration
-            if not stopping(balls, laws, k, speed):
-                limit *= 0.5  # one that stops within the tolerance is let come to rest
-            longest = min(longest, limit)
+        if not stopping(balls, laws, k):
+            speed = speed_of(balls.state[VX, k], balls.state[VY, k])
+            longest = min(longest, 0.5 * speed / laws.deceleration)
     return longest

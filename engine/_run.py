@@ -76,7 +76,8 @@ class Run:
             self.t_end = float(self._clock[s.LAST_EVENT])
         finish(self._balls, self.t_end)
         if self.status is Status.EVENT_LIMIT:
-            self.reason = f"{max_events} events by t = {now:.9g} s"
+            events, steps = self._counters[s.EVENTS], self._counters[s.CONTACT_STEPS]
+            self.reason = f"{events} events and {steps} contact steps by t = {now:.9g} s"
         elif self.status is Status.FAILED:
             self.reason = f"a time became NaN after t = {now:.9g} s"
         self._check_resolved()
@@ -110,12 +111,19 @@ class Run:
                 limit,
             )
             if code == s.RUN_LOG_FULL:
-                self._logs.append(self._trimmed_log())
-                self._log = s.log_of(2 * len(self._log.time), len(self._balls.own_kind))
-                counters[s.LOGGED_EVENTS] = 0
-                counters[s.LOGGED_MOTIONS] = 0
+                self._start_new_log()
             elif code != s.RUN_EVENT_LIMIT or limit == max_events:
                 return code
+
+    def _start_new_log(self) -> None:
+        """Keep the full log and go on in one twice as large."""
+        full = self._trimmed_log()
+        larger = s.log_of(2 * len(self._log.time), len(self._balls.own_kind))
+        # In this order an interrupt in between loses nothing and repeats nothing: an empty new log
+        # first, then the full one is kept.
+        self._log = larger
+        self._counters[[s.LOGGED_EVENTS, s.LOGGED_MOTIONS]] = 0
+        self._logs.append(full)
 
     def final_state(self) -> Samples:
         """State of every ball at `t_end`, arrays (1, n, 3)."""
@@ -139,6 +147,7 @@ class Run:
             "bounds": int(self._counters[s.BOUNDS]),
             "advancement_steps": int(self._counters[s.ADVANCEMENTS]),
             "contact_steps": int(self._counters[s.CONTACT_STEPS]),
+            "unsolved_contact_steps": int(self._counters[s.UNSOLVED_STEPS]),
         }
 
     def events(self) -> Events | None:

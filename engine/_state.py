@@ -76,6 +76,7 @@ class Contacts(NamedTuple):
     cluster: IntArray  # (n,) label of the ball's cluster, or FREE
     held: BoolArray  # (n, n) whether a contact step holds the pair together
     changed: BoolArray  # (n,) whether this event changed the ball's motion
+    stopped: BoolArray  # (n,) whether a contact step's start stopped the ball
     member: IntArray  # (n,) balls of the cluster at hand
     motion: FloatArray  # (5, n): rows STEP ... NEW_AY below, by ball
     ends: IntArray  # (2, m) FIRST: a ball; SECOND: the other, or -1 minus a cushion's index
@@ -83,7 +84,7 @@ class Contacts(NamedTuple):
 
 
 # Rows of `Contacts.motion`.
-STEP = 0  # length of the ball's last contact step [s], 0 for none
+STEP = 0  # length that was good for the ball's last contact step [s]; 0: none since a collision
 PUSH_X = 1  # contact force on a member [N]
 PUSH_Y = 2
 NEW_AX = 3  # acceleration of a member [m/s^2]
@@ -113,7 +114,7 @@ WHAT_A = 1
 WHAT_B = 2  # second ball, cushion index or -1
 
 
-# Columns of `Counters`, an int64 array.
+# Places in the array of counters, int64.
 EVENTS = 0
 BALL_BALL = 1
 BALL_CUSHION = 2
@@ -121,11 +122,12 @@ REST = 3
 BOUNDS = 4
 ADVANCEMENTS = 5
 CONTACT_STEPS = 6
-LOGGED_EVENTS = 7
-LOGGED_MOTIONS = 8
-COUNTERS = 9
+UNSOLVED_STEPS = 7
+LOGGED_EVENTS = 8
+LOGGED_MOTIONS = 9
+COUNTERS = 10
 
-# Columns of `Clock`, a float64 array.
+# Places in the array of instants, float64 [s].
 NOW = 0
 LAST_EVENT = 1
 CLOCKS = 2
@@ -198,6 +200,7 @@ def contacts_of(n: int) -> Contacts:
         cluster=np.full(n, FREE, dtype=np.int64),
         held=np.zeros((n, n), dtype=np.bool_),
         changed=np.zeros(n, dtype=np.bool_),
+        stopped=np.zeros(n, dtype=np.bool_),
         member=np.zeros(n, dtype=np.int64),
         motion=np.zeros((5, n)),
         ends=np.zeros((2, m), dtype=np.int64),

@@ -1,8 +1,10 @@
-"""Every tolerance of the engine, each derived from the rounding of double precision, each with why.
+"""The tolerances of the engine, each with why.
 
-There is no physical tolerance here: no speed below which a ball counts as resting, no distance
-below which balls count as touching, no time below which events count as simultaneous. What follows
-only says when a computed sign is noise.
+All but the contact step's are derived from the rounding of double precision and only say when a
+computed sign is noise: free balls have no speed below which they rest, no distance below which they
+touch, no time below which events are simultaneous. A contact step has a tolerance of its own, and
+what counts as touching, slow or negligible within one follows from it. How a step is chosen is no
+tolerance: those constants are in `_press` and `_contact_force`.
 """
 
 from __future__ import annotations
@@ -40,13 +42,18 @@ APPROACH_ROUNDING = 8.0 * EPS
 """Speed of approach, in units of both balls' speeds, whose sign is noise.
 
 An impact with restitution 0 leaves up to about 4 EPS of the speeds, of either sign. Taken as an
-approach it would be resolved again and again at the same instant, changing nothing.
+approach it would be resolved again and again at the same instant, changing nothing. The price: two
+balls that truly approach so slowly are let pass, and overlap by up to this part of the way that
+they go together, as much as the rounding of their velocities moves them anyway.
 """
 
 CONTACT_TOLERANCE = 2.0**-37
 """Opening or overlap, in diameters, of a gap that a contact force holds closed (see `_press`).
 
 4e-13 m for pool balls: a thousand roundings of a coordinate on a table, so that the force is not
-made of noise, and well below the 1e-12 m that balls may overlap. It is the one approximation in the
-engine; a run that used it says so in `work["contact_steps"]`.
+made of noise. It is the one approximation in the engine; a run that used it says so in
+`work["contact_steps"]`.
 """
+
+CONTACT_REACH = 4.0
+"""Gap, in tolerances, up to which balls join a contact step: steps before it may have left one."""

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from engine.errors import UnsupportedSceneError
-from engine.scene import CUSHIONS, Scene, rolling_angular_velocity
+from engine.scene import CUSHIONS, Scene
 
 
 class Feature(enum.Enum):
@@ -77,12 +77,6 @@ def scene_features(scene: Scene) -> tuple[Feature, ...]:
             Feature.MATHAVAN_CUSHION: physics.cushion == "mathavan2010",
         }
     return tuple(feature for feature in Feature if needed.get(feature, False))
-
-
-def starts_rolling(scene: Scene) -> bool:
-    """Whether every moving ball starts by rolling without slip."""
-    rolling = rolling_angular_velocity(scene.velocities, scene.radii)
-    return bool(np.array_equal(scene.angular_velocities[:, :2], rolling[:, :2]))
 
 
 def missing_features(capabilities: Capabilities, scene: Scene) -> tuple[str, ...]:

@@ -211,9 +211,3 @@ def event_dict(event: Any) -> dict[str, Any]:
     elif kind is not EventKind.BALL_BALL:
         b = None
     return {"t": float(event["t"]), "kind": kind.label, "a": int(event["a"]), "b": b}
-
-
-def count_collisions(events: Events) -> dict[str, int]:
-    """Count the collisions of an event log by kind."""
-    kinds = events["kind"]
-    return {kind.label: int(np.count_nonzero(kinds == kind)) for kind in COLLISION_KINDS}

@@ -213,7 +213,8 @@ class Ball(_Model):
 class Table(_Model):
     """A rectangle between cushion noses, from (0, 0) to (length, width) [m].
 
-    `cushions` names the sides that have one; a side without is open and the cloth goes on.
+    `cushions` names the sides that have one; a side without is open and the cloth goes on. Where a
+    neighbouring side is open, a cushion's line goes on too, without end.
     """
 
     length: Positive

@@ -47,7 +47,7 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
         "rest" keeps the end only. "events" keeps every event with the states there, from which the
         motion can be sampled at any time; "trajectory" is the same for this engine.
     max_events : int
-        Where to give up; the result then says so in `status`.
+        Events and contact steps after which to give up; the result then says so in `status`.
 
     Returns
     -------
@@ -69,8 +69,10 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
     check_supported("ghostball", CAPABILITIES, scene)
     if record not in RECORDS:
         raise GhostballError(f"`record` must be one of {', '.join(RECORDS)}, got {record!r}")
-    if max_events < 1:
-        raise GhostballError(f"`max_events` must be at least 1, got {max_events}")
+    if not isinstance(max_events, int) or isinstance(max_events, bool) or max_events < 1:
+        raise GhostballError(
+            f"`max_events` must be a whole number of at least 1, got {max_events!r}"
+        )
     warm_up()
     from engine._run import Run  # noqa: PLC0415 - see `warm_up`
 

@@ -49,9 +49,9 @@ def gas() -> Scene:
 
 SCENES = {"paper-break": paper_break, "lossy-break": lossy_break, "gas": gas}
 STORED = {
-    "paper-break": "a8c0328850360fa71028ec8720c1cdffee40444ea48bd693b486aedb1c6e0741",
-    "lossy-break": "d8c41c352974e6f6022477fce616688b9233a99e518d1bf605c350cc039b928d",
-    "gas": "3435e4d4e8abd1ab1f65af563ff29cc6fb1f5150dff99a777cdf2e83eb0e0ef2",
+    "paper-break": "5034fd117782e2c6b20f32a7b06224e54caa8b80d455ef8e61201be3e6c64240",
+    "lossy-break": "436f530bfa76b7684a5a3207bea19df81854150c401e93980e0f1bd0b0318ee4",
+    "gas": "a941d6f93975c6f709d03ce386f7ad67b807fc290f506ea0ab7c4b3d03a10c82",
 }
 
 

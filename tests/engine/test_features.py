@@ -15,7 +15,6 @@ from engine.features import (
     check_supported,
     missing_features,
     scene_features,
-    starts_rolling,
 )
 
 PLAIN = (Feature.ROLLING, Feature.UNBOUNDED_CLOTH)
@@ -99,13 +98,6 @@ def test_features_come_in_one_order():
     order = list(Feature)
     positions = [order.index(feature) for feature in scene_features(scene)]
     assert positions == sorted(positions)
-
-
-def test_starts_rolling():
-    assert starts_rolling(scene_of(ball((0, 0), (1, 2))))
-    assert not starts_rolling(
-        scene_of(ball((0, 0), (1, 2), angular_velocity=(0, 0, 0)), motion="sliding")
-    )
 
 
 def test_an_engine_lacks_what_it_does_not_mention_and_what_it_says_it_lacks():

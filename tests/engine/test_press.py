@@ -1,9 +1,13 @@
 """Sustained contact, against an independent integration of the constrained motion."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from engine import Ball, Physics, Scene, Status, simulate
+from engine import Ball, EventKind, Physics, Scene, Status, simulate
+
+SCENES = Path(__file__).parent.parent / "support" / "scenes"
 
 R = 0.028575
 DECELERATION = 0.02 * 9.81
@@ -79,3 +83,38 @@ def test_a_contact_step_may_be_cut_by_t_max():
     assert np.allclose(
         stopped.rest_positions, whole.sample([0.0503]).positions[0], rtol=0.0, atol=1e-12
     )
+
+
+def deepest_overlap(scene, result, samples=20_001):
+    positions = result.sample(np.linspace(0.0, result.rest_time, samples)).positions[:, :, :2]
+    radii = scene.radii
+    return max(
+        np.max(radii[i] + radii[j] - np.hypot(*(positions[:, i] - positions[:, j]).T))
+        for i in range(len(radii))
+        for j in range(i)
+    )
+
+
+def test_a_slow_ball_that_is_pushed_is_not_stopped_again_and_again():
+    """Stopping it each step moved it off the motion that its neighbours' forces were made for."""
+    scene = Scene.load(SCENES / "pushed-slow-ball.toml")
+    result = simulate(scene, record="events")
+    assert result.status is Status.REST
+    assert np.count_nonzero(result.events["kind"] == EventKind.ROLL_TO_REST) <= len(scene.balls)
+    assert deepest_overlap(scene, result) < 1e-12
+
+
+def test_the_run_ends_when_the_last_ball_stops_also_where_a_contact_stops_it():
+    scene = Scene.load(SCENES / "stopped-by-contact.toml")
+    result = simulate(scene, record="events")
+    assert result.status is Status.REST
+    end = result.sample([result.rest_time])
+    assert not np.any(end.velocities)
+    assert np.array_equal(end.positions[0], result.rest_positions)
+
+
+def test_no_step_was_left_unsolved():
+    for scene in (pressed_pair(0.5), Scene.load(SCENES / "pushed-slow-ball.toml")):
+        work = simulate(scene).work
+        assert work["contact_steps"] > 0
+        assert work["unsolved_contact_steps"] == 0

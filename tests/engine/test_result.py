@@ -17,7 +17,7 @@ from engine import (
     Samples,
     Status,
 )
-from engine.result import count_collisions, event_dict, initial_state
+from engine.result import event_dict, initial_state
 
 SCENE = scene_of(ball((0.1, 0.2), (1.0, 0.5)), ball((0.9, 0.2)))
 EVENTS = np.array(
@@ -33,7 +33,7 @@ def result_with(**fields) -> Result:
         "status": Status.REST,
         "final_state": initial_state(SCENE),
         "rest_time": 2.0,
-        "collision_counts": count_collisions(EVENTS),
+        "collision_counts": {"ball-ball": 1, "ball-cushion": 2},
         "work": {"steps": 7},
         "wall_time": 0.25,
         "events": EVENTS,
@@ -56,11 +56,6 @@ def test_only_rest_and_t_max_are_complete():
 
 def test_every_status_says_what_it_means():
     assert all(len(status.value) > 20 for status in Status)
-
-
-def test_collisions_are_counted_by_kind_and_rest_is_not_one():
-    assert count_collisions(EVENTS) == {"ball-ball": 1, "ball-cushion": 2}
-    assert count_collisions(EVENTS[:0]) == {"ball-ball": 0, "ball-cushion": 0}
 
 
 def test_the_second_of_an_event_is_a_ball_a_cushion_or_nothing():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from fractions import Fraction
 
@@ -10,7 +11,7 @@ import pytest
 from invariants import EPS, collisions, energies, instants, overlaps
 from shots import POOL_TABLE, R, ball, random_break, scene_of
 
-from engine import EventKind, Result, Scene, Status, Table, simulate
+from engine import Ball, EventKind, GhostballError, Result, Scene, Status, Table, simulate
 
 HIT = EventKind.BALL_BALL
 ENOUGH_EVENTS = 20_000
@@ -283,3 +284,42 @@ def test_an_elastic_gas_without_friction_runs_on(e):
         t_max=60.0,
     )
     assert_sound(simulate(scene, record="trajectory", max_events=10 * ENOUGH_EVENTS))
+
+
+def test_of_two_impacts_at_one_instant_the_faster_comes_first_in_any_order():
+    """Judging only one pair of each ball's row would depend on the order of the balls."""
+    slant = math.radians(70)
+    balls = [
+        Ball(id="m", position=(0.0, 0.0), velocity=(1.0, 0.5)),
+        Ball(id="x", position=(2 * 0.028575, 0.0)),
+        Ball(id="y", position=(2 * 0.028575 * math.cos(slant), 2 * 0.028575 * math.sin(slant))),
+    ]
+    ends = []
+    for order in itertools.permutations(range(3)):
+        result = simulate(Scene(name="tie", balls=[balls[k] for k in order]), record="events")
+        assert {order[k] for k in result.events[0][["a", "b"]].tolist()} == {0, 1}
+        ends.append(result.rest_positions[np.argsort(order)])
+    assert all(np.array_equal(end, ends[0]) for end in ends)
+
+
+def test_max_events_may_be_just_what_the_run_needs():
+    scene = Scene(name="one", balls=[Ball(id="a", position=(0, 0), velocity=(1, 0))])
+    assert simulate(scene, max_events=1).status is Status.REST
+
+
+@pytest.mark.parametrize("wrong", [0, -1, 2.5, float("inf"), True, "a", None])
+def test_max_events_must_be_a_whole_number(wrong):
+    scene = Scene(name="one", balls=[Ball(id="a", position=(0, 0), velocity=(1, 0))])
+    with pytest.raises(GhostballError, match="max_events"):
+        simulate(scene, max_events=wrong)
+
+
+def test_a_full_hit_along_an_axis_stops_the_cue_ball_exactly():
+    rng = np.random.default_rng(5)
+    for _ in range(100):
+        x, v = rng.uniform(0.1, 0.9), rng.uniform(0.3, 3.0)
+        cue = Ball(id="cue", position=(x, 0.5), velocity=(v, 0.0))
+        scene = Scene(name="full", balls=[cue, Ball(id="object", position=(1.1, 0.5))])
+        result = simulate(scene, record="events")
+        kinds = result.events["kind"].tolist()
+        assert kinds in ([EventKind.BALL_BALL, EventKind.ROLL_TO_REST], [EventKind.ROLL_TO_REST])
