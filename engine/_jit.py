@@ -13,6 +13,7 @@ import hashlib
 import logging
 import os
 import shutil
+import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -46,8 +47,11 @@ def kernel(function: Function) -> Function:
     """
     if _config.DISABLE_JIT:
         return function
+    directory = cache_directory()
+    if directory is None:
+        return cast(Function, numba.njit(**OPTIONS)(function))
     # The directory is read when caching is enabled, that is while the decorator runs.
-    previous, _config.CACHE_DIR = _config.CACHE_DIR, str(cache_directory())
+    previous, _config.CACHE_DIR = _config.CACHE_DIR, str(directory)
     try:
         return cast(Function, numba.njit(cache=True, **OPTIONS)(function))
     finally:
@@ -55,13 +59,27 @@ def kernel(function: Function) -> Function:
 
 
 @cache
-def cache_directory() -> Path:
-    """Directory of this package's compiled kernels; made, and old ones removed, on first use."""
+def cache_directory() -> Path | None:
+    """Directory of this package's compiled kernels; made, and old ones removed, on first use.
+
+    None where it can't be written: kernels are then compiled in each process anew, and a warning
+    says so.
+    """
     root = cache_root()
     directory = root / cache_key()
-    directory.mkdir(parents=True, exist_ok=True)
-    os.utime(directory)
-    _prune(root, keep=directory)
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=directory).close()
+        os.utime(directory)
+        _prune(root, keep=directory)
+    except OSError as error:
+        logger.warning(
+            "compiled kernels can't be kept in %s: %s. Every run will compile them again; set "
+            "GHOSTBALL_CACHE_DIR to a directory that can be written",
+            root,
+            error.strerror or type(error).__name__,
+        )
+        return None
     return directory
 
 
@@ -88,7 +106,10 @@ def cache_key() -> str:
 
 def compiled() -> bool:
     """Whether the kernels of this very source are in the cache, so that a first run is quick."""
-    return bool(_config.DISABLE_JIT) or any(cache_directory().glob("**/_loop.run-*.nbc"))
+    if _config.DISABLE_JIT:
+        return True
+    directory = cache_directory()
+    return directory is not None and any(directory.glob("**/_loop.run-*.nbc"))
 
 
 def announce_compilation() -> None:

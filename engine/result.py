@@ -116,14 +116,14 @@ class Result:
 
         Parameters
         ----------
-        times : (k,) float64 [s], in any order; past the end of the run the balls stay as they ended
+        times : (k,) float64 [s], in any order, from 0; past the end the balls stay as they ended
 
         Raises
         ------
         GhostballError
-            Where the run recorded nothing to sample from.
+            Where the run recorded nothing to sample from, or a time is negative or NaN.
         """
-        return self._recorded().sample(np.atleast_1d(np.asarray(times, dtype=np.float64)))
+        return self._recorded().sample(_instants(times))
 
     def energy(self, times: ArrayLike) -> Energy:
         """Return the total energy at `times` [J], split in translation, rotation and height.
@@ -147,7 +147,7 @@ class Result:
             raise GhostballError(
                 f"engine `{self.engine}` records no orientation; engine `ghostball` does"
             )
-        return trajectory.orientation(np.atleast_1d(np.asarray(times, dtype=np.float64)))
+        return trajectory.orientation(_instants(times))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as plain values, the object that `simulate --json` prints."""
@@ -182,6 +182,17 @@ class Result:
                 '`record`. Call simulate(scene, record="trajectory")'
             )
         return self.trajectory
+
+
+def _instants(times: ArrayLike) -> NDArray[np.float64]:
+    """Return `times` as an array (k,), checked."""
+    t = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    if t.ndim != 1:
+        raise GhostballError(f"`times` must be one-dimensional, got shape {t.shape}")
+    wrong = t[~(t >= 0.0)]
+    if len(wrong):
+        raise GhostballError(f"`times` must be at least 0 s, got {wrong[0]}; a shot starts at 0")
+    return t
 
 
 def _finite(value: Any) -> Any:

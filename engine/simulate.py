@@ -59,13 +59,17 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
     UnsupportedSceneError
         Where the scene needs physics that this engine lacks.
     GhostballError
-        Where `record` or `max_events` is wrong.
+        Where `scene`, `record` or `max_events` is wrong.
 
     Notes
     -----
     Between events each ball moves in closed form; the next contact is the first entering root of
     the true gap (`engine/_pairs.py`). There is no time step.
     """
+    if not isinstance(scene, Scene):
+        raise GhostballError(
+            f"`scene` must be a Scene, got {type(scene).__name__}. Read one with Scene.load(path)"
+        )
     check_supported("ghostball", CAPABILITIES, scene)
     if record not in RECORDS:
         raise GhostballError(f"`record` must be one of {', '.join(RECORDS)}, got {record!r}")

@@ -7,7 +7,6 @@ import os
 import platform
 import re
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from importlib.metadata import PackageNotFoundError, requires, version
 from typing import NamedTuple
@@ -83,16 +82,13 @@ def _kernels() -> Iterator[Finding]:
     if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
         yield Finding("kernels", State.NOTE, "interpreted: NUMBA_DISABLE_JIT is set; runs are slow")
         return
-    try:
-        directory = _jit.cache_directory()
-        with tempfile.NamedTemporaryFile(dir=directory):
-            pass
-    except OSError as error:
+    directory = _jit.cache_directory()
+    if directory is None:
         yield Finding(
             "kernels",
             State.BROKEN,
-            f"{_jit.cache_root()}: can't be written: {error.strerror}. Set GHOSTBALL_CACHE_DIR to "
-            "a folder that can",
+            f"{_jit.cache_root()}: can't be written, so every run compiles again. Set "
+            "GHOSTBALL_CACHE_DIR to a folder that can",
         )
         return
     size = sum(path.stat().st_size for path in directory.rglob("*") if path.is_file())

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from engine import Scene, Status, simulate
+
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -13,8 +15,17 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 def test_the_program_runs(capsys):
     program = re.search(r"```python\n(.*?)```", README, re.DOTALL)[1]
     assert len(program.splitlines()) <= 10
-    exec(compile(program, "README.md", "exec"), {})
+    names = {}
+    exec(compile(program, "README.md", "exec"), names)
     assert "ball-ball" in capsys.readouterr().out
+    difference = abs(names["other"].rest_positions - names["exact"].rest_positions).max()
+    assert 0.5e-3 < difference < 2e-3  # "a millimetre"
+
+
+def test_the_scene_is_one():
+    lines = re.search(r"( {4}schema = 1\n(?: {4}.*\n)*)", README)[1]
+    scene = Scene.loads("".join(line[4:] for line in lines.splitlines(keepends=True)))
+    assert simulate(scene).status is Status.REST
 
 
 def test_it_is_short_and_its_links_lead_somewhere():

@@ -71,3 +71,15 @@ def test_old_caches_are_removed_and_recent_ones_kept(tmp_path):
     _jit._prune(tmp_path, keep=tmp_path / "cache7")
     left = {path.name for path in tmp_path.iterdir()}
     assert left == {"cache7", "cache0", "cache1", "cache2", "cache3"}
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_an_unwritable_cache_is_said_and_does_not_stop_the_run(tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    shutil.copytree(SOURCES, tmp_path / "engine", ignore=shutil.ignore_patterns("__pycache__"))
+    found, messages = run_copy(tmp_path, blocked / "cache")
+    assert found == pytest.approx(1 / (0.02 * 9.81))
+    assert "GHOSTBALL_CACHE_DIR" in messages
+    assert "Traceback" not in messages

@@ -10,12 +10,15 @@ from shots import R, ball, scene_of
 
 from engine import (
     EVENT_DTYPE,
+    Ball,
     EventKind,
     GhostballError,
     Result,
     SampledTrajectory,
     Samples,
+    Scene,
     Status,
+    simulate,
 )
 from engine.result import event_dict, initial_state
 
@@ -117,3 +120,21 @@ def test_sampling_takes_one_time_or_many_in_any_order():
     assert result.sample(0.5).positions.shape == (1, 2, 3)
     assert result.sample([1, 0, 0.5]).positions[:, 0, 0].tolist() == pytest.approx([1.1, 0.1, 0.6])
     assert result.energy([0.0, 1.0]).total.shape == (2,)
+
+
+@pytest.mark.parametrize(
+    ("times", "complaint"),
+    [([-1.0], "at least 0"), ([float("nan")], "at least 0"), ([[0.0, 1.0]], "one-dimensional")],
+)
+def test_times_to_sample_at_are_checked(times, complaint):
+    scene = Scene(name="roll", balls=[Ball(id="a", position=(0, 0), velocity=(1, 0))])
+    result = simulate(scene, record="events")
+    for method in (result.sample, result.energy, result.orientation):
+        with pytest.raises(GhostballError, match=complaint):
+            method(times)
+
+
+@pytest.mark.parametrize("wrong", [None, "stop", 3])
+def test_only_a_scene_can_be_simulated(wrong):
+    with pytest.raises(GhostballError, match="must be a Scene"):
+        simulate(wrong)
