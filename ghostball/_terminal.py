@@ -6,6 +6,7 @@ Results go to stdout, everything else (progress, warnings, errors) to stderr.
 from __future__ import annotations
 
 import enum
+import errno
 import functools
 import logging
 import os
@@ -24,6 +25,10 @@ P = ParamSpec("P")
 
 WIDTH_WITHOUT_TERMINAL = 160
 """Columns of a log or a pipe, where `COLUMNS` doesn't say; rich would take 80."""
+
+
+DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EIO})
+"""What a full or failing disk answers to output that nobody else wrapped: no bug of ours."""
 
 
 class ExitStatus(enum.IntEnum):
@@ -118,11 +123,21 @@ def _console(*, stderr: bool) -> Console:
 def _explain(error: Exception) -> ExitStatus:
     from rich.markup import escape  # noqa: PLC0415
 
-    from engine.errors import GhostballError  # noqa: PLC0415
+    from engine.errors import GhostballError, UnsupportedSceneError  # noqa: PLC0415
 
     if isinstance(error, GhostballError):
-        say(f"[bold red]error:[/] {escape(str(error))}")
+        hint = ""
+        if isinstance(error, UnsupportedSceneError):
+            hint = ". `ghostball engines` lists which engines can"
+        say(f"[bold red]error:[/] {escape(str(error) + hint)}")
         return ExitStatus.BAD_INPUT
+    if isinstance(error, OSError) and error.errno in DISK_ERRORS:
+        where = error.filename or "standard output"
+        say(
+            f"[bold red]error:[/] {escape(str(where))}: can't be written: "
+            f"{escape(error.strerror or type(error).__name__)}. Write elsewhere, or make room"
+        )
+        return ExitStatus.HARNESS_FAILED
     import traceback  # noqa: PLC0415
 
     say(escape("".join(traceback.format_exception(error)).rstrip()))

@@ -11,7 +11,7 @@ from rich.markup import escape
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from ghostball._verdicts import colour_of, verdict_tables
-from reference_adapters import split_specs
+from reference_adapters import make_engine, split_specs
 from reports import write_report
 from validation.junit import write_junit
 from validation.library import Suite, select
@@ -35,9 +35,14 @@ def run(
     Raises
     ------
     GhostballError
-        Before anything runs, where the input is wrong or a file can't be written.
+        Before anything runs, where the input is wrong, an engine asked for by name can't run
+        here, or a file can't be written.
     """
     specs = DEFAULT_ENGINES if engines is None else split_specs(engines)
+    if engines is not None:
+        # Who names an engine wants its verdict; of the default ones, those that are here will do.
+        for spec in specs:
+            make_engine(spec)
     scenes, criteria = select(names_or_tags, suite), criteria_beside_paths(names_or_tags)
     if junit is not None:
         check_writable(junit, "--junit")
@@ -69,6 +74,8 @@ def run(
     console = stdout()
     console.print(verdict_tables(results, console))
     console.print(_headline(outcome, time.perf_counter() - started), soft_wrap=True)
+    if not any(check.passed is not None for case in outcome.cases for check in case.checks):
+        say(f"[bold yellow]warning:[/] {escape(_nothing_judged(outcome))}")
     if written is not None:
         console.print(f"report: {written}", soft_wrap=True, markup=False)
     if interrupted:
@@ -85,11 +92,25 @@ def _headline(outcome: Outcome, seconds: float) -> str:
     parts = [
         f"{counts.checks_passed} checks passed",
         f"{counts.checks_failed} failed",
-        f"{counts.checks_reference} only compare our engine with itself",
     ]
+    if counts.checks_reference:
+        parts.append(f"{counts.checks_reference} only compare our engine with itself")
     if counts.failed:
-        parts.append(f"cases that crashed: {counts.failed}")
+        parts.append(f"cases that did not finish: {counts.failed}")
     if counts.unavailable:
         parts.append(f"cases without their engine here: {counts.unavailable}")
     colour = "green" if outcome.exit_status == 0 else "bold red"
     return f"[{colour}]{', '.join(parts)}[/] in {seconds:.0f} s"
+
+
+def _nothing_judged(outcome: Outcome) -> str:
+    """Say that a run passed only because nothing was judged, and how to have it judged."""
+    names = dict.fromkeys(case.scene for case in outcome.cases if not case.checks)
+    if not names:
+        return "no check was made: every limit compares our engine with itself. Add engines"
+    files = ", ".join(f"{name}.expect.toml" for name in list(names)[:3])
+    more = ", ..." if len(names) > 3 else ""
+    return (
+        f"no check was made: nothing here has a limit. Write {files}{more} beside the scene, or "
+        "add engines that its criteria cover"
+    )

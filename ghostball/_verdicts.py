@@ -74,6 +74,7 @@ def _engines(results: ResultsFolder) -> Table:
         "✓",
         "≈",
         "✗",
+        "!",
         "ref",
         "○",
         "–",
@@ -85,7 +86,6 @@ def _engines(results: ResultsFolder) -> Table:
     for label in results.labels:
         cases = [case for case in results.cases if case.label == label]
         verdicts = [verdict_of(case) for case in cases]
-        failed = verdicts.count(Verdict.FAIL) + verdicts.count(Verdict.CRASHED)
         unable = verdicts.count(Verdict.NOT_REPRESENTABLE) + verdicts.count(Verdict.UNAVAILABLE)
         errors = independent_errors(results, label)
         times = [case.wall_time for case in cases if case.wall_time is not None]
@@ -93,7 +93,7 @@ def _engines(results: ResultsFolder) -> Table:
             escape(label),
             str(verdicts.count(Verdict.PASS)),
             str(verdicts.count(Verdict.LIMITS_HOLD)),
-            f"[{'bold red' if failed else 'default'}]{failed}[/]",
+            *(_alarming(verdicts.count(bad)) for bad in (Verdict.FAIL, Verdict.CRASHED)),
             str(verdicts.count(Verdict.REFERENCE)),
             str(verdicts.count(Verdict.SHOWN)),
             str(unable),
@@ -102,6 +102,10 @@ def _engines(results: ResultsFolder) -> Table:
             style.format_time(median(times) if times else None),
         )
     return table
+
+
+def _alarming(count: int) -> str:
+    return f"[bold red]{count}[/]" if count else "0"
 
 
 def _failures(cases: Iterable[CaseRecord]) -> Sequence[str]:

@@ -46,7 +46,8 @@ def engine_class(name: str) -> type[ReferenceEngine]:
     point = _entry_point(name)
     try:
         loaded = point.load()
-    except Exception as error:  # anyone's module may raise anything: name it, don't die of it
+    # Anyone's module may raise anything, and even exit: name it, don't die of it.
+    except (Exception, SystemExit) as error:
         raise EngineUnavailableError(
             f"engine `{name}` can't be imported from `{point.value}`{_package(point)}: "
             f"{type(error).__name__}: {error}. Mend or reinstall that package"
@@ -186,8 +187,12 @@ def _known_engines() -> str:
 def _describe(error: ValidationError, name: str, settings: type[BaseModel]) -> str:
     defaults = known_settings(settings)
     lines = [_sentence(problem, name, defaults) for problem in error.errors()]
-    listed = ", ".join(f"{key}={value}" for key, value in defaults.items()) or "none"
-    return "\n".join([*lines, f"Settings of engine `{name}` and their defaults: {listed}"])
+    listed = ", ".join(
+        f"{key} unset" if value is None else f"{key}={value}" for key, value in defaults.items()
+    )
+    return "\n".join(
+        [*lines, f"Settings of engine `{name}` and their defaults: {listed or 'none'}"]
+    )
 
 
 def _sentence(problem: Mapping[str, Any], name: str, defaults: Mapping[str, Any]) -> str:

@@ -37,12 +37,24 @@ FIGURE_TITLES = {
     "energy": "Energy against time",
     "collisions": "Collisions counted",
 }
+FIGURE_TITLES_AT_END = {
+    "paths": "Paths and final positions",
+    "errors": "Error at the end against the limits",
+}
+"""Where a scene ends at its `t_max`, with balls in motion."""
+
 PAPER_CAPTIONS = {
     "paper-figure-1": "Figure 1: a break of 7 balls at four instants",
     "paper-figure-2": "Figure 2: clipping, and the same instants without it",
     "paper-figure-3": "Figure 3: a ball meets a cushion",
     "paper-figure-4": "Figure 4: head-on against slightly skewed",
 }
+STATES = {
+    "killed": "it was killed while it wrote a case",
+    "running": "it is still running, or was killed",
+}
+"""What became of a run that isn't complete, where its state alone doesn't say it."""
+
 COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"}
 
 _TRUTH = """\
@@ -104,14 +116,37 @@ def _headline(results: ResultsFolder) -> str:
     crashed = verdicts.count(Verdict.CRASHED)
     unable = verdicts.count(Verdict.NOT_REPRESENTABLE)
     counts = (
-        f"{len(results.scene_names)} scenes on {len(results.labels)} engines: "
-        f"**{passed} passed, {failed + crashed} failed**, {holding} keep their limits without "
+        f"{_many(len(results.scene_names), 'scene')} on {_engines_text(results)}: "
+        f"**{passed} passed, {failed} failed**"
+        + (f", **{crashed} did not finish**" if crashed else "")
+        + f", {holding} keep their limits without "
         f"their outcome being judged, {unable} not representable, "
         f"{len(verdicts) - passed - holding - failed - crashed - unable} without a verdict."
     )
     if results.state == "complete":
         return counts
-    return f"> **This run is not complete** ({results.state}).\n\n{counts}"
+    why = STATES.get(results.state, results.state)
+    lines = [
+        f"> **This run is not complete**: {why}; {len(results.cases)} of "
+        f"{_many(results.planned, 'case')} are done."
+    ]
+    if results.cut_short:
+        place = results.cut_short.replace(str(results.path), ".", 1)
+        lines.append(f"> The last line, `{place}`, was cut short and is left out.")
+    return "\n".join(lines) + f"\n\n{counts}"
+
+
+def _many(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def _engines_text(results: ResultsFolder) -> str:
+    """Say how many engines there are; one with other settings is no other engine."""
+    labels, engines = results.labels, {case.engine for case in results.cases}
+    text = _many(len(engines), "engine")
+    if len(labels) == len(engines):
+        return text
+    return f"{text} in {_many(len(labels), 'configuration')}"
 
 
 def _verdict_table(results: ResultsFolder) -> str:
@@ -138,6 +173,7 @@ def _engine_table(results: ResultsFolder) -> str:
         "✓",
         "≈",
         "✗",
+        "did not finish",
         "not representable",
         "rest error, closed form: median",
         "worst",
@@ -163,7 +199,8 @@ def _engine_table(results: ResultsFolder) -> str:
                 f"`{label}`",
                 str(verdicts.count(Verdict.PASS)),
                 str(verdicts.count(Verdict.LIMITS_HOLD)),
-                str(verdicts.count(Verdict.FAIL) + verdicts.count(Verdict.CRASHED)),
+                str(verdicts.count(Verdict.FAIL)),
+                str(verdicts.count(Verdict.CRASHED)),
                 str(verdicts.count(Verdict.NOT_REPRESENTABLE)),
                 style.format_length(median(errors) if errors else None),
                 style.format_length(max(errors) if errors else None),
@@ -207,8 +244,12 @@ def _scene_section(results: ResultsFolder, scene: str, drawn: Drawn) -> list[str
         _collision_text(cases),
         _number_table(cases),
         _remarks(cases),
+        _checks_table(cases),
     ]
-    return parts + [_figure(FIGURE_TITLES[kind], path) for kind, path in drawn.items()]
+    titles = FIGURE_TITLES
+    if any(case.status == "t-max" for case in cases):
+        titles = titles | FIGURE_TITLES_AT_END
+    return parts + [_figure(titles[kind], path) for kind, path in drawn.items()]
 
 
 def _collision_text(cases: Sequence[CaseRecord]) -> str:
@@ -244,12 +285,14 @@ def _counts(counts: Mapping[str, int]) -> str:
 
 
 def _number_table(cases: Sequence[CaseRecord]) -> str:
+    # Where a scene ends at its `t_max` nothing rests.
+    end = "end" if any(case.status == "t-max" for case in cases) else "rest"
     header = [
         "engine",
         "verdict",
-        "rest error, max (in brackets: not judged)",
+        f"{end} error, max (in brackets: not judged)",
         "rms",
-        "rest time [s]",
+        f"{end} time [s]",
         "its error",
         "ball-ball",
         "ball-cushion",
@@ -311,6 +354,37 @@ def _failure(case: CaseRecord, check: Check) -> str:
     return f"- **`{case.label}` fails**: `{check.metric}` {got}, {limit}" + (
         f" ({why})" if why else ""
     )
+
+
+def _checks_table(cases: Sequence[CaseRecord]) -> str:
+    """Return every limit with its reason, folded: a ✓ must be open to question."""
+    rows = [
+        [
+            f"`{case.label}`",
+            f"`{check.metric}`",
+            "–" if check.value is None else _quantity(check.value, check.unit),
+            f"{COMPARISONS[check.limit_kind]} {_quantity(check.limit, check.unit)}",
+            {True: "✓", False: "✗", None: "ref"}[check.passed],
+            _escape(check.reason),
+        ]
+        for case in cases
+        for check in case.checks
+    ]
+    if not rows:
+        return ""
+    table = _table(["engine", "metric", "value", "limit", "", "why this limit"], rows)
+    # Markdown inside HTML needs the empty lines.
+    return (
+        f"<details><summary>{_many(len(rows), 'check')}: limits and reasons</summary>\n\n"
+        f"{table}\n\n</details>"
+    )
+
+
+def _quantity(value: float, unit: str) -> str:
+    """Return a number as reports show it, a length or a time with the unit that suits it."""
+    if unit == "m":
+        return style.format_length(value)
+    return style.format_time(value) if unit == "s" else _number(value)
 
 
 def _environment_table(results: ResultsFolder) -> str:

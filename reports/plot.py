@@ -6,7 +6,7 @@ from pathlib import Path
 
 from engine import GhostballError, Result
 from reports import style
-from reports.figures.paths import draw_paths
+from reports.figures.single import draw_single
 from reports.shots import Run, Shot
 from validation.sampling import motion_of
 from validation.store import CaseRecord
@@ -55,8 +55,7 @@ def plot_result(result: Result, path: str | Path) -> Path:
     )
     shot = Shot(result.scene, (Run(result.engine, case, motion_of(result)),))
     with style.drawing():
-        figure = draw_paths(shot)
-        assert figure is not None  # it has a motion
+        figure = draw_single(shot)
         try:
             style.save_one(figure, target)
         except OSError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -19,6 +20,8 @@ from validation.store import ResultsFolder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+_LOGGER = logging.getLogger("ghostball.reports")
 
 FIGURES = "figures"
 REPORT = "report.md"
@@ -69,6 +72,11 @@ def write_report(
     if not results.cases:
         raise ReportError(
             f"{results.path}: holds no case, so there is nothing to report. Run the suite again"
+        )
+    if results.cut_short:
+        _LOGGER.warning(
+            "%s: the last line is cut short, for the run was killed while it wrote; it is left out",
+            results.cut_short,
         )
     tasks = [WHOLE, *results.scene_names]
     drawn: dict[str, Drawn] = {}

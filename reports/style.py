@@ -150,16 +150,20 @@ def _pick(choices: tuple[T, ...], key: str) -> T:
 
 
 def format_length(metres: float | None) -> str:
-    """Return a length with a unit that suits it, to three digits: 0.00042 -> "0.42 mm"."""
+    """Return a length with a unit that suits it, to three digits: 0.00042 -> "420 µm"."""
     return _scaled(metres, "m")
 
 
 def format_time(seconds: float | None) -> str:
-    """Return a duration with a unit that suits it, to three digits: 0.00042 -> "0.42 ms"."""
+    """Return a duration with a unit that suits it, to three digits: 0.00042 -> "420 µs"."""
     return _scaled(seconds, "s")
 
 
-_PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"), (1e-15, "f"))
+SMALLEST = 1e-16
+"""Below this size a number gets a power of ten: few know the prefixes past femto."""
+
+# By exponent, since 1e-3 * 1e-6 is not 1e-9 in floating point.
+_PREFIXES = {0: "", -3: "m", -6: "µ", -9: "n", -12: "p", -15: "f"}
 
 
 def _scaled(value: float | None, unit: str) -> str:
@@ -169,18 +173,15 @@ def _scaled(value: float | None, unit: str) -> str:
         return f"{value} {unit}"
     if value == 0.0:
         return "0"
-    for size, prefix in _PREFIXES:
-        # A length of 0.42 mm reads better than 420 µm: a unit serves from a tenth of itself on.
-        floor = size * (0.1 if prefix else 1.0)
-        if abs(value) >= floor:
-            return f"{_three_digits(value / size)} {prefix}{unit}"
-    return f"{value:.1e} {unit}"
-
-
-def _three_digits(value: float) -> str:
-    if abs(value) >= 999.5:  # three digits would read 1e+03
-        return f"{value:.0f}"
-    return f"{value:.3g}"
+    # One unit for one size: the number in front is in [1, 1000), once it is rounded to 3 digits.
+    rounded = float(f"{value:.3g}")
+    if abs(rounded) < SMALLEST:
+        return f"{value:.1e} {unit}"
+    exponent = 3 * math.floor(math.log10(abs(rounded)) / 3.0 + 1e-9)
+    exponent = min(max(exponent, min(_PREFIXES)), 0)
+    number = rounded * 10.0**-exponent
+    shown = f"{value:.0f}" if abs(number) >= 999.5 else f"{number:.3g}"
+    return f"{shown} {_PREFIXES[exponent]}{unit}"
 
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

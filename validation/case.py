@@ -18,6 +18,7 @@ from reference_adapters.registry import EngineUnavailableError, make_engine, par
 from validation.criteria import Criterion
 from validation.metrics import METRICS, measure
 from validation.records import CaseRecord, Motion
+from validation.returned import check_result
 from validation.sampling import motion_of
 from validation.truth import Truth
 
@@ -70,6 +71,7 @@ def run_case(case: Case) -> tuple[CaseRecord, Motion | None]:
             approximations=_approximations(engine, case.scene),
         )
         result = engine.simulate(case.scene, record="trajectory")
+        check_result(result, case.scene, record.engine)
         if result.status is Status.INTERRUPTED:  # an engine may hand back what it has
             raise KeyboardInterrupt
         # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
@@ -80,7 +82,8 @@ def run_case(case: Case) -> tuple[CaseRecord, Motion | None]:
     except UnsupportedSceneError as error:
         reason = "; ".join(error.features)
         return replace(record, outcome="not-representable", reason=reason), None
-    except Exception as error:  # an engine may raise anything: kept, reported, never fatal
+    # An engine may raise anything, and its `sys.exit` must not end the run: kept, never fatal.
+    except (Exception, SystemExit) as error:
         return failed(record, f"{type(error).__name__}: {error}", traceback.format_exc()), None
 
 

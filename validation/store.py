@@ -5,8 +5,9 @@
     env.json         machine, versions, revision, command line, and how the run ended
 
 A line is written whole and flushed before the next case, and `env.json` is replaced in one step, so
-a run that is interrupted or killed leaves a folder that reads back. Nothing else is tolerated: a
-line that is cut short is an error that names it.
+a run that is interrupted or killed leaves a folder that reads back. Only the last line may be cut
+short, by a kill in the midst of it: it is left out, and `ResultsFolder.cut_short` names it. Any
+other damage is an error that names its place.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ RESULTS_FILE: Final = "results.jsonl"
 ENVIRONMENT_FILE: Final = "env.json"
 MOTION_FOLDER: Final = "motion"
 
-RunState = Literal["running", "complete", "interrupted"]
+RunState = Literal["running", "complete", "interrupted", "killed"]
 
 
 class ResultsError(GhostballError):
@@ -66,11 +67,14 @@ class ResultsFolder:
         In order of completion.
     environment : dict
         Machine, versions, command line ...: the content of `env.json`.
+    cut_short : str
+        File and number of a last line that was left out, being cut short; "" where none was.
     """
 
     path: Path
     cases: list[CaseRecord]
     environment: dict[str, Any]
+    cut_short: str = ""
 
     @classmethod
     def load(cls, path: str | Path) -> ResultsFolder:
@@ -79,7 +83,8 @@ class ResultsFolder:
         Raises
         ------
         ResultsError
-            Where it is missing, is no results folder, has another schema version, or was cut short.
+            Where it is missing, is no results folder, has another schema version, or is damaged
+            elsewhere than in the last line of its results.
         """
         folder = Path(path)
         if not folder.is_dir():
@@ -92,13 +97,25 @@ class ResultsFolder:
                 f"{folder}: not a results folder: it has no {ENVIRONMENT_FILE} of ours. Name the "
                 "folder that `ghostball validate --out` wrote"
             )
-        return cls(folder, _load_cases(folder / RESULTS_FILE), environment)
+        cases, cut_short = _load_cases(folder / RESULTS_FILE)
+        return cls(folder, cases, environment, cut_short)
 
     @property
     def state(self) -> RunState:
-        """How the run ended: "complete", "interrupted", or "running" (also if it was killed)."""
+        """How the run ended: "complete", "interrupted", "killed" or "running".
+
+        A run that was killed between two lines is still "running": nothing tells it apart.
+        """
+        if self.cut_short:
+            return "killed"
         state: RunState = self.environment["state"]
         return state
+
+    @property
+    def planned(self) -> int:
+        """How many cases there would have been; those that are there where nothing says."""
+        asked = [len(self.environment.get(key, ())) for key in ("scenes", "engines")]
+        return asked[0] * asked[1] or len(self.cases)
 
     @property
     def scene_names(self) -> list[str]:
@@ -246,29 +263,42 @@ def is_results_folder(path: Path) -> bool:
 
 
 def _load_environment(folder: Path) -> dict[str, Any] | None:
-    if not is_results_folder(folder):
-        return None
     path = folder / ENVIRONMENT_FILE
+    if not is_results_folder(folder):
+        if _is_damaged(path):
+            raise ResultsError(
+                f"{path}: is cut short: it is no whole JSON. Run the suite again in another folder"
+            )
+        return None
     environment: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     _check_schema(environment.get("schema"), str(path))
     return environment
 
 
-def _load_cases(path: Path) -> list[CaseRecord]:
+def _is_damaged(path: Path) -> bool:
+    """Whether there is a file that holds no whole JSON."""
     try:
-        text = path.read_text(encoding="utf-8")
+        json.loads(path.read_text(encoding="utf-8"))
+    except OSError:
+        return False
+    except ValueError:
+        return True
+    return False
+
+
+def _load_cases(path: Path) -> tuple[list[CaseRecord], str]:
+    """Return the whole lines as cases, and the place of a last line that is cut short, or ""."""
+    try:
+        # Cut before it is decoded: a kill may leave half a character. Also not splitlines(), for
+        # a reason may hold U+2028.
+        whole, newline, rest = path.read_bytes().rpartition(b"\n")
+        lines = whole.decode("utf-8").split("\n") if newline else []
     except FileNotFoundError:
         raise ResultsError(f"{path}: missing. Run the suite again") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ResultsError(f"{path}: can't read the results: {error}") from error
-    *lines, cut_short = text.split("\n")  # not splitlines(): a reason may hold U+2028
     cases = [_load_case(line, f"{path}:{number}") for number, line in enumerate(lines, start=1)]
-    if cut_short:
-        raise ResultsError(
-            f"{path}:{len(lines) + 1}: the last line is cut short; the run was killed while it "
-            "wrote. Delete that line to read the rest, or run the suite again"
-        )
-    return cases
+    return cases, f"{path}:{len(lines) + 1}" if rest else ""
 
 
 def _load_case(line: str, place: str) -> CaseRecord:

@@ -104,7 +104,24 @@ def rest_error_standing(case: CaseRecord | None) -> RestError:
 
 def is_own_measure(case: CaseRecord) -> bool:
     """Whether a rest error of this case compares our engine with itself, and proves nothing."""
-    return case.engine == OUR_NAME and case.truth != CLOSED_FORM
+    # What our engine can't represent it doesn't measure either: another truth is in its place.
+    return case.outcome == "ran" and case.engine == OUR_NAME and case.truth != CLOSED_FORM
+
+
+def wrong_count(case: CaseRecord | None) -> tuple[int, int] | None:
+    """Return collisions counted and true, where a count is wrong in a scene of closed form.
+
+    Of all collisions, or of the first kind that differs where the sums agree; None where the
+    counts are right or nothing independent says what they are.
+    """
+    if case is None or case.outcome != "ran" or case.truth != CLOSED_FORM:
+        return None
+    true = case.truth_counts
+    if true is None:
+        return None
+    counted = [case.collision_counts.get(kind, 0) for kind in true]
+    pairs = [(sum(counted), sum(true.values())), *zip(counted, true.values(), strict=True)]
+    return next(((found, right) for found, right in pairs if found != right), None)
 
 
 def _judges_outcome(check: Check) -> bool:

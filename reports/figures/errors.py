@@ -39,9 +39,10 @@ def draw_errors(shot: Shot) -> Figure | None:
         _draw_row(axes, row, run, left, right)
     set_row_names(axes, shot)
     draw_row_notes(axes, shot)
-    axes.set_xlabel("rest error (logarithmic)")
+    axes.set_xlabel(f"{shot.end} error (logarithmic)")
     axes.grid(True, axis="x")
-    axes.set_title(f"{shot.scene.name}: distance of the resting balls from the truth")
+    balls = "resting balls" if shot.end == "rest" else "balls at the end"
+    axes.set_title(f"{shot.scene.name}: distance of the {balls} from the truth")
     _add_legend(figure, shot)
     return figure
 
@@ -75,12 +76,27 @@ def _row_text(run: Run) -> str:
     largest = run.metric("rest_error_max")
     shown = style.format_length(largest) if largest else "0, exactly"
     return {
-        RestError.JUDGED: f"{shown}  {run.rest_verdict.legend}",
+        RestError.JUDGED: f"{shown}  {run.rest_verdict.legend}{_in_ulps(run)}",
         RestError.UNJUDGED: f"({shown})  not judged",
         RestError.CHAOTIC: f"{CHAOTIC} past what can be predicted",
         RestError.OWN: "compared with itself",
         RestError.NONE: "",
     }[run.standing]
+
+
+def _in_ulps(run: Run) -> str:
+    """Say against which limit an error stands that is judged in units of rounding alone.
+
+    Such a limit has no place on an axis of lengths.
+    """
+    checks = run.case.checks if run.case is not None else ()
+    for check in checks:
+        if check.metric == "rest_error_ulps" and check.limit_kind == "at_most":
+            if run.limit("rest_error_max") is not None or check.value is None:
+                return ""
+            sign = "≤" if check.passed else ">"
+            return f": {check.value:.2g} {sign} {check.limit:g} ulps"
+    return ""
 
 
 def _limits(shot: Shot) -> tuple[float, float]:

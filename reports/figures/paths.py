@@ -43,17 +43,17 @@ def draw_paths(shot: Shot) -> Figure | None:
 
 
 def _draw_overlay(shot: Shot) -> Figure:
-    collinear = _is_collinear(shot)
-    view = _view(shot, collinear)
+    collinear = is_collinear(shot)
+    view = view_shown(shot, collinear)
     height = float(np.clip((WIDTH - 0.8) * aspect_of(view), 1.0, 5.0))
     rows = [height, 3.2] if collinear else [height]
     figure = style.new_figure(WIDTH, sum(rows) + 0.5 * len(rows) + 0.4 + 0.2 * _legend_rows(shot))
     axes = figure.subplots(len(rows), 1, squeeze=False, gridspec_kw={"height_ratios": rows})[:, 0]
     _draw_on_table(axes[0], shot, view)
     if collinear:
-        _draw_against_time(axes[1], shot)
+        draw_against_time(axes[1], shot)
     _add_legend(figure, shot)
-    what = "paths and rest positions" if _ends_at_rest(shot) else "paths and final positions"
+    what = "paths and rest positions" if shot.end == "rest" else "paths and final positions"
     style.set_title(figure, f"{shot.scene.name}: {what} by engine (grey discs: start)")
     return figure
 
@@ -70,7 +70,7 @@ def _draw_on_table(axes: Axes, shot: Shot, view: View) -> None:
             axes.plot(path[:, 0], path[:, 1], zorder=2 + 0.01 * order, **_line(run))
     _draw_rest(axes, shot)
     for ball, start in enumerate(shot.scene.positions):
-        _label_ball(axes, shot.scene.balls[ball].id, start, radii[ball])
+        label_ball(axes, shot.scene.balls[ball].id, start, radii[ball])
 
 
 def _draw_rest(axes: Axes, shot: Shot) -> None:
@@ -86,13 +86,16 @@ def _draw_rest(axes: Axes, shot: Shot) -> None:
             axes.plot(rest[:, 0], rest[:, 1], zorder=4 + 0.01 * order, **_marker(run))
 
 
-def _draw_against_time(axes: Axes, shot: Shot) -> None:
+def draw_against_time(axes: Axes, shot: Shot) -> None:
+    """Draw x of every ball against time, one line for each ball and engine."""
+    # A band that others are drawn upon would hide what a single run shows.
+    alone = {"linewidth": 1.2, "alpha": 1.0} if len(shot.drawn) == 1 else {}
     for order, run in enumerate(shot.drawn):
         assert run.motion is not None
         for path in np.swapaxes(run.motion.positions, 0, 1):
-            axes.plot(run.motion.times, path[:, 0], zorder=2 + 0.01 * order, **_line(run))
+            axes.plot(run.motion.times, path[:, 0], zorder=2 + 0.01 * order, **(_line(run) | alone))
     axes.set_xlim(0.0, 1.02 * _median_end(shot))
-    axes.set_ylim(*_view(shot, collinear=True)[:2])
+    axes.set_ylim(*view_shown(shot, collinear=True)[:2])
     axes.set_xlabel("time [s]")
     axes.set_ylabel("x of the centre [m]")
     axes.set_title("The same against time")
@@ -114,12 +117,12 @@ def _draw_panels(shot: Shot) -> Figure:
         axes.set_axis_off()
     table = shot.scene.table
     size = "" if table is None else f"; table {table.length:g} m × {table.width:g} m"
-    end = "at rest" if _ends_at_rest(shot) else "at the end"
+    end = "at rest" if shot.end == "rest" else "at the end"
     paths = "Lines: paths" if t_shown is None else f"Lines: paths of the first {t_shown:.2g} s"
     style.set_title(figure, f"{shot.scene.name}: {len(shot.scene.balls)} balls {end}{size}")
     figure.supxlabel(
         f"{paths}. Filled: {end} in that engine. Rings: the truth. Bars join the same ball. "
-        "Number: largest rest error (in brackets: not judged).",
+        f"Number: largest {shot.end} error (in brackets: not judged).",
         fontsize=8.5,
         color=style.GREY,
     )
@@ -151,7 +154,7 @@ def draw_panel(axes: Axes, shot: Shot, run: Run, view: View, t_shown: float | No
             pair = np.stack([truth[ball], rest[ball]])
             axes.plot(pair[:, 0], pair[:, 1], color=style.BLACK, linewidth=0.7, zorder=4)
     axes.set_title(run.style.name, fontsize=9.5, color=style.BLACK)
-    axes.set_title(_error_text(run), fontsize=8.5, fontweight="normal", loc="right")
+    axes.set_title(_error_text(run, shot), fontsize=8.5, fontweight="normal", loc="right")
 
 
 def _add_legend(figure: Figure, shot: Shot) -> None:
@@ -166,14 +169,15 @@ def _add_legend(figure: Figure, shot: Shot) -> None:
         look = _line(run)
         if not run.style.ours:
             look |= {key: value for key, value in _marker(run).items() if key != "linestyle"}
-        handles.append(Line2D([], [], label=f"{run.style.name}: {_error_text(run)}", **look))
+        handles.append(Line2D([], [], label=f"{run.style.name}: {_error_text(run, shot)}", **look))
+    place = "rests" if shot.end == "rest" else "is at the end"
     legend = figure.legend(
         handles=handles,
         loc="outside lower center",
         ncols=3,
         handlelength=3.2,
         columnspacing=1.6,
-        title="black ring: where the ball rests in truth; numbers: largest rest error "
+        title=f"black ring: where the ball {place} in truth; numbers: largest {shot.end} error "
         "(in brackets: not judged)",
         title_fontsize=8.5,
     )
@@ -208,7 +212,8 @@ def _marker(run: Run) -> dict[str, Any]:
     }
 
 
-def _label_ball(axes: Axes, name: str, centre: FloatArray, radius: float) -> None:
+def label_ball(axes: Axes, name: str, centre: FloatArray, radius: float) -> None:
+    """Write the name of a ball above it."""
     from matplotlib.patheffects import withStroke  # noqa: PLC0415
 
     text = axes.annotate(
@@ -225,10 +230,10 @@ def _label_ball(axes: Axes, name: str, centre: FloatArray, radius: float) -> Non
     text.set_path_effects([withStroke(linewidth=2.5, foreground=style.CLOTH)])
 
 
-def _error_text(run: Run) -> str:
+def _error_text(run: Run, shot: Shot) -> str:
     if run.standing is RestError.OWN:
         return "the reference"
-    return rest_error_text(run.case) or "no rest error"
+    return rest_error_text(run.case) or f"no {shot.end} error known"
 
 
 def _seen(run: Run) -> FloatArray:
@@ -236,18 +241,14 @@ def _seen(run: Run) -> FloatArray:
     return run.motion.positions
 
 
-def _ends_at_rest(shot: Shot) -> bool:
-    first = shot.drawn[0].case
-    return first is not None and first.status == "rest"
-
-
-def _is_collinear(shot: Shot) -> bool:
+def is_collinear(shot: Shot) -> bool:
+    """Whether several balls move, and all along x: their paths hide each other."""
     first = shot.drawn[0].motion
     assert first is not None
     return bool(np.ptp(first.positions[:, :, 1]) < 1e-6) and len(shot.scene.balls) > 1
 
 
-def _view(shot: Shot, collinear: bool) -> View:
+def view_shown(shot: Shot, collinear: bool) -> View:
     """Return what of the cloth to show; of a motion along x, a strip around it."""
     truth = shot.truth_positions
     needed = shot.scene.positions if truth is None else truth

@@ -106,6 +106,7 @@ def test_a_scene_that_the_engine_cannot_represent_is_refused(cli):
         cli("simulate", "sliding-stun", "--engine", "paper-discrete"),
         "`paper-discrete` can't represent",
         "sliding",
+        "`ghostball engines` lists which engines can",
     )
 
 
@@ -225,16 +226,24 @@ def test_a_missing_optional_engine_says_how_to_get_it(cli):
 
 
 @pytest.mark.usefixtures("without_pybullet")
-def test_a_missing_optional_engine_is_listed_and_breaks_nothing(cli, tmp_path):
+def test_validate_refuses_an_engine_that_is_asked_for_by_name_and_missing(cli, tmp_path):
+    # Breaks where a CI that lost an engine stays green with "0 checks passed".
+    out = tmp_path / "out"
+    result = cli("validate", "stop", "--engines", "ghostball,pybullet", "--out", out)
+    assert refused(result, "`pybullet` is unavailable", "pip install pybullet")
+    assert not out.exists()
+
+
+@pytest.mark.usefixtures("without_pybullet")
+def test_a_missing_optional_engine_is_listed_and_breaks_nothing(cli, tmp_path, monkeypatch):
     listed = cli("engines")
     assert listed.exit_code == 0
     assert "pybullet  unavailable: pybullet isn't installed" in listed.stdout
     examined = cli("doctor")
     assert "pip install pybullet" in " ".join(examined.stdout.split())
     assert examined.exit_code == 0, examined.output
-    validated = cli(
-        "validate", "stop", "--engines", "ghostball,pybullet", "--out", tmp_path, "--no-report"
-    )
+    monkeypatch.setattr("ghostball._validate.DEFAULT_ENGINES", ("ghostball", "pybullet"))
+    validated = cli("validate", "stop", "--out", tmp_path, "--no-report")
     assert validated.exit_code == 0, validated.output
     assert "cases without their engine here: 1" in validated.stdout
 
@@ -281,6 +290,17 @@ def test_validate_writes_the_report_and_report_writes_it_again(cli, tmp_path):
     assert report.read_text() == written
 
 
+def test_a_run_that_was_killed_in_a_line_is_reported_and_said_to_be(cli, tmp_path):
+    options = ("--engines", "ghostball,paper-discrete", "--out", tmp_path, "--no-report")
+    assert cli("validate", "stop", *options).exit_code == 0
+    path = tmp_path / "results.jsonl"
+    path.write_bytes(path.read_bytes()[:-9])
+    result = cli("report", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert "results.jsonl:2: the last line is cut short" in result.stderr
+    assert "1 of 2 cases are done" in (tmp_path / "report.md").read_text()
+
+
 def test_a_failed_check_of_the_criteria_beside_a_scene_file_fails_the_run(cli, tmp_path):
     # A limit that nothing can meet.
     path = tmp_path / "shot.toml"
@@ -314,7 +334,7 @@ def test_a_pass_says_whether_its_outcome_was_judged(cli, tmp_path):
     assert result.exit_code == 0, result.output
     row = next(line for line in result.stdout.splitlines() if line.startswith(" galperin-1"))
     assert row.count("✓ ") == 2
-    assert "≈ (12.8 m)" in row
+    assert "≈ 13 of 31" in row  # collisions: more telling than a distance in metres
     assert "≈ limits hold, outcome not judged" in result.stdout
 
 
@@ -330,6 +350,42 @@ def test_a_crash_of_an_engine_is_a_fault_of_the_harness(cli, tmp_path, monkeypat
     )
     assert result.exit_code == 3
     assert "crashed stop on paper-discrete: ZeroDivisionError: of the engine" in result.stdout
+    assert "0 failed, cases that did not finish: 1" in result.stdout
+    lines = [line.split() for line in result.stdout.splitlines()]
+    signs = next(line for line in lines if "✗" in line and "engine" in line)
+    (row,) = [line for line in lines if line[:1] == ["paper-discrete"]]
+    assert dict(zip(signs[1:], row[1:], strict=False)) | {"✗": "0", "!": "1"} == dict(
+        zip(signs[1:], row[1:], strict=False)
+    )
+
+
+def test_a_run_that_judges_nothing_passes_with_a_warning(cli, tmp_path):
+    path = tmp_path / "shot.toml"
+    path.write_text(HEAD + ball())
+    options = ("--out", tmp_path / "out", "--no-report", "--engines")
+    result = cli("validate", path, *options, "ghostball,paper-discrete")
+    assert result.exit_code == 0, result.output
+    assert "warning: no check was made" in result.stderr
+    assert "shot.expect.toml" in result.stderr
+    assert "compare our engine with itself" not in result.stdout  # there are 0 of those
+    judged = cli("validate", "stop", *options, "paper-discrete")
+    assert "no check was made" not in judged.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+@pytest.mark.parametrize("option", ["--json", "--record=rest"])
+def test_a_full_disk_is_said_in_one_line(option):
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "ghostball", "simulate", "stop", option],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 3
+    assert done.stderr.startswith("error: standard output: can't be written: No space left")
+    assert done.stderr.count("\n") == 1
 
 
 @pytest.mark.compiled  # interpreted, our engine is too slow to be interrupted at a chosen time

@@ -260,3 +260,17 @@ def test_our_engine_takes_an_event_limit():
     assert make_engine("ghostball:max_events=12").settings.max_events == 12
     with pytest.raises(EngineError, match="`max_events` of engine `ghostball` must be greater"):
         make_engine("ghostball:max_events=0")
+
+
+def test_a_setting_that_is_left_to_the_engine_is_called_unset():
+    # Breaks where a user is told to write `dt=None`, which is refused.
+    with pytest.raises(EngineError, match="`dtt` is not a setting") as caught:
+        make_engine("pymunk:dtt=1e-3")
+    assert "dt unset" in str(caught.value)
+    assert "None" not in str(caught.value)
+
+
+def test_a_package_that_exits_when_imported_is_named(packages):
+    packages.install("quitter", "raise SystemExit(0)\n")
+    with pytest.raises(EngineUnavailableError, match=r"`foreign` can't be imported.*SystemExit"):
+        engine_class("foreign")

@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from engine import Scene
 from reports import style
 from reports.figures import (
     SCENE_FIGURES,
@@ -18,9 +19,10 @@ from reports.figures import (
     draw_verdicts,
 )
 from reports.figures._table import view_of
+from reports.figures.single import draw_single
 from reports.paper_figures import PAPER_FIGURES, overlaps
 from reports.shots import Run, Shot, load_shot
-from validation.store import ResultsFolder
+from validation.store import Check, ResultsFolder
 from validation.verdict import Verdict, is_own_measure, verdict_of
 
 
@@ -129,6 +131,69 @@ def test_our_engine_is_not_said_to_be_exact_against_itself(results):
     assert "compared with itself" in text
     assert "(1 mm)  not judged" in text  # the newcomer, whom no check covers
     assert "0, exactly" not in text
+
+
+@pytest.mark.parametrize("name", ["head-on", "break-7"])
+def test_a_single_run_shows_names_and_metres_and_speaks_of_no_truth(results, name):
+    # Breaks where a picture of one run explains rings and errors that it doesn't have.
+    shot = load_shot(results, name)
+    alone = Shot(shot.scene, tuple(run for run in shot.runs if run.label == "pymunk"))
+    with style.drawing():
+        text = texts_of(draw_single(alone))
+    for absent in ("truth", "error", "ring", "Bars"):
+        assert absent not in text
+    for part in ("x [m]", "y [m]", "cue", "Grey discs: start", f"{name} on pymunk"):
+        assert part in text
+
+
+def test_a_ball_that_ends_outside_the_picture_is_named(results):
+    shot = load_shot(results, "head-on")
+    run = next(run for run in shot.runs if run.label == "pymunk")
+    ends = run.case.rest_positions.copy()
+    ends[1, 0] = 900.0
+    lost = Run(run.label, replace(run.case, rest_positions=ends), run.motion)
+    with style.drawing():
+        assert "Outside: 1." in texts_of(draw_single(Shot(shot.scene, (lost,))))
+        assert "Outside" not in texts_of(draw_single(Shot(shot.scene, (run,))))
+
+
+def test_many_balls_with_long_names_are_numbered(results):
+    shot = load_shot(results, "break-7")
+    many = shot.scene.model_dump(by_alias=True)
+    many["balls"] = [
+        many["balls"][0] | {"id": f"ball-{i}", "position": (0.1 + 0.1 * i, 0.2)} for i in range(9)
+    ]
+    scene = Scene.model_validate(many)
+    run = next(run for run in shot.runs if run.label == "pymunk")
+    run = Run(run.label, replace(run.case, rest_positions=scene.positions), run.motion)
+    with style.drawing():
+        text = texts_of(draw_single(Shot(scene, (run,))))
+    assert "Numbers: order of the balls in the scene" in text
+    assert "\n9\n" in text
+    assert "ball-8" not in text
+
+
+def test_an_error_judged_in_ulps_is_shown_with_its_limit(results):
+    # Breaks where "pass" stands in a row that has no mark of a limit.
+    shot = load_shot(results, "head-on")
+    first, *others = shot.runs
+    for value, text in ((0.42, "✓ pass: 0.42 ≤ 4 ulps"), (7.0, "✗ fail: 7 > 4 ulps")):
+        check = Check("rest_error_ulps", value, "at_most", 4, "1", value <= 4, "rounding")
+        run = Run(first.label, replace(first.case, checks=(check,)), first.motion)
+        with style.drawing():
+            assert text in texts_of(draw_errors(Shot(shot.scene, (run, *others))))
+
+
+def test_nothing_is_said_to_rest_where_a_scene_ends_at_t_max(results):
+    shot = load_shot(results, "head-on")
+    runs = tuple(
+        Run(r.label, r.case and replace(r.case, status="t-max"), r.motion) for r in shot.runs
+    )
+    with style.drawing():
+        for draw in (draw_errors, draw_paths):
+            text = texts_of(draw(Shot(shot.scene, runs)))
+            assert "rest" not in text.replace("restitution", "")
+            assert "end" in text
 
 
 def test_nothing_to_draw_is_none(results):

@@ -21,10 +21,13 @@ def test_verdicts_come_first(report):
     _, text = report
     assert text.index("## Verdicts") < text.index("## What is true here") < text.index("## Scenes")
     assert text.index("## Scenes") < text.index("## Environment")
-    assert "3 scenes on 7 engines: **8 passed, 7 failed**, 0 keep their limits" in text
+    assert (
+        "3 scenes on 5 engines in 7 configurations: **8 passed, 6 failed**, "
+        "**1 did not finish**, 0 keep their limits" in text
+    )
     assert "3 not representable" in text
     assert (
-        "| [stop](#stop) | ✓ 0 | ✓ 2 mm | ✓ 0.4 µm | **✗ 90 mm** | – | **✗ 30 mm** | ○ (1 mm) |"
+        "| [stop](#stop) | ✓ 0 | ✓ 2 mm | ✓ 400 nm | **✗ 90 mm** | – | **✗ 30 mm** | ○ (1 mm) |"
         in (text)
     )
     assert "| [break-7](#break-7) | ref | ✓ 2 mm |" in text
@@ -49,6 +52,43 @@ def test_every_failure_has_its_reason(report):
     )
     assert "- `pybullet` not representable: no table \\| with legs" in text
     assert "- `newcomer:dt=1e-3` did not finish: division by zero" in text
+
+
+def test_every_limit_is_printed_with_its_reason(report):
+    # Breaks where a passed check can't be questioned.
+    _, text = report
+    assert "| `pymunk` | `rest_error_max` | 2 mm | at most 5 mm | ✓ | a tenth of a ball |" in text
+    assert "| `paper-discrete` | `rest_error_max` | 30 mm | at most 5 mm | ✗ |" in text
+    assert text.count("<details>") == text.count("</details>") == 3
+
+
+def test_a_case_that_did_not_finish_has_a_column_of_its_own(report):
+    _, text = report
+    assert "| ✓ | ≈ | ✗ | did not finish | not representable |" in text
+    assert "| `newcomer:dt=1e-3` | 0 | 0 | 0 | 1 | 0 |" in text
+
+
+def test_a_run_that_was_killed_is_reported_and_said_to_be(small_folder, caplog):
+    path = small_folder / "results.jsonl"
+    path.write_bytes(path.read_bytes()[:-40])
+    text = write_report(small_folder).read_text(encoding="utf-8")
+    assert "**This run is not complete**: it was killed while it wrote a case; 2 of 3 cases" in text
+    assert "`./results.jsonl:3`, was cut short and is left out" in text
+    assert "1 scene on 2 engines: " in text
+    assert [record.getMessage() for record in caplog.records] == [
+        f"{path}:3: the last line is cut short, for the run was killed while it wrote; it is left "
+        "out"
+    ]
+
+
+def test_nothing_is_called_rest_where_nothing_rests(small_folder):
+    path = small_folder / "results.jsonl"
+    path.write_text(path.read_text().replace('"status":"rest"', '"status":"t-max"'))
+    text = write_report(small_folder).read_text(encoding="utf-8")
+    section = text[text.index("### stop") : text.index("## Environment")]
+    assert "| end error, max (in brackets: not judged) | rms | end time [s] |" in section
+    assert "rest time" not in section
+    assert "Error at the end against the limits" in section
 
 
 def test_every_figure_that_is_linked_exists_and_no_other(report):

@@ -186,12 +186,35 @@ def test_a_run_that_was_killed_reads_back(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("cut", [1, 40])
-def test_a_line_that_is_cut_short_is_named(tmp_path: Path, cut: int) -> None:
+def test_a_last_line_that_is_cut_short_is_left_out_and_named(tmp_path: Path, cut: int) -> None:
     # Also where only the line's end is missing: the JSON alone would still parse.
     written(tmp_path, record(), record("ghostball"))
     path = tmp_path / RESULTS_FILE
     path.write_bytes(path.read_bytes()[:-cut])
-    with pytest.raises(ResultsError, match=r"results\.jsonl:2: the last line is cut short"):
+    folder = ResultsFolder.load(tmp_path)
+    assert [case.label for case in folder.cases] == ["pymunk"]
+    assert folder.cut_short == f"{path}:2"
+    assert folder.state == "killed"
+
+
+def test_a_line_cut_short_elsewhere_or_within_a_character(tmp_path: Path) -> None:
+    written(tmp_path, record(), record("ghostball"))
+    path = tmp_path / RESULTS_FILE
+    whole = path.read_bytes()
+    path.write_bytes(whole + "µ".encode()[:1])
+    assert len(ResultsFolder.load(tmp_path).cases) == 2
+    first, second = whole.splitlines()
+    path.write_bytes(first[:-40] + b"\n" + second + b"\n")
+    with pytest.raises(ResultsError, match=r"results\.jsonl:1: not valid JSON"):
+        ResultsFolder.load(tmp_path)
+
+
+@pytest.mark.parametrize("left", [0, 30])
+def test_an_environment_that_is_cut_short_is_said_to_be(tmp_path: Path, left: int) -> None:
+    written(tmp_path, record())
+    path = tmp_path / ENVIRONMENT_FILE
+    path.write_bytes(path.read_bytes()[:left])
+    with pytest.raises(ResultsError, match=r"env\.json: is cut short"):
         ResultsFolder.load(tmp_path)
 
 

@@ -62,17 +62,25 @@ class Fake(EngineBase):
             time.sleep(600)
         if does == "interrupt":
             raise KeyboardInterrupt
+        if does == "exit":
+            raise SystemExit(0)
+        if does == "hand back a dict":
+            return {}
         truth = simulate(scene, record=record)
         shifted = truth.final_state._replace(
             positions=truth.final_state.positions + [self.settings.shift, 0.0, 0.0]
         )
+        if does == "lose a ball":
+            shifted.positions[0, 0, 1] = np.nan
+        if does == "flatten":
+            shifted = shifted._replace(positions=shifted.positions[:, :, :2])
         return Result(
-            engine="fake",
+            engine="ghostball" if does == "lie" else "fake",
             settings={},
-            scene=scene,
+            scene=scene.model_copy(update={"t_max": 9.0}) if does == "swap" else scene,
             status=Status.INTERRUPTED if does == "hand back" else truth.status,
             final_state=shifted,
-            rest_time=truth.rest_time,
+            rest_time=np.nan if does == "lose time" else truth.rest_time,
             collision_counts=truth.collision_counts,
             work={"steps": np.int64(3)},
             wall_time=0.5,
@@ -186,6 +194,33 @@ def test_a_failure_is_kept_and_the_run_goes_on(tmp_path: Path, does: str, reason
     assert "Traceback" in failed.traceback
     assert fine.outcome == "ran"
     assert outcome.exit_status == 3  # the harness failed: stronger than a failed check
+
+
+@pytest.mark.parametrize(
+    ("does", "reason"),
+    [
+        ("lose a ball", "`rest_positions[0]` must be finite"),
+        ("lose time", "`rest_time` must be finite and at least 0 s, got nan"),
+        ("flatten", "`rest_positions` must have shape (1, 3), got (1, 2)"),
+        ("lie", "`engine` of the result must be 'fake', got 'ghostball'"),
+        ("swap", "`scene` of the result must be the scene that was run"),
+        ("hand back a dict", "must return a `Result`, got dict"),
+        ("exit", "SystemExit: 0"),
+    ],
+)
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_result_that_breaks_the_contract_is_a_failure_that_names_the_field(
+    tmp_path: Path, does: str, reason: str, jobs: int
+) -> None:
+    # Breaks where nan reaches the figures, or an engine passes under another one's name.
+    outcome = run_suite([scene()], [f"fake:does={does}", "fake"], tmp_path, jobs=jobs)
+    cases = by_label(ResultsFolder.load(tmp_path).cases)
+    failed = cases[f"fake:does={does}"]
+    assert failed.outcome == "failed"
+    assert reason in failed.reason
+    assert failed.rest_positions is None
+    assert cases["fake"].outcome == "ran"
+    assert outcome.exit_status == 3
 
 
 def test_a_truth_that_fails_fails_its_scene_alone(

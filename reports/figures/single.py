@@ -1,0 +1,124 @@
+"""One run alone, compared with nothing: where its balls started, went and ended."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import Scene
+from reports import style
+from reports.figures._table import View, aspect_of, draw_ball, draw_table
+from reports.figures.paths import WIDTH, draw_against_time, is_collinear, label_ball, view_shown
+from reports.shots import Shot
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+
+FEW = 8
+"""Up to this many balls there is room for names beside them; more are named within."""
+
+SHORT = 3
+"""Letters of a name that fit within a ball."""
+
+LEGIBLE = 8.0
+"""Diameter [pt] from which a name within a ball can be read."""
+
+
+def draw_single(shot: Shot) -> Figure:
+    """Draw the paths of the one run of a shot, on axes in metres.
+
+    Balls that stay on one line get their position against time as well, since their paths hide
+    each other.
+    """
+    collinear = is_collinear(shot)
+    view = view_shown(shot, collinear)
+    height = float(np.clip((WIDTH - 0.8) * aspect_of(view), 1.0, 5.0))
+    rows = [height, 3.2] if collinear else [height]
+    figure = style.new_figure(WIDTH, sum(rows) + 0.5 * len(rows) + 0.6)
+    axes = figure.subplots(len(rows), 1, squeeze=False, gridspec_kw={"height_ratios": rows})[:, 0]
+    _draw_on_table(axes[0], shot, view)
+    if collinear:
+        draw_against_time(axes[1], shot)
+    (run,) = shot.drawn
+    at_end = "at rest" if shot.end == "rest" else "at the end"
+    style.set_title(figure, f"{shot.scene.name} on {run.style.name}")
+    said = f"Grey discs: start. Lines: paths. Filled discs: {at_end}."
+    figure.supxlabel(
+        " ".join(filter(None, [said, _naming(shot.scene), _outside(shot, view)])),
+        fontsize=8.5,
+        color=style.GREY,
+    )
+    return figure
+
+
+def _draw_on_table(axes: Axes, shot: Shot, view: View) -> None:
+    (run,) = shot.drawn
+    assert run.motion is not None
+    assert run.case is not None
+    assert run.case.rest_positions is not None  # it ran
+    draw_table(axes, shot.scene, view)
+    names, radii = _names(shot.scene), shot.scene.radii
+    width = 1.0 if len(names) <= FEW else 0.6
+    for path in np.swapaxes(run.motion.positions, 0, 1):
+        axes.plot(path[:, 0], path[:, 1], color=run.style.colour, linewidth=width, alpha=0.6)
+    starts, ends = shot.scene.positions, run.case.rest_positions
+    for ball, name in enumerate(names):
+        look = {"facecolor": style.FAINT, "edgecolor": style.GREY, "linewidth": 0.8}
+        draw_ball(axes, starts[ball], radii[ball], zorder=3, **look)
+        look = {"facecolor": run.style.colour, "edgecolor": "white", "linewidth": 0.5}
+        draw_ball(axes, ends[ball], radii[ball], zorder=4, **look)
+        if len(names) <= FEW:
+            for centre in _apart(starts[ball], ends[ball], radii[ball]):
+                label_ball(axes, name, centre, radii[ball])
+        elif 2.0 * radii[ball] / (view[1] - view[0]) * WIDTH * 72.0 >= LEGIBLE:
+            _write_within(axes, name, starts[ball], style.BLACK, zorder=3.5)
+            _write_within(axes, name, ends[ball], "white", zorder=5)
+
+
+def _names(scene: Scene) -> list[str]:
+    """Return what balls are called in the picture: their ids, or numbers where these are long."""
+    ids = [ball.id for ball in scene.balls]
+    if len(ids) <= FEW or max(map(len, ids)) <= SHORT:
+        return ids
+    return [str(number) for number in range(1, len(ids) + 1)]
+
+
+def _naming(scene: Scene) -> str:
+    ids = [ball.id for ball in scene.balls]
+    return "" if _names(scene) == ids else "Numbers: order of the balls in the scene, from 1."
+
+
+def _outside(shot: Shot, view: View) -> str:
+    """Say which balls end beyond the picture: one far away would shrink the table to a dot."""
+    (run,) = shot.drawn
+    assert run.case is not None
+    assert run.case.rest_positions is not None  # it ran
+    left, right, bottom, top = view
+    x, y = run.case.rest_positions[:, 0], run.case.rest_positions[:, 1]
+    inside = (left <= x) & (x <= right) & (bottom <= y) & (y <= top)
+    gone = [name for name, seen in zip(_names(shot.scene), inside, strict=True) if not seen]
+    return f"Outside: {', '.join(gone)}." if gone else ""
+
+
+def _apart(start: FloatArray, end: FloatArray, radius: float) -> list[FloatArray]:
+    """Return the places to write a name at: one where a ball ends where it started."""
+    return [start] if float(np.hypot(*(end - start)[:2])) < 2.0 * radius else [start, end]
+
+
+def _write_within(axes: Axes, name: str, centre: FloatArray, colour: str, zorder: float) -> None:
+    axes.text(
+        centre[0],
+        centre[1],
+        name,
+        ha="center",
+        va="center",
+        fontsize=5.5,
+        color=colour,
+        zorder=zorder,
+        clip_on=True,
+    )
