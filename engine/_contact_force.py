@@ -37,8 +37,8 @@ from engine._state import (
 )
 
 SWEEPS = 100
-"""Most Gauss-Seidel sweeps; where they don't do, the step is halved, which always does in the end:
-a gap can't open or close by more than the tolerance in a step that is short enough."""
+"""Most Gauss-Seidel sweeps; where they don't do, the step is halved: in a short one, gaps hardly
+change, and little is left to solve."""
 
 _TURN = 0.125
 """Largest change of a ball's velocity in a step, in units of its speed."""

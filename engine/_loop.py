@@ -239,10 +239,10 @@ def _set_free(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) ->
 
 @kernel
 def _full(log: Log, counters: IntArray, n: int) -> bool:
-    """Whether the next event, which may change every ball, might not fit in the log."""
+    """Whether the next instant might not fit in the log: it may change, and stop, every ball."""
     events_left = len(log.time) - counters[LOGGED_EVENTS]
     motions_left = len(log.ball) - counters[LOGGED_MOTIONS]
-    return bool(events_left < 1 or motions_left < n)
+    return bool(events_left < 1 + n or motions_left < n)
 
 
 @kernel

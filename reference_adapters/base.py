@@ -11,6 +11,7 @@ makes an engine, and `MyEngine.unavailable()` says why it can't run here, or Non
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 from pydantic import BaseModel, ConfigDict
@@ -63,7 +64,7 @@ class ReferenceEngine(Protocol):
         ...
 
 
-class EngineBase:
+class EngineBase(ABC):
     """What the engines of this package share: they keep their settings and check the scene."""
 
     name: ClassVar[str]
@@ -78,9 +79,13 @@ class EngineBase:
         return self._settings
 
     @property
+    @abstractmethod
     def capabilities(self) -> Capabilities:
         """How each feature of a scene is represented with these settings."""
-        raise NotImplementedError
+
+    @abstractmethod
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        """Run the scene; see `ReferenceEngine.simulate`."""
 
     @classmethod
     def unavailable(cls) -> str | None:

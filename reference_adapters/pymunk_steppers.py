@@ -6,6 +6,7 @@ Each stepper makes one step at a time and says what it was: see `Stepper`.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -23,7 +24,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 
-class Stepper:
+class Stepper(ABC):
     """Moves the balls of a world, a step at a time.
 
     Attributes
@@ -45,17 +46,17 @@ class Stepper:
         self._positions, _ = world.positions_and_velocities()
 
     @property
+    @abstractmethod
     def resting(self) -> BoolArray:
         """Which balls are at rest, (n,) bool."""
-        raise NotImplementedError
 
+    @abstractmethod
     def state(self) -> Samples:
         """Return the state now, arrays (1, n, 3)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def step(self) -> None:
         """Make one step."""
-        raise NotImplementedError
 
 
 def make_stepper(

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine import Ball, EventKind, Physics, Scene, Status, simulate
+from engine import Ball, EventKind, Physics, Scene, Status, _run, simulate
 
 SCENES = Path(__file__).parent.parent / "support" / "scenes"
 
@@ -111,6 +111,18 @@ def test_the_run_ends_when_the_last_ball_stops_also_where_a_contact_stops_it():
     end = result.sample([result.rest_time])
     assert not np.any(end.velocities)
     assert np.array_equal(end.positions[0], result.rest_positions)
+
+
+@pytest.mark.parametrize("first_log", range(1, 24))
+def test_an_instant_with_several_events_fits_in_any_log(first_log, monkeypatch):
+    """A contact that stops balls logs an event for each; the log must have room for all."""
+    scene = Scene.load(SCENES / "stopped-by-contact.toml")
+    whole = simulate(scene, record="events")
+    monkeypatch.setattr(_run, "_FIRST_LOG", first_log)
+    again = simulate(scene, record="events")
+    assert np.array_equal(again.events, whole.events)
+    for found, expected in zip(again.trajectory.knots, whole.trajectory.knots, strict=True):
+        assert np.array_equal(found, expected)
 
 
 def test_no_step_was_left_unsolved():
