@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import EventKind, Samples, Scene
-from engine._tolerances import EPS
 from engine.scene import rolling_angular_velocity
 from reference_adapters.landing import rolling_accelerations, time_to_contact, time_to_rest
-from reference_adapters.pybullet_world import Contact, World
+from reference_adapters.pybullet_world import Contact, World, native_steps
 from reference_adapters.recording import Recorder
+
+EPS = float(np.finfo(np.float64).eps)
 
 FloatArray = NDArray[np.float64]
 
@@ -72,15 +73,10 @@ class PlanarRun:
             self._native(dt, t_end, max_steps)
 
     def _native(self, dt: float, t_end: float, max_steps: int) -> None:
-        for step in range(1, max_steps + 1):
-            if self.at_rest or self.t >= t_end:
+        for duration, t in native_steps(dt, t_end, max_steps):
+            if self.at_rest:
                 return
-            # Multiples, not a running sum; a remainder of rounding size joins the last step.
-            t = step * dt
-            if t < t_end - 1e-9 * dt:
-                self._advance(dt, t)
-            else:
-                self._advance(t_end - self.t, t_end)
+            self._advance(duration, t)
 
     def _landed(self, dt: float, t_end: float, max_steps: int) -> None:
         """Step to each contact: one step lands, one overlaps, one lets Bullet resolve.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import EventKind, Samples, Scene
-from reference_adapters.pybullet_world import Contact, World
+from reference_adapters.pybullet_world import Contact, World, native_steps
 from reference_adapters.recording import Recorder
 
 FloatArray = NDArray[np.float64]
@@ -76,14 +76,10 @@ class SlidingRun:
 
     def run(self, dt: float, t_end: float, max_steps: int) -> None:
         """Run until every ball rests, or to `t_end` exactly, in steps of `dt` [s]."""
-        for step in range(1, max_steps + 1):
-            if self.at_rest or self.t >= t_end:
+        for duration, t in native_steps(dt, t_end, max_steps):
+            if self.at_rest:
                 return
-            t = step * dt
-            if t < t_end - 1e-9 * dt:
-                self._advance(dt, t)
-            else:
-                self._advance(t_end - self.t, t_end)
+            self._advance(duration, t)
 
     def _advance(self, dt: float, t: float) -> None:
         self._world.step(dt)

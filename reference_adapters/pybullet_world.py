@@ -15,6 +15,7 @@ import importlib.util
 import math
 import os
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Literal, NamedTuple, Self
@@ -354,3 +355,21 @@ class World:
 
     def _change(self, body: int, **parameters: float) -> None:
         self._bullet.changeDynamics(body, -1, **parameters, physicsClientId=self._client)
+
+
+def native_steps(dt: float, t_end: float, max_steps: int) -> Iterator[tuple[float, float]]:
+    """Yield the length of each step and the instant at its end [s]; the last ends at `t_end`.
+
+    Instants are multiples of `dt`, not a running sum; a remainder of rounding size joins the last
+    step.
+    """
+    t = 0.0
+    for step in range(1, max_steps + 1):
+        if t >= t_end:
+            return
+        before, t = t, step * dt
+        if t >= t_end - 1e-9 * dt:
+            t = t_end
+            yield t_end - before, t_end
+        else:
+            yield dt, t

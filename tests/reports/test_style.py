@@ -6,25 +6,14 @@ import sys
 import pytest
 
 from reports import style
-
-DEFAULT_LABELS = [
-    "ghostball",
-    "pymunk",
-    "pymunk:mode=landed",
-    "pymunk:config=default",
-    "pybullet",
-    "pybullet:mode=landed",
-    "pybullet:config=default",
-    "paper-discrete",
-    "paper-continuous",
-]
+from validation.suite import DEFAULT_ENGINES
 
 
 def test_engines_differ_without_their_colour():
-    looks = {style.engine_style(label) for label in DEFAULT_LABELS}
-    assert len({(look.colour, look.line, look.marker) for look in looks}) == len(DEFAULT_LABELS)
+    looks = {style.engine_style(label) for label in DEFAULT_ENGINES}
+    assert len({(look.colour, look.line, look.marker) for look in looks}) == len(DEFAULT_ENGINES)
     by_family: dict[str, set[object]] = {}
-    for label in DEFAULT_LABELS:
+    for label in DEFAULT_ENGINES:
         look = style.engine_style(label)
         seen = by_family.setdefault(look.colour, set())
         assert (look.line, look.marker) not in seen
