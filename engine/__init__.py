@@ -5,20 +5,44 @@
     >>> simulate(scene).rest_time
     5.098...
 
+Importing this package compiles nothing and loads no compiler: that waits for the first `simulate`.
+
 Geometry
 --------
 The table lies in the plane z = 0, from (0, 0) to (length, width). Balls move in the plane of their
 centres: two touch where their centres are the sum of their radii apart in that plane, also when the
-radii differ, as in the paper; a ball touches a cushion where its centre is a radius away from it.
+radii differ, as in the paper; a ball touches a cushion where its centre is a radius away from it,
+whatever the height of the nose, which only some laws of impacts use.
 
-Importing this package compiles nothing and loads no compiler: that waits for the first `simulate`.
+Motion
+------
+With `motion` = "rolling", the paper's model, a ball always rolls without slip: its velocity gives
+its spin, and it slows down at `rolling_friction` times `gravity` until it rests. With "sliding",
+spin is a state of its own. The lowest point of a ball slips over the cloth at u = (vx - R wy,
+vy + R wx). While u isn't 0 the ball slides: friction `sliding_friction` times its weight acts
+against u, whose direction never changes, so that the centre follows a parabola and the slip ends
+in a time known beforehand; then the ball rolls. Spin about the vertical decays steadily, at
+`spinning_friction_rate`, in each `Phase`, and moves nothing until an impact. A ball may have
+frictions of its own.
+
+Impacts take no time. `Physics.ball_impact` and `Physics.cushion` name the law of each kind
+(`engine/impact_laws/registry.py` lists them), and `Physics.impacts` says whether several at one
+instant are resolved together, so that no order of balls matters, or one after another. Impulses
+along the vertical turn balls and never lift them: a ball stays on the cloth.
 """
 
 from engine.errors import GhostballError, SceneError, UnsupportedSceneError
 from engine.result import EVENT_DTYPE, EventKind, Record, Result, Status
 from engine.scene import CUSHIONS, Ball, Physics, Scene, Table
 from engine.simulate import simulate, warm_up
-from engine.trajectory import Energy, ExactTrajectory, SampledTrajectory, Samples, Trajectory
+from engine.trajectory import (
+    Energy,
+    ExactTrajectory,
+    Phase,
+    SampledTrajectory,
+    Samples,
+    Trajectory,
+)
 
 __all__ = [
     "CUSHIONS",
@@ -28,6 +52,7 @@ __all__ = [
     "EventKind",
     "ExactTrajectory",
     "GhostballError",
+    "Phase",
     "Physics",
     "Record",
     "Result",

@@ -1,47 +1,60 @@
-"""The forces that hold a cluster's gaps closed over one contact step; `_press` has the whole."""
+"""The forces that hold a cluster's gaps closed over one contact step; `_press` has the whole.
+
+Between the members and with cushions; how a member's cloth answers is in `_contact_answer`.
+"""
 
 from __future__ import annotations
 
 import math
 
-from engine._geometry import (
-    contact_tolerance,
-    cushion_gap,
-    cushion_side,
-    gap_rounding,
-    negligible_hop,
-)
+from engine._contact_answer import accelerate, turns_little
+from engine._geometry import contact_tolerance, cushion_gap, cushion_side, gap_rounding, grip
 from engine._jit import kernel
-from engine._motion import rolling_resistance, speed_of
 from engine._state import (
+    ALONG,
     AX,
     AY,
     FIRST,
     FORCE,
+    LOAD_X,
+    LOAD_Y,
     MASS,
     NEW_AX,
     NEW_AY,
+    NEW_BX,
+    NEW_BY,
     NX,
     NY,
-    PUSH_X,
-    PUSH_Y,
+    PHASE,
     RADIUS,
+    RUB_X,
+    RUB_Y,
     SECOND,
+    SLIDING,
+    TWIST_X,
+    TWIST_Y,
+    TWIST_Z,
+    UP,
     VX,
     VY,
+    WX,
+    WY,
+    WZ,
     Balls,
     Contacts,
     Laws,
     X,
     Y,
 )
+from engine.impact_laws.friction_curve import friction_coefficient
+from engine.impact_laws.registry import CUSHION_LAW_NAMES
 
 SWEEPS = 100
 """Most Gauss-Seidel sweeps; where they don't do, the step is halved: in a short one, gaps hardly
 change, and little is left to solve."""
 
-_TURN = 0.125
-"""Largest change of a ball's velocity in a step, in units of its speed."""
+_RUBBING_CUSHIONS = CUSHION_LAW_NAMES.index("frictional")
+"""From this one on, the laws of cushions have friction."""
 
 
 @kernel
@@ -50,47 +63,150 @@ def solve(
 ) -> bool:
     """Find forces that close every gap at the end of a step; False where the step is too long.
 
-    Complementarity: a force is never negative, and is 0 where the gap opens.
+    Complementarity: a force is never negative, and is 0 where the gap opens. Friction follows it.
     """
     for m in range(members):
         k = contacts.member[m]
-        contacts.motion[PUSH_X, k] = 0.0
-        contacts.motion[PUSH_Y, k] = 0.0
-        contacts.motion[NEW_AX, k], contacts.motion[NEW_AY, k] = (
-            balls.state[AX, k],
-            balls.state[AY, k],
-        )
-        _accelerate(balls, laws, contacts, k, duration)
+        for row in (LOAD_X, LOAD_Y, TWIST_X, TWIST_Y, TWIST_Z, RUB_X, RUB_Y, NEW_BX, NEW_BY):
+            contacts.motion[row, k] = 0.0
+        contacts.motion[NEW_AX, k] = balls.state[AX, k]
+        contacts.motion[NEW_AY, k] = balls.state[AY, k]
+        accelerate(balls, laws, contacts, k, duration)
     for c in range(count):
-        nx, ny, _, _ = gap_after(balls, laws, contacts, c, 0.5 * duration)
+        nx, ny, _ = gap_after(balls, laws, contacts, c, 0.5 * duration)
         contacts.forces[NX, c] = nx
         contacts.forces[NY, c] = ny
-        contacts.forces[FORCE, c] = 0.0
+        for row in (FORCE, ALONG, UP):
+            contacts.forces[row, c] = 0.0
+    steady = True
     for _ in range(SWEEPS):
         # The forces of the last sweep turn the velocities at mid-step, and so the friction there.
         for m in range(members):
-            _accelerate(balls, laws, contacts, contacts.member[m], duration)
-        if _settled(balls, laws, contacts, count, duration):
-            return _stays_closed(balls, laws, contacts, count, duration) and _turns_little(
-                balls, laws, contacts, members, duration
-            )
+            accelerate(balls, laws, contacts, contacts.member[m], duration)
+        if steady and _settled(balls, laws, contacts, count, duration):
+            return _is_short(balls, laws, contacts, members, count, duration)
+        steady = True
         for c in range(count):
-            a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
-            mass = balls.state[MASS, a]
-            if b >= 0:
-                mass *= balls.state[MASS, b] / (balls.state[MASS, a] + balls.state[MASS, b])
-            excess = _excess(balls, laws, contacts, c, duration)
-            force = contacts.forces[FORCE, c]
-            change = max(-force, -2.0 * mass * excess / (duration * duration))
-            contacts.forces[FORCE, c] = force + change
-            contacts.motion[PUSH_X, a] -= change * contacts.forces[NX, c]
-            contacts.motion[PUSH_Y, a] -= change * contacts.forces[NY, c]
-            _accelerate(balls, laws, contacts, a, duration)
-            if b >= 0:
-                contacts.motion[PUSH_X, b] += change * contacts.forces[NX, c]
-                contacts.motion[PUSH_Y, b] += change * contacts.forces[NY, c]
-                _accelerate(balls, laws, contacts, b, duration)
+            _hold(balls, laws, contacts, c, duration)
+            change = _rub(balls, laws, contacts, c, duration)
+            a, _ = _ends(contacts, c)
+            moved = duration * duration * change / balls.state[MASS, a]
+            steady = steady and moved <= 0.125 * contact_tolerance(balls, a, a)
     return False
+
+
+@kernel
+def _hold(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) -> None:
+    """Change the normal force of contact c so that its gap ends where the step aims at."""
+    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    excess = _excess(balls, laws, contacts, c, duration)
+    force = contacts.forces[FORCE, c]
+    change = max(-force, -2.0 * _mass(balls, contacts, c) * excess / (duration * duration))
+    contacts.forces[FORCE, c] = force + change
+    _load(contacts, a, b, change * contacts.forces[NX, c], change * contacts.forces[NY, c])
+    accelerate(balls, laws, contacts, a, duration)
+    if b >= 0:
+        accelerate(balls, laws, contacts, b, duration)
+
+
+@kernel
+def _load(contacts: Contacts, a: int, b: int, fx: float, fy: float) -> None:
+    """Add a force to ball b, unless it is a cushion, and its opposite to ball a [N]."""
+    contacts.motion[LOAD_X, a] -= fx
+    contacts.motion[LOAD_Y, a] -= fy
+    if b >= 0:
+        contacts.motion[LOAD_X, b] += fx
+        contacts.motion[LOAD_Y, b] += fy
+
+
+@kernel
+def _mass(balls: Balls, contacts: Contacts, c: int) -> float:
+    """Reduced mass of contact c [kg]; a cushion's is infinite."""
+    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    mass: float = balls.state[MASS, a]
+    if b >= 0:
+        mass *= balls.state[MASS, b] / (balls.state[MASS, a] + balls.state[MASS, b])
+    return mass
+
+
+@kernel
+def _rub(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) -> float:
+    """Give contact c the friction of its normal force; return the change [N].
+
+    Coulomb's, against the slip of the surfaces at mid-step; or just what leaves none at its end,
+    where that is less. A cushion rubs at the height of the ball's centre.
+    """
+    if not laws.slides:
+        return 0.0
+    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    if b < 0 and laws.cushion_law < _RUBBING_CUSHIONS:
+        return 0.0
+    along, up, change_along, change_up = _slip(balls, contacts, c)
+    coefficient = laws.cushion_friction
+    if b >= 0:
+        coefficient = friction_coefficient(laws, math.sqrt(along * along + up * up))
+    if coefficient == 0.0:
+        return 0.0
+    limit = coefficient * contacts.forces[FORCE, c]
+    gain = _mass(balls, contacts, c) / (3.5 * duration)
+    new_along = contacts.forces[ALONG, c] + gain * (along + duration * change_along)
+    new_up = contacts.forces[UP, c] + gain * (up + duration * change_up)
+    size = math.sqrt(new_along * new_along + new_up * new_up)
+    if size > limit:
+        mid_along = along + 0.5 * duration * change_along
+        mid_up = up + 0.5 * duration * change_up
+        mid = math.sqrt(mid_along * mid_along + mid_up * mid_up)
+        if mid > 0.0:
+            new_along, new_up = limit * (mid_along / mid), limit * (mid_up / mid)
+        else:
+            new_along, new_up = limit * (new_along / size), limit * (new_up / size)
+    more_along = new_along - contacts.forces[ALONG, c]
+    more_up = new_up - contacts.forces[UP, c]
+    contacts.forces[ALONG, c] = new_along
+    contacts.forces[UP, c] = new_up
+    tx, ty = -contacts.forces[NY, c], contacts.forces[NX, c]
+    _load(contacts, a, b, more_along * tx, more_along * ty)
+    for k in (a, b):
+        if k >= 0:
+            contacts.motion[TWIST_X, k] += more_up * tx
+            contacts.motion[TWIST_Y, k] += more_up * ty
+            contacts.motion[TWIST_Z, k] -= more_along
+            accelerate(balls, laws, contacts, k, duration)
+    return abs(more_along) + abs(more_up)
+
+
+@kernel
+def _slip(balls: Balls, contacts: Contacts, c: int) -> tuple[float, float, float, float]:
+    """Velocity of a's surface over the other's [m/s], along and up; and how both change [m/s^2]."""
+    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    along, up, change_along, change_up = _surface(balls, contacts, c, a)
+    if b >= 0:
+        # Its surface is on the other side of its centre.
+        b_along, b_up, b_change_along, b_change_up = _surface(balls, contacts, c, b)
+        vx, vy = balls.state[VX, b], balls.state[VY, b]
+        ax, ay = contacts.motion[NEW_AX, b], contacts.motion[NEW_AY, b]
+        nx, ny = contacts.forces[NX, c], contacts.forces[NY, c]
+        along += b_along - 2.0 * (nx * vy - ny * vx)
+        up += b_up
+        change_along += b_change_along - 2.0 * (nx * ay - ny * ax)
+        change_up += b_change_up
+    return along, up, change_along, change_up
+
+
+@kernel
+def _surface(balls: Balls, contacts: Contacts, c: int, k: int) -> tuple[float, float, float, float]:
+    """Velocity of ball k's surface where it faces along the normal of contact c; and its change."""
+    nx, ny = contacts.forces[NX, c], contacts.forces[NY, c]
+    radius = balls.state[RADIUS, k]
+    wx, wy = balls.state[WX, k], balls.state[WY, k]
+    if balls.state[PHASE, k] != SLIDING:
+        wx, wy = -balls.state[VY, k] / radius, balls.state[VX, k] / radius
+    along = nx * balls.state[VY, k] - ny * balls.state[VX, k] + radius * balls.state[WZ, k]
+    up = -radius * (nx * wy - ny * wx)
+    twist = 2.5 * contacts.motion[TWIST_Z, k] / balls.state[MASS, k]
+    change_along = nx * contacts.motion[NEW_AY, k] - ny * contacts.motion[NEW_AX, k] + twist
+    change_up = -radius * (nx * contacts.motion[NEW_BY, k] - ny * contacts.motion[NEW_BX, k])
+    return along, up, change_along, change_up
 
 
 @kernel
@@ -100,16 +216,17 @@ def _excess(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: floa
     That is a closed gap; but an overlap left by rounding or by an earlier step is not pushed apart
     faster than friction would do it.
     """
-    _, _, now, _ = gap_after(balls, laws, contacts, c, 0.0)
-    _, _, then, _ = gap_after(balls, laws, contacts, c, duration)
-    return then - min(0.0, now + 0.25 * laws.deceleration * duration * duration)
+    _, _, now = gap_after(balls, laws, contacts, c, 0.0)
+    _, _, then = gap_after(balls, laws, contacts, c, duration)
+    a, _ = _ends(contacts, c)
+    return then - min(0.0, now + 0.25 * grip(balls, a) * duration * duration)
 
 
 @kernel
 def _settled(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: float) -> bool:
     """Whether every force holds its gap as the step aims at, and no gap without force closes."""
     for c in range(count):
-        _, _, now, _ = gap_after(balls, laws, contacts, c, 0.0)
+        _, _, now = gap_after(balls, laws, contacts, c, 0.0)
         a, b = _ends(contacts, c)
         tolerance = contact_tolerance(balls, a, b)
         # The deeper it already is, the less it may deepen: many steps must not add up.
@@ -129,8 +246,8 @@ def _stays_closed(
     for c in range(count):
         a, b = _ends(contacts, c)
         for part in (0.5, 0.6875):
-            _, _, gap, _ = gap_after(balls, laws, contacts, c, part * duration)
-            _, _, now, _ = gap_after(balls, laws, contacts, c, 0.0)
+            _, _, gap = gap_after(balls, laws, contacts, c, part * duration)
+            _, _, now = gap_after(balls, laws, contacts, c, 0.0)
             allowed = max(contact_tolerance(balls, a, b), gap_rounding(balls, a, b) - now)
             if gap < -allowed or (contacts.forces[FORCE, c] > 0.0 and gap > allowed):
                 return False
@@ -138,49 +255,16 @@ def _stays_closed(
 
 
 @kernel
-def _turns_little(
-    balls: Balls, laws: Laws, contacts: Contacts, members: int, duration: float
+def _is_short(
+    balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int, duration: float
 ) -> bool:
-    """Whether no member's velocity changes so much that friction would turn with it."""
+    """Whether no gap leaves the tolerance within the step, and friction keeps its directions."""
+    if not _stays_closed(balls, laws, contacts, count, duration):
+        return False
     for m in range(members):
-        k = contacts.member[m]
-        speed = speed_of(balls.state[VX, k], balls.state[VY, k])
-        change = duration * speed_of(contacts.motion[NEW_AX, k], contacts.motion[NEW_AY, k])
-        if change > _TURN * speed and not stopping(balls, laws, k):
+        if not turns_little(balls, contacts, contacts.member[m], duration):
             return False
     return True
-
-
-@kernel
-def stopping(balls: Balls, laws: Laws, k: int) -> bool:
-    """Whether the cloth alone would stop ball k within the tolerance of a gap; or has."""
-    speed = speed_of(balls.state[VX, k], balls.state[VY, k])
-    return negligible_hop(speed, laws.deceleration, contact_tolerance(balls, k, k))
-
-
-@kernel
-def _accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: float) -> None:
-    """Set member k's acceleration: its contact forces, and friction at the middle of the step."""
-    fx = contacts.motion[PUSH_X, k] / balls.state[MASS, k]
-    fy = contacts.motion[PUSH_Y, k] / balls.state[MASS, k]
-    vx, vy = balls.state[VX, k], balls.state[VY, k]
-    if stopping(balls, laws, k):
-        # So slow, or at rest: the cloth brings it to rest by the end of the step if mu m g can,
-        # else it resists with that.
-        ux, uy = vx / duration + fx, vy / duration + fy
-        size = speed_of(ux, uy)
-        if size <= laws.deceleration:
-            contacts.motion[NEW_AX, k] = -vx / duration
-            contacts.motion[NEW_AY, k] = -vy / duration
-        else:
-            contacts.motion[NEW_AX, k] = fx - laws.deceleration * (ux / size)
-            contacts.motion[NEW_AY, k] = fy - laws.deceleration * (uy / size)
-        return
-    mid_x = vx + 0.5 * duration * contacts.motion[NEW_AX, k]
-    mid_y = vy + 0.5 * duration * contacts.motion[NEW_AY, k]
-    rx, ry = rolling_resistance(mid_x, mid_y, laws.deceleration)
-    contacts.motion[NEW_AX, k] = rx + fx
-    contacts.motion[NEW_AY, k] = ry + fy
 
 
 @kernel
@@ -193,8 +277,8 @@ def _ends(contacts: Contacts, c: int) -> tuple[int, int]:
 @kernel
 def gap_after(
     balls: Balls, laws: Laws, contacts: Contacts, c: int, s: float
-) -> tuple[float, float, float, float]:
-    """Return contact c's normal (outward from its first member), gap and reach, in s seconds."""
+) -> tuple[float, float, float]:
+    """Return contact c's normal (outward from its first member) and its gap, in s seconds."""
     a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
     xa = balls.state[X, a] + s * (balls.state[VX, a] + 0.5 * s * contacts.motion[NEW_AX, a])
     ya = balls.state[Y, a] + s * (balls.state[VY, a] + 0.5 * s * contacts.motion[NEW_AY, a])
@@ -206,9 +290,8 @@ def gap_after(
         ry = (
             balls.state[Y, b] + s * (balls.state[VY, b] + 0.5 * s * contacts.motion[NEW_AY, b]) - ya
         )
-        reach = radius + balls.state[RADIUS, b]
         distance = math.sqrt(rx * rx + ry * ry)
-        return rx / distance, ry / distance, distance - reach, reach
+        return rx / distance, ry / distance, distance - (radius + balls.state[RADIUS, b])
     cushion = -1 - b
     nx, ny, _ = cushion_side(laws, cushion)
-    return -nx, -ny, cushion_gap(xa, ya, radius, laws, cushion), 2.0 * radius
+    return -nx, -ny, cushion_gap(xa, ya, radius, laws, cushion)

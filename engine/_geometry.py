@@ -11,8 +11,12 @@ from engine._state import (
     BOTTOM,
     EPOCH,
     LEFT,
+    PHASE,
     RADIUS,
     RIGHT,
+    ROLL,
+    SLIDE,
+    SLIDING,
     VX,
     VY,
     Balls,
@@ -20,7 +24,7 @@ from engine._state import (
     X,
     Y,
 )
-from engine._tolerances import CONTACT_REACH, CONTACT_TOLERANCE, EPS, GAP_ULPS
+from engine._tolerances import CAPTURE_HEIGHT, CONTACT_REACH, CONTACT_TOLERANCE, EPS, GAP_ULPS
 
 
 @kernel
@@ -49,8 +53,16 @@ def relative_motion(
 
 @kernel
 def at_rest(balls: Balls, i: int) -> bool:
-    """Whether ball i has no velocity."""
-    return bool(balls.state[VX, i] == 0.0 and balls.state[VY, i] == 0.0)
+    """Whether the centre of ball i rests, and stays so if nothing hits it."""
+    slides = balls.state[PHASE, i] == SLIDING and balls.state[SLIDE, i] > 0.0
+    return bool(balls.state[VX, i] == 0.0 and balls.state[VY, i] == 0.0 and not slides)
+
+
+@kernel
+def grip(balls: Balls, i: int) -> float:
+    """Largest deceleration [m/s^2] that the cloth can give ball i."""
+    deceleration: float = max(balls.state[ROLL, i], balls.state[SLIDE, i])
+    return deceleration
 
 
 @kernel
@@ -96,6 +108,16 @@ def contact_tolerance(balls: Balls, i: int, j: int) -> float:
 
 
 @kernel
+def capture_height(balls: Balls, i: int, j: int) -> float:
+    """Height [m] of a hop between balls i and j that is not followed; see `CAPTURE_HEIGHT`.
+
+    For a ball and a cushion, j is i.
+    """
+    reach: float = balls.state[RADIUS, i] + balls.state[RADIUS, j]
+    return CAPTURE_HEIGHT * reach + 8.0 * gap_rounding(balls, i, j)
+
+
+@kernel
 def negligible_hop(rate: float, acceleration: float, height: float) -> bool:
     """Whether a gap that opens at `rate`, and is pulled back, opens by no more than `height` [m].
 
@@ -105,14 +127,13 @@ def negligible_hop(rate: float, acceleration: float, height: float) -> bool:
 
 
 @kernel
-def in_contact(gap: float, rate: float, tolerance: float, deceleration: float) -> bool:
+def in_contact(gap: float, rate: float, tolerance: float, pull: float) -> bool:
     """Whether a gap [m], changing at `rate` [m/s], counts as closed when a contact step starts.
 
-    Friction pulls two balls together with at most twice the deceleration of one, and stops one that
-    was struck at rest with as much again.
+    `pull` is the most that friction can take from the rate [m/s^2].
     """
     touching = abs(gap) <= CONTACT_REACH * tolerance
-    return touching and negligible_hop(rate, 3.0 * deceleration, tolerance)
+    return touching and negligible_hop(rate, pull, tolerance)
 
 
 @kernel
@@ -122,24 +143,29 @@ def cushion_in_contact(balls: Balls, i: int, laws: Laws, cushion: int) -> bool:
     gap = cushion_gap(x, y, balls.state[RADIUS, i], laws, cushion)
     nx, ny, _ = cushion_side(laws, cushion)
     rate = nx * balls.state[VX, i] + ny * balls.state[VY, i]
-    return in_contact(gap, rate, contact_tolerance(balls, i, i), laws.deceleration)
+    return in_contact(gap, rate, contact_tolerance(balls, i, i), 3.0 * grip(balls, i))
 
 
 @kernel
-def pair_in_contact(balls: Balls, i: int, j: int, t: float, deceleration: float) -> bool:
-    """Whether balls i and j count as in contact at the instant t [s]."""
+def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
+    """Whether balls i and j count as in contact at the instant t [s].
+
+    Friction pulls two balls together with what the cloth can give both, and stops one that was
+    struck at rest with as much again.
+    """
     rx, ry, vx, vy, _, _ = relative_motion(balls, i, j, t)
     distance = math.sqrt(rx * rx + ry * ry)
     gap = distance - (balls.state[RADIUS, i] + balls.state[RADIUS, j])
     rate = (rx * vx + ry * vy) / distance
-    return in_contact(gap, rate, contact_tolerance(balls, i, j), deceleration)
+    pull = 1.5 * (grip(balls, i) + grip(balls, j))
+    return in_contact(gap, rate, contact_tolerance(balls, i, j), pull)
 
 
 @kernel
-def blocking_ball(balls: Balls, i: int, nx: float, ny: float, t: float, deceleration: float) -> int:
+def blocking_ball(balls: Balls, i: int, nx: float, ny: float, t: float) -> int:
     """Return a ball in contact with ball i on the side that (nx, ny) points to, or -1."""
     for j in range(len(balls.own_kind)):
-        if j != i and pair_in_contact(balls, i, j, t, deceleration):
+        if j != i and pair_in_contact(balls, i, j, t):
             rx, ry, _, _, _, _ = relative_motion(balls, i, j, t)
             if rx * nx + ry * ny > 0.0:
                 return j

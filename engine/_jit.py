@@ -96,7 +96,7 @@ def cache_key() -> str:
     because a test compiles for a generic processor.
     """
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     flags = [_config.BOUNDSCHECK, _config.CPU_NAME, _config.CPU_FEATURES, OPTIONS]
     versions = [numba.__version__, llvmlite.__version__, np.__version__]

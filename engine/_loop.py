@@ -7,23 +7,30 @@ import math
 from engine._geometry import (
     at_rest,
     blocking_ball,
+    capture_height,
     contact_tolerance,
+    cushion_gap,
     cushion_side,
+    gap_rounding,
     negligible_hop,
 )
-from engine._impact import bounce, collide_balls
+from engine._impact import bounce, bounce_in_corner, collide_balls
 from engine._jit import kernel
-from engine._motion import advance, come_to_rest, predict_motion
+from engine._motion import advance, come_to_rest, predict_motion, start_rolling
 from engine._pairs import IMPACT, NOT_YET, earliest, touching, update_ball
-from engine._press import press, release
+from engine._press import press, press_on
 from engine._state import (
     AX,
     AY,
     BALL_BALL,
     BALL_CUSHION,
     CONTACT_STEPS,
-    EPOCH,
+    DEGREE,
     EVENTS,
+    FIRST,
+    FREE,
+    JOINT_IMPACTS,
+    KNOT,
     LAST_EVENT,
     LOGGED_EVENTS,
     LOGGED_MOTIONS,
@@ -31,13 +38,19 @@ from engine._state import (
     OWN_CONTACT,
     OWN_CUSHION,
     OWN_REST,
+    OWN_ROLL,
     OWN_TIME,
-    REST,
+    PHASE,
+    RADIUS,
+    ROLL,
     RUN_EVENT_LIMIT,
     RUN_LOG_FULL,
     RUN_NOT_FINITE,
     RUN_RESTED,
     RUN_T_MAX,
+    SECOND,
+    SLIDE,
+    SLIDING,
     STEP,
     VX,
     VY,
@@ -46,7 +59,6 @@ from engine._state import (
     WHAT_KIND,
     Balls,
     Contacts,
-    FloatArray,
     IntArray,
     Laws,
     Log,
@@ -54,11 +66,13 @@ from engine._state import (
     X,
     Y,
 )
+from engine._together import collide_together
 from engine.result import EventKind
 
 # Plain integers for the compiler.
 _BALL_BALL = int(EventKind.BALL_BALL)
 _BALL_CUSHION = int(EventKind.BALL_CUSHION)
+_SLIDE_TO_ROLL = int(EventKind.SLIDE_TO_ROLL)
 _ROLL_TO_REST = int(EventKind.ROLL_TO_REST)
 
 
@@ -73,17 +87,7 @@ def start(balls: Balls, laws: Laws, contacts: Contacts, pairs: Pairs, counters: 
 
 
 @kernel
-def run(
-    balls: Balls,
-    laws: Laws,
-    contacts: Contacts,
-    pairs: Pairs,
-    log: Log,
-    keep_log: bool,
-    clock: FloatArray,
-    counters: IntArray,
-    limit: int,
-) -> int:
+def run(balls: Balls, laws: Laws, contacts: Contacts, pairs: Pairs, log: Log, limit: int) -> int:
     """Process events until every ball rests, `t_max`, a full log, or `limit` events and steps.
 
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE.
@@ -92,53 +96,49 @@ def run(
     RUN_LOG_FULL or RUN_EVENT_LIMIT goes on where it stopped when called again.
     """
     while True:
-        if keep_log and _full(log, counters, len(balls.own_kind)):
+        if _full(log, len(balls.own_kind)):
             return RUN_LOG_FULL
 
         # Find the earliest event: one ball's own, or the pair that may touch first.
         single = _earliest_own(balls)
         t = min(balls.state[OWN_TIME, single], earliest(pairs))
-        if not t >= clock[NOW]:
+        if not t >= log.clock[NOW]:
             return RUN_NOT_FINITE
         if t == math.inf and _all_rest(balls):
             return RUN_RESTED
         if t > laws.t_max:
             return RUN_T_MAX
-        if counters[EVENTS] + counters[CONTACT_STEPS] >= limit:
+        if log.counters[EVENTS] + log.counters[CONTACT_STEPS] >= limit:
             return RUN_EVENT_LIMIT
 
         # Move its balls there and resolve it; mark every ball whose motion it changes.
         if balls.state[OWN_TIME, single] <= t:
-            _resolve_own(balls, laws, contacts, single, t, clock, counters, log, keep_log)
+            _resolve_own(balls, laws, contacts, single, t, log)
         else:
-            verdict, i, j = touching(balls, laws, pairs, t, counters)
+            verdict, count = touching(balls, laws, contacts, pairs, t, log.counters)
             if verdict == NOT_YET:
                 continue
             if verdict == IMPACT:
-                _resolve_pair(balls, laws, contacts, i, j, t, clock, counters, log, keep_log)
+                _resolve_pairs(balls, laws, contacts, count, t, log)
             else:
-                press(balls, laws, contacts, i, j, t, counters)
-        clock[NOW] = t
+                first, second = contacts.ends[FIRST, 0], contacts.ends[SECOND, 0]
+                press(balls, laws, contacts, first, second, t, True, log.counters)
+        log.clock[NOW] = t
 
         # Predict anew: every bound of a ball whose motion changed is void.
         for k in range(len(balls.own_kind)):
             if contacts.changed[k]:
                 contacts.changed[k] = False
-                if contacts.stopped[k]:
-                    contacts.stopped[k] = False
-                    counters[REST] += 1
-                    _note_event(_ROLL_TO_REST, k, -1, t, clock, counters, log, keep_log)
-                if keep_log:
-                    _note_motion(balls, k, counters, log)
-                update_ball(balls, contacts.held, pairs, k, t, counters)
+                _note_ends(contacts, k, t, log)
+                _note_motion(balls, k, log)
+                update_ball(balls, contacts.held, pairs, k, t, log.counters)
 
 
 @kernel
 def finish(balls: Balls, t: float) -> None:
-    """Move every ball that still moves to the instant t [s], where the run stopped."""
+    """Move every ball to the instant t [s], where the run stopped."""
     for i in range(len(balls.own_kind)):
-        if not at_rest(balls, i):
-            advance(balls, i, t)
+        advance(balls, i, t)
 
 
 @kernel
@@ -165,118 +165,172 @@ def _earliest_own(balls: Balls) -> int:
 
 
 @kernel
-def _resolve_own(
-    balls: Balls,
-    laws: Laws,
-    contacts: Contacts,
-    i: int,
-    t: float,
-    clock: FloatArray,
-    counters: IntArray,
-    log: Log,
-    keep_log: bool,
-) -> None:
-    """Resolve what ball i does alone at the instant t: rest, meet a cushion, end a contact step."""
+def _resolve_own(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float, log: Log) -> None:
+    """Resolve what ball i does alone at the instant t: rest, roll, meet a cushion, end a step."""
     kind = balls.own_kind[i]
     if kind == OWN_REST:
         come_to_rest(balls, i, t)
-        counters[REST] += 1
-        _note_event(_ROLL_TO_REST, i, -1, t, clock, counters, log, keep_log)
-    elif kind != OWN_CONTACT:
+        _note_event(_ROLL_TO_REST, i, -1, t, log)
+    elif kind == OWN_ROLL:
+        start_rolling(balls, i, t)
+        stops = balls.state[VX, i] == 0.0 and balls.state[VY, i] == 0.0
+        _note_event(_ROLL_TO_REST if stops else _SLIDE_TO_ROLL, i, -1, t, log)
+    elif kind == OWN_CONTACT:
+        press_on(balls, laws, contacts, i, t, log.counters)
+        return
+    else:
         cushion = kind - OWN_CUSHION
         advance(balls, i, t)
-        blocking = _wedging_ball(balls, laws, i, cushion, t)
-        if blocking >= 0:
-            press(balls, laws, contacts, i, blocking, t, counters)
+        partner = _pressed_against(balls, laws, i, cushion, t)
+        if partner != i:
+            press(balls, laws, contacts, i, partner, t, True, log.counters)
             return
-        bounce(balls, i, cushion, laws)
-        counters[BALL_CUSHION] += 1
-        _note_event(_BALL_CUSHION, i, cushion, t, clock, counters, log, keep_log)
-    _set_free(balls, laws, contacts, i, t)
+        _resolve_cushion(balls, laws, i, cushion, t, log)
+    _predict_anew(balls, laws, contacts, i, t, log)
 
 
 @kernel
-def _wedging_ball(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -> int:
-    """Return a ball that keeps ball i at the cushion, where a bounce would be negligible, or -1."""
+def _resolve_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float, log: Log) -> None:
+    """Bounce ball i off a cushion; in a corner, off both at once."""
+    log.counters[BALL_CUSHION] += 1
+    _note_event(_BALL_CUSHION, i, cushion, t, log)
+    other = _corner_cushion(balls, laws, i, cushion)
+    if other < 0:
+        bounce(balls, i, cushion, laws)
+        return
+    bounce_in_corner(balls, i, cushion, other, laws)
+    log.counters[BALL_CUSHION] += 1
+    log.counters[JOINT_IMPACTS] += 1
+    _note_event(_BALL_CUSHION, i, other, t, log)
+
+
+@kernel
+def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int) -> int:
+    """Return a cushion across the given one that ball i meets at the same instant, or -1."""
+    for other in range(4):
+        if other // 2 == cushion // 2:
+            continue
+        nx, ny, _ = cushion_side(laws, other)
+        x, y = balls.state[X, i], balls.state[Y, i]
+        gap = cushion_gap(x, y, balls.state[RADIUS, i], laws, other)
+        approaching = nx * balls.state[VX, i] + ny * balls.state[VY, i] < 0.0
+        if gap <= gap_rounding(balls, i, i) and approaching:
+            return other
+    return -1
+
+
+@kernel
+def _pressed_against(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -> int:
+    """Return what ball i is pressed against, where it wouldn't leave the cushion by bouncing.
+
+    The cushion itself (as -1 minus its index), where friction drives the ball into it; or a ball
+    that is in its way; or the ball itself: nothing.
+    """
     nx, ny, _ = cushion_side(laws, cushion)
     rate = nx * balls.state[VX, i] + ny * balls.state[VY, i]
-    if not negligible_hop(rate, 2.0 * laws.deceleration, contact_tolerance(balls, i, i)):
-        return -1
-    return blocking_ball(balls, i, nx, ny, t, laws.deceleration)
+    opening = nx * balls.state[AX, i] + ny * balls.state[AY, i]
+    if opening < 0.0 and negligible_hop(rate, -opening, capture_height(balls, i, i)):
+        return -1 - cushion
+    pull = balls.state[SLIDE, i] if balls.state[PHASE, i] == SLIDING else balls.state[ROLL, i]
+    if not negligible_hop(rate, 2.0 * pull, contact_tolerance(balls, i, i)):
+        return i
+    blocking = blocking_ball(balls, i, nx, ny, t)
+    return blocking if blocking >= 0 else i
 
 
 @kernel
-def _resolve_pair(
-    balls: Balls,
-    laws: Laws,
-    contacts: Contacts,
-    i: int,
-    j: int,
-    t: float,
-    clock: FloatArray,
-    counters: IntArray,
-    log: Log,
-    keep_log: bool,
+def _resolve_pairs(
+    balls: Balls, laws: Laws, contacts: Contacts, count: int, t: float, log: Log
 ) -> None:
-    """Collide balls i and j at the instant t."""
-    advance(balls, i, t)
-    advance(balls, j, t)
-    collide_balls(balls, i, j, laws)
-    counters[BALL_BALL] += 1
-    _note_event(_BALL_BALL, i, j, t, clock, counters, log, keep_log)
-    _set_free(balls, laws, contacts, i, t)
-    _set_free(balls, laws, contacts, j, t)
+    """Collide the first `count` pairs of `contacts.ends` at the instant t; together if they touch.
+
+    A pair of which neither ball has another impact now follows the scene's law.
+    """
+    for c in range(count):
+        a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+        advance(balls, a, t)
+        advance(balls, b, t)
+        contacts.motion[DEGREE, a] += 1.0
+        contacts.motion[DEGREE, b] += 1.0
+        log.counters[BALL_BALL] += 1
+        _note_event(_BALL_BALL, a, b, t, log)
+    joint = 0
+    for c in range(count):
+        a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+        if contacts.motion[DEGREE, a] == 1.0 and contacts.motion[DEGREE, b] == 1.0:
+            collide_balls(balls, a, b, laws)
+            _predict_anew(balls, laws, contacts, a, t, log)
+            _predict_anew(balls, laws, contacts, b, t, log)
+            contacts.motion[DEGREE, a] = 0.0
+            contacts.motion[DEGREE, b] = 0.0
+        else:
+            contacts.ends[FIRST, joint] = a
+            contacts.ends[SECOND, joint] = b
+            joint += 1
+    if joint > 0:
+        log.counters[JOINT_IMPACTS] += 1
+        collide_together(balls, laws, contacts, joint)
+        for c in range(joint):
+            for row in (FIRST, SECOND):
+                k = contacts.ends[row, c]
+                _predict_anew(balls, laws, contacts, k, t, log)
+                contacts.motion[DEGREE, k] = 0.0
 
 
 @kernel
-def _set_free(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> None:
-    """Predict ball i, whose velocity an event set; a cluster that it belonged to ends."""
-    release(balls, laws, contacts, i, t)
-    predict_motion(balls, i, laws)
+def _predict_anew(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float, log: Log) -> None:
+    """Predict ball i, whose velocity an event set; so the contact step that it was in ends."""
     contacts.motion[STEP, i] = 0.0
-    contacts.changed[i] = True
+    if contacts.cluster[i] == FREE:
+        predict_motion(balls, i, laws)
+        contacts.changed[i] = True
+    else:
+        press_on(balls, laws, contacts, i, t, log.counters)
 
 
 @kernel
-def _full(log: Log, counters: IntArray, n: int) -> bool:
-    """Whether the next instant might not fit in the log: it may change, and stop, every ball."""
-    events_left = len(log.time) - counters[LOGGED_EVENTS]
-    motions_left = len(log.ball) - counters[LOGGED_MOTIONS]
-    return bool(events_left < 1 + n or motions_left < n)
+def _full(log: Log, n: int) -> bool:
+    """Whether the next instant might not fit in the log: it may change, and stop, every ball.
+
+    And hit each pair that can touch at once: fewer than 3 n in the plane.
+    """
+    if len(log.time) == 0:
+        return False
+    events_left = len(log.time) - log.counters[LOGGED_EVENTS]
+    motions_left = len(log.ball) - log.counters[LOGGED_MOTIONS]
+    return bool(events_left < 2 + 4 * n or motions_left < n)
 
 
 @kernel
-def _note_event(
-    kind: int,
-    a: int,
-    b: int,
-    t: float,
-    clock: FloatArray,
-    counters: IntArray,
-    log: Log,
-    keep_log: bool,
-) -> None:
-    counters[EVENTS] += 1
-    clock[LAST_EVENT] = t
-    if keep_log:
-        row = counters[LOGGED_EVENTS]
+def _note_ends(contacts: Contacts, k: int, t: float, log: Log) -> None:
+    """Log that ball k came to roll or to rest by a contact step."""
+    if contacts.rolled[k]:
+        contacts.rolled[k] = False
+        _note_event(_SLIDE_TO_ROLL, k, -1, t, log)
+    if contacts.stopped[k]:
+        contacts.stopped[k] = False
+        _note_event(_ROLL_TO_REST, k, -1, t, log)
+
+
+@kernel
+def _note_event(kind: int, a: int, b: int, t: float, log: Log) -> None:
+    log.counters[EVENTS] += 1
+    log.clock[LAST_EVENT] = t
+    if len(log.time) > 0:
+        row = log.counters[LOGGED_EVENTS]
         log.time[row] = t
         log.what[WHAT_KIND, row] = kind
         log.what[WHAT_A, row] = a
         log.what[WHAT_B, row] = b
-        counters[LOGGED_EVENTS] = row + 1
+        log.counters[LOGGED_EVENTS] = row + 1
 
 
 @kernel
-def _note_motion(balls: Balls, i: int, counters: IntArray, log: Log) -> None:
+def _note_motion(balls: Balls, i: int, log: Log) -> None:
     """Log how ball i moves from its epoch on."""
-    row = counters[LOGGED_MOTIONS]
-    log.ball[row] = i
-    log.motion[row, 0] = balls.state[EPOCH, i]
-    log.motion[row, 1] = balls.state[X, i]
-    log.motion[row, 2] = balls.state[Y, i]
-    log.motion[row, 3] = balls.state[VX, i]
-    log.motion[row, 4] = balls.state[VY, i]
-    log.motion[row, 5] = balls.state[AX, i]
-    log.motion[row, 6] = balls.state[AY, i]
-    counters[LOGGED_MOTIONS] = row + 1
+    if len(log.time) > 0:
+        row = log.counters[LOGGED_MOTIONS]
+        log.ball[row] = i
+        for k in range(KNOT):
+            log.motion[row, k] = balls.state[k, i]
+        log.counters[LOGGED_MOTIONS] = row + 1

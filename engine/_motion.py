@@ -9,20 +9,34 @@ from engine._jit import kernel
 from engine._state import (
     AX,
     AY,
+    BX,
+    BY,
+    BZ,
     EPOCH,
     OWN_CUSHION,
     OWN_NONE,
     OWN_REST,
+    OWN_ROLL,
     OWN_TIME,
+    PHASE,
     RADIUS,
+    RESTING,
+    ROLL,
+    ROLLING,
+    SLIDE,
+    SLIDING,
+    SPIN,
     VX,
     VY,
+    WX,
+    WY,
+    WZ,
     Balls,
     Laws,
     X,
     Y,
 )
-from engine._tolerances import TIME_ROUNDING
+from engine._tolerances import SLIP_ROUNDING, TIME_ROUNDING
 
 
 @kernel
@@ -61,7 +75,24 @@ def advance(balls: Balls, i: int, t: float) -> None:
     balls.state[Y, i] += s * (balls.state[VY, i] + 0.5 * balls.state[AY, i] * s)
     balls.state[VX, i] += balls.state[AX, i] * s
     balls.state[VY, i] += balls.state[AY, i] * s
+    if balls.state[PHASE, i] == SLIDING:
+        balls.state[WX, i] += balls.state[BX, i] * s
+        balls.state[WY, i] += balls.state[BY, i] * s
+    _turn_about_vertical(balls, i, s)
     balls.state[EPOCH, i] = t
+
+
+@kernel
+def _turn_about_vertical(balls: Balls, i: int, s: float) -> None:
+    """Take from ball i what the cloth takes of its spin about the vertical in s seconds.
+
+    And add what a contact step adds.
+    """
+    spin = balls.state[WZ, i]
+    if spin != 0.0:
+        left = max(abs(spin) - s * balls.state[SPIN, i], 0.0)
+        balls.state[WZ, i] = left if spin > 0.0 else -left
+    balls.state[WZ, i] += balls.state[BZ, i] * s
 
 
 @kernel
@@ -69,14 +100,59 @@ def come_to_rest(balls: Balls, i: int, t: float) -> None:
     """Move ball i to where it stops rolling, at the instant t [s], and stop it exactly.
 
     A uniformly slowed ball covers half of what it would cover at its first speed; unlike the full
-    polynomial this cancels no digits.
+    polynomial this cancels no digits. It may spin on about the vertical.
     """
     s = t - balls.state[EPOCH, i]
     balls.state[X, i] += 0.5 * s * balls.state[VX, i]
     balls.state[Y, i] += 0.5 * s * balls.state[VY, i]
     balls.state[VX, i] = 0.0
     balls.state[VY, i] = 0.0
+    balls.state[PHASE, i] = ROLLING
+    _turn_about_vertical(balls, i, s)
     balls.state[EPOCH, i] = t
+
+
+@kernel
+def start_rolling(balls: Balls, i: int, t: float) -> None:
+    """Move ball i to where its slip is gone, at the instant t [s]; from there it rolls.
+
+    The cloth has then taken 2/7 of the slip from the velocity, whatever the friction. As above, the
+    mean of both velocities gives the way without cancelling.
+    """
+    s = t - balls.state[EPOCH, i]
+    ux, uy = slip(balls, i)
+    vx, vy = balls.state[VX, i] - ux / 3.5, balls.state[VY, i] - uy / 3.5
+    balls.state[X, i] += 0.5 * s * (balls.state[VX, i] + vx)
+    balls.state[Y, i] += 0.5 * s * (balls.state[VY, i] + vy)
+    balls.state[VX, i] = vx
+    balls.state[VY, i] = vy
+    balls.state[PHASE, i] = ROLLING
+    _turn_about_vertical(balls, i, s)
+    balls.state[EPOCH, i] = t
+
+
+@kernel
+def slip(balls: Balls, i: int) -> tuple[float, float]:
+    """Velocity [m/s] of ball i's lowest point over the cloth, at its epoch."""
+    if balls.state[PHASE, i] != SLIDING:
+        return 0.0, 0.0
+    radius = balls.state[RADIUS, i]
+    return (
+        balls.state[VX, i] - radius * balls.state[WY, i],
+        balls.state[VY, i] + radius * balls.state[WX, i],
+    )
+
+
+@kernel
+def loosen(balls: Balls, i: int) -> None:
+    """Let ball i keep its angular velocity while an impulse changes its velocity.
+
+    Contract: before any impulse on a ball of a scene in which balls slide.
+    """
+    if balls.state[PHASE, i] != SLIDING:
+        balls.state[WX, i] = -balls.state[VY, i] / balls.state[RADIUS, i]
+        balls.state[WY, i] = balls.state[VX, i] / balls.state[RADIUS, i]
+        balls.state[PHASE, i] = SLIDING
 
 
 @kernel
@@ -90,8 +166,10 @@ def speed_of(vx: float, vy: float) -> float:
 
 
 @kernel
-def rolling_resistance(vx: float, vy: float, deceleration: float) -> tuple[float, float]:
+def friction_against(vx: float, vy: float, deceleration: float) -> tuple[float, float]:
     """Acceleration of a ball that rolls without slip: mu g against the motion (paper, 5.2).
+
+    Of one that slides, the same against its slip.
 
     Exactly along the axis for motion along an axis, so that two balls rolling the same way have no
     relative acceleration.
@@ -106,20 +184,48 @@ def rolling_resistance(vx: float, vy: float, deceleration: float) -> tuple[float
 
 @kernel
 def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
-    """Set the acceleration of ball i and its own next event from its state at its epoch.
+    """Set the phase of ball i, its accelerations and its own next event, from its velocities.
 
-    The path is straight and ends after |v| / (mu g).
+    A slide has constant accelerations, since its slip keeps its direction, and ends after 2 |u| /
+    (7 mu_s g); rolling is straight and ends after |v| / (mu_r g).
     """
+    balls.state[BZ, i] = 0.0
+    if balls.state[PHASE, i] == SLIDING and _predict_slide(balls, i, laws):
+        return
     vx, vy = balls.state[VX, i], balls.state[VY, i]
-    balls.state[AX, i], balls.state[AY, i] = rolling_resistance(vx, vy, laws.deceleration)
+    deceleration = balls.state[ROLL, i]
+    balls.state[AX, i], balls.state[AY, i] = friction_against(vx, vy, deceleration)
     speed = speed_of(vx, vy)
     if speed == 0.0:
+        balls.state[PHASE, i] = RESTING
         balls.state[OWN_TIME, i] = math.inf
         balls.own_kind[i] = OWN_NONE
         return
-    duration = speed / laws.deceleration if laws.deceleration > 0.0 else math.inf
+    balls.state[PHASE, i] = ROLLING
+    duration = speed / deceleration if deceleration > 0.0 else math.inf
     balls.own_kind[i] = OWN_REST
     predict_cushion(balls, i, laws, duration, False)
+
+
+@kernel
+def _predict_slide(balls: Balls, i: int, laws: Laws) -> bool:
+    """Predict ball i as sliding; False, and nothing done, where its slip is but rounding."""
+    ux, uy = slip(balls, i)
+    size = speed_of(ux, uy)
+    radius = balls.state[RADIUS, i]
+    terms = abs(balls.state[VX, i]) + abs(balls.state[VY, i])
+    terms += radius * (abs(balls.state[WX, i]) + abs(balls.state[WY, i]))
+    if size <= SLIP_ROUNDING * terms:
+        return False
+    ax, ay = friction_against(ux, uy, balls.state[SLIDE, i])
+    balls.state[AX, i] = ax
+    balls.state[AY, i] = ay
+    balls.state[BX, i] = 2.5 * ay / radius
+    balls.state[BY, i] = -2.5 * ax / radius
+    balls.own_kind[i] = OWN_ROLL
+    duration = size / (3.5 * balls.state[SLIDE, i]) if balls.state[SLIDE, i] > 0.0 else math.inf
+    predict_cushion(balls, i, laws, duration, False)
+    return True
 
 
 @kernel

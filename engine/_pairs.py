@@ -16,7 +16,13 @@ from __future__ import annotations
 
 import math
 
-from engine._geometry import at_rest, contact_tolerance, negligible_hop, relative_motion
+from engine._geometry import (
+    at_rest,
+    capture_height,
+    gap_rounding,
+    negligible_hop,
+    relative_motion,
+)
 from engine._jit import kernel
 from engine._motion import first_crossing
 from engine._state import (
@@ -25,12 +31,16 @@ from engine._state import (
     AY,
     BOUNDS,
     EPOCH,
+    FIRST,
     OWN_TIME,
     RADIUS,
+    ROLL,
+    SECOND,
     VX,
     VY,
     Balls,
     BoolArray,
+    Contacts,
     IntArray,
     Laws,
     Pairs,
@@ -78,20 +88,22 @@ def earliest(pairs: Pairs) -> float:
 
 @kernel
 def touching(
-    balls: Balls, laws: Laws, pairs: Pairs, t: float, counters: IntArray
-) -> tuple[int, int, int]:
-    """Judge every pair whose bound is the instant t [s]: a verdict, and the pair that it is about.
+    balls: Balls, laws: Laws, contacts: Contacts, pairs: Pairs, t: float, counters: IntArray
+) -> tuple[int, int]:
+    """Judge every pair whose bound is the instant t [s]: a verdict, and how many pairs it is about.
 
-    IMPACT, for the pair that approaches fastest where several do; else PRESSED; else NOT_YET, when
-    all those bounds have moved on.
+    IMPACT, for all pairs that approach, or for the fastest of them where impacts are sequential;
+    else PRESSED, for one pair; else NOT_YET, when all those bounds have moved on. The pairs are in
+    the first columns of `contacts.ends`, the lower index first.
 
     Notes
     -----
-    The fastest first, because impacts at one instant that feed each other (a plastic hit on a
-    frozen line) then die out like a relaxation of the whole line, not of its end over and over;
-    and because that doesn't depend on the order of the balls.
+    Of sequential impacts the fastest first, because impacts at one instant that feed each other (a
+    plastic hit on a frozen line) then die out like a relaxation of the whole line, not of its end
+    over and over.
     """
-    found, first, second, fastest = NOT_YET, 0, 0, 0.0
+    count, fastest = 0, 0.0
+    pressed_i, pressed_j = -1, -1
     n = len(pairs.row_least)
     for i in range(n):
         if pairs.row_least[i] > t:
@@ -100,16 +112,73 @@ def touching(
             if pairs.bound[i, j] > t:
                 continue
             counters[ADVANCEMENTS] += 1
-            verdict, bound, speed = _touch(balls, laws, i, j, t)
+            verdict, bound, speed = _touch(balls, i, j, t, 0.0)
             if verdict == NOT_YET:
                 own = min(balls.state[OWN_TIME, i], balls.state[OWN_TIME, j])
                 pairs.bound[i, j] = bound if bound <= own else math.inf
-            elif verdict == IMPACT and speed > fastest:
-                found, first, second, fastest = IMPACT, i, j, speed
-            elif verdict == PRESSED and found == NOT_YET:
-                found, first, second = PRESSED, i, j
+            elif verdict == PRESSED:
+                pressed_i, pressed_j = i, j
+            elif laws.simultaneous or speed > fastest:
+                count = count + 1 if laws.simultaneous else 1
+                fastest = max(speed, fastest)
+                contacts.ends[FIRST, count - 1] = min(i, j)
+                contacts.ends[SECOND, count - 1] = max(i, j)
         _rescan(pairs, i)
-    return found, min(first, second), max(first, second)
+    if count > 0:
+        if laws.simultaneous:
+            count = _join_ties(balls, laws, contacts, pairs, t, fastest, count)
+        return IMPACT, count
+    if pressed_i >= 0:
+        contacts.ends[FIRST, 0] = min(pressed_i, pressed_j)
+        contacts.ends[SECOND, 0] = max(pressed_i, pressed_j)
+        return PRESSED, 1
+    return NOT_YET, 0
+
+
+@kernel
+def _join_ties(
+    balls: Balls,
+    laws: Laws,
+    contacts: Contacts,
+    pairs: Pairs,
+    t: float,
+    speed: float,
+    listed: int,
+) -> int:
+    """List also the pairs that share a ball with a listed one, and touch too but for rounding.
+
+    Which of the gaps closes first is then noise: a symmetric hit on two touching balls would be
+    resolved one after the other where coordinates are rounded. Return how many are listed now.
+    """
+    rounding = 0.0
+    for c in range(listed):
+        a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+        rounding = max(rounding, gap_rounding(balls, a, b))
+    until = t + rounding / speed  # when a gap of that size has closed
+    count = listed
+    n = len(pairs.row_least)
+    for i in range(n):
+        if pairs.row_least[i] > until:
+            continue
+        for j in range(n):
+            if not t < pairs.bound[i, j] <= until:
+                continue
+            if not (_is_listed(contacts, listed, i) or _is_listed(contacts, listed, j)):
+                continue
+            verdict, _, _ = _touch(balls, i, j, t, gap_rounding(balls, i, j))
+            if verdict == IMPACT:
+                contacts.ends[FIRST, count] = min(i, j)
+                contacts.ends[SECOND, count] = max(i, j)
+                count += 1
+    return count
+
+
+@kernel
+def _is_listed(contacts: Contacts, listed: int, i: int) -> bool:
+    for c in range(listed):
+        if contacts.ends[FIRST, c] == i or contacts.ends[SECOND, c] == i:
+            return True
+    return False
 
 
 @kernel
@@ -126,8 +195,11 @@ def _bound(balls: Balls, i: int, j: int, t: float) -> float:
 
 
 @kernel
-def _touch(balls: Balls, laws: Laws, i: int, j: int, t: float) -> tuple[int, float, float]:
-    """Judge the pair at the instant t: a verdict, the next bound, the speed of approach."""
+def _touch(balls: Balls, i: int, j: int, t: float, slack: float) -> tuple[int, float, float]:
+    """Judge the pair at the instant t: a verdict, the next bound, the speed of approach.
+
+    A gap of up to `slack` [m] counts as closed.
+    """
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, t)
     reach = balls.state[RADIUS, i] + balls.state[RADIUS, j]
     distance = math.sqrt(rx * rx + ry * ry)
@@ -136,7 +208,7 @@ def _touch(balls: Balls, laws: Laws, i: int, j: int, t: float) -> tuple[int, flo
     pull = (rx * ax + ry * ay) / distance
     s = first_crossing(gap, rate, pull)
     progress = s > TIME_ROUNDING * t
-    if gap > GAP_ROUNDING * reach and progress:
+    if gap > max(GAP_ROUNDING * reach, slack) and progress:
         return NOT_YET, t + s, 0.0
     # They touch, as far as doubles can tell. While r . v = 0, the gap opens at first as
     # `opening` s^2 / 2: the lines of centres turn away, or friction pulls together.
@@ -148,9 +220,9 @@ def _touch(balls: Balls, laws: Laws, i: int, j: int, t: float) -> tuple[int, flo
         # A rebound that slow ends within the tolerance, where friction pulls the balls together
         # again; the cloth also stops one that was struck at rest.
         struck = at_rest(balls, i) or at_rest(balls, j)
-        closing = (laws.deceleration if struck else 0.0) - opening
-        tolerance = contact_tolerance(balls, i, j)
-        hop = (pulled or struck) and negligible_hop(rate, closing, tolerance)
+        closing = _stopping(balls, i) + _stopping(balls, j) - opening
+        height = capture_height(balls, i, j)
+        hop = (pulled or struck) and negligible_hop(rate, closing, height)
         return (PRESSED if hop else IMPACT), t, -rate
     if rate > noise and progress:
         return NOT_YET, t + s, 0.0
@@ -173,6 +245,13 @@ def _next_approach(opening: float, vx: float, vy: float, ax: float, ay: float) -
     if linear >= 0.0 or discriminant < 0.0:
         return math.inf
     return 2.0 * opening / (math.sqrt(discriminant) - linear)
+
+
+@kernel
+def _stopping(balls: Balls, i: int) -> float:
+    """Deceleration [m/s^2] that will stop ball i where an impact makes it leave its rest."""
+    deceleration: float = balls.state[ROLL, i] if at_rest(balls, i) else 0.0
+    return deceleration
 
 
 @kernel

@@ -24,32 +24,47 @@ from __future__ import annotations
 
 import math
 
-from engine._contact_force import SWEEPS, gap_after, solve, stopping
-from engine._geometry import at_rest, cushion_in_contact, negligible_hop, pair_in_contact
-from engine._jit import kernel
-from engine._motion import (
-    advance,
-    predict_cushion,
-    predict_motion,
-    speed_of,
+from engine._contact_answer import settle, time_to_change
+from engine._contact_force import SWEEPS, gap_after, solve
+from engine._geometry import (
+    at_rest,
+    cushion_in_contact,
+    grip,
+    negligible_hop,
+    pair_in_contact,
 )
+from engine._jit import kernel
+from engine._motion import advance, loosen, predict_cushion, predict_motion, speed_of
 from engine._state import (
     AX,
     AY,
+    BX,
+    BY,
+    BZ,
     CONTACT_STEPS,
     FIRST,
+    FORCE,
     FREE,
     MASS,
     NEW_AX,
     NEW_AY,
+    NEW_BX,
+    NEW_BY,
     OWN_CONTACT,
     OWN_REST,
+    PHASE,
     RADIUS,
     SECOND,
+    SLIDE,
+    SLIDING,
+    SLIPS,
+    SPIN,
     STEP,
+    TWIST_Z,
     UNSOLVED_STEPS,
     VX,
     VY,
+    WZ,
     Balls,
     Contacts,
     IntArray,
@@ -65,7 +80,7 @@ _RESIDUE = 2.0**-20
 """Hop, in units of a negligible one, left to the contact force: a thousandth of its speed."""
 
 _FIRST_STEP = 2.0**-6
-"""First step tried, in units of the time to fall one diameter at the rolling deceleration."""
+"""First step tried, in units of the time to fall one diameter at what the cloth can give."""
 
 
 @kernel
@@ -89,21 +104,55 @@ def release(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> N
 
 
 @kernel
-def press(
-    balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float, counters: IntArray
+def press_on(
+    balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float, counters: IntArray
 ) -> None:
-    """Start a contact step, at the instant t [s], for the cluster that the pair i, j belongs to.
+    """End the contact step of ball i's cluster at the instant t [s]; start another where it presses.
 
-    Contract: every member is advanced to t, given its acceleration and an own event no later than
-    the step's end, and marked in `contacts.changed`; one that the approach's end stopped is marked
-    in `contacts.stopped`. No allocation: `contacts` has room.
+    The cluster is judged as a whole: in a chain, the ball behind may be all that presses the two in
+    front together, so that no pair of free balls would show it.
+
+    Contract: as `press`, for every ball that belonged to the cluster.
+    """
+    label = contacts.cluster[i]
+    for k in range(len(balls.own_kind)):
+        contacts.again[k] = contacts.cluster[k] == label
+    release(balls, laws, contacts, i, t)
+    for k in range(len(balls.own_kind)):
+        if contacts.again[k] and contacts.cluster[k] == FREE:
+            press(balls, laws, contacts, k, k, t, False, counters)
+
+
+@kernel
+def press(
+    balls: Balls,
+    laws: Laws,
+    contacts: Contacts,
+    i: int,
+    j: int,
+    t: float,
+    insist: bool,
+    counters: IntArray,
+) -> None:
+    """Start a contact step, at the instant t [s], for the cluster that balls i and j belong to.
+
+    j may be -1 minus the index of a cushion, or i: whatever ball i is in contact with. Where no
+    force turns out to be needed, the balls are free again, unless the caller insists that the
+    contact of i and j be held.
+
+    Contract: every member is advanced to t, given its accelerations and an own event no later than
+    the step's end, and marked in `contacts.changed`; one whose slip or speed ends here because
+    what is left of it is negligible is marked in `contacts.rolled` or `contacts.stopped`. No
+    allocation: `contacts` has room.
     """
     counters[CONTACT_STEPS] += 1
     members = _gather_members(balls, laws, contacts, i, j, t)
-    count = _gather_contacts(balls, laws, contacts, members, t)
+    count = _gather_contacts(balls, laws, contacts, members, i, j, t)
     _stop_approach(balls, laws, contacts, members, count)
-    step = _next_step(balls, laws, contacts, members)
-    duration = min(step, _time_to_stop(balls, laws, contacts, members))
+    step = _next_step(balls, contacts, members)
+    duration = step
+    for m in range(members):
+        duration = min(duration, time_to_change(balls, contacts.member[m]))
     solved = False
     for _ in range(_HALVINGS):
         solved = solve(balls, laws, contacts, members, count, duration)
@@ -113,14 +162,47 @@ def press(
         step = duration
     if not solved:
         counters[UNSOLVED_STEPS] += 1
+    if not (insist or _any_force(contacts, count)):
+        release(balls, laws, contacts, i, t)
+        return
     for m in range(members):
         k = contacts.member[m]
         balls.state[AX, k] = contacts.motion[NEW_AX, k]
         balls.state[AY, k] = contacts.motion[NEW_AY, k]
+        if laws.slides:
+            if contacts.motion[SLIPS, k] == 1.0:
+                loosen(balls, k)
+            balls.state[BX, k] = contacts.motion[NEW_BX, k]
+            balls.state[BY, k] = contacts.motion[NEW_BY, k]
+            _twist(balls, contacts, k, duration)
         balls.own_kind[k] = OWN_REST if _comes_to_rest(balls, k, duration) else OWN_CONTACT
         predict_cushion(balls, k, laws, duration, True)
         contacts.motion[STEP, k] = step
         contacts.changed[k] = True
+
+
+@kernel
+def _any_force(contacts: Contacts, count: int) -> bool:
+    for c in range(count):  # noqa: SIM110 - the compiler takes no generator
+        if contacts.forces[FORCE, c] > 0.0:
+            return True
+    return False
+
+
+@kernel
+def _twist(balls: Balls, contacts: Contacts, k: int, duration: float) -> None:
+    """Turn member k about the vertical: what its contacts do, and the cloth against that."""
+    spin = balls.state[WZ, k]
+    slowed = duration * balls.state[SPIN, k]
+    gain = 2.5 * contacts.motion[TWIST_Z, k] / (balls.state[MASS, k] * balls.state[RADIUS, k])
+    if gain == 0.0:
+        return
+    driven = spin + duration * gain
+    end = max(abs(driven) - slowed, 0.0)
+    end = end if driven > 0.0 else -end
+    alone = max(abs(spin) - slowed, 0.0)
+    alone = alone if spin > 0.0 else -alone
+    balls.state[BZ, k] = (end - alone) / duration
 
 
 @kernel
@@ -129,6 +211,8 @@ def _comes_to_rest(balls: Balls, k: int, duration: float) -> bool:
     left_x = balls.state[VX, k] + duration * balls.state[AX, k]
     left_y = balls.state[VY, k] + duration * balls.state[AY, k]
     speed = speed_of(balls.state[VX, k], balls.state[VY, k])
+    if balls.state[PHASE, k] == SLIDING:
+        return False  # it rolls first
     return speed > 0.0 and speed_of(left_x, left_y) <= 4.0 * EPS * speed
 
 
@@ -136,18 +220,21 @@ def _comes_to_rest(balls: Balls, k: int, duration: float) -> bool:
 def _gather_members(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float) -> int:
     """List the pair and all balls in contact with a listed one; return how many."""
     release(balls, laws, contacts, i, t)
-    release(balls, laws, contacts, j, t)
+    if j >= 0:
+        release(balls, laws, contacts, j, t)
     contacts.member[0] = i
-    contacts.member[1] = j
-    members, m = 2, 0
+    members, m = 1, 0
     _join(balls, laws, contacts, i, i, t)
-    _join(balls, laws, contacts, j, i, t)
+    if j != i and j >= 0:
+        contacts.member[1] = j
+        members = 2
+        _join(balls, laws, contacts, j, i, t)
     while m < members:
         k = contacts.member[m]
         for other in range(len(balls.own_kind)):
             if contacts.cluster[other] == i:
                 continue
-            if pair_in_contact(balls, k, other, t, laws.deceleration):
+            if pair_in_contact(balls, k, other, t):
                 release(balls, laws, contacts, other, t)
                 _join(balls, laws, contacts, other, i, t)
                 contacts.member[members] = other
@@ -159,28 +246,33 @@ def _gather_members(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int
 @kernel
 def _join(balls: Balls, laws: Laws, contacts: Contacts, k: int, label: int, t: float) -> None:
     advance(balls, k, t)
+    if laws.slides and settle(balls, k):
+        contacts.rolled[k] = True
     predict_motion(balls, k, laws)
     contacts.cluster[k] = label
     contacts.changed[k] = True
 
 
 @kernel
-def _gather_contacts(balls: Balls, laws: Laws, contacts: Contacts, members: int, t: float) -> int:
+def _gather_contacts(
+    balls: Balls, laws: Laws, contacts: Contacts, members: int, i: int, j: int, t: float
+) -> int:
     """List the contacts of the members with each other and with cushions; return how many."""
     count = 0
     for m in range(members):
         k = contacts.member[m]
         for other in range(m + 1, members):
-            j = contacts.member[other]
-            seed = m == 0 and other == 1
-            if seed or pair_in_contact(balls, k, j, t, laws.deceleration):
+            partner = contacts.member[other]
+            seed = (k == i and partner == j) or (k == j and partner == i)
+            if seed or pair_in_contact(balls, k, partner, t):
                 contacts.ends[FIRST, count] = k
-                contacts.ends[SECOND, count] = j
-                contacts.held[k, j] = True
-                contacts.held[j, k] = True
+                contacts.ends[SECOND, count] = partner
+                contacts.held[k, partner] = True
+                contacts.held[partner, k] = True
                 count += 1
         for cushion in range(4):
-            if cushion_in_contact(balls, k, laws, cushion):
+            seed = k == i and j == -1 - cushion
+            if seed or cushion_in_contact(balls, k, laws, cushion):
                 contacts.ends[FIRST, count] = k
                 contacts.ends[SECOND, count] = -1 - cushion
                 count += 1
@@ -202,7 +294,7 @@ def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, c
         approaching = False
         for c in range(count):
             a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
-            nx, ny, _, _ = gap_after(balls, laws, contacts, c, 0.0)
+            nx, ny, _ = gap_after(balls, laws, contacts, c, 0.0)
             rate = -(nx * balls.state[VX, a] + ny * balls.state[VY, a])
             size = abs(balls.state[VX, a]) + abs(balls.state[VY, a])
             share = 1.0  # of the change of rate, that ball a takes
@@ -211,10 +303,11 @@ def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, c
                 if firm and at_rest(balls, a):
                     share = 0.0
                 elif not (firm and at_rest(balls, b)):
-                    share = balls.state[MASS, b] / (balls.state[MASS, a] + balls.state[MASS, b])
+                    mass_a, mass_b = _moved_mass(balls, a), _moved_mass(balls, b)
+                    share = mass_b / (mass_a + mass_b)
                 size += abs(balls.state[VX, b]) + abs(balls.state[VY, b])
             tolerance = CONTACT_TOLERANCE * balls.state[RADIUS, a]
-            residue = negligible_hop(rate, laws.deceleration, _RESIDUE * tolerance)
+            residue = negligible_hop(rate, grip(balls, a), _RESIDUE * tolerance)
             if rate >= -APPROACH_ROUNDING * size or residue:
                 continue
             approaching = True
@@ -231,7 +324,18 @@ def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, c
 
 
 @kernel
-def _next_step(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> float:
+def _moved_mass(balls: Balls, k: int) -> float:
+    """Mass [kg] with which member k answers to a negligible impulse.
+
+    One that rolls goes on rolling: the cloth ends so small a slip within the tolerance of a gap.
+    """
+    rolls = balls.state[PHASE, k] != SLIDING and balls.state[SLIDE, k] > 0.0
+    mass: float = 1.4 * balls.state[MASS, k] if rolls else balls.state[MASS, k]
+    return mass
+
+
+@kernel
+def _next_step(balls: Balls, contacts: Contacts, members: int) -> float:
     """Return the step to try [s]: twice what the members' last one was good for."""
     step = math.inf
     for m in range(members):
@@ -239,18 +343,6 @@ def _next_step(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> fl
         if contacts.motion[STEP, k] > 0.0:
             step = min(step, 2.0 * contacts.motion[STEP, k])
         else:
-            fall = math.sqrt(2.0 * balls.state[RADIUS, k] / laws.deceleration)
+            fall = math.sqrt(2.0 * balls.state[RADIUS, k] / grip(balls, k))
             step = min(step, _FIRST_STEP * fall)
     return step
-
-
-@kernel
-def _time_to_stop(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> float:
-    """Return how long a step may be [s] so that no member loses more than half of its speed."""
-    longest = math.inf
-    for m in range(members):
-        k = contacts.member[m]
-        if not stopping(balls, laws, k):
-            speed = speed_of(balls.state[VX, k], balls.state[VY, k])
-            longest = min(longest, 0.5 * speed / laws.deceleration)
-    return longest

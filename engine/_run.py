@@ -48,19 +48,17 @@ class Run:
         self._keep_log = keep_log
         self._balls, self._laws = s.balls_of(scene), s.laws_of(scene)
         self._pairs = s.pairs_of(len(scene.balls))
-        self._counters = np.zeros(s.COUNTERS, dtype=np.int64)
-        self._clock = np.zeros(s.CLOCKS)
         self._contacts = s.contacts_of(len(scene.balls))
         self._log = s.log_of(_FIRST_LOG if keep_log else 0, len(scene.balls))
+        self._clock, self._counters = self._log.clock, self._log.counters
         self._logs: list[s.Log] = []
-        self._first_motion = np.empty((0, 7))
+        self._first_motion = np.empty((0, s.KNOT))
 
     def go(self, max_events: int) -> None:
         """Run to the end, to `max_events` events, or to an interrupt."""
         start(self._balls, self._laws, self._contacts, self._pairs, self._counters)
         if self._keep_log:
-            rows = [s.EPOCH, s.X, s.Y, s.VX, s.VY, s.AX, s.AY]
-            self._first_motion = self._balls.state[rows].T
+            self._first_motion = self._balls.state[: s.KNOT].T.copy()
         try:
             code = self._go(max_events)
             self.status = _STATUS[code]
@@ -73,7 +71,7 @@ class Run:
         if code == s.RUN_T_MAX:
             self.t_end = self._laws.t_max
         elif code == s.RUN_RESTED:
-            self.t_end = float(self._clock[s.LAST_EVENT])
+            self.t_end = min(self._time_at_rest(), self._laws.t_max)
         finish(self._balls, self.t_end)
         if self.status is Status.EVENT_LIMIT:
             events, steps = self._counters[s.EVENTS], self._counters[s.CONTACT_STEPS]
@@ -81,6 +79,17 @@ class Run:
         elif self.status is Status.FAILED:
             self.reason = f"a time became NaN after t = {now:.9g} s"
         self._check_resolved()
+
+    def _time_at_rest(self) -> float:
+        """Return when the last centre came to rest, and the last spin about the vertical [s].
+
+        A spin that no friction slows goes on, and isn't waited for.
+        """
+        state = self._balls.state
+        last = float(self._clock[s.LAST_EVENT])
+        spins = (state[s.WZ] != 0.0) & (state[s.SPIN] > 0.0)
+        ends = state[s.EPOCH][spins] + np.abs(state[s.WZ][spins]) / state[s.SPIN][spins]
+        return float(np.max(ends, initial=last))
 
     def _check_resolved(self) -> None:
         """Fail where a ball went so far that doubles no longer resolve a collision there."""
@@ -105,9 +114,6 @@ class Run:
                 self._contacts,
                 self._pairs,
                 self._log,
-                self._keep_log,
-                self._clock,
-                counters,
                 limit,
             )
             if code == s.RUN_LOG_FULL:
@@ -119,6 +125,7 @@ class Run:
         """Keep the full log and go on in one twice as large."""
         full = self._trimmed_log()
         larger = s.log_of(2 * len(self._log.time), len(self._balls.own_kind))
+        larger = larger._replace(clock=self._clock, counters=self._counters)
         # In this order an interrupt in between loses nothing and repeats nothing: an empty new log
         # first, then the full one is kept.
         self._log = larger
@@ -131,6 +138,10 @@ class Run:
         positions = np.column_stack((state[s.X], state[s.Y], radii))
         velocities = np.column_stack((state[s.VX], state[s.VY], np.zeros(len(radii))))
         spins = rolling_angular_velocity(velocities, radii)
+        sliding = state[s.PHASE] == s.SLIDING
+        spins[sliding, 0] = state[s.WX][sliding]
+        spins[sliding, 1] = state[s.WY][sliding]
+        spins[:, 2] = state[s.WZ]
         return Samples(positions[np.newaxis], velocities[np.newaxis], spins[np.newaxis])
 
     def collision_counts(self) -> dict[str, int]:
@@ -146,6 +157,7 @@ class Run:
             "events": int(self._counters[s.EVENTS]),
             "bounds": int(self._counters[s.BOUNDS]),
             "advancement_steps": int(self._counters[s.ADVANCEMENTS]),
+            "joint_impacts": int(self._counters[s.JOINT_IMPACTS]),
             "contact_steps": int(self._counters[s.CONTACT_STEPS]),
             "unsolved_contact_steps": int(self._counters[s.UNSOLVED_STEPS]),
         }
@@ -169,20 +181,26 @@ class Run:
             np.vstack((self._first_motion[i : i + 1], log.motion[log.ball == i]))
             for i in range(len(self._balls.own_kind))
         ]
-        return ExactTrajectory(self._scene.radii, tuple(knots), self.t_end)
+        spin_decelerations = self._balls.state[s.SPIN]
+        return ExactTrajectory(self._scene.radii, tuple(knots), self.t_end, spin_decelerations)
 
     def _trimmed_log(self) -> s.Log:
         events, motions = self._counters[s.LOGGED_EVENTS], self._counters[s.LOGGED_MOTIONS]
-        time, what, ball, motion = self._log
-        return s.Log(time[:events], what[:, :events], ball[:motions], motion[:motions])
+        log = self._log
+        return log._replace(
+            time=log.time[:events],
+            what=log.what[:, :events],
+            ball=log.ball[:motions],
+            motion=log.motion[:motions],
+        )
 
     def _whole_log(self) -> s.Log:
-        time, what, ball, motion = zip(*self._logs, self._trimmed_log(), strict=True)
-        return s.Log(
-            np.concatenate(time),
-            np.concatenate(what, axis=1),
-            np.concatenate(ball),
-            np.concatenate(motion),
+        logs = (*self._logs, self._trimmed_log())
+        return self._log._replace(
+            time=np.concatenate([log.time for log in logs]),
+            what=np.concatenate([log.what for log in logs], axis=1),
+            ball=np.concatenate([log.ball for log in logs]),
+            motion=np.concatenate([log.motion for log in logs]),
         )
 
 

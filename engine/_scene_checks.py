@@ -1,36 +1,67 @@
-"""The rules between the parts of a scene: each refuses what breaks it with one sentence.
+"""The rules between the fields of a scene: each refuses what breaks it with one sentence.
 
-What a single field may hold is declared with the field, in `scene`.
+What a single field may hold is in `_scene_fields`.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic_core import PydanticCustomError
 
+from engine._scene_fields import LARGEST, problem
 from engine._tolerances import position_rounding
+from engine.impact_laws.registry import BALL_LAWS, CUSHION_LAWS, LawEntry
 
 if TYPE_CHECKING:
-    from engine.scene import Scene
-
-LARGEST = 1e50
-"""Largest size of a number in a scene, and the longest run [SI units].
-
-The engine multiplies distances by speeds and squares the product. A distance travelled is at most
-a speed times a time, 1e100 m, so that square is at most 1e300: still a double. Beyond, sums become
-infinite without a word.
-"""
-
-SMALLEST = 1.0 / LARGEST
-"""Smallest size of what must be positive, since it divides: a spin is v / R, at most 1e100."""
+    from engine.scene import Physics, Scene
 
 
-def problem(kind: str, rule: str, **context: Any) -> PydanticCustomError:
-    """Build the error that a validator raises; `rule` is a sentence with {placeholders}."""
-    return PydanticCustomError(kind, "{sentence}", {"sentence": rule.format(**context)})
+def check_laws(physics: Physics) -> None:
+    """Refuse a field that the chosen impact law would ignore in silence.
+
+    Whoever set one wants another law. What the preset or the default gives is allowed, so that a
+    law can be swapped for another with nothing else changed.
+
+    Raises
+    ------
+    PydanticCustomError
+        For the first field that differs from the preset's value and has no effect.
+    """
+    for chooser, laws in (("cushion", CUSHION_LAWS), ("ball_impact", BALL_LAWS)):
+        chosen = _entry(laws, getattr(physics, chooser))
+        for field in dict.fromkeys(field for law in laws for field in law.uses):
+            value = getattr(physics, field)
+            given = (type(physics).model_fields[field].default, _from_preset(physics, field))
+            if field in chosen.uses or field == "sliding_friction" or value in given:
+                continue  # sliding friction is the cloth's, whatever the law
+            raise problem(
+                "no_effect",
+                '`{field}` = {value} has no effect with `{chooser}` = "{law}". Set `{chooser}` = '
+                "{others}, or leave the field out",
+                at=(field,),
+                field=field,
+                value=value,
+                chooser=chooser,
+                law=chosen.name,
+                others=_choice(law.name for law in laws if field in law.uses),
+            )
+
+
+def _entry(laws: tuple[LawEntry, ...], name: str) -> LawEntry:
+    return next(law for law in laws if law.name == name)
+
+
+def _from_preset(physics: Physics, field: str) -> Any:
+    return physics.PRESETS[physics.preset].get(field)
+
+
+def _choice(names: Iterable[str]) -> str:
+    *others, last = (f'"{name}"' for name in names)
+    return f"{', '.join(others)} or {last}" if others else last
 
 
 def check_scene(scene: Scene, rolling: NDArray[np.float64]) -> None:
@@ -53,6 +84,9 @@ def check_scene(scene: Scene, rolling: NDArray[np.float64]) -> None:
     _check_inside(scene)
     _check_overlaps(scene)
     _check_rolling(scene, rolling)
+    _check_spin(scene)
+    _check_laws_without_spin(scene)
+    _check_cushion_height(scene)
     _check_ends(scene)
 
 
@@ -63,6 +97,7 @@ def _check_ids(scene: Scene) -> None:
             raise problem(
                 "duplicate_id",
                 '`balls[{i}].id` must be unique, but `balls[{j}]` is called "{id}" too',
+                at=("balls", i, "id"),
                 i=i,
                 j=seen[ball.id],
                 id=ball.id,
@@ -79,6 +114,7 @@ def _check_on_cloth(scene: Scene) -> None:
                 "off_cloth",
                 "`balls[{i}].position` z must be the radius, {radius} m, got {z} m: the ball must "
                 "lie on the cloth. Leave z out, or set `airborne` = true",
+                at=("balls", i, "position"),
                 i=i,
                 radius=ball.radius,
                 z=ball.position[2],
@@ -88,6 +124,7 @@ def _check_on_cloth(scene: Scene) -> None:
                 "off_cloth",
                 "`balls[{i}].velocity` z must be 0, got {z} m/s. Leave z out, or set "
                 "`airborne` = true",
+                at=("balls", i, "velocity"),
                 i=i,
                 z=ball.velocity[2],
             )
@@ -103,6 +140,7 @@ def _check_resolved(scene: Scene) -> None:
                 "`balls[{i}].position` must be known to better than the radius, {radius} m, but "
                 "at ({x}, {y}) m double precision rounds by up to {rounding:.2g} m. Move the scene "
                 "to the origin",
+                at=("balls", i, "position"),
                 i=i,
                 radius=ball.radius,
                 x=ball.position[0],
@@ -131,6 +169,7 @@ def _check_inside(scene: Scene) -> None:
                     '`balls[{i}].position` must be inside the table: ball "{id}" at ({x}, {y}) m '
                     "reaches {depth:.6g} m beyond the {cushion} cushion. Its centre must be at "
                     "least its radius, {radius} m, from each cushion",
+                    at=("balls", i, "position"),
                     i=i,
                     id=ball.id,
                     x=x,
@@ -158,6 +197,7 @@ def _check_overlaps(scene: Scene) -> None:
                 '`balls[{j}]` ("{a}") and `balls[{i}]` ("{b}") must not overlap, but do by '
                 "{depth:.6g} m: their centres are {distance:.9g} m apart and their radii add up to "
                 "{reach:.9g} m. Move one of them",
+                at=("balls", i, "position"),
                 i=i,
                 j=j,
                 a=scene.balls[j].id,
@@ -181,35 +221,164 @@ def _check_rolling(scene: Scene, rolling: NDArray[np.float64]) -> None:
                 "not_rolling",
                 "`balls[{i}].angular_velocity` must be that of rolling without slip, {rolling}, "
                 'where `motion` = "rolling", got {spin}. Leave it out, or set `motion` = "sliding"',
+                at=("balls", i, "angular_velocity"),
                 i=i,
                 rolling=tuple(rolling[i].tolist()),
                 spin=spin,
             )
 
 
+def _check_spin(scene: Scene) -> None:
+    for i, ball in enumerate(scene.balls):
+        spin = ball.angular_velocity or (0.0, 0.0, 0.0)
+        surface = ball.radius * math.hypot(*spin)
+        if surface > LARGEST:
+            raise problem(
+                "fast_spin",
+                "`balls[{i}].angular_velocity` must turn the ball's surface at no more than "
+                "{largest:g} m/s, got {spin} rad/s, which make {surface:g} m/s",
+                at=("balls", i, "angular_velocity"),
+                i=i,
+                largest=LARGEST,
+                spin=spin,
+                surface=surface,
+            )
+
+
+def _turns_balls(law: LawEntry) -> bool:
+    # Only what acts along a surface turns a ball. `ball_friction` is a number of its own: it may
+    # be 0, and then the law leaves spin alone.
+    return "cushion_friction" in law.uses or "sliding_friction" in law.uses
+
+
+def _check_laws_without_spin(scene: Scene) -> None:
+    # A ball that always rolls has its velocity's spin and no other: these laws would be cut short.
+    physics, table = scene.physics, scene.table
+    if physics.motion != "rolling":
+        return
+    wrong: dict[str, str] = {}  # field, and what to set it to
+    if table is not None and table.cushions and _turns_balls(_entry(CUSHION_LAWS, physics.cushion)):
+        wrong["cushion"] = _choice(law.name for law in CUSHION_LAWS if not _turns_balls(law))
+    if len(scene.balls) > 1:
+        if _turns_balls(_entry(BALL_LAWS, physics.ball_impact)):
+            wrong["ball_impact"] = _choice(law.name for law in BALL_LAWS if not _turns_balls(law))
+        if physics.ball_friction != 0.0:
+            wrong["ball_friction"] = "0"
+    if not wrong:
+        return
+    found = []
+    for field in wrong:
+        value = getattr(physics, field)
+        shown = f'"{value}"' if isinstance(value, str) else f"{value}"
+        preset = value == _from_preset(physics, field)
+        source = f' (of preset "{physics.preset}")' if preset else ""
+        found.append(f"`{field}` = {shown}{source}")
+    raise problem(
+        "needs_spin",
+        '`motion` must be "sliding" with {found}: where it is "rolling", a ball has the spin of '
+        'its velocity, and no impact can turn it. Set `motion` = "sliding", or {mended}',
+        at=("physics", next(iter(wrong))),
+        found=" and ".join(found),
+        mended=" and ".join(f"`{field}` = {value}" for field, value in wrong.items()),
+    )
+
+
+def _check_cushion_height(scene: Scene) -> None:
+    physics, table = scene.physics, scene.table
+    if table is None or not table.cushions:
+        return
+    if "cushion_height" not in _entry(CUSHION_LAWS, physics.cushion).uses:
+        return
+    height = physics.cushion_height
+    for i, ball in enumerate(scene.balls):
+        sine = (height - ball.radius) / ball.radius  # of the contact's elevation seen from the ball
+        if -1.0 < sine < 1.0:
+            continue
+        needed = "less than the height of every ball" if sine > 0.0 else "distinct from the cloth's"
+        raise problem(
+            "cushion_height",
+            '`cushion_height` must be {needed} where `cushion` = "{law}", got {height} m, but '
+            "`balls[{i}]` is {top} m high. Set `cushion_height`, or `cushion` = {others}",
+            at=("physics", "cushion_height"),
+            needed=needed,
+            i=i,
+            top=2.0 * ball.radius,
+            height=height,
+            law=physics.cushion,
+            others=_choice(law.name for law in CUSHION_LAWS if "cushion_height" not in law.uses),
+        )
+
+
 def _check_ends(scene: Scene) -> None:
+    # A ball that moves may set any other moving: its speed is held against every ball's friction.
     if scene.t_max is not None:
         return
+    rolls = ("roll", "rolling_friction", scene.rolling_frictions)
+    slides = ("slide", "sliding_friction", scene.sliding_frictions)
+    spins, sliding = scene.angular_velocities, scene.physics.motion == "sliding"
+    speeds = [
+        max(ball.speed, ball.radius * math.hypot(*spin[:2]))
+        for ball, spin in zip(scene.balls, spins, strict=True)
+    ]
+    for verb, field, frictions in (rolls, slides) if sliding else (rolls,):
+        _check_stops(scene, speeds, verb, field, frictions)
+    if sliding:
+        _check_spin_ends(scene, speeds)
+
+
+def _check_stops(
+    scene: Scene, speeds: list[float], verb: str, field: str, frictions: NDArray[np.float64]
+) -> None:
+    i, j = int(np.argmax(speeds)), int(np.argmin(frictions))
     # The product as the engine takes it: of two tiny factors it may round to 0.
-    deceleration = scene.physics.rolling_friction * scene.physics.gravity
-    for i, ball in enumerate(scene.balls):
-        if ball.speed == 0.0:
-            continue
-        if deceleration == 0.0:
-            raise problem(
-                "endless",
-                "`t_max` must be given where `rolling_friction` is 0 and a ball moves "
-                "(`balls[{i}]`): it would never come to rest. Set `t_max` to a time in seconds",
-                i=i,
-            )
-        if ball.speed > LARGEST * deceleration:
-            raise problem(
-                "endless",
-                "`t_max` must be given where a ball (`balls[{i}]`) would roll for more than "
-                "{longest:g} s: it has {speed:g} m/s and loses {deceleration:g} m/s each second. "
-                "Set `t_max` to a time in seconds",
-                i=i,
-                longest=LARGEST,
-                speed=ball.speed,
-                deceleration=deceleration,
-            )
+    deceleration = float(frictions[j]) * scene.physics.gravity
+    if deceleration == 0.0 and speeds[i] > 0.0:
+        raise problem(
+            "endless",
+            "`t_max` must be given where a ball moves (`balls[{i}]`) and a ball loses no speed "
+            "while it {verb}s (`balls[{j}]`, `{field}` = {friction}): it might never come to rest. "
+            "Set `t_max` to a time in seconds",
+            at=("balls", i),
+            i=i,
+            j=j,
+            verb=verb,
+            field=field,
+            friction=float(frictions[j]),
+        )
+    if speeds[i] > LARGEST * deceleration:
+        raise problem(
+            "endless",
+            "`t_max` must be given where a ball with the speed of `balls[{i}]`, {speed:g} m/s, "
+            "would {verb} for more than {longest:g} s: `balls[{j}]` loses {deceleration:g} m/s "
+            "each second. Set `t_max` to a time in seconds",
+            at=("balls", i),
+            i=i,
+            j=j,
+            verb=verb,
+            longest=LARGEST,
+            speed=speeds[i],
+            deceleration=deceleration,
+        )
+
+
+def _check_spin_ends(scene: Scene, speeds: list[float]) -> None:
+    # Spin about the vertical may also come from friction in an impact, out of speed. Where its
+    # rate is 0 nobody waits for its end.
+    rates = scene.spinning_friction_rates
+    if not np.any(rates > 0.0):
+        return
+    vertical = scene.radii * np.abs(scene.angular_velocities[:, 2])
+    spin = max(float(np.max(vertical)), *speeds) / float(np.min(scene.radii))
+    j = int(np.argmin(np.where(rates > 0.0, rates, np.inf)))
+    if spin > LARGEST * float(rates[j]):
+        raise problem(
+            "endless",
+            "`t_max` must be given where a ball might spin for more than {longest:g} s: it may "
+            "have {spin:g} rad/s, and `balls[{j}]` loses {rate:g} rad/s each second. Set `t_max` "
+            "to a time in seconds",
+            at=("balls", j),
+            j=j,
+            longest=LARGEST,
+            spin=spin,
+            rate=float(rates[j]),
+        )

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 from engine.scene import CUSHIONS, Scene
 
 FloatArray = NDArray[np.float64]
@@ -21,36 +22,62 @@ class Balls(NamedTuple):
     """State of n balls, each at its own epoch.
 
     The centre moves as x + vx s + ax s^2 / 2, s the time since `epoch`, until `own_time`, when the
-    ball's own next event changes its motion.
+    ball's own next event changes its motion. While it slides, its angular velocity changes at a
+    constant rate; while it rolls, the velocity gives it; about the vertical it always decays.
 
     One array for all numbers, because a kernel call passes every array of a named tuple as seven
     words: with one array per number, the calls cost more than what they did.
     """
 
-    state: FloatArray  # (10, n): rows X, Y ... MASS below
-    own_kind: IntArray  # (n,) OWN_NONE, OWN_REST, OWN_CONTACT, or OWN_CUSHION + its index
+    state: FloatArray  # (STATE_ROWS, n): rows EPOCH ... CLOTH below
+    own_kind: IntArray  # (n,) OWN_NONE, OWN_REST, OWN_ROLL, OWN_CONTACT, OWN_CUSHION + its index
 
 
-# Rows of `Balls.state`.
-X = 0  # [m]
-Y = 1
-VX = 2  # [m/s]
-VY = 3
-AX = 4  # [m/s^2]
-AY = 5
-EPOCH = 6  # [s]
-OWN_TIME = 7  # next event that needs no second ball [s]; inf: none
-RADIUS = 8  # [m]
-MASS = 9  # [kg]
+# Rows of `Balls.state`. The first KNOT of them say how the ball moves from `EPOCH` on.
+EPOCH = 0  # [s]
+X = 1  # [m]
+Y = 2
+VX = 3  # [m/s]
+VY = 4
+AX = 5  # [m/s^2]
+AY = 6
+WX = 7  # angular velocity [rad/s]; of no meaning for a ball that rolls or rests
+WY = 8
+WZ = 9  # this one always
+BX = 10  # angular acceleration [rad/s^2], as WX and WY
+BY = 11
+BZ = 12  # what a contact step adds to the decay of WZ
+PHASE = 13  # RESTING, SLIDING or ROLLING
+KNOT = 14
+OWN_TIME = 14  # next event that needs no second ball [s]; inf: none
+RADIUS = 15  # [m]
+MASS = 16  # [kg]
+ROLL = 17  # deceleration while rolling [m/s^2]
+SLIDE = 18  # deceleration while sliding [m/s^2]; 0 where `motion` is "rolling"
+SPIN = 19  # deceleration of the spin about the vertical [rad/s^2]
+CLOTH = 20  # coefficient of sliding friction, for impacts in which the cloth takes part
+STATE_ROWS = 21
+
+# Values of `PHASE`.
+RESTING = 0.0  # the centre; it may spin about the vertical
+SLIDING = 1.0
+ROLLING = 2.0
 
 
 class Laws(NamedTuple):
     """Constants of the scene."""
 
-    deceleration: float  # rolling: mu g [m/s^2]
+    slides: bool  # whether spin is a state of its own (else balls always roll)
+    simultaneous: bool  # whether impacts at one instant are resolved together
+    ball_law: int  # its place in `registry.BALL_LAWS`
     ball_restitution: float
+    ball_friction: float
+    speed_dependent: bool  # whether Alciatore's curve stands for `ball_friction`
+    cushion_law: int  # its place in `registry.CUSHION_LAWS`
     cushion_restitution: float
     cushion_tangential: float
+    cushion_friction: float
+    cushion_height: float  # of the nose above the cloth [m]
     t_max: float  # [s]; inf: until rest
     # Lines that noses of cushions lie on, by cushion index [m]; -inf or inf: no cushion there.
     left: float
@@ -68,45 +95,72 @@ class Pairs(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """Clusters of balls pressed together, and room to find their forces; see `_press`.
+    """Contacts that act together: impacts of one instant, and clusters of balls that are pressed.
 
-    m is enough for every pair and cushion.
+    See `_together` and `_press`. m is enough for every pair and cushion.
     """
 
     cluster: IntArray  # (n,) label of the ball's cluster, or FREE
     held: BoolArray  # (n, n) whether a contact step holds the pair together
     changed: BoolArray  # (n,) whether this event changed the ball's motion
     stopped: BoolArray  # (n,) whether a contact step's start stopped the ball
+    again: BoolArray  # (n,) whether the ball belonged to the cluster whose contact step ends
+    rolled: BoolArray  # (n,) whether a contact step's start ended the ball's slide
     member: IntArray  # (n,) balls of the cluster at hand
-    motion: FloatArray  # (5, n): rows STEP ... NEW_AY below, by ball
+    motion: FloatArray  # (MOTION_ROWS, n): rows STEP ... below, by ball
     ends: IntArray  # (2, m) FIRST: a ball; SECOND: the other, or -1 minus a cushion's index
-    forces: FloatArray  # (3, m): rows FORCE, NX, NY below
+    forces: FloatArray  # (FORCE_ROWS, m): rows FORCE ... below
 
 
 # Rows of `Contacts.motion`.
 STEP = 0  # length that was good for the ball's last contact step [s]; 0: none since a collision
-PUSH_X = 1  # contact force on a member [N]
-PUSH_Y = 2
-NEW_AX = 3  # acceleration of a member [m/s^2]
-NEW_AY = 4
+DEGREE = 1  # contacts that the ball has in the impact at hand, else 0
+SLIPS = 2  # 1: a member slides over the contact step
+LOAD_X = 3  # contact force on a member [N]
+LOAD_Y = 4
+TWIST_X = 5  # contact friction that turns a member [N]; 5 / (2 m R) times it turns
+TWIST_Y = 6
+TWIST_Z = 7
+NEW_AX = 8  # acceleration of a member [m/s^2]
+NEW_AY = 9
+NEW_BX = 10  # angular acceleration of a member [rad/s^2]
+NEW_BY = 11
+RUB_X = 12  # friction of the cloth on a member that slides, over its mass [m/s^2]
+RUB_Y = 13
+MOTION_ROWS = 14
 
 # Rows of `Contacts.ends`.
 FIRST = 0
 SECOND = 1
 
 # Rows of `Contacts.forces`.
-FORCE = 0  # [N], never negative
-NX = 1  # normal at the middle of the step, away from the first ball
+FORCE = 0  # along the normal, never negative: an impulse [N s] or a force [N]
+NX = 1  # normal, away from the first ball
 NY = 2
+RATE = 3  # of the gap [m/s]
+TERM = 4  # room to add up
+PUSH_X = 5  # on the second ball, its opposite on the first
+PUSH_Y = 6
+TURN_X = 7  # on both
+TURN_Y = 8
+TURN_Z = 9
+ALONG = 10  # friction of a pressed contact: along t = (-ny, nx), and up
+UP = 11
+FORCE_ROWS = 12
 
 
 class Log(NamedTuple):
-    """What happened: m events, and k balls whose motion changed, just after."""
+    """What happened: m events, and k balls whose motion changed, just after; m may be 0.
 
+    `clock` and `counters` go on where a full log is followed by an empty one.
+    """
+
+    clock: FloatArray  # (CLOCKS,)
+    counters: IntArray  # (COUNTERS,)
     time: FloatArray  # (m,) [s]
     what: IntArray  # (3, m): rows WHAT_KIND (EventKind), WHAT_A, WHAT_B
     ball: IntArray  # (k,)
-    motion: FloatArray  # (k, 7): time, x, y, vx, vy, ax, ay
+    motion: FloatArray  # (k, KNOT): the first rows of `Balls.state`
 
 
 WHAT_KIND = 0
@@ -118,9 +172,9 @@ WHAT_B = 2  # second ball, cushion index or -1
 EVENTS = 0
 BALL_BALL = 1
 BALL_CUSHION = 2
-REST = 3
-BOUNDS = 4
-ADVANCEMENTS = 5
+BOUNDS = 3
+ADVANCEMENTS = 4
+JOINT_IMPACTS = 5
 CONTACT_STEPS = 6
 UNSOLVED_STEPS = 7
 LOGGED_EVENTS = 8
@@ -140,8 +194,9 @@ TOP = 3
 
 OWN_NONE = 0
 OWN_REST = 1
-OWN_CONTACT = 2  # a contact step ends
-OWN_CUSHION = 3
+OWN_ROLL = 2  # a slide ends
+OWN_CONTACT = 3  # a contact step ends
+OWN_CUSHION = 4
 
 FREE = -1
 
@@ -156,12 +211,20 @@ RUN_NOT_FINITE = 4
 def balls_of(scene: Scene) -> Balls:
     """Lay out the scene's balls; accelerations and own events are the kernel's to fill in."""
     n = len(scene.balls)
-    state = np.zeros((10, n))
+    state = np.zeros((STATE_ROWS, n))
     state[[X, Y]] = scene.positions[:, :2].T
     state[[VX, VY]] = scene.velocities[:, :2].T
+    state[[WX, WY, WZ]] = scene.angular_velocities.T
     state[OWN_TIME] = np.inf
     state[RADIUS] = scene.radii
     state[MASS] = scene.masses
+    gravity = scene.physics.gravity
+    state[ROLL] = scene.rolling_frictions * gravity
+    state[CLOTH] = scene.sliding_frictions
+    slides = scene.physics.motion == "sliding"
+    state[SLIDE] = state[CLOTH] * gravity if slides else 0.0
+    state[SPIN] = scene.spinning_friction_rates
+    state[PHASE] = np.where(scene.rolls, ROLLING, SLIDING) if slides else ROLLING
     return Balls(state, np.zeros(n, dtype=np.int64))
 
 
@@ -175,11 +238,19 @@ def laws_of(scene: Scene) -> Laws:
             if name in table.cushions:
                 noses[index] = lines[index]
     mirror = physics.cushion == "mirror"
+    speed_dependent = physics.ball_friction == "alciatore"
     return Laws(
-        deceleration=physics.rolling_friction * physics.gravity,
+        slides=physics.motion == "sliding",
+        simultaneous=physics.impacts == "simultaneous",
+        ball_law=BALL_LAW_NAMES.index(physics.ball_impact),
         ball_restitution=float(physics.ball_restitution),
+        ball_friction=0.0 if speed_dependent else float(physics.ball_friction),
+        speed_dependent=speed_dependent,
+        cushion_law=CUSHION_LAW_NAMES.index(physics.cushion),
         cushion_restitution=1.0 if mirror else float(physics.cushion_restitution),
         cushion_tangential=1.0 if mirror else float(physics.cushion_tangential_restitution),
+        cushion_friction=float(physics.cushion_friction),
+        cushion_height=float(physics.cushion_height),
         t_max=np.inf if scene.t_max is None else float(scene.t_max),
         left=noses[0],
         right=noses[1],
@@ -201,10 +272,12 @@ def contacts_of(n: int) -> Contacts:
         held=np.zeros((n, n), dtype=np.bool_),
         changed=np.zeros(n, dtype=np.bool_),
         stopped=np.zeros(n, dtype=np.bool_),
+        again=np.zeros(n, dtype=np.bool_),
+        rolled=np.zeros(n, dtype=np.bool_),
         member=np.zeros(n, dtype=np.int64),
-        motion=np.zeros((5, n)),
+        motion=np.zeros((MOTION_ROWS, n)),
         ends=np.zeros((2, m), dtype=np.int64),
-        forces=np.zeros((3, m)),
+        forces=np.zeros((FORCE_ROWS, m)),
     )
 
 
@@ -212,8 +285,10 @@ def log_of(capacity: int, n: int) -> Log:
     """Room for `capacity` events of n balls: most change two balls, one may change all."""
     motions = 2 * capacity + n if capacity else 0
     return Log(
+        np.zeros(CLOCKS),
+        np.zeros(COUNTERS, dtype=np.int64),
         np.empty(capacity),
         np.empty((3, capacity), dtype=np.int64),
         np.empty(motions, dtype=np.int64),
-        np.empty((motions, 7)),
+        np.empty((motions, KNOT)),
     )

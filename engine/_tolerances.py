@@ -47,12 +47,21 @@ balls that truly approach so slowly are let pass, and overlap by up to this part
 they go together, as much as the rounding of their velocities moves them anyway.
 """
 
+SLIP_ROUNDING = 4.0 * EPS
+"""Slip, in units of the speeds that it is the difference of, that is but their rounding: rolling."""
+
 CONTACT_TOLERANCE = 2.0**-37
 """Opening or overlap, in diameters, of a gap that a contact force holds closed (see `_press`).
 
 4e-13 m for pool balls: a thousand roundings of a coordinate on a table, so that the force is not
 made of noise. It is the one approximation in the engine; a run that used it says so in
 `work["contact_steps"]`.
+"""
+
+CAPTURE_HEIGHT = 2.0**-23
+"""Height of a hop, in diameters, below which two balls that friction presses together don't part.
+
+7e-9 m for pool balls.
 """
 
 CONTACT_REACH = 4.0

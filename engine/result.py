@@ -142,12 +142,20 @@ class Result:
         GhostballError
             Where the run recorded nothing, or the engine records frames instead of exact motion.
         """
-        trajectory = self._recorded()
-        if not isinstance(trajectory, ExactTrajectory):
-            raise GhostballError(
-                f"engine `{self.engine}` records no orientation; engine `ghostball` does"
-            )
-        return trajectory.orientation(_instants(times))
+        return self._exact("orientation").orientation(_instants(times))
+
+    def phases(self, times: ArrayLike) -> NDArray[np.int8]:
+        """Return how every ball moves at `times`: `Phase` as (k, n) int8.
+
+        Parameters are those of `sample`; where an event falls on a time, the phase after it.
+
+        Raises
+        ------
+        GhostballError
+            Where the run recorded nothing, or the engine records frames instead of exact motion: a
+            frame has no phase, and which slip is but an engine's rounding it does not say.
+        """
+        return self._exact("phases").phases(_instants(times))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as plain values, the object that `simulate --json` prints."""
@@ -182,6 +190,15 @@ class Result:
                 '`record`. Call simulate(scene, record="trajectory")'
             )
         return self.trajectory
+
+    def _exact(self, wanted: str) -> ExactTrajectory:
+        trajectory = self._recorded()
+        if not isinstance(trajectory, ExactTrajectory):
+            raise GhostballError(
+                f"engine `{self.engine}` records frames, which have no {wanted}; engine "
+                "`ghostball` records exact motion"
+            )
+        return trajectory
 
 
 def _instants(times: ArrayLike) -> NDArray[np.float64]:

@@ -1,74 +1,59 @@
 """A scene: balls, table and physics of one shot, in SI units, validated once and frozen.
 
 `Scene` is what every engine of the harness takes. It is checked here, at the boundary, and trusted
-everywhere else. The rules between its parts are in `_scene_checks`; reading and writing TOML is in
-`_scene_file`.
+everywhere else. What a field may hold is in `_scene_fields`, the rules between fields and parts are
+in `_scene_checks`, and reading and writing TOML is in `_scene_file`.
 """
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import (
-    AfterValidator,
-    AllowInfNan,
     BaseModel,
     BeforeValidator,
     ConfigDict,
     Field,
-    Strict,
     ValidationError,
     field_validator,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
 
-from engine._scene_checks import LARGEST, SMALLEST, check_scene, problem
+from engine import _scene_file
+from engine._scene_checks import check_laws, check_scene
+from engine._scene_errors import describe
+from engine._scene_fields import (
+    BallLaw,
+    CushionLaw,
+    Flag,
+    Fraction,
+    NonNegative,
+    PlaneVector,
+    Positive,
+    SpaceVector,
+    Text,
+    problem,
+    whole_number,
+)
+from engine._tolerances import EPS
 from engine.errors import SceneError
 
 # The paper's ball is Alciatore's pool ball (2 1/4 in, 6 oz).
 POOL_BALL_RADIUS = 0.028575  # [m]
 POOL_BALL_MASS = 0.170097  # [kg]
 
+ROLLING_ULPS = 4.0
+"""Slip of a ball that counts as rolling, in units of EPS times its speed; see `Scene.rolls`."""
+
 CushionName = Literal["left", "right", "bottom", "top"]
 CUSHIONS: tuple[CushionName, ...] = ("left", "right", "bottom", "top")
 """Cushion names in the order of their index: x = 0, x = length, y = 0, y = width."""
-
-
-def _not_tiny(value: float) -> float:
-    if value < SMALLEST:
-        raise PydanticCustomError("greater_than_equal", "too small", {"ge": SMALLEST})
-    return value
-
-
-def _whole_number(value: Any) -> Any:
-    # A literal compares by value, and true == 1.0 == 1.
-    if type(value) is not int:
-        raise PydanticCustomError("literal_error", "not a whole number", {"expected": "1"})
-    return value
-
-
-Finite = Annotated[float, Strict(), AllowInfNan(False)]
-Real = Annotated[Finite, Field(ge=-LARGEST, le=LARGEST)]
-Positive = Annotated[Finite, Field(gt=0.0, le=LARGEST), AfterValidator(_not_tiny)]
-NonNegative = Annotated[Finite, Field(ge=0.0, le=LARGEST)]
-Fraction = Annotated[Finite, Field(ge=0.0, le=1.0)]
-Flag = Annotated[bool, Strict()]
-Text = Annotated[str, Strict()]
-
-
-def _two_or_three(value: tuple[float, ...]) -> tuple[float, ...]:
-    if len(value) not in (2, 3):
-        raise problem("vector_length", "must have 2 or 3 components, got {count}", count=len(value))
-    return value
-
-
-PlaneVector = Annotated[tuple[Real, ...], AfterValidator(_two_or_three)]
-SpaceVector = tuple[Real, Real, Real]
 
 
 class _Model(BaseModel):
@@ -78,8 +63,6 @@ class _Model(BaseModel):
         try:
             super().__init__(**data)
         except ValidationError as error:
-            from engine._scene_file import describe  # noqa: PLC0415 - the two need each other
-
             raise SceneError(describe(error, type(self))) from None
 
     # pydantic would otherwise run this for nested models too, and lose where in the scene they are.
@@ -88,6 +71,9 @@ class _Model(BaseModel):
 
 class Physics(_Model):
     """Constants and laws of one scene; a `preset` gives the defaults, any field overrides it.
+
+    `impact_laws/registry.py` says what each law of impacts uses, and where it comes from. A field
+    that the chosen law would ignore is refused, unless it has the preset's value or the default.
 
     Sources: the paper's own model ("paper": section 4.2 and 5.2, mu = 0.02, everything elastic);
     Alciatore's table of pool constants ("pool").
@@ -110,10 +96,11 @@ class Physics(_Model):
     gravity: Positive = Field(default=9.81, description="acceleration of free fall [m/s^2]")
     motion: Literal["rolling", "sliding"] = Field(
         default="rolling",
-        description="rolls without slip always (the paper), or slides until it rolls",
+        description='"rolling": always without slip (the paper), no friction between balls or with '
+        'cushions; "sliding": slides until it rolls, and spin is a state of its own',
     )
     rolling_friction: NonNegative = Field(
-        default=0.02, description="coefficient of rolling resistance [1]"
+        default=0.02, description="coefficient of rolling resistance, ball on cloth [1]"
     )
     sliding_friction: NonNegative = Field(
         default=0.2, description="coefficient of sliding friction, ball on cloth [1]"
@@ -121,24 +108,38 @@ class Physics(_Model):
     spinning_friction_rate: NonNegative = Field(
         default=10.0, description="deceleration of vertical spin [rad/s^2]"
     )
+    impacts: Literal["simultaneous", "sequential"] = Field(
+        default="simultaneous",
+        description="how impacts at one instant are resolved: together, whatever the order of the "
+        "balls, or one after another",
+    )
+    ball_impact: BallLaw = Field(
+        default="frictional", description="law of the ball-ball impact, see impact_laws/registry.py"
+    )
     ball_restitution: Fraction = Field(default=1.0, description="ball-ball restitution [1]")
     ball_friction: NonNegative | Literal["alciatore"] = Field(
-        default=0.0, description='ball-ball friction [1], or "alciatore": speed-dependent'
+        default=0.0,
+        description='coefficient of friction between balls [1], or "alciatore": falls with the '
+        "speed of slip",
     )
-    cushion: Literal["mirror", "restitution", "frictional", "han2005", "mathavan2010"] = Field(
-        default="mirror", description="law of the ball-cushion impact"
+    cushion: CushionLaw = Field(
+        default="mirror", description="law of the ball-cushion impact, see impact_laws/registry.py"
     )
     cushion_restitution: Fraction = Field(
-        default=1.0, description="normal restitution of the cushion [1]"
+        default=1.0, description='normal restitution of the cushion (all laws but "mirror") [1]'
     )
     cushion_tangential_restitution: Fraction = Field(
-        default=1.0, description='factor on the velocity along the cushion ("restitution") [1]'
+        default=1.0, description='factor on the velocity along the cushion (law "restitution") [1]'
     )
     cushion_friction: NonNegative = Field(
-        default=0.2, description='ball-cushion friction ("frictional", Han, Mathavan) [1]'
+        default=0.2,
+        description="coefficient of friction between ball and cushion "
+        '("frictional", "han2005", "mathavan2010") [1]',
     )
     cushion_height: Positive = Field(
-        default=0.0357, description="height of the cushion's nose above the cloth [m]"
+        default=0.0357,
+        description="height of the cushion's nose above the cloth, less than every ball's "
+        '("han2005", "mathavan2010") [m]',
     )
     air_drag: NonNegative = Field(default=0.0, description="k in a = -k |v| v [1/m]")
     airborne: Flag = Field(default=False, description="whether a ball may leave the cloth")
@@ -157,43 +158,37 @@ class Physics(_Model):
 
     @model_validator(mode="after")
     def _no_field_without_effect(self) -> Self:
-        # "mirror" would ignore these in silence; a user who set one wants another law.
-        if self.cushion == "mirror":
-            for field in ("cushion_restitution", "cushion_tangential_restitution"):
-                if getattr(self, field) != 1.0 and field in self.model_fields_set:
-                    preset_value = self.PRESETS[self.preset].get(field)
-                    if getattr(self, field) != preset_value:
-                        raise problem(
-                            "no_effect",
-                            '`{field}` = {value} has no effect with `cushion` = "mirror". '
-                            'Set `cushion` = "restitution", or leave the field out',
-                            field=field,
-                            value=getattr(self, field),
-                        )
+        check_laws(self)
         return self
 
 
 class Ball(_Model):
-    """One ball. `position` is its centre [m]; z defaults to the radius, that is on the cloth.
+    """One ball. The cloth's friction on it is the scene's, unless it has one of its own.
 
-    Attributes
-    ----------
-    id : str
-        Unique name within the scene.
-    position, velocity : tuple of 3 float
-        [m], [m/s]; given with 2 or 3 components.
-    angular_velocity : tuple of 3 float or None
-        [rad/s]; None is rolling without slip.
-    radius, mass : float
-        [m], [kg].
+    `position` and `velocity` are given with 2 or 3 components and kept with 3.
     """
 
-    id: Annotated[Text, Field(min_length=1, max_length=64)]
-    position: PlaneVector
-    velocity: PlaneVector = (0.0, 0.0, 0.0)
-    angular_velocity: SpaceVector | None = None
-    radius: Positive = POOL_BALL_RADIUS
-    mass: Positive = POOL_BALL_MASS
+    id: Annotated[Text, Field(min_length=1, max_length=64)] = Field(
+        description="unique name within the scene"
+    )
+    position: PlaneVector = Field(description="centre [m]; z defaults to the radius: on the cloth")
+    velocity: PlaneVector = Field(
+        default=(0.0, 0.0, 0.0), description="of the centre [m/s]; z defaults to 0"
+    )
+    angular_velocity: SpaceVector | None = Field(
+        default=None, description="[rad/s]; left out: that of rolling without slip"
+    )
+    radius: Positive = Field(default=POOL_BALL_RADIUS, description="[m]")
+    mass: Positive = Field(default=POOL_BALL_MASS, description="[kg]")
+    rolling_friction: NonNegative | None = Field(
+        default=None, description="coefficient of rolling resistance [1]; left out: the scene's"
+    )
+    sliding_friction: NonNegative | None = Field(
+        default=None, description="coefficient of sliding friction [1]; left out: the scene's"
+    )
+    spinning_friction_rate: NonNegative | None = Field(
+        default=None, description="deceleration of vertical spin [rad/s^2]; left out: the scene's"
+    )
 
     @model_validator(mode="after")
     def _complete_vectors(self) -> Self:
@@ -248,7 +243,7 @@ class Scene(_Model):
         Where to stop [s]; None is "until every ball rests".
     """
 
-    schema_version: Annotated[Literal[1], BeforeValidator(_whole_number)] = Field(
+    schema_version: Annotated[Literal[1], BeforeValidator(whole_number)] = Field(
         default=1, alias="schema"
     )
     name: Annotated[Text, Field(pattern=r"^[a-z0-9][a-z0-9._-]{0,63}$")]
@@ -269,22 +264,16 @@ class Scene(_Model):
             Where the file can't be read, isn't TOML, or breaks a rule; the message names file,
             line, field, value and rule.
         """
-        from engine._scene_file import load  # noqa: PLC0415 - the two need each other
-
-        return load(Path(path))
+        return _scene_file.load(Path(path), cls)
 
     @classmethod
     def loads(cls, text: str, source: str = "<scene>") -> Scene:
         """Read a scene from TOML text; `source` is what errors call it."""
-        from engine._scene_file import loads  # noqa: PLC0415 - the two need each other
-
-        return loads(text, source)
+        return _scene_file.loads(text, source, cls)
 
     def save(self, path: str | Path) -> None:
         """Write the scene as TOML; `load` reads back an equal scene, to the last bit."""
-        from engine._scene_file import save  # noqa: PLC0415 - the two need each other
-
-        save(self, Path(path))
+        _scene_file.save(self, Path(path))
 
     @property
     def positions(self) -> NDArray[np.float64]:
@@ -315,10 +304,51 @@ class Scene(_Model):
         """Masses, (n,) float64 [kg]; a fresh array."""
         return np.array([ball.mass for ball in self.balls], dtype=np.float64)
 
+    @property
+    def rolling_frictions(self) -> NDArray[np.float64]:
+        """Coefficients of rolling resistance, (n,) float64 [1]; a fresh array."""
+        shared = self.physics.rolling_friction
+        return _own_or_shared((ball.rolling_friction for ball in self.balls), shared)
+
+    @property
+    def sliding_frictions(self) -> NDArray[np.float64]:
+        """Coefficients of sliding friction, ball on cloth, (n,) float64 [1]; a fresh array."""
+        shared = self.physics.sliding_friction
+        return _own_or_shared((ball.sliding_friction for ball in self.balls), shared)
+
+    @property
+    def spinning_friction_rates(self) -> NDArray[np.float64]:
+        """Decelerations of vertical spin, (n,) float64 [rad/s^2]; a fresh array."""
+        shared = self.physics.spinning_friction_rate
+        return _own_or_shared((ball.spinning_friction_rate for ball in self.balls), shared)
+
+    @property
+    def rolls(self) -> NDArray[np.bool_]:
+        """Whether each ball starts rolling without slip, or at rest, (n,) bool; a fresh array.
+
+        Notes
+        -----
+        A ball whose angular velocity isn't given rolls; so does every ball where `motion` is
+        "rolling". Otherwise the slip at its lowest point decides, (vx - R wy, vy + R wx): it must
+        be at most 4 EPS times the larger of |v| and R |(wx, wy)|, which leaves room for the
+        rounding of a v / R that somebody computed. Spin about the vertical doesn't matter, nor
+        does height: a ball in the air that would roll on the cloth counts as rolling.
+        """
+        v, w, radii = self.velocities, self.angular_velocities, self.radii
+        slip = np.hypot(v[:, 0] - radii * w[:, 1], v[:, 1] + radii * w[:, 0])
+        speed = np.maximum(np.hypot(v[:, 0], v[:, 1]), radii * np.hypot(w[:, 0], w[:, 1]))
+        given = np.array([ball.angular_velocity is not None for ball in self.balls])
+        tied = self.physics.motion == "rolling"
+        return tied | ~given | (slip <= ROLLING_ULPS * EPS * speed)
+
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         check_scene(self, rolling_angular_velocity(self.velocities, self.radii))
         return self
+
+
+def _own_or_shared(own: Iterable[float | None], shared: float) -> NDArray[np.float64]:
+    return np.array([shared if value is None else value for value in own], dtype=np.float64)
 
 
 def rolling_angular_velocity(
@@ -344,3 +374,10 @@ def rolling_angular_velocity(
     omega[..., 0] = -velocity[..., 1] / radius
     omega[..., 1] = velocity[..., 0] / radius
     return omega
+
+
+def json_schema() -> str:
+    """Return the JSON schema of scene files, so that editors complete and check them."""
+    schema = Scene.model_json_schema(by_alias=True)
+    schema["required"] = ["schema", *schema["required"]]
+    return json.dumps({"$schema": "http://json-schema.org/draft-07/schema#"} | schema, indent=2)

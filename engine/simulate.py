@@ -12,22 +12,13 @@ from engine.scene import Scene
 _LATER = Capability("none", "not in this version of the engine")
 
 CAPABILITIES = {
-    Feature.ROLLING: EXACT,
-    Feature.SLIDING: _LATER,
-    Feature.FRICTIONLESS_CLOTH: EXACT,
-    Feature.VERTICAL_SPIN: _LATER,
-    Feature.BALL_RESTITUTION: EXACT,
-    Feature.BALL_FRICTION: _LATER,
-    Feature.UNEQUAL_MASSES: EXACT,
-    Feature.UNEQUAL_RADII: EXACT,
-    Feature.UNBOUNDED_CLOTH: EXACT,
-    Feature.OPEN_SIDES: EXACT,
-    Feature.MIRROR_CUSHION: EXACT,
-    Feature.CUSHION_RESTITUTION: EXACT,
-    Feature.CUSHION_TANGENTIAL: EXACT,
-    Feature.FRICTIONAL_CUSHION: _LATER,
-    Feature.HAN_CUSHION: _LATER,
-    Feature.MATHAVAN_CUSHION: _LATER,
+    **dict.fromkeys(Feature, EXACT),
+    Feature.MATHAVAN_BALL: Capability(
+        "approximate", "integrated to a relative accuracy of 1e-9 of the speeds"
+    ),
+    Feature.MATHAVAN_CUSHION: Capability(
+        "approximate", "integrated to a relative accuracy of 1e-9 of the speeds"
+    ),
     Feature.AIR_DRAG: _LATER,
     Feature.FLIGHT: _LATER,
 }

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import enum
+import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine import _state
+from engine._orientation import orientation_at, pieces_of
 from engine.scene import Scene, rolling_angular_velocity
 
 FloatArray = NDArray[np.float64]
+PhaseArray = NDArray[np.int8]
 
 
 class Samples(NamedTuple):
@@ -47,6 +52,17 @@ class Trajectory(Protocol):
         ...
 
 
+class Phase(enum.IntEnum):
+    """How a ball moves on the cloth."""
+
+    RESTING = int(_state.RESTING)
+    """Its centre rests; it may spin about the vertical."""
+    SLIDING = int(_state.SLIDING)
+    """Its lowest point slips over the cloth."""
+    ROLLING = int(_state.ROLLING)
+    """Its lowest point does not slip; it may spin about the vertical, too."""
+
+
 @dataclass(frozen=True, eq=False)
 class ExactTrajectory:
     """Motion between events in closed form, as our engine records it.
@@ -54,84 +70,104 @@ class ExactTrajectory:
     Attributes
     ----------
     radii : (n,) float64 [m]
-    knots : n arrays (k_i, 7) float64
-        For each ball: time [s], x, y [m], vx, vy [m/s], ax, ay [m/s^2], from that time on.
+    knots : n arrays (k_i, 14) float64
+        For each ball, from each time on: time [s]; x, y [m]; vx, vy [m/s]; ax, ay [m/s^2]; angular
+        velocity wx, wy, wz [rad/s]; its rate of change bx, by, and what is added to the decay of
+        wz, bz [rad/s^2]; `Phase`. Where the ball rolls or rests, wx, wy, bx and by mean nothing:
+        the velocity gives them.
     t_end : float [s]
+    spin_decelerations : (n,) float64 [rad/s^2]
+        By which each ball's wz decays to 0, in every phase.
     """
 
     radii: FloatArray
     knots: tuple[FloatArray, ...]
     t_end: float
+    spin_decelerations: FloatArray
 
     def sample(self, times: FloatArray) -> Samples:
         """Return the states at `times`, (k,) [s]; after an event where one falls on a time."""
         t = np.clip(times, 0.0, self.t_end)
         positions, velocities, spins = (np.zeros((len(t), len(self.knots), 3)) for _ in range(3))
         for i, knots in enumerate(self.knots):
-            knot = knots[np.searchsorted(knots[:, 0], t, side="right") - 1]
-            s = (t - knot[:, 0])[:, np.newaxis]
+            knot = knots[_at_or_before(knots, t)]
+            s = (t - knot[:, _state.EPOCH])[:, np.newaxis]
             r, v, a = knot[:, 1:3], knot[:, 3:5], knot[:, 5:7]
             positions[:, i, :2] = r + s * (v + 0.5 * s * a)
             velocities[:, i, :2] = v + s * a
+            spins[:, i] = rolling_angular_velocity(velocities[:, i], self.radii[i])
+            slides = knot[:, _state.PHASE] == Phase.SLIDING
+            w, b = knot[slides, 7:9], knot[slides, 10:12]
+            spins[slides, i, :2] = w + s[slides] * b
+            vertical, s = knot[:, _state.WZ], s[:, 0]
+            left = np.maximum(np.abs(vertical) - s * self.spin_decelerations[i], 0.0)
+            spins[:, i, 2] = np.sign(vertical) * left + s * knot[:, _state.BZ]
         positions[:, :, 2] = self.radii
-        spins[:] = rolling_angular_velocity(velocities, self.radii)
         return Samples(positions, velocities, spins)
+
+    def phases(self, times: FloatArray) -> PhaseArray:
+        """Return each ball's `Phase` at `times`, (k, n) int8; after an event that falls on one."""
+        t = np.clip(times, 0.0, self.t_end)
+        result = np.empty((len(t), len(self.knots)), dtype=np.int8)
+        for i, knots in enumerate(self.knots):
+            result[:, i] = knots[_at_or_before(knots, t), _state.PHASE]
+        return result
+
+    def bend_times(self, deviation: float, limit: int) -> FloatArray:
+        """Return instants between which sliding balls stay near their chords, (k,) [s], increasing.
+
+        Joined by straight lines, the states at these times draw a curved path as a curve; rolling
+        balls go straight on and need none.
+
+        Parameters
+        ----------
+        deviation : float [m]
+            How far a path may run beside its chord.
+        limit : int
+            How many chords a single slide is cut into at most.
+        """
+        times = [np.empty(0)]
+        for knots in self.knots:
+            ends = np.append(knots[1:, _state.EPOCH], self.t_end)
+            for row in np.flatnonzero(knots[:, _state.PHASE] == Phase.SLIDING):
+                start, end = knots[row, _state.EPOCH], ends[row]
+                # A parabola leaves the chord of a duration s by at most a s^2 / 8.
+                longest = math.hypot(*knots[row, 5:7]) * (end - start) ** 2 / 8.0
+                chords = min(max(math.ceil(math.sqrt(longest / deviation)), 1), limit)
+                times.append(np.linspace(start, end, chords + 1))
+        return np.unique(np.concatenate(times))
 
     def orientation(self, times: FloatArray) -> FloatArray:
         """Return the orientation of every ball at `times`, unit quaternions (k, n, 4), w first.
 
-        Every ball starts at (1, 0, 0, 0). A ball that rolls by a distance s turns by s / R about
-        k x v, exactly, since between events it rolls straight on.
+        Every ball starts at (1, 0, 0, 0). A ball that rolls by a distance s without spin about the
+        vertical turns by s / R about k x v, exactly, since between events it rolls straight on.
+
+        Raises
+        ------
+        GhostballError
+            Where a ball turns too far to be followed.
 
         Notes
         -----
-        The paper (section 5.3) turns by |v| dt / R about r = v x k each frame: the same turn with
+        Where the axis moves, because the ball slides or spins about the vertical as it rolls, the
+        turn is a power series, exact to rounding; see `engine._orientation`. The paper (section
+        5.3) turns by |v| dt / R about r = v x k each frame: of a ball that rolls the same turn with
         the opposite sign, and only as exact as its frame is short.
         """
         t = np.clip(times, 0.0, self.t_end)
         result = np.empty((len(t), len(self.knots), 4))
         for i, knots in enumerate(self.knots):
-            ends = np.append(knots[1:, 0], self.t_end)
-            at_knot = np.empty((len(knots), 4))
-            at_knot[0] = (1.0, 0.0, 0.0, 0.0)
-            turns = _rolling_turn(knots, ends - knots[:, 0], self.radii[i])
-            for k in range(1, len(knots)):
-                at_knot[k] = _hamilton_product(turns[k - 1], at_knot[k - 1])
-            which = np.searchsorted(knots[:, 0], t, side="right") - 1
-            since = _rolling_turn(knots[which], t - knots[which, 0], self.radii[i])
-            result[:, i] = _hamilton_product(since, at_knot[which])
+            pieces = pieces_of(
+                knots, float(self.radii[i]), float(self.spin_decelerations[i]), self.t_end
+            )
+            result[:, i] = orientation_at(t, pieces)
         return result
 
 
-def _rolling_turn(knots: FloatArray, duration: FloatArray, radius: float) -> FloatArray:
-    """Return the turn of a ball that rolls straight on from each knot for a while, (k, 4)."""
-    s = duration[:, np.newaxis]
-    shift = s * (knots[:, 3:5] + 0.5 * s * knots[:, 5:7])
-    distance = np.hypot(shift[:, 0], shift[:, 1])
-    half_angle = 0.5 * distance / radius
-    # sin(half) / distance times the shift's components, finite at distance 0.
-    scale = np.sinc(half_angle / np.pi) * 0.5 / radius
-    turn = np.zeros((len(knots), 4))
-    turn[:, 0] = np.cos(half_angle)
-    turn[:, 1] = -scale * shift[:, 1]
-    turn[:, 2] = scale * shift[:, 0]
-    return turn
-
-
-def _hamilton_product(p: FloatArray, q: FloatArray) -> FloatArray:
-    """Return p q, quaternions (..., 4) with w first: the turn q, then the turn p."""
-    w1, x1, y1, z1 = np.moveaxis(p, -1, 0)
-    w2, x2, y2, z2 = np.moveaxis(q, -1, 0)
-    product: FloatArray = np.stack(
-        (
-            w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
-            w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
-            w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
-            w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
-        ),
-        axis=-1,
-    )
-    return product
+def _at_or_before(knots: FloatArray, t: FloatArray) -> NDArray[np.intp]:
+    """Return the row of the knot that holds at each instant, (k,)."""
+    return np.searchsorted(knots[:, _state.EPOCH], t, side="right") - 1
 
 
 @dataclass(frozen=True, eq=False)

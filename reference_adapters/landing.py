@@ -86,31 +86,33 @@ def time_to_contact(
     return dt if dt <= horizon else np.inf
 
 
-def rolling_accelerations(velocities: FloatArray, deceleration: float) -> FloatArray:
+def rolling_accelerations(velocities: FloatArray, decelerations: FloatArray) -> FloatArray:
     """Return the accelerations of rolling balls, against their motion; 0 for a ball at rest.
 
     Parameters
     ----------
     velocities : (n, 2) float64 [m/s]
-    deceleration : float [m/s^2]
-        mu g, not negative.
+    decelerations : (n,) float64 [m/s^2]
+        mu g of each ball, not negative.
 
     Returns
     -------
     (n, 2) float64 [m/s^2]
     """
     speeds = np.hypot(velocities[:, 0], velocities[:, 1])
-    factor = np.where(speeds > 0.0, -deceleration / np.where(speeds > 0.0, speeds, 1.0), 0.0)
+    factor = np.where(speeds > 0.0, -decelerations / np.where(speeds > 0.0, speeds, 1.0), 0.0)
     accelerations: FloatArray = velocities * factor[:, np.newaxis]
     return accelerations
 
 
-def time_to_rest(velocities: FloatArray, deceleration: float) -> FloatArray:
-    """Return how long each ball rolls, |v| / (mu g), (n,) float64 [s]; inf where it never stops."""
+def time_to_rest(velocities: FloatArray, decelerations: FloatArray) -> FloatArray:
+    """Return how long each ball rolls, (n,) float64 [s]; inf where it never stops.
+
+    Parameters are those of `rolling_accelerations`: a ball at v rolls for |v| / (mu g).
+    """
     speeds = np.hypot(velocities[:, 0], velocities[:, 1])
-    if deceleration == 0.0:
-        return np.where(speeds > 0.0, np.inf, 0.0)
-    times: FloatArray = speeds / deceleration
+    times = np.where(speeds > 0.0, np.inf, 0.0)
+    np.divide(speeds, decelerations, out=times, where=decelerations > 0.0)
     return times
 
 

@@ -16,6 +16,9 @@ from reference_adapters.landing import rolling_accelerations, time_to_rest
 
 FloatArray = NDArray[np.float64]
 
+ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
+"""Part of a ball's largest speed that a contact leaves of a speed it cancels [1]."""
+
 
 class ClosedFormCloth:
     """Velocities and spins of all balls of a scene, advanced exactly while nothing touches.
@@ -28,32 +31,36 @@ class ClosedFormCloth:
     """
 
     def __init__(self, scene: Scene) -> None:
-        physics = scene.physics
+        gravity = scene.physics.gravity
         self._radii = scene.radii
-        self._rolling_deceleration = physics.rolling_friction * physics.gravity
-        self._sliding_deceleration = physics.sliding_friction * physics.gravity
-        self._spin_deceleration = physics.spinning_friction_rate
-        self._may_slide = physics.motion == "sliding"
+        self._rolling_decelerations = scene.rolling_frictions * gravity
+        self._sliding_decelerations = scene.sliding_frictions * gravity
+        self._spin_decelerations = scene.spinning_friction_rates
+        self._may_slide = scene.physics.motion == "sliding"
         self.velocities = scene.velocities[:, :2].copy()
         # Of a rolling ball only the vertical part is kept; its velocity says the rest.
         self._angular_velocities = scene.angular_velocities
-        self.rolling = np.ones(len(scene.balls), dtype=np.bool_)
-        if self._may_slide:
-            self.rolling = np.all(self._slip() == 0.0, axis=1)
+        self.rolling = scene.rolls
+
+    @property
+    def angular_velocities(self) -> FloatArray:
+        """Angular velocities, (n, 3) float64 [rad/s]; a fresh array."""
+        return self._spins(self.velocities)
 
     @property
     def resting(self) -> NDArray[np.bool_]:
-        """Which balls neither move nor spin, (n,) bool."""
+        """Which balls neither move nor spin, (n,) bool; a spin that nothing slows doesn't count."""
         still = np.all(self.velocities == 0.0, axis=1) & self.rolling
-        resting: NDArray[np.bool_] = still & (self._angular_velocities[:, 2] == 0.0)
+        spins = (self._angular_velocities[:, 2] != 0.0) & (self._spin_decelerations > 0.0)
+        resting: NDArray[np.bool_] = still & ~spins
         return resting
 
     def accelerations(self) -> FloatArray:
         """Return the accelerations, (n, 2) [m/s^2], constant until `time_to_change`."""
-        rolling = rolling_accelerations(self.velocities, self._rolling_deceleration)
+        rolling = rolling_accelerations(self.velocities, self._rolling_decelerations)
         if not self._may_slide:
             return rolling
-        sliding = rolling_accelerations(self._slip(), self._sliding_deceleration)
+        sliding = rolling_accelerations(self._slip(), self._sliding_decelerations)
         return np.where(self.rolling[:, np.newaxis], rolling, sliding)
 
     def time_to_change(self) -> float:
@@ -79,17 +86,28 @@ class ClosedFormCloth:
             left -= step
         return displacements, changes
 
-    def kick(self, changes: FloatArray) -> None:
-        """Add what contacts did to the velocities, (n, 2) [m/s]; their spins stay as they are."""
+    def kick(self, changes: FloatArray, turns: FloatArray | None = None) -> None:
+        """Add what contacts did to the velocities, (n, 2) [m/s].
+
+        `turns`, (n, 3) [rad/s], is what they did to the angular velocities; None is nothing.
+        """
         hit = np.any(changes != 0.0, axis=1)
         before = self.velocities
         self.velocities = before + changes
         # A ball that gives all its speed away stops; what cancellation leaves of it is rounding.
-        cancelled = np.abs(self.velocities) <= 4.0 * np.finfo(np.float64).eps * np.abs(before)
+        cancelled = np.abs(self.velocities) <= ROUNDING * np.abs(before)
         self.velocities[hit[:, np.newaxis] & cancelled] = 0.0
         if self._may_slide:
             self._angular_velocities = self._spins(before)
-            self.rolling = np.where(hit, np.all(self._slip() == 0.0, axis=1), self.rolling)
+            speeds = self._largest_speeds(before)
+            if turns is not None:
+                # Balls that roll on together keep rubbing at the size of rounding. As a turn that
+                # would be a slide, or a spin, too short to move the clock.
+                real = self._radii[:, np.newaxis] * np.abs(turns) > ROUNDING * speeds[:, np.newaxis]
+                self._angular_velocities += np.where(real, turns, 0.0)
+                hit |= np.any(real, axis=1)
+            slips = np.max(np.abs(self._slip()), axis=1)
+            self.rolling = np.where(hit, slips <= ROUNDING * speeds, self.rolling)
 
     def state(self, positions: FloatArray) -> Samples:
         """Return the state at `positions`, (n, 2) [m], as arrays (1, n, 3)."""
@@ -124,7 +142,7 @@ class ClosedFormCloth:
             self._angular_velocities[sliding, 1] -= turn[sliding, 0]
             self.rolling |= grips
             spin = self._angular_velocities[:, 2]
-            slower = np.copysign(np.abs(spin) - self._spin_deceleration * dt, spin)
+            slower = np.copysign(np.abs(spin) - self._spin_decelerations * dt, spin)
             self._angular_velocities[:, 2] = np.where(ending[:, 1], 0.0, slower)
 
         changes += [(EventKind.SLIDE_TO_ROLL, int(i)) for i in np.flatnonzero(grips)]
@@ -137,15 +155,21 @@ class ClosedFormCloth:
         0 is "doesn't now"; inf is "for ever".
         """
         durations = np.zeros((len(self.rolling), 2))
-        durations[:, 0] = time_to_rest(self.velocities, self._rolling_deceleration)
+        durations[:, 0] = time_to_rest(self.velocities, self._rolling_decelerations)
         if self._may_slide:
-            to_roll = time_to_rest(self._slip(), 3.5 * self._sliding_deceleration)
+            to_roll = time_to_rest(self._slip(), 3.5 * self._sliding_decelerations)
             durations[:, 0] = np.where(self.rolling, durations[:, 0], to_roll)
             spin = np.abs(self._angular_velocities[:, 2])
             turning = spin > 0.0
             with np.errstate(divide="ignore"):  # spin that nothing slows lasts for ever
-                durations[turning, 1] = spin[turning] / self._spin_deceleration
+                durations[turning, 1] = spin[turning] / self._spin_decelerations[turning]
         return durations
+
+    def _largest_speeds(self, velocities: FloatArray) -> FloatArray:
+        """Return the larger of the speeds of centre and surface, (n,) [m/s], of each ball."""
+        surfaces = self._radii * np.sqrt(np.sum(self._angular_velocities**2, axis=1))
+        speeds: FloatArray = np.maximum(np.hypot(velocities[:, 0], velocities[:, 1]), surfaces)
+        return speeds
 
     def _slip(self) -> FloatArray:
         """Return the velocity of each ball's lowest point over the cloth, (n, 2) [m/s]."""

@@ -76,7 +76,12 @@ def _none(how: str) -> Capability:
     return Capability("none", how)
 
 
-_PLANAR = _none("Pymunk works in a plane: it has no spin of rolling to rub with")
+_RUBS = (
+    "Chipmunk's own friction along the contact, with the share of the coefficient that belongs to "
+    "it; the adapter turns the balls by the share up or down, of which Chipmunk's plane knows "
+    "nothing. A single impact is exact; where several meet, the share is that before them all"
+)
+_CLOTH_TAKES_PART = _none("the cloth takes part in this impact, and Chipmunk's plane has none")
 _BETWEEN_STEPS = Capability(
     "approximate", "the adapter applies the cloth between Pymunk's steps, in closed form"
 )
@@ -90,9 +95,14 @@ _TUNED: Capabilities = {
     Feature.FRICTIONLESS_CLOTH: EXACT,
     Feature.VERTICAL_SPIN: _BETWEEN_STEPS,
     Feature.BALL_RESTITUTION: EXACT,
-    Feature.BALL_FRICTION: _PLANAR,
+    Feature.BALL_FRICTION: Capability("approximate", _RUBS),
+    Feature.SPEED_DEPENDENT_FRICTION: Capability(
+        "approximate", f"the coefficient of the slip before the impact, as in the law. {_RUBS}"
+    ),
+    Feature.MATHAVAN_BALL: _CLOTH_TAKES_PART,
     Feature.UNEQUAL_MASSES: EXACT,
     Feature.UNEQUAL_RADII: EXACT,
+    Feature.PER_BALL_FRICTION: EXACT,
     Feature.UNBOUNDED_CLOTH: EXACT,
     Feature.OPEN_SIDES: EXACT,
     Feature.MIRROR_CUSHION: EXACT,
@@ -101,9 +111,9 @@ _TUNED: Capabilities = {
         "approximate",
         "Pymunk has none: the adapter scales the velocity along the cushion after the step",
     ),
-    Feature.FRICTIONAL_CUSHION: _PLANAR,
-    Feature.HAN_CUSHION: _PLANAR,
-    Feature.MATHAVAN_CUSHION: _PLANAR,
+    Feature.FRICTIONAL_CUSHION: Capability("approximate", _RUBS),
+    Feature.HAN_CUSHION: _none("Chipmunk's plane has no height for the nose to touch a ball at"),
+    Feature.MATHAVAN_CUSHION: _CLOTH_TAKES_PART,
     Feature.AIR_DRAG: _none("Pymunk damps in proportion to speed, not to its square"),
     Feature.FLIGHT: _none("Pymunk works in a plane"),
 }
@@ -112,6 +122,9 @@ _DEFAULT: Capabilities = {
     **_TUNED,
     Feature.SLIDING: _none("Pymunk's cloth is the adapter's own, of `config=tuned`"),
     Feature.VERTICAL_SPIN: _none("Pymunk's cloth is the adapter's own, of `config=tuned`"),
+    Feature.BALL_FRICTION: _none("balls that don't slide have no spin to rub with"),
+    Feature.SPEED_DEPENDENT_FRICTION: _none("balls that don't slide have no spin to rub with"),
+    Feature.FRICTIONAL_CUSHION: _none("balls that don't slide have no spin to rub with"),
     Feature.BALL_RESTITUTION: _MULTIPLIED,
     Feature.OPEN_SIDES: Capability("approximate", "cushions end at the table's corners"),
     Feature.MIRROR_CUSHION: _MULTIPLIED,

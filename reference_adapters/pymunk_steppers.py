@@ -99,12 +99,11 @@ class NativeRolling(Stepper):
     def __init__(self, scene: Scene, world: World, dt: float, t_end: float) -> None:
         super().__init__(scene, world)
         self._clock = _Clock(dt, t_end)
-        deceleration = scene.physics.rolling_friction * scene.physics.gravity
-        self._kick = deceleration * self._clock.dt
-        self._half_kick = 0.0
+        self._kick = scene.rolling_frictions * scene.physics.gravity * self._clock.dt
+        self._half_kick = np.zeros_like(self._kick)
         # What rounding leaves of a speed that the joint stops, in units of what it takes.
         self._rounding = 1e-9 * self._kick
-        if world.tuned and deceleration > 0.0:
+        if world.tuned:
             self._half_kick = 0.5 * self._kick
             world.add_rolling_joints()
         velocities = scene.velocities[:, :2]
@@ -171,10 +170,14 @@ class _ClosedForm(Stepper):
             self._solved = self._world.contacts_solved
             self._world.forget_contacts()
         means = displacements / dt
+        friction = self._world.friction
         self._world.set_velocities(means)
+        if friction is not None:
+            friction.set_spins(self._cloth.angular_velocities)
         self._world.step(dt)
         self._positions, velocities = self._world.positions_and_velocities()
-        self._cloth.kick(velocities - means)
+        turns = None if friction is None else friction.turns()
+        self._cloth.kick(velocities - means, turns)
 
 
 class NativeClosedForm(_ClosedForm):
@@ -220,10 +223,10 @@ class Landed(_ClosedForm):
         self.keep_frame = to_contact <= horizon
 
 
-def _faster(velocities: FloatArray, change: float) -> FloatArray:
-    """Return `velocities` with `change` added to every speed [m/s]; none turns, none starts."""
+def _faster(velocities: FloatArray, changes: FloatArray) -> FloatArray:
+    """Return `velocities` with `changes`, (n,) [m/s], added to the speeds; none turns or starts."""
     speeds = np.hypot(velocities[:, 0], velocities[:, 1])
     moving = speeds > 0.0
-    factor = np.where(moving, 1.0 + change / np.where(moving, speeds, 1.0), 0.0)
+    factor = np.where(moving, 1.0 + changes / np.where(moving, speeds, 1.0), 0.0)
     faster: FloatArray = velocities * np.maximum(factor, 0.0)[:, np.newaxis]
     return faster

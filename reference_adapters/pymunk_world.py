@@ -17,6 +17,7 @@ from pymunk import batch
 from engine import CUSHIONS, Scene, Table
 from engine.result import initial_state
 from engine.trajectory import energy_of
+from reference_adapters.pymunk_friction import ContactFriction
 
 FloatArray = NDArray[np.float64]
 
@@ -67,6 +68,8 @@ class World:
         Of the last step.
     contacts_solved : int
         How many contacts the solver has worked on, one for each step that a contact lasts.
+    friction : ContactFriction or None
+        Friction at contacts, which its user tells the spins; None where nothing rubs.
     """
 
     def __init__(self, scene: Scene, *, tuned: bool, iterations: int | None) -> None:
@@ -86,8 +89,11 @@ class World:
         self._bodies: list[pymunk.Body] = []
         self._persistence = self._space.collision_persistence
         self._buffer = batch.Buffer()
+        self.friction: ContactFriction | None = None
         if tuned:
             self._tune()
+            if ContactFriction.needed(scene):
+                self.friction = ContactFriction(scene, self._bodies)
         if iterations is not None:
             self._space.iterations = iterations
         for i in range(len(scene.balls)):
@@ -147,11 +153,13 @@ class World:
         Its force is limited to mu m g, so the solver takes mu g dt from the speed in each step, and
         what is left in the last one: an exact stop.
         """
-        physics = self.scene.physics
-        for body in self._bodies:
+        forces = self.scene.rolling_frictions * self.scene.physics.gravity * self.scene.masses
+        for body, force in zip(self._bodies, forces.tolist(), strict=True):
+            if force == 0.0:
+                continue
             joint = pymunk.PivotJoint(self._space.static_body, body, (0.0, 0.0), (0.0, 0.0))
             joint.max_bias = 0.0
-            joint.max_force = physics.rolling_friction * physics.gravity * body.mass
+            joint.max_force = force
             self._space.add(joint)
 
     def _tune(self) -> None:
@@ -167,11 +175,13 @@ class World:
         ):
             # Set for the pair: Chipmunk multiplies two elasticities, and no product is right for
             # dead balls (e = 0) at live cushions.
-            space.on_collision(_BALL, other, pre_solve=_set_restitution, data=restitution)
+            space.on_collision(_BALL, other, pre_solve=self._prepare, data=restitution)
 
     def _add_ball(self, i: int, *, tuned: bool) -> None:
         ball = self.scene.balls[i]
-        moment = math.inf if tuned else pymunk.moment_for_circle(ball.mass, 0.0, ball.radius)
+        moment = pymunk.moment_for_circle(ball.mass, 0.0, ball.radius)
+        if tuned:  # a disc's moment isn't a ball's, and without friction no contact turns it
+            moment = math.inf if self.friction is None else 0.4 * ball.mass * ball.radius**2
         body = pymunk.Body(ball.mass, moment)
         body.position = ball.position[0], ball.position[1]
         body.velocity = ball.velocity[0], ball.velocity[1]
@@ -212,7 +222,10 @@ class World:
             return 0.0
         scene = self.scene
         speed = math.sqrt(2.0 * _energy(scene) / float(np.min(scene.masses)))
-        deceleration = scene.physics.rolling_friction * scene.physics.gravity
+        frictions = [scene.rolling_frictions]
+        if scene.physics.motion == "sliding":
+            frictions.append(scene.sliding_frictions)
+        deceleration = float(np.min(frictions)) * scene.physics.gravity
         distances = [speed**2 / (2.0 * deceleration)] if deceleration > 0.0 else []
         distances += [speed * scene.t_max] if scene.t_max is not None else []
         outside = float(np.max(np.abs(scene.positions)))  # open sides: a ball may start anywhere
@@ -226,13 +239,26 @@ class World:
                 kx, ky = (1.0, self._tangential) if across else (self._tangential, 1.0)
                 self._bodies[contact.a].velocity = kx * vx, ky * vy
 
+    def _parts(self, arbiter: pymunk.Arbiter) -> Collision:
+        shape_a, shape_b = arbiter.shapes
+        cushion = shape_b.collision_type == _CUSHION
+        return Collision(self._index[shape_a], self._index[shape_b], cushion)
+
+    def _prepare(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, restitution: float) -> None:
+        arbiter.restitution = restitution
+        if self.friction is not None:
+            a, b, cushion = self._parts(arbiter)
+            self.friction.prepare(arbiter, a, b, cushion=cushion)
+
     def _note(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
         self.contacts_solved += 1
+        if self.friction is None and not arbiter.is_first_contact:
+            return
+        a, b, cushion = self._parts(arbiter)
+        if self.friction is not None:
+            self.friction.note(arbiter, a, b, cushion=cushion)
         if not arbiter.is_first_contact:
             return
-        shape_a, shape_b = arbiter.shapes
-        a, b = self._index[shape_a], self._index[shape_b]
-        cushion = shape_b.collision_type == _CUSHION
         noise = self._impulse_rounding[a] if cushion else min(self._impulse_rounding[[a, b]])
         # `begin` also fires for discs that overlap while they move apart: no impulse, no collision.
         if arbiter.total_impulse.length > noise:
@@ -248,7 +274,3 @@ def cushion_restitution(scene: Scene) -> float:
 def _energy(scene: Scene) -> float:
     """Return the scene's energy [J]; a spin counts, sliding can turn it into speed."""
     return float(energy_of(scene, initial_state(scene)).total[0])
-
-
-def _set_restitution(arbiter: pymunk.Arbiter, _space: pymunk.Space, data: float) -> None:
-    arbiter.restitution = data

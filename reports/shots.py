@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import GhostballError, Scene
+from engine.trajectory import Phase
 from reports import style
 from validation.store import CaseRecord, Motion, ResultsFolder
 from validation.verdict import (
@@ -100,6 +101,12 @@ class Run:
         return style.engine_style(self.label)
 
     @property
+    def slides(self) -> bool:
+        """Whether its motion says that a ball slides; frames don't say."""
+        phases = None if self.motion is None else self.motion.phases
+        return phases is not None and bool(np.any(phases == Phase.SLIDING))
+
+    @property
     def verdict(self) -> Verdict:
         """What became of it."""
         return verdict_of(self.case)
@@ -140,6 +147,11 @@ class Shot:
         """The runs that have a motion, ours first: it lies beneath."""
         moved = [run for run in self.runs if run.motion is not None]
         return tuple(sorted(moved, key=lambda run: not run.style.ours))
+
+    @property
+    def slides(self) -> bool:
+        """Whether some path has a part that is known to be sliding."""
+        return any(run.slides for run in self.drawn)
 
     @property
     def ours(self) -> Run | None:

@@ -176,9 +176,13 @@ class Motion:
     ----------
     events : structured array (`engine.EVENT_DTYPE`) in order of time
     times : (k,) float64 [s]
-        A uniform grid united with the event times, increasing.
+        A uniform grid united with the event times and, where balls slide along curves, with enough
+        more to draw them; increasing.
     positions, velocities, angular_velocities : (k, n, 3) float64 [m], [m/s], [rad/s]
     energy_translation, energy_rotation, energy_height : (k,) float64 [J]
+    phases : (k, n) int8 or None
+        `engine.trajectory.Phase` of each ball; None where the engine records frames, which have no
+        phases, or where the motion was stored by a version that kept none.
     """
 
     events: Events
@@ -189,6 +193,7 @@ class Motion:
     energy_translation: NDArray[np.float64]
     energy_rotation: NDArray[np.float64]
     energy_height: NDArray[np.float64]
+    phases: NDArray[np.int8] | None = None
 
     @property
     def energy(self) -> NDArray[np.float64]:

@@ -10,7 +10,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Energy, GhostballError, Result, SampledTrajectory, Samples, Scene
+from engine import (
+    Energy,
+    ExactTrajectory,
+    GhostballError,
+    Result,
+    SampledTrajectory,
+    Samples,
+    Scene,
+)
 from engine.result import Events
 from engine.trajectory import energy_of
 from validation.records import Motion
@@ -22,6 +30,9 @@ UNIFORM_TIMES = 401
 
 MAX_TIMES = 4_000
 """Times of the stored motion at most, events included: 3 MB for 16 balls before compression."""
+
+PATH_DEVIATION = 2e-4
+"""How far a stored path may run beside a curved one [m]: a tenth of a pixel in a figure."""
 
 DENSE_TIMES = 20_001
 """Times at which an exact motion is searched for overlaps: 1 mm of path at 2 m/s for 10 s."""
@@ -40,9 +51,7 @@ def union_times(
     """
     grid = np.linspace(0.0, t_end, uniform)
     events = np.unique(event_times[(event_times >= 0.0) & (event_times <= t_end)])
-    room = max(limit - uniform, 0) // (2 if before else 1)
-    if len(events) > room:
-        events = events[np.linspace(0, len(events) - 1, room).astype(np.intp)]
+    events = _thinned(events, (limit - uniform) // (2 if before else 1))
     parts = [grid, events, np.nextafter(events, 0.0)] if before else [grid, events]
     return np.unique(np.concatenate(parts))
 
@@ -51,14 +60,19 @@ def motion_of(result: Result) -> Motion:
     """Return the motion of a result recorded with `record="trajectory"`, as it is stored.
 
     It holds the states on both sides of an event: balls that an engine lets overlap, and then pulls
-    apart, overlap at the instant before.
+    apart, overlap at the instant before. Where an exact motion bends, it holds enough states to
+    draw the curve.
     """
     events = events_of(result)
     times = union_times(
         result.rest_time, events["t"], uniform=UNIFORM_TIMES, limit=MAX_TIMES, before=True
     )
-    energy = energy_at(result, times)
-    return Motion(events, times, *result.sample(times), *energy)
+    phases = None
+    if isinstance(result.trajectory, ExactTrajectory):
+        bends = result.trajectory.bend_times(PATH_DEVIATION, UNIFORM_TIMES)
+        times = np.union1d(times, _thinned(bends, MAX_TIMES - len(times)))
+        phases = result.phases(times)
+    return Motion(events, times, *result.sample(times), *energy_at(result, times), phases)
 
 
 def energy_at(result: Result, times: FloatArray) -> Energy:
@@ -117,6 +131,13 @@ def events_of(result: Result) -> Events:
             'record="trajectory". Mend that engine'
         )
     return result.events
+
+
+def _thinned(times: FloatArray, room: int) -> FloatArray:
+    """Return at most `room` of `times`, evenly chosen."""
+    if len(times) <= room:
+        return times
+    return times[np.linspace(0, len(times) - 1, max(room, 0)).astype(np.intp)]
 
 
 def _frames(result: Result) -> SampledTrajectory | None:

@@ -18,7 +18,7 @@ import shutil
 import tempfile
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final, Literal, TextIO
 
@@ -148,7 +148,12 @@ class ResultsFolder:
         try:
             # np.load leaks the file that it opens itself where the archive is damaged.
             with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
-                return Motion(**{part.name: stored[part.name] for part in fields(Motion)})
+                parts = (
+                    part.name
+                    for part in fields(Motion)
+                    if part.default is MISSING or part.name in stored
+                )
+                return Motion(**{name: stored[name] for name in parts})
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
             raise ResultsError(
                 f"{path}: can't read the motion of `{case.label}` in scene "
@@ -329,7 +334,8 @@ def _check_schema(schema: object, place: str) -> None:
 def _save_motion(path: Path, motion: Motion) -> None:
     part = path.with_suffix(".part")
     with part.open("wb") as file:
-        np.savez_compressed(file, **{p.name: getattr(motion, p.name) for p in fields(Motion)})
+        parts = {part.name: getattr(motion, part.name) for part in fields(Motion)}
+        np.savez_compressed(file, **{name: p for name, p in parts.items() if p is not None})
     part.replace(path)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reports import style
+from reports.figures._phases import draw_motion, sliding_look
 from reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
 from reports.shots import Run, Shot, rest_error_text
 from validation.verdict import RestError
@@ -65,9 +66,7 @@ def _draw_on_table(axes: Axes, shot: Shot, view: View) -> None:
         look = {"facecolor": style.FAINT, "edgecolor": style.GREY, "linewidth": 0.8, "zorder": 1.5}
         draw_ball(axes, start, radii[ball], **look)
     for order, run in enumerate(shot.drawn):
-        assert run.motion is not None
-        for path in np.swapaxes(run.motion.positions, 0, 1):
-            axes.plot(path[:, 0], path[:, 1], zorder=2 + 0.01 * order, **_line(run))
+        draw_motion(axes, run, zorder=2 + 0.01 * order, **_line(run))
     _draw_rest(axes, shot)
     for ball, start in enumerate(shot.scene.positions):
         label_ball(axes, shot.scene.balls[ball].id, start, radii[ball])
@@ -91,9 +90,8 @@ def draw_against_time(axes: Axes, shot: Shot) -> None:
     # A band that others are drawn upon would hide what a single run shows.
     alone = {"linewidth": 1.2, "alpha": 1.0} if len(shot.drawn) == 1 else {}
     for order, run in enumerate(shot.drawn):
-        assert run.motion is not None
-        for path in np.swapaxes(run.motion.positions, 0, 1):
-            axes.plot(run.motion.times, path[:, 0], zorder=2 + 0.01 * order, **(_line(run) | alone))
+        look = {"zorder": 2 + 0.01 * order, **_line(run), **alone}
+        draw_motion(axes, run, against_time=True, **look)
     axes.set_xlim(0.0, 1.02 * _median_end(shot))
     axes.set_ylim(*view_shown(shot, collinear=True)[:2])
     axes.set_xlabel("time [s]")
@@ -119,9 +117,10 @@ def _draw_panels(shot: Shot) -> Figure:
     size = "" if table is None else f"; table {table.length:g} m × {table.width:g} m"
     end = "at rest" if shot.end == "rest" else "at the end"
     paths = "Lines: paths" if t_shown is None else f"Lines: paths of the first {t_shown:.2g} s"
+    paths += ", thick where a ball slides.\n" if shot.slides else ". "
     style.set_title(figure, f"{shot.scene.name}: {len(shot.scene.balls)} balls {end}{size}")
     figure.supxlabel(
-        f"{paths}. Filled: {end} in that engine. Rings: the truth. Bars join the same ball. "
+        f"{paths}Filled: {end} in that engine. Rings: the truth. Bars join the same ball. "
         f"Number: largest {shot.end} error (in brackets: not judged).",
         fontsize=8.5,
         color=style.GREY,
@@ -137,10 +136,7 @@ def draw_panel(axes: Axes, shot: Shot, run: Run, view: View, t_shown: float | No
     until = len(run.motion.times)
     if t_shown is not None:
         until = int(np.searchsorted(run.motion.times, t_shown, side="right"))
-    for path in np.swapaxes(run.motion.positions[:until], 0, 1):
-        axes.plot(
-            path[:, 0], path[:, 1], color=run.style.colour, linewidth=0.6, alpha=0.45, zorder=2
-        )
+    draw_motion(axes, run, until=until, color=run.style.colour, linewidth=0.6, alpha=0.45, zorder=2)
     rest, truth = run.case.rest_positions, shot.truth_positions
     radii = shot.scene.radii
     for ball in range(len(shot.scene.balls)):
@@ -160,19 +156,27 @@ def draw_panel(axes: Axes, shot: Shot, run: Run, view: View, t_shown: float | No
 def _add_legend(figure: Figure, shot: Shot) -> None:
     from matplotlib.lines import Line2D  # noqa: PLC0415
 
-    handles = []
+    handles, colours = [], []
     for run in shot.runs:
         if run.motion is None:
             text = f"{run.style.name}: {run.verdict.words}"
             handles.append(Line2D([], [], linestyle="none", label=text))
+            colours.append(style.GREY)
             continue
         look = _line(run)
         if not run.style.ours:
             look |= {key: value for key, value in _marker(run).items() if key != "linestyle"}
         handles.append(Line2D([], [], label=f"{run.style.name}: {_error_text(run, shot)}", **look))
+        colours.append(style.BLACK)
+        if run.slides:
+            look = _line(run) | sliding_look(_line(run))
+            label = f"{run.style.name}, where a ball slides"
+            handles.append(Line2D([], [], label=label, **look))
+            colours.append(style.BLACK)
     place = "rests" if shot.end == "rest" else "is at the end"
-    legend = figure.legend(
+    figure.legend(
         handles=handles,
+        labelcolor=colours,
         loc="outside lower center",
         ncols=3,
         handlelength=3.2,
@@ -181,13 +185,11 @@ def _add_legend(figure: Figure, shot: Shot) -> None:
         "(in brackets: not judged)",
         title_fontsize=8.5,
     )
-    for run, entry in zip(shot.runs, legend.get_texts(), strict=True):
-        if run.motion is None:
-            entry.set_color(style.GREY)
 
 
 def _legend_rows(shot: Shot) -> int:
-    return -(-len(shot.runs) // 3) + 1
+    entries = len(shot.runs) + sum(run.slides for run in shot.runs)
+    return -(-entries // 3) + 1
 
 
 def _line(run: Run) -> dict[str, Any]:

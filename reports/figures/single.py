@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from engine import Scene
 from reports import style
+from reports.figures._phases import draw_motion
 from reports.figures._table import View, aspect_of, draw_ball, draw_table
 from reports.figures.paths import WIDTH, draw_against_time, is_collinear, label_ball, view_shown
 from reports.shots import Shot
@@ -47,7 +48,8 @@ def draw_single(shot: Shot) -> Figure:
     (run,) = shot.drawn
     at_end = "at rest" if shot.end == "rest" else "at the end"
     style.set_title(figure, f"{shot.scene.name} on {run.style.name}")
-    said = f"Grey discs: start. Lines: paths. Filled discs: {at_end}."
+    paths = "paths, thick where a ball slides" if shot.slides else "paths"
+    said = f"Grey discs: start. Lines: {paths}. Filled discs: {at_end}."
     figure.supxlabel(
         " ".join(filter(None, [said, _naming(shot.scene), _outside(shot, view)])),
         fontsize=8.5,
@@ -64,8 +66,7 @@ def _draw_on_table(axes: Axes, shot: Shot, view: View) -> None:
     draw_table(axes, shot.scene, view)
     names, radii = _names(shot.scene), shot.scene.radii
     width = 1.0 if len(names) <= FEW else 0.6
-    for path in np.swapaxes(run.motion.positions, 0, 1):
-        axes.plot(path[:, 0], path[:, 1], color=run.style.colour, linewidth=width, alpha=0.6)
+    draw_motion(axes, run, color=run.style.colour, linewidth=width, alpha=0.6)
     starts, ends = shot.scene.positions, run.case.rest_positions
     for ball, name in enumerate(names):
         look = {"facecolor": style.FAINT, "edgecolor": style.GREY, "linewidth": 0.8}

@@ -9,6 +9,8 @@ from shots import POOL_TABLE, R, ball, scene_of
 
 from engine import GhostballError, Table, UnsupportedSceneError
 from engine.features import (
+    BALL_LAW_FEATURES,
+    CUSHION_LAW_FEATURES,
     EXACT,
     Capability,
     Feature,
@@ -16,6 +18,7 @@ from engine.features import (
     missing_features,
     scene_features,
 )
+from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 
 PLAIN = (Feature.ROLLING, Feature.UNBOUNDED_CLOTH)
 
@@ -28,8 +31,6 @@ def test_one_rolling_ball_needs_rolling_and_nothing_else():
     ("fields", "feature"),
     [
         ({"ball_restitution": 0.9}, Feature.BALL_RESTITUTION),
-        ({"ball_friction": 0.05}, Feature.BALL_FRICTION),
-        ({"ball_friction": "alciatore"}, Feature.BALL_FRICTION),
         ({"rolling_friction": 0.0, "t_max": 1.0}, Feature.FRICTIONLESS_CLOTH),
         ({"air_drag": 0.004}, Feature.AIR_DRAG),
         ({"airborne": True}, Feature.FLIGHT),
@@ -40,9 +41,73 @@ def test_a_field_of_the_physics_adds_its_feature_and_no_other(fields, feature):
     assert set(scene_features(scene)) == {*PLAIN, feature}
 
 
-def test_restitution_and_friction_between_balls_need_two_balls():
-    scene = scene_of(ball((0, 0)), ball_restitution=0.5, ball_friction=0.1)
-    assert scene_features(scene) == PLAIN
+SLIDES = (Feature.SLIDING, Feature.UNBOUNDED_CLOTH)
+
+
+@pytest.mark.parametrize(
+    ("fields", "features"),
+    [
+        ({"ball_friction": 0.05}, {Feature.BALL_FRICTION}),
+        # An engine that knows a constant coefficient only must not take the law for one.
+        ({"ball_friction": "alciatore"}, {Feature.SPEED_DEPENDENT_FRICTION}),
+        ({"ball_impact": "mathavan2014"}, {Feature.MATHAVAN_BALL}),
+        (
+            {"ball_impact": "mathavan2014", "ball_friction": 0.05},
+            {Feature.MATHAVAN_BALL, Feature.BALL_FRICTION},
+        ),
+        ({"impacts": "sequential"}, set()),
+    ],
+)
+def test_laws_between_balls(fields, features):
+    scene = scene_of(ball((0, 0), (1, 0)), ball((1, 0)), motion="sliding", **fields)
+    assert set(scene_features(scene)) == {*SLIDES, *features}
+
+
+@pytest.mark.parametrize("friction", [0.1, "alciatore"])
+def test_what_happens_between_balls_needs_two_balls(friction):
+    laws = {"ball_restitution": 0.5, "ball_friction": friction, "ball_impact": "mathavan2014"}
+    assert scene_features(scene_of(ball((0, 0)), **laws)) == PLAIN
+    assert scene_features(scene_of(ball((0, 0)), motion="sliding", **laws)) == SLIDES
+
+
+@pytest.mark.parametrize(
+    ("field", "motions"),
+    [
+        ("rolling_friction", {"rolling", "sliding"}),
+        ("sliding_friction", {"sliding"}),
+        ("spinning_friction_rate", {"sliding"}),
+    ],
+)
+@pytest.mark.parametrize("motion", ["rolling", "sliding"])
+@pytest.mark.parametrize("several", [False, True])
+def test_a_friction_of_a_ball_s_own_where_it_has_an_effect(field, motions, motion, several):
+    # Also where all balls share it: an engine with one friction would take the scene's.
+    own = {field: 0.5}
+    balls = [ball((0, 0), (1, 0), **own)] + [ball((1, 0), **own)] * several
+    features = scene_features(scene_of(*balls, motion=motion))
+    assert (Feature.PER_BALL_FRICTION in features) == (motion in motions)
+
+
+def test_a_friction_of_a_ball_s_own_that_is_the_scene_s_is_no_feature():
+    same = ball((0, 0), rolling_friction=0.03, sliding_friction=0.3, spinning_friction_rate=3.0)
+    physics = {"rolling_friction": 0.03, "sliding_friction": 0.3, "spinning_friction_rate": 3.0}
+    assert scene_features(scene_of(same, motion="sliding", **physics)) == SLIDES
+
+
+def test_a_cloth_is_frictionless_where_it_is_for_some_ball():
+    free = scene_of(ball((0, 0), (1, 0)), ball((1, 0), rolling_friction=0.0), t_max=1.0)
+    assert set(scene_features(free)) == {
+        *PLAIN,
+        Feature.PER_BALL_FRICTION,
+        Feature.FRICTIONLESS_CLOTH,
+    }
+    slowed = scene_of(ball((0, 0), (1, 0), rolling_friction=0.01), rolling_friction=0.0)
+    assert set(scene_features(slowed)) == {*PLAIN, Feature.PER_BALL_FRICTION}
+
+
+def test_every_law_of_the_registry_has_its_features():
+    assert set(BALL_LAW_FEATURES) == set(BALL_LAW_NAMES)
+    assert set(CUSHION_LAW_FEATURES) == set(CUSHION_LAW_NAMES)
 
 
 def test_sliding_replaces_rolling():
@@ -80,8 +145,8 @@ def test_vertical_spin_of_either_sign(side):
     ],
 )
 def test_cushion_laws(fields, features):
-    scene = scene_of(ball((1, 1)), table=POOL_TABLE, **fields)
-    assert set(scene_features(scene)) == {Feature.ROLLING, *features}
+    scene = scene_of(ball((1, 1)), table=POOL_TABLE, motion="sliding", **fields)
+    assert set(scene_features(scene)) == {Feature.SLIDING, *features}
 
 
 def test_open_sides_and_none_at_all():

@@ -1,11 +1,17 @@
-"""The oracle is itself checked, on what can be solved by hand and on its root finder."""
+"""The oracle is itself checked: its root finder, its bookkeeping, and rolling balls by hand.
+
+Sliding and spin are in `test_oracle_motion`, the laws of impacts in `test_oracle_impacts`.
+"""
 
 from __future__ import annotations
 
+import dataclasses
+import random
+
 import pytest
 from mpmath import mp, mpf, workdps
-from oracle import first_entry, solve
-from shots import R, ball, scene_of
+from oracle import NUDGE, _laws_of, _nudged_laws, first_entry, solve
+from shots import POOL_TABLE, R, ball, scene_of
 
 from engine import EventKind, Table
 
@@ -73,7 +79,8 @@ def test_a_ball_rolls_to_rest():
     assert [event.key for event in run.events] == [(EventKind.ROLL_TO_REST, 0, -1)]
     assert abs(run.t_end - 1 / a) < TINY
     assert abs(run.positions[0][0] - 1 / (2 * a)) < TINY
-    assert run.velocities[0] == (0, 0)
+    assert run.velocities[0] == (0, 0, 0)
+    assert run.rested
 
 
 def test_a_head_on_hit_hands_the_motion_over():
@@ -125,10 +132,10 @@ def test_cushions_reverse_and_scale():
     mirrored = solve(scene_of(start, **fields))
     assert mirrored.events[0].key == (EventKind.BALL_CUSHION, 0, 1)
     assert abs(mirrored.events[0].t - mpf("0.5")) < TINY
-    assert mirrored.velocities[0] == (-1, 0.5)
+    assert mirrored.velocities[0] == (-1, 0.5, 0)
     law = {"cushion_restitution": 0.5, "cushion_tangential_restitution": 0.25}
     soft = solve(scene_of(start, cushion="restitution", **law, **fields))
-    assert soft.velocities[0] == (-0.5, 0.125)
+    assert soft.velocities[0] == (-0.5, 0.125, 0)
     assert abs(soft.positions[0][0] - 0) < TINY  # 1.5 s back at half the speed
 
 
@@ -159,11 +166,68 @@ def test_a_nudge_is_amplified_as_by_hand():
     assert mpf(10) ** -27 < shift < mpf(10) ** -24
 
 
-def test_it_refuses_balls_that_do_not_bounce():
-    with pytest.raises(ValueError, match="pressed"):
-        solve(scene_of(ball((0, 0), (1, 0)), ball_restitution=0.0))
+def test_a_nudge_moves_every_number_of_the_scene():
+    # Each of these alone changes a time of the shot: had it no nudge, the time would not move.
+    table = Table(length=2.0, width=1.0)
+    balls = (ball((0.5, 0.4), (1.0, 0.1), angular_velocity=(30.0, -20.0, 10.0)), ball((1.2, 0.5)))
+    physics = {"motion": "sliding", "ball_restitution": 0.9, "ball_friction": "alciatore"}
+    scene = scene_of(*balls, table=table, cushion="han2005", cushion_restitution=0.8, **physics)
+    run, nudged = solve(scene, max_events=8), solve(scene, max_events=8, nudge_seed=1)
+    before, after = run.moments[0][1][0], nudged.moments[0][1][0]
+    for name in ("radius", "mass", "rolling", "sliding", "spinning"):
+        assert 0 < abs(getattr(after, name) / getattr(before, name) - 1) < 2 * NUDGE
+    for name in ("position", "velocity", "spin"):
+        moved = [
+            abs(b - a) for a, b in zip(getattr(before, name), getattr(after, name), strict=True)
+        ]
+        assert all(0 < shift < 100 * NUDGE for shift in moved[:2])
+    assert before.spin[2] != after.spin[2]
+    assert [event.key for event in nudged.events] == [event.key for event in run.events]
+    assert all(a.t != b.t for a, b in zip(run.events, nudged.events, strict=True))
 
 
-def test_it_stops_after_so_many_ball_collisions():
-    run = solve(scene_of(ball((0, 0), (1, 0)), ball((0.5, 0))), max_ball_collisions=1)
-    assert len(run.events) == 1
+def test_the_nudge_of_a_law_is_seen():
+    laws = _laws_of(scene_of(ball((0, 0)), motion="sliding", ball_friction="alciatore"))
+    nudged = _nudged_laws(laws, random.Random(1))
+    for field in dataclasses.fields(laws):
+        one, other = getattr(laws, field.name), getattr(nudged, field.name)
+        if field.name == "friction":
+            assert all(0 < abs(b / a - 1) < 2 * NUDGE for a, b in zip(one, other, strict=True))
+        elif not isinstance(one, (bool, str)):
+            assert 0 < abs(other / one - 1) < 2 * NUDGE
+
+
+@pytest.mark.parametrize(
+    ("why", "physics"),
+    [
+        ("pressed", {"ball_restitution": 0.0}),
+        ("pressed", {"cushion": "restitution", "cushion_restitution": 0.0}),
+        ("mathavan2014", {"motion": "sliding", "ball_impact": "mathavan2014"}),
+        ("mathavan2010", {"motion": "sliding", "cushion": "mathavan2010"}),
+        ("air", {"air_drag": 0.004}),
+    ],
+)
+def test_it_refuses_what_it_cannot_tell(why, physics):
+    with pytest.raises(ValueError, match=why):
+        solve(scene_of(ball((0.5, 0.5), (1, 0)), table=POOL_TABLE, **physics))
+
+
+def test_it_stops_after_so_many_events():
+    scene = scene_of(ball((0, 0), (1, 0)), ball((0.5, 0)))
+    for limit in ({"max_ball_collisions": 1}, {"max_events": 1}):
+        run = solve(scene, **limit)
+        assert len(run.events) == 1
+        assert not run.complete
+    assert solve(scene).complete
+
+
+def test_the_state_at_an_instant():
+    run = solve(scene_of(ball((0, 0), (1, 0)), ball((0.5, 0))))
+    a, hit = deceleration(), run.events[0].t
+    before, after = run.at(hit / 2), run.at(hit)
+    assert abs(before[0].position[0] - (hit / 2 - a * (hit / 2) ** 2 / 2)) < TINY
+    assert abs(before[0].velocity[0] - (1 - a * hit / 2)) < TINY
+    assert abs(before[0].spin[1] - before[0].velocity[0] / mpf(R)) < 100 * TINY
+    assert after[0].velocity[0] == 0
+    assert abs(after[1].velocity[0] - (1 - a * hit)) < TINY
+    assert run.at(run.t_end)[1].position == run.positions[1]

@@ -21,6 +21,7 @@ from engine import (
     simulate,
 )
 from engine.result import event_dict, initial_state
+from engine.trajectory import Phase
 
 SCENE = scene_of(ball((0.1, 0.2), (1.0, 0.5)), ball((0.9, 0.2)))
 EVENTS = np.array(
@@ -102,7 +103,7 @@ def test_energy_of_the_two_ends_in_json():
 
 
 def test_sampling_what_was_not_recorded_says_what_to_do():
-    for ask in (result_with().sample, result_with().energy):
+    for ask in (result_with().sample, result_with().energy, result_with().phases):
         with pytest.raises(GhostballError, match=r'engine `toy` .*record="trajectory"'):
             ask([0.0])
 
@@ -122,6 +123,22 @@ def test_sampling_takes_one_time_or_many_in_any_order():
     assert result.energy([0.0, 1.0]).total.shape == (2,)
 
 
+def test_frames_have_neither_orientation_nor_phases():
+    trajectory = SampledTrajectory(np.zeros(1), *initial_state(SCENE))
+    result = result_with(trajectory=trajectory)
+    for ask, name in ((result.orientation, "orientation"), (result.phases, "phases")):
+        with pytest.raises(GhostballError, match=rf"engine `toy` .* no {name}; .*`ghostball`"):
+            ask([0.0])
+
+
+def test_our_engine_says_how_the_balls_move():
+    result = simulate(scene_of(ball((0, 0), (1, 0)), ball((9, 9))), record="events")
+    assert result.phases([0.0, result.rest_time]).tolist() == [
+        [Phase.ROLLING, Phase.RESTING],
+        [Phase.RESTING, Phase.RESTING],
+    ]
+
+
 @pytest.mark.parametrize(
     ("times", "complaint"),
     [([-1.0], "at least 0"), ([float("nan")], "at least 0"), ([[0.0, 1.0]], "one-dimensional")],
@@ -129,7 +146,7 @@ def test_sampling_takes_one_time_or_many_in_any_order():
 def test_times_to_sample_at_are_checked(times, complaint):
     scene = Scene(name="roll", balls=[Ball(id="a", position=(0, 0), velocity=(1, 0))])
     result = simulate(scene, record="events")
-    for method in (result.sample, result.energy, result.orientation):
+    for method in (result.sample, result.energy, result.orientation, result.phases):
         with pytest.raises(GhostballError, match=complaint):
             method(times)
 

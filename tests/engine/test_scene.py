@@ -42,7 +42,9 @@ def test_a_scene_is_frozen():
 
 def test_arrays_are_fresh_so_that_nobody_can_change_a_scene_through_them():
     scene = scene_of(ball((0.5, 0.25), (1, 0)))
-    for name in ("positions", "velocities", "angular_velocities", "radii", "masses"):
+    names = ["positions", "velocities", "angular_velocities", "radii", "masses"]
+    names += ["rolling_frictions", "sliding_frictions", "spinning_friction_rates"]
+    for name in names:
         array = getattr(scene, name)
         assert array.dtype == np.float64
         array[...] = -1.0
@@ -66,6 +68,69 @@ def test_rolling_means_that_the_lowest_point_of_the_ball_does_not_slip():
     lever = np.stack([np.zeros(2), np.zeros(2), -radius], axis=1)
     slip = velocity + np.cross(omega, lever)
     assert np.all(np.abs(slip) < 4 * 2**-52)
+
+
+def test_frictions_are_the_scene_s_unless_a_ball_has_its_own():
+    # 0 is a friction of its own, not a missing one.
+    scene = scene_of(
+        ball((0, 0)),
+        ball((1, 0), rolling_friction=0.0, sliding_friction=0.0, spinning_friction_rate=0.0),
+        ball((2, 0), rolling_friction=0.5, sliding_friction=0.25, spinning_friction_rate=2.0),
+        rolling_friction=0.03,
+        sliding_friction=0.3,
+        spinning_friction_rate=3.0,
+    )
+    assert scene.rolling_frictions.tolist() == [0.03, 0.0, 0.5]
+    assert scene.sliding_frictions.tolist() == [0.3, 0.0, 0.25]
+    assert scene.spinning_friction_rates.tolist() == [3.0, 0.0, 2.0]
+
+
+class TestRolls:
+    def rolls(self, velocity, angular_velocity, radius=R, motion="sliding"):
+        spinning = ball((0, 0), velocity, radius=radius, angular_velocity=angular_velocity)
+        rolls = scene_of(spinning, motion=motion).rolls
+        assert rolls.dtype == np.bool_
+        return rolls.tolist()
+
+    @pytest.mark.parametrize("velocity", [(0.0, 0.0), (1.0, -2.0), (1e-300, 0.0), (1e9, 1.0)])
+    def test_a_ball_rolls_where_no_spin_is_given(self, velocity):
+        assert self.rolls(velocity, None) == [True]
+
+    def test_a_ball_rolls_also_where_its_v_over_r_rounds_to_nothing(self):
+        assert self.rolls((1e-300, 0.0), None, radius=1e30) == [True]
+        assert self.rolls((1e-300, 0.0), (0, 0, 0), radius=1e30) == [False]
+
+    def test_a_ball_at_rest_rolls_also_where_it_spins_about_the_vertical(self):
+        assert self.rolls((0, 0), (0, 0, 0)) == [True]
+        assert self.rolls((0, 0), (0, 0, -40)) == [True]
+
+    def test_spin_about_the_vertical_does_not_make_a_ball_slide(self):
+        assert self.rolls((1, 0.5), (-0.5 / R, 1 / R, 1e6)) == [True]
+
+    def test_stun_draw_side_roll_and_spin_in_place_slide(self):
+        assert self.rolls((1, 0), (0, 0, 0)) == [False]
+        assert self.rolls((1, 0), (0, -1 / R, 0)) == [False]
+        assert self.rolls((1, 0), (1e-9, 1 / R, 0)) == [False]
+        assert self.rolls((0, 0), (1e-300, 0, 0)) == [False]
+
+    @pytest.mark.parametrize("seed", range(200))
+    def test_a_spin_that_was_computed_as_v_over_r_rolls(self, seed):
+        chance = np.random.default_rng(seed)
+        vx, vy, radius = (float(x) for x in np.exp(chance.uniform(-12.0, 12.0, 3)))
+        assert self.rolls((vx, -vy), (vy / radius, vx / radius, 0), radius) == [True]
+        assert self.rolls((vx, -vy), (vy * (1 / radius), vx * (1 / radius), 0), radius) == [True]
+
+    @pytest.mark.parametrize(("roundings", "rolls"), [(3, True), (6, False)])
+    def test_slip_beyond_rounding_counts(self, roundings, rolls):
+        # Of a unit radius nothing is rounded: the slip is exactly what is put here.
+        spin = 1.0 + roundings * 2.0**-52
+        assert self.rolls((1.0, 0.0), (0.0, spin, 0.0), radius=1.0) == [rolls]
+        assert self.rolls((1.0, 0.0), (roundings * 2.0**-52, 1.0, 0.0), radius=1.0) == [rolls]
+
+    def test_every_ball_rolls_where_motion_is_rolling(self):
+        # There the rules allow a spin of fewer digits; it doesn't make a ball slide.
+        assert self.rolls((1, 0), (0, round(1 / R, 9), 0), motion="rolling") == [True]
+        assert self.rolls((1, 0), (0, round(1 / R, 9), 0)) == [False]
 
 
 class TestNumbers:
@@ -113,6 +178,19 @@ class TestNumbers:
             Physics(cushion="restitution", **{field: value})
         assert f"`{field}` must be" in str(caught.value)
         assert str(value).lower() in str(caught.value).lower()
+
+    @pytest.mark.parametrize("value", [-0.1, math.nan, math.inf, 1.1e50, True, "0.1"])
+    @pytest.mark.parametrize(
+        "field", ["rolling_friction", "sliding_friction", "spinning_friction_rate"]
+    )
+    def test_frictions_of_a_scene_and_of_a_ball_are_numbers_from_0(self, field, value):
+        for make in (
+            lambda: Physics(**{field: value}),
+            lambda: Ball(id="b", position=(0, 0), **{field: value}),
+        ):
+            with pytest.raises(SceneError, match=f"`{field}` must be") as caught:
+                make()
+            assert str(value).lower() in str(caught.value).lower()
 
     @pytest.mark.parametrize("value", [0.0, 1.0])
     def test_both_ends_of_a_restitution_are_allowed(self, value):
@@ -226,11 +304,6 @@ class TestPhysics:
     def test_an_unknown_preset(self):
         with pytest.raises(SceneError, match="`preset` must be 'paper' or 'pool', got \"carom\""):
             Physics(preset="carom")
-
-    @pytest.mark.parametrize("field", ["cushion_restitution", "cushion_tangential_restitution"])
-    def test_a_restitution_that_a_mirror_would_ignore(self, field):
-        with pytest.raises(SceneError, match=f"`{field}` = 0.5 has no effect"):
-            Physics(**{field: 0.5})
 
     @pytest.mark.parametrize("value", ["sometimes", -0.1, math.nan])
     def test_ball_friction_is_a_number_or_a_law(self, value):

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 from functools import cache
 
 import pytest
-from comparison import check_against_oracle
+from comparison import check_against_oracle, compare
 from mpmath import mp, mpf, workdps
-from oracle import DIGITS, solve
-from shots import POOL_TABLE, R, ball, random_break, random_shot, scene_of
+from oracle import DIGITS, OracleRun, solve
+from shots import (
+    POOL_TABLE,
+    R,
+    ball,
+    random_break,
+    random_cloth_shot,
+    random_shot,
+    scene_of,
+)
 
-from engine import EventKind, Scene, Table, simulate
+from engine import EventKind, Physics, Scene, Table, simulate
 
 TABLES = (
     POOL_TABLE,
@@ -62,6 +71,98 @@ def test_the_first_collisions_of_a_break_agree(seed):
 def test_more_of_a_break_agrees(seed):
     agreement = check_against_oracle(random_break(seed, n=11, e=0.95), max_ball_collisions=12)
     assert agreement.ball_collisions >= 2
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_random_shots_on_the_cloth_agree_event_by_event(seed):
+    check_against_oracle(random_cloth_shot(seed))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(30, 40))
+def test_many_random_shots_on_the_cloth_agree_event_by_event(first):
+    agreements = [check_against_oracle(random_cloth_shot(k)) for k in range(first, 500, 10)]
+    # The comparison must not have been empty: chaos or ties that share a ball would make it so.
+    assert sum(one.events for one in agreements) > 400
+    assert sum(one.ball_collisions for one in agreements) > 20
+    assert sum(one.reached_the_end for one in agreements) > 40
+
+
+def test_the_first_shots_on_the_cloth_have_every_law():
+    scenes = [random_cloth_shot(seed) for seed in range(30)]
+    cushioned = [scene.physics.cushion for scene in scenes if scene.table is not None]
+    assert set(cushioned) == {"mirror", "restitution", "frictional", "han2005"}
+    assert {len(scene.balls) for scene in scenes} == {2, 3, 4, 5}
+    frictions = [scene.physics.ball_friction for scene in scenes]
+    assert {0.0, "alciatore"} < set(frictions)
+    assert any(scene.balls[0].sliding_friction is not None for scene in scenes)
+    assert any(scene.physics.sliding_friction == 0.0 for scene in scenes)
+
+
+def test_two_slides_that_end_together_are_compared_in_any_order():
+    # Without ball friction a rolling ball and the resting one that it hits slip alike.
+    scene = scene_of(
+        ball((0.3, 0.3), (1.5, 0.1)), ball((0.8, 0.35)), table=POOL_TABLE, motion="sliding"
+    )
+    agreement = check_against_oracle(scene)
+    assert agreement.ties >= 1
+    assert agreement.reached_the_end
+
+
+def caught_by_the_comparison() -> Scene:
+    """Return a shot that every coefficient takes part in: two cushions, a hit, slides, side."""
+    return scene_of(
+        ball((0.3, 0.3), (1.2, 0.9), angular_velocity=(20.0, -30.0, 40.0)),
+        ball((0.55, 0.49), sliding_friction=0.25, rolling_friction=0.012, mass=0.2),
+        table=Table(length=0.9, width=0.7),
+        motion="sliding",
+        ball_restitution=0.93,
+        ball_friction=0.06,
+        cushion="han2005",
+        cushion_restitution=0.8,
+        cushion_friction=0.17,
+        cushion_height=0.036,
+    )
+
+
+@cache
+def truth_and_nudged() -> tuple[OracleRun, list[OracleRun]]:
+    scene = caught_by_the_comparison()
+    limits = {"max_ball_collisions": 6, "max_events": 60}
+    return solve(scene, **limits), [solve(scene, nudge_seed=k, **limits) for k in (1, 2)]
+
+
+COEFFICIENTS = (
+    "gravity",
+    "rolling_friction",
+    "sliding_friction",
+    "spinning_friction_rate",
+    "ball_restitution",
+    "ball_friction",
+    "cushion_restitution",
+    "cushion_friction",
+    "cushion_height",
+)
+
+
+@pytest.mark.parametrize("field", COEFFICIENTS)
+def test_the_comparison_sees_a_coefficient_that_is_off(field):
+    # It must be able to fail: one part in 1e10 is a hundred thousand roundings.
+    scene = caught_by_the_comparison()
+    off = dict(scene.physics, **{field: getattr(scene.physics, field) * (1 + 1e-10)})
+    wrong = simulate(scene.model_copy(update={"physics": Physics(**off)}), record="events")
+    with workdps(DIGITS), pytest.raises(AssertionError, match="roundings"):
+        compare(wrong, *truth_and_nudged())
+
+
+def test_the_comparison_sees_events_that_are_missing_or_too_many():
+    right = simulate(caught_by_the_comparison(), record="events")
+    truth, nudged = truth_and_nudged()
+    with workdps(DIGITS):
+        assert compare(right, truth, nudged).reached_the_end
+        for events in (right.events[:-1], right.events[[*range(len(right.events)), -1]]):
+            with pytest.raises(AssertionError, match="event"):
+                compare(dataclasses.replace(right, events=events), truth, nudged)
 
 
 def slowing_pair(y: float) -> Scene:

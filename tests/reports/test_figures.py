@@ -6,8 +6,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from matplotlib.colors import same_color
 
 from engine import Scene
+from engine.trajectory import Phase
 from reports import style
 from reports.figures import (
     SCENE_FIGURES,
@@ -18,6 +20,7 @@ from reports.figures import (
     draw_paths,
     draw_verdicts,
 )
+from reports.figures._phases import parts_of, sliding_look
 from reports.figures._table import view_of
 from reports.figures.single import draw_single
 from reports.paper_figures import PAPER_FIGURES, overlaps
@@ -76,6 +79,79 @@ def test_a_path_is_drawn_where_the_engine_had_it(results):
     for run in shot.drawn:
         path = run.motion.positions[:, 0, :2]
         assert any(np.array_equal(path, xy) for xy in drawn), run.label
+
+
+def sliding_until(run: Run, t: float) -> Run:
+    """A run whose balls all slide until t [s], and roll after."""
+    phases = np.full(run.motion.positions.shape[:2], Phase.ROLLING, dtype=np.int8)
+    phases[run.motion.times < t] = Phase.SLIDING
+    return Run(run.label, run.case, replace(run.motion, phases=phases))
+
+
+@pytest.mark.parametrize("draw", [draw_paths, draw_single])
+@pytest.mark.parametrize("scene", ["wall-bounce", "head-on", "break-7"])
+def test_where_a_ball_slides_its_path_is_wider_and_darker_and_the_figure_says_so(
+    results, scene, draw
+):
+    # Breaks where the parts are mixed up, leave a gap, or are drawn alike.
+    shot = load_shot(results, scene)
+    run = sliding_until(shot.ours, 1.0)
+    alone = Shot(shot.scene, (run,))
+    with style.drawing():
+        figure = draw(alone)
+    assert "where a ball slides" in texts_of(figure)
+    motion = run.motion
+    for ball in range(motion.positions.shape[1]):
+        path = motion.positions[:, ball, :2]
+        turn = int(np.flatnonzero(motion.times >= 1.0)[0])
+        drawn = [(line, line.get_xydata()) for line in figure.axes[0].lines]
+        (slides,) = (line for line, xy in drawn if np.array_equal(xy, path[: turn + 1]))
+        (rolls,) = (line for line, xy in drawn if np.array_equal(xy, path[turn:]))
+        assert slides.get_linewidth() > rolls.get_linewidth()
+        assert slides.get_alpha() > rolls.get_alpha()
+        assert slides.get_color() == rolls.get_color()
+
+
+@pytest.mark.parametrize("draw", [draw_paths, draw_single])
+@pytest.mark.parametrize("scene", ["head-on", "break-7"])
+def test_nothing_is_said_of_sliding_where_no_ball_is_known_to_slide(results, scene, draw):
+    shot = load_shot(results, scene)
+    assert shot.ours.motion.phases is None  # as in a folder of an earlier version
+    with style.drawing():
+        for run in (shot.ours, sliding_until(shot.ours, 0.0)):
+            assert "slides" not in texts_of(draw(Shot(shot.scene, (run,))))
+
+
+def test_engines_that_record_frames_are_drawn_as_ever_beside_one_that_slides(results):
+    shot = load_shot(results, "wall-bounce")
+    runs = tuple(sliding_until(run, 1.0) if run is shot.ours else run for run in shot.runs)
+    with style.drawing():
+        figure = draw_paths(Shot(shot.scene, runs))
+    text = texts_of(figure)
+    assert text.count("ghostball, where a ball slides") == 1
+    assert "pymunk, where a ball slides" not in text
+    (label,) = (entry for entry in figure.legends[0].get_texts() if "pybullet" in entry.get_text())
+    assert same_color(label.get_color(), style.GREY)  # it has no motion
+
+
+def test_the_parts_of_a_path_meet_and_none_is_lost():
+    line = np.column_stack((np.arange(7.0), np.arange(7.0) ** 2))
+    slides = np.array([False, True, True, False, True, True, True])
+    parts = dict(parts_of(line, slides))
+    nan = np.nan
+    assert parts[False][:, 0].tolist() == pytest.approx([0, 1, nan, 3, 4], nan_ok=True)
+    assert parts[True][:, 0].tolist() == pytest.approx([1, 2, 3, nan, 4, 5, 6], nan_ok=True)
+    for wanted in (False, True):
+        ((only, part),) = parts_of(line, np.full(7, wanted))
+        assert only is wanted
+        assert np.array_equal(part, line)
+    # A motion of one instant.
+    ((_, point),) = parts_of(line[:1], slides[:1])
+    assert np.array_equal(point, line[:1])
+
+
+def test_a_sliding_part_is_never_more_than_opaque():
+    assert sliding_look({"linewidth": 1.0, "alpha": 0.9})["alpha"] == 1.0
 
 
 def test_many_balls_get_a_panel_for_each_engine_that_has_a_motion(results):

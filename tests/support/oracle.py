@@ -3,42 +3,53 @@
 Nothing is shared with the engine but the `Scene`, and nothing is clever: every ball is advanced at
 every event, every pair is predicted anew, and the time of impact is a root of the true quartic,
 isolated by the roots of its derivatives and bisected in 50 digits. So it has no tolerance; what it
-can't decide in that precision (two events at one instant, contact under pressure) is not its job,
-and balls that don't bounce (restitution 0, which stay pressed together) are refused.
+can't decide in that precision (two events at one instant that act on one ball, contact under
+pressure) is not its job, and what has no list of events, or laws integrated over an impact, it
+refuses.
 
-The model: a ball rolls straight and decelerates by mu g until it rests; balls exchange an impulse
-along the line of centres, with restitution e; a cushion reverses the normal velocity, times e_n,
-and scales the tangential one by e_t.
+The model is the whole game on the cloth: `oracle_laws` has the motion and the impacts.
 """
 
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass
-from itertools import pairwise
+from bisect import bisect_right
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from mpmath import mp, mpf, workdps
+from oracle_laws import (
+    SIDES,
+    Body,
+    Laws,
+    Phase,
+    Vector,
+    acceleration,
+    advanced,
+    bounced,
+    collided,
+    dot,
+    minus,
+    next_phase,
+    norm,
+    rolling_or_resting,
+    rolling_spin,
+    scaled,
+    settled,
+    time_left,
+)
+from oracle_roots import first_entry
 
 from engine import CUSHIONS, EventKind, Scene
+
+__all__ = ["DIGITS", "NUDGE", "OracleEvent", "OracleRun", "first_entry", "solve"]
 
 DIGITS = 50
 NUDGE = mpf(10) ** -25
 """Relative size of a nudge: far below double rounding, far above what 50 digits resolve."""
 
-Vector = tuple[Any, Any]
-Polynomial = list[Any]
-"""Coefficients from the constant up."""
-
-
-@dataclass
-class Body:
-    """One ball at the current instant, in mpf."""
-
-    position: Vector
-    velocity: Vector
-    radius: Any
-    mass: Any
+ALCIATORE = (9.951e-3, 0.108, 1.088)
+"""Ball-ball friction a + b exp(-c v), v the slip speed [m/s]: Alciatore's fit to Marlow's data."""
 
 
 @dataclass(frozen=True)
@@ -56,252 +67,265 @@ class OracleEvent:
     def key(self) -> tuple[EventKind, int, int]:
         return (self.kind, self.a, self.b)
 
+    @property
+    def balls(self) -> tuple[int, ...]:
+        return (self.a, self.b) if self.kind is EventKind.BALL_BALL else (self.a,)
+
 
 @dataclass(frozen=True)
 class OracleRun:
-    """Events in order of time; state at `t_end`, which is rest, `t_max`, or a limit reached."""
+    """Events in order of time, and the bodies just after each.
+
+    `complete` says that the run reached rest or `t_max` rather than a limit on its events.
+    """
 
     events: list[OracleEvent]
-    positions: list[Vector]
-    velocities: list[Vector]
+    moments: list[tuple[Any, list[Body]]]  # at the start, after each event, at the end
     t_end: Any
+    rested: bool
+    complete: bool
+
+    @property
+    def positions(self) -> list[Vector]:
+        return [body.position for body in self.moments[-1][1]]
+
+    @property
+    def velocities(self) -> list[Vector]:
+        return [body.velocity for body in self.moments[-1][1]]
+
+    @property
+    def spins(self) -> list[Vector]:
+        return [body.spin for body in self.moments[-1][1]]
+
+    def at(self, t: Any) -> list[Body]:
+        """Return the bodies at the instant `t`; at an event's, as they are after it."""
+        k = bisect_right([start for start, _ in self.moments], t) - 1
+        start, bodies = self.moments[k]
+        return [advanced(body, t - start) for body in bodies]
 
 
 def solve(
     scene: Scene,
     *,
     max_ball_collisions: int | None = None,
+    max_events: int | None = None,
     nudge_seed: int | None = None,
     digits: int = DIGITS,
 ) -> OracleRun:
-    """Simulate `scene` in `digits` digits until rest, `t_max`, or so many ball-ball collisions.
+    """Simulate `scene` in `digits` digits until rest, `t_max`, or so many (ball-ball) events.
 
-    With `nudge_seed` every coordinate, every velocity and the deceleration is first moved by a
-    random part of about `NUDGE`, as rounding would do: the difference of two runs over `NUDGE` is
-    the amplification.
+    With `nudge_seed` every number of the scene, and the state of each event's balls when it comes,
+    is moved by a random part of about `NUDGE`, as rounding would do: the difference of two runs
+    over `NUDGE` is how much of the roundings of a run is to be expected.
     """
-    if scene.physics.ball_restitution == 0.0:
-        raise ValueError("balls that don't bounce stay pressed together; no event list tells that")
+    _refuse(scene)
+    chance = None if nudge_seed is None else random.Random(nudge_seed)
     with workdps(digits):
-        return _run(scene, max_ball_collisions, nudge_seed)
+        return _run(scene, max_ball_collisions, max_events, chance)
 
 
-def _run(scene: Scene, max_ball_collisions: int | None, nudge_seed: int | None) -> OracleRun:
-    bodies = [
-        Body(
-            (mpf(ball.position[0]), mpf(ball.position[1])),
-            (mpf(ball.velocity[0]), mpf(ball.velocity[1])),
-            mpf(ball.radius),
-            mpf(ball.mass),
-        )
-        for ball in scene.balls
-    ]
-    deceleration = mpf(scene.physics.rolling_friction) * mpf(scene.physics.gravity)
-    if nudge_seed is not None:
-        chance = random.Random(nudge_seed)
-        deceleration *= 1 + NUDGE * chance.uniform(-1, 1)
-        _nudge(bodies, chance)
+def _refuse(scene: Scene) -> None:
+    physics, cushioned = scene.physics, scene.table is not None and scene.table.cushions
+    if physics.ball_restitution == 0.0:
+        raise ValueError("balls that don't bounce stay pressed together; no event list tells that")
+    if cushioned and physics.cushion != "mirror" and physics.cushion_restitution == 0.0:
+        raise ValueError("a ball that doesn't bounce off a cushion stays pressed to it")
+    if physics.ball_impact != "frictional":
+        raise ValueError(f"the oracle has no integrated ball law: {physics.ball_impact}")
+    if cushioned and physics.cushion == "mathavan2010":
+        raise ValueError("the oracle has no integrated cushion law: mathavan2010")
+    if physics.air_drag > 0.0 or physics.airborne:
+        raise ValueError("the oracle knows no air and no flight")
+
+
+def _run(
+    scene: Scene,
+    max_ball_collisions: int | None,
+    max_events: int | None,
+    chance: random.Random | None,
+) -> OracleRun:
+    laws = _laws_of(scene)
+    bodies = _bodies_of(scene, laws)
+    if chance is not None:
+        laws = _nudged_laws(laws, chance)
+        bodies = [_nudged_body(_nudged_constants(b, chance), mpf(0), laws, chance) for b in bodies]
     t_max = mp.inf if scene.t_max is None else mpf(scene.t_max)
-    t, events, ball_collisions = mpf(0), [], 0
-    while ball_collisions != max_ball_collisions:
-        event = _next_event(scene, bodies, deceleration, t_max - t)
+    t, ball_collisions = mpf(0), 0
+    events: list[OracleEvent] = []
+    moments = [(t, bodies)]
+    while ball_collisions != max_ball_collisions and len(events) != max_events:
+        event = _next_event(scene, bodies, t_max - t)
         if event is None:
-            if t_max < mp.inf and any(_norm(body.velocity) > 0 for body in bodies):
-                _advance(bodies, deceleration, t_max - t)
-                t = t_max
-            break
-        _advance(bodies, deceleration, event.t)
+            rested = all(b.phase is Phase.RESTING for b in bodies)
+            spun_out = t + max((abs(b.spin[2]) / b.spinning for b in bodies if b.spins), default=0)
+            rested = rested and spun_out <= t_max
+            end = spun_out if rested else t_max
+            moments.append((end, [advanced(body, end - t) for body in bodies]))
+            return OracleRun(events, moments, end, rested, True)
         t += event.t
-        _resolve(scene, bodies, event)
+        bodies = [advanced(body, event.t) for body in bodies]
+        if chance is not None:
+            for i in event.balls:
+                bodies[i] = _nudged_body(bodies[i], t, laws, chance)
+        _resolve(bodies, event, laws)
         events.append(OracleEvent(t, event.kind, event.a, event.b))
+        moments.append((t, list(bodies)))
         ball_collisions += event.kind is EventKind.BALL_BALL
-    return OracleRun(
-        events, [body.position for body in bodies], [body.velocity for body in bodies], t
+    return OracleRun(events, moments, t, False, False)
+
+
+def _laws_of(scene: Scene) -> Laws:
+    physics = scene.physics
+    mu = ALCIATORE if physics.ball_friction == "alciatore" else (physics.ball_friction, 0, 0)
+    mirror = physics.cushion == "mirror"
+    return Laws(
+        always_rolls=physics.motion == "rolling",
+        restitution=mpf(physics.ball_restitution),
+        friction=(mpf(mu[0]), mpf(mu[1]), mpf(mu[2])),
+        cushion=physics.cushion,
+        cushion_restitution=mpf(1 if mirror else physics.cushion_restitution),
+        cushion_tangential=mpf(1 if mirror else physics.cushion_tangential_restitution),
+        cushion_friction=mpf(physics.cushion_friction),
+        cushion_height=mpf(physics.cushion_height),
     )
 
 
-def _nudge(bodies: list[Body], chance: random.Random) -> None:
-    for body in bodies:
-        size = NUDGE * max(map(abs, (*body.position, body.radius)))
-        speed = NUDGE * _norm(body.velocity)
-        x, y = body.position
-        vx, vy = body.velocity
-        body.position = (x + size * chance.uniform(-1, 1), y + size * chance.uniform(-1, 1))
-        body.velocity = (vx + speed * chance.uniform(-1, 1), vy + speed * chance.uniform(-1, 1))
+def _bodies_of(scene: Scene, laws: Laws) -> list[Body]:
+    gravity = mpf(scene.physics.gravity)
+    bodies = []
+    for i, ball in enumerate(scene.balls):
+        x, y, vx, vy = map(mpf, (*ball.position[:2], *ball.velocity[:2]))
+        wx, wy, wz = map(mpf, ball.angular_velocity or (0, 0, 0))
+        body = Body(
+            position=(x, y, mpf(0)),
+            velocity=(vx, vy, mpf(0)),
+            spin=(wx, wy, wz),
+            radius=mpf(ball.radius),
+            mass=mpf(ball.mass),
+            rolling=mpf(float(scene.rolling_frictions[i])) * gravity,
+            sliding=mpf(float(scene.sliding_frictions[i])) * gravity,
+            spinning=mpf(float(scene.spinning_friction_rates[i])),
+        )
+        bodies.append(settled(body, laws.always_rolls or bool(scene.rolls[i])))
+    return bodies
 
 
-def _next_event(
-    scene: Scene, bodies: list[Body], deceleration: Any, remaining: Any
-) -> OracleEvent | None:
+def _next_event(scene: Scene, bodies: list[Body], remaining: Any) -> OracleEvent | None:
     """First event after now, its `t` counted from now, or None where none comes in time."""
     found: OracleEvent | None = None
     horizon = remaining  # nothing later than the earliest event found so far matters
     for i, body in enumerate(bodies):
-        speed = _norm(body.velocity)
-        if deceleration > 0 and speed > 0 and speed / deceleration < horizon:
-            horizon = speed / deceleration
-            found = OracleEvent(horizon, EventKind.ROLL_TO_REST, i, -1)
+        if time_left(body) < horizon:
+            horizon = time_left(body)
+            stops = norm(next_phase(body).velocity) == 0
+            kind = EventKind.ROLL_TO_REST if stops else EventKind.SLIDE_TO_ROLL
+            found = OracleEvent(horizon, kind, i, -1)
     for i, body in enumerate(bodies):
         for index, name in enumerate(CUSHIONS):
-            if scene.table is None or name not in scene.table.cushions or not any(body.velocity):
+            if scene.table is None or name not in scene.table.cushions:
                 continue
-            time = _time_to_cushion(scene, body, deceleration, index, horizon)
+            time = _time_to_cushion(scene, body, index, horizon)
             if time is not None:
                 horizon, found = time, OracleEvent(time, EventKind.BALL_CUSHION, i, index)
     for i in range(len(bodies)):
         for j in range(i + 1, len(bodies)):
-            time = time_of_impact(bodies[i], bodies[j], deceleration, horizon)
+            time = _time_of_impact(bodies[i], bodies[j], horizon)
             if time is not None:
                 horizon, found = time, OracleEvent(time, EventKind.BALL_BALL, i, j)
     return found
 
 
-def _acceleration(body: Body, deceleration: Any) -> Vector:
-    speed = _norm(body.velocity)
-    if speed == 0:
-        return (mpf(0), mpf(0))
-    return (-deceleration * body.velocity[0] / speed, -deceleration * body.velocity[1] / speed)
-
-
-def _time_to_cushion(
-    scene: Scene, body: Body, deceleration: Any, index: int, horizon: Any
-) -> Any | None:
-    axis, far = divmod(index, 2)
+def _time_to_cushion(scene: Scene, body: Body, index: int, horizon: Any) -> Any | None:
+    """Time from now in [0, horizon) at which a body, left alone, comes to a cushion; or None."""
     assert scene.table is not None
-    side = mpf((scene.table.length, scene.table.width)[axis])
-    sign = -1 if far else 1  # the gap grows with sign * coordinate
-    gap = (side - body.position[axis] if far else body.position[axis]) - body.radius
-    acceleration = _acceleration(body, deceleration)[axis]
+    if body.phase is Phase.RESTING:
+        return None
+    side = SIDES[index]
+    nose = mpf((0, scene.table.length, 0, scene.table.width)[index])
+    gap = nose * (1 if index % 2 else -1) - dot(body.position, side) - body.radius
     return first_entry(
-        [gap, sign * body.velocity[axis], sign * acceleration / 2],
-        horizon,
+        [gap, -dot(body.velocity, side), -dot(acceleration(body), side) / 2], horizon
     )
 
 
-def time_of_impact(a: Body, b: Body, deceleration: Any, horizon: Any) -> Any | None:
-    """Time from now in [0, horizon) at which two balls, left alone, come to touch; or None."""
+def _time_of_impact(a: Body, b: Body, horizon: Any) -> Any | None:
+    """Time from now in [0, horizon) at which two bodies, left alone, come to touch; or None."""
+    if a.phase is Phase.RESTING and b.phase is Phase.RESTING:
+        return None
     reach = a.radius + b.radius
-    r = _minus(b.position, a.position)
-    v = _minus(b.velocity, a.velocity)
-    speeds = _norm(a.velocity) + _norm(b.velocity)
-    if speeds == 0 or _norm(r) - reach > speeds * horizon:
+    r = minus(b.position, a.position)
+    v = minus(b.velocity, a.velocity)
+    half = scaled(mpf(1) / 2, minus(acceleration(b), acceleration(a)))
+    if norm(r) - reach > horizon * (norm(v) + horizon * norm(half)):
         return None  # too far apart to meet, even heading straight at each other
-    half = tuple(
-        c / 2 for c in _minus(_acceleration(b, deceleration), _acceleration(a, deceleration))
-    )
     return first_entry(
         [
-            _dot(r, r) - reach**2,
-            2 * _dot(r, v),
-            _dot(v, v) + 2 * _dot(r, half),
-            2 * _dot(v, half),
-            _dot(half, half),
+            dot(r, r) - reach**2,
+            2 * dot(r, v),
+            dot(v, v) + 2 * dot(r, half),
+            2 * dot(v, half),
+            dot(half, half),
         ],
         horizon,
     )
 
 
-def first_entry(gap: Polynomial, horizon: Any) -> Any | None:
-    """Time in [0, horizon) at which `gap` goes from positive to negative, first; or None.
-
-    Touching (or overlapping by rounding) and approaching is an entry now; touching and receding
-    isn't, nor is touching without approach.
-    """
-    if gap[0] <= 0 and gap[1] < 0:
-        return mpf(0)
-    points = [mpf(0), *_sign_changes(_derivative(gap), horizon), horizon]
-    for low, high in pairwise(points):
-        if _value(gap, low) > 0 > _value(gap, high):
-            return _root_between(gap, low, high)
-    return None
-
-
-def _sign_changes(p: Polynomial, horizon: Any) -> list[Any]:
-    """Every point in (0, horizon) where `p` changes sign, in order.
-
-    Between two neighbouring sign changes of the derivative p is monotone: it has one root or none.
-    """
-    if len(p) <= 1:
-        return []
-    points = [mpf(0), *_sign_changes(_derivative(p), horizon), horizon]
-    roots = []
-    for low, high in pairwise(points):
-        at_low, at_high = _value(p, low), _value(p, high)
-        if at_low * at_high < 0:
-            roots.append(_root_between(p, low, high))
-        elif at_low == 0 and low > 0:
-            roots.append(low)
-    return roots
-
-
-def _root_between(p: Polynomial, low: Any, high: Any) -> Any:
-    """Root of `p`, monotone from `low` to `high`: 64 halvings, then Newton doubles the digits."""
-    rising = _value(p, high) > 0
-    for _ in range(64):
-        middle = (low + high) / 2
-        if (_value(p, middle) > 0) == rising:
-            high = middle
-        else:
-            low = middle
-    t, slope = (low + high) / 2, _derivative(p)
-    for _ in range(4):
-        # Never out of the bracket: a nearly double root keeps the bisected digits.
-        t = min(max(t - _value(p, t) / (_value(slope, t) or mpf(1)), low), high)
-    return t
-
-
-def _resolve(scene: Scene, bodies: list[Body], event: OracleEvent) -> None:
-    if event.kind is EventKind.ROLL_TO_REST:
-        bodies[event.a].velocity = (mpf(0), mpf(0))
+def _resolve(bodies: list[Body], event: OracleEvent, laws: Laws) -> None:
+    """Change the bodies as the event does, in place."""
+    if event.kind is EventKind.BALL_BALL:
+        bodies[event.a], bodies[event.b] = collided(bodies[event.a], bodies[event.b], laws)
     elif event.kind is EventKind.BALL_CUSHION:
-        mirror = scene.physics.cushion == "mirror"
-        e_n = mpf(1) if mirror else mpf(scene.physics.cushion_restitution)
-        e_t = mpf(1) if mirror else mpf(scene.physics.cushion_tangential_restitution)
-        factors = (-e_n, e_t) if event.b < 2 else (e_t, -e_n)
-        vx, vy = bodies[event.a].velocity
-        bodies[event.a].velocity = (factors[0] * vx, factors[1] * vy)
+        bodies[event.a] = bounced(bodies[event.a], SIDES[event.b], laws)
     else:
-        a, b = bodies[event.a], bodies[event.b]
-        r = _minus(b.position, a.position)
-        distance = _norm(r)
-        normal = (r[0] / distance, r[1] / distance)
-        approach_speed = -_dot(_minus(b.velocity, a.velocity), normal)
-        reduced_mass = a.mass * b.mass / (a.mass + b.mass)
-        impulse = (1 + mpf(scene.physics.ball_restitution)) * reduced_mass * approach_speed
-        a.velocity = _plus(a.velocity, -impulse / a.mass, normal)
-        b.velocity = _plus(b.velocity, impulse / b.mass, normal)
+        bodies[event.a] = next_phase(bodies[event.a])
 
 
-def _advance(bodies: list[Body], deceleration: Any, dt: Any) -> None:
-    for body in bodies:
-        acceleration = _acceleration(body, deceleration)
-        body.position = _plus(body.position, dt, body.velocity)
-        body.position = _plus(body.position, dt**2 / 2, acceleration)
-        body.velocity = _plus(body.velocity, dt, acceleration)
+# -- nudges --------------------------------------------------------------------------------------
 
 
-def _derivative(p: Polynomial) -> Polynomial:
-    return [k * c for k, c in enumerate(p)][1:]
+def _nudged(value: Any, chance: random.Random) -> Any:
+    return value * (1 + NUDGE * chance.uniform(-1, 1))
 
 
-def _value(p: Polynomial, t: Any) -> Any:
-    value = mpf(0)
-    for c in reversed(p):
-        value = value * t + c
-    return value
+def _nudged_laws(laws: Laws, chance: random.Random) -> Laws:
+    numbers = {
+        field.name: _nudged(getattr(laws, field.name), chance)
+        for field in fields(laws)
+        if isinstance(getattr(laws, field.name), mpf)
+    }
+    a, b, c = laws.friction
+    friction = (_nudged(a, chance), _nudged(b, chance), _nudged(c, chance))
+    return replace(laws, friction=friction, **numbers)
 
 
-def _plus(a: Vector, factor: Any, b: Vector) -> Vector:
-    return (a[0] + factor * b[0], a[1] + factor * b[1])
+def _nudged_constants(body: Body, chance: random.Random) -> Body:
+    names = ("radius", "mass", "rolling", "sliding", "spinning")
+    return replace(body, **{name: _nudged(getattr(body, name), chance) for name in names})
 
 
-def _minus(a: Vector, b: Vector) -> Vector:
-    return (a[0] - b[0], a[1] - b[1])
+def _nudged_body(body: Body, t: Any, laws: Laws, chance: random.Random) -> Body:
+    """Return the body with its state moved as rounding, also that of a clock at `t`, moves it."""
+    speed = norm(body.velocity)
+    place = max(*map(abs, body.position), body.radius) + t * speed
+    velocity = _moved(body.velocity, speed + t * norm(acceleration(body)), chance)
+    spin = _moved(body.spin, norm(body.spin), chance)
+    vertical = _nudged(body.spin[2], chance)
+    nudged = replace(
+        body,
+        position=_moved(body.position, place, chance),
+        velocity=velocity,
+        spin=(spin[0], spin[1], vertical),
+    )
+    if body.phase is Phase.SLIDING:
+        return settled(nudged, laws.always_rolls)
+    tied = rolling_spin(velocity, body.radius, vertical)
+    return replace(nudged, spin=tied, phase=rolling_or_resting(velocity))
 
 
-def _dot(a: Vector, b: Vector) -> Any:
-    return a[0] * b[0] + a[1] * b[1]
-
-
-def _norm(a: Vector) -> Any:
-    return mp.sqrt(_dot(a, a))
+def _moved(vector: Vector, size: Any, chance: random.Random) -> Vector:
+    """Return a vector of the plane moved by a random part of `NUDGE` times `size`."""
+    return (
+        vector[0] + NUDGE * size * chance.uniform(-1, 1),
+        vector[1] + NUDGE * size * chance.uniform(-1, 1),
+        vector[2],
+    )

@@ -69,7 +69,8 @@ def random_shot(seed: int, n: int, *, table: Table | None = POOL_TABLE, **physic
 def rack(n: int, apex: tuple[float, float], gap: float) -> list[dict[str, Any]]:
     """Return n balls in a triangle that opens along +x, neighbours `gap` [m] apart."""
     spacing = 2 * R + gap
-    balls, row = [], 0
+    balls: list[dict[str, Any]] = []
+    row = 0
     while len(balls) < n:
         for k in range(min(row + 1, n - len(balls))):
             x = apex[0] + row * spacing * math.sqrt(3) / 2
@@ -92,3 +93,100 @@ def random_break(seed: int, *, n: int = 16, e: float = 1.0, **physics: Any) -> S
         ball_restitution=e,
         **physics,
     )
+
+
+def random_cloth_shot(seed: int, n: int | None = None) -> Scene:
+    """Return a shot with the whole game on the cloth: n balls (2 to 5), all else from the seed.
+
+    Balls slide or roll, with spin about any axis; a third of them have a cloth of their own. Radii
+    stay within a quarter of a pool ball's, so that one height of nose suits them all. Nine shots
+    in ten aim the first ball at another.
+    """
+    chance = random.Random(f"cloth {seed}")
+    n = chance.randint(2, 5) if n is None else n
+    small = Table(length=0.9, width=0.7)
+    table = chance.choice((POOL_TABLE, small, small, None))
+    physics = _random_physics(chance)
+    alike = chance.random() < 0.5
+    balls: list[dict[str, Any]] = []
+    while len(balls) < n:
+        one = _random_place(chance, alike, table or small)
+        if all(_apart(one, other) > 0.01 * one["radius"] for other in balls):
+            balls.append(one)
+    for i, one in enumerate(balls):
+        target = chance.choice(balls[1:]) if i == 0 and chance.random() < 0.75 else None
+        one.update(_random_motion(chance, one, target, always=i == 0))
+        if chance.random() < 1 / 3:
+            one["rolling_friction"] = chance.uniform(0.005, 0.03)
+            one["sliding_friction"] = chance.uniform(0.1, 0.5)
+            one["spinning_friction_rate"] = chance.uniform(2.0, 20.0)
+    return scene_of(*balls, table=table, **physics)
+
+
+def _random_physics(chance: random.Random) -> dict[str, Any]:
+    """Return coefficients and laws; one shot in six has a cloth without one of its frictions.
+
+    A cloth without sliding friction has no mirrors: after two of them a ball that rolled would roll
+    again but for rounding, and slide for ever with it.
+    """
+    frictions = ("rolling_friction", "sliding_friction", "spinning_friction_rate")
+    without = chance.choice(frictions) if chance.random() < 1 / 6 else None
+    cushions = ("restitution", "frictional", "han2005", "han2005", "mirror")
+    cushion = chance.choice(cushions[:4] if without == "sliding_friction" else cushions)
+    physics: dict[str, Any] = {
+        "motion": "sliding",
+        "rolling_friction": chance.uniform(0.005, 0.02),
+        "sliding_friction": chance.uniform(0.15, 0.4),
+        "spinning_friction_rate": chance.uniform(5.0, 15.0),
+        "ball_restitution": chance.choice((1.0, chance.uniform(0.85, 0.99))),
+        "ball_friction": chance.choice((0.0, "alciatore", chance.uniform(0.01, 0.2))),
+        "cushion": cushion,
+    }
+    if cushion != "mirror":
+        physics["cushion_restitution"] = chance.uniform(0.6, 0.95)
+    if cushion == "restitution":
+        physics["cushion_tangential_restitution"] = chance.uniform(0.7, 1.0)
+    if cushion in ("frictional", "han2005"):
+        physics["cushion_friction"] = chance.uniform(0.05, 0.4)
+    if cushion == "han2005":
+        physics["cushion_height"] = chance.uniform(1.0, 1.4) * R
+    if without is not None:
+        physics[without] = 0.0
+        physics["t_max"] = chance.uniform(0.5, 2.0)
+    return physics
+
+
+def _random_place(chance: random.Random, alike: bool, table: Table) -> dict[str, Any]:
+    radius = R if alike else chance.uniform(0.8, 1.25) * R
+    mass = 0.170097 if alike else 0.170097 * chance.uniform(0.5, 2.0)
+    place = (
+        chance.uniform(1.01 * radius, table.length - 1.01 * radius),
+        chance.uniform(1.01 * radius, table.width - 1.01 * radius),
+    )
+    return ball(place, radius=radius, mass=mass)
+
+
+def _apart(one: dict[str, Any], other: dict[str, Any]) -> float:
+    """Gap between two balls [m]."""
+    reach: float = one["radius"] + other["radius"]
+    return math.dist(one["position"], other["position"]) - reach
+
+
+def _random_motion(
+    chance: random.Random, one: dict[str, Any], target: dict[str, Any] | None, always: bool
+) -> dict[str, Any]:
+    """Return velocity and spin of a ball: at rest, or up to 3 m/s; at the target where it has one.
+
+    Two balls in five have no angular velocity: they roll, or rest.
+    """
+    fields: dict[str, Any] = {}
+    if always or chance.random() < 0.4:
+        speed, angle = chance.uniform(0.2, 3.0), chance.uniform(0.0, 2 * math.pi)
+        if target is not None:
+            (x, y), (to_x, to_y) = one["position"], target["position"]
+            width = (one["radius"] + target["radius"]) / math.dist((x, y), (to_x, to_y))
+            angle = math.atan2(to_y - y, to_x - x) + chance.uniform(-width, width)
+        fields["velocity"] = (speed * math.cos(angle), speed * math.sin(angle))
+    if chance.random() < 0.6:
+        fields["angular_velocity"] = tuple(chance.uniform(-80.0, 80.0) for _ in range(3))
+    return fields

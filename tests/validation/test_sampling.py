@@ -5,9 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine import Ball, Scene, simulate
+from engine import Ball, Physics, Scene, simulate
+from engine.trajectory import Phase
 from reference_adapters import make_engine
-from validation.sampling import MAX_TIMES, deepest_overlap, motion_of, union_times
+from validation.sampling import (
+    MAX_TIMES,
+    PATH_DEVIATION,
+    deepest_overlap,
+    motion_of,
+    union_times,
+)
 
 
 def test_the_grid_and_the_events_are_united() -> None:
@@ -83,3 +90,36 @@ def test_a_stored_motion_holds_every_event() -> None:
     assert motion.energy_translation[0] == pytest.approx(0.5 * 0.170097, rel=1e-14)
     # The contact itself is a sample, so a ball that went through another would be seen here.
     assert deepest_overlap(result) < 1e-15
+
+
+def test_a_stored_motion_tells_sliding_from_rolling_and_bends_where_the_path_does() -> None:
+    # Spinning out takes a minute: on the uniform grid alone the slide would be a few long chords.
+    masse = Scene(
+        name="masse",
+        physics=Physics(motion="sliding"),
+        balls=[
+            Ball(
+                id="cue",
+                position=(0.0, 0.0),
+                velocity=(2.0, 0.0),
+                angular_velocity=(-90.0, -40.0, 600.0),
+            )
+        ],
+    )
+    result = simulate(masse, record="trajectory")
+    motion = motion_of(result)
+    assert motion.phases is not None
+    assert motion.phases.tolist() == result.phases(motion.times).tolist()
+    slides = motion.times[motion.phases[:, 0] == Phase.SLIDING]
+    assert slides[0] == 0.0
+    middles = result.sample((motion.times[1:] + motion.times[:-1]) / 2).positions[:, 0]
+    chords = (motion.positions[1:, 0] + motion.positions[:-1, 0]) / 2
+    assert (
+        np.max(np.linalg.norm((middles - chords)[:, :2], axis=1)[: len(slides)]) <= PATH_DEVIATION
+    )
+
+
+def test_frames_are_stored_without_phases() -> None:
+    scene = Scene(name="roll", balls=[Ball(id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0))])
+    result = make_engine("paper-discrete").simulate(scene, record="trajectory")
+    assert motion_of(result).phases is None

@@ -44,7 +44,9 @@ def motion(seed: int = 0) -> Motion:
     rng = np.random.default_rng(seed)
     events = np.array([(0.1 + 0.2, 0, 0, 1), (1.0, 3, 1, -1)], dtype=EVENT_DTYPE)
     states = [rng.normal(size=(4, 2, 3)) for _ in range(3)]
-    return Motion(events, np.linspace(0, 1, 4), *states, *(rng.normal(size=4) for _ in range(3)))
+    energies = [rng.normal(size=4) for _ in range(3)]
+    phases = rng.integers(0, 3, size=(4, 2), dtype=np.int8)
+    return Motion(events, np.linspace(0, 1, 4), *states, *energies, phases)
 
 
 def written(path: Path, *records: CaseRecord, finish: bool = True) -> ResultsWriter:
@@ -149,6 +151,19 @@ def test_labels_that_look_alike_in_a_file_name_keep_their_own_motion(tmp_path: P
     assert second is not None
     assert np.array_equal(first.positions, motion(1).positions)
     assert np.array_equal(second.positions, motion(2).positions)
+
+
+def test_a_motion_without_phases_reads_back(tmp_path: Path) -> None:
+    # As engines that record frames store it, and versions that knew no phases did.
+    writer = ResultsWriter(tmp_path)
+    writer.begin(ENVIRONMENT)
+    writer.write(record(), replace(motion(), phases=None))
+    writer.finish("complete")
+    folder = ResultsFolder.load(tmp_path)
+    read = folder.motion(folder.cases[0])
+    assert read is not None
+    assert read.phases is None
+    assert np.array_equal(read.positions, motion().positions)
 
 
 def test_a_case_without_motion_has_none(tmp_path: Path) -> None:

@@ -7,8 +7,9 @@ of its collisions stated by hand and checked. `FORMS` holds one solver for each 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from mpmath import mp, mpf
@@ -20,10 +21,11 @@ from validation.closed_forms._forms import FORMS, Form
 from validation.closed_forms._setup import (
     DIGITS,
     Collision,
+    Key,
     OrderError,
     Outcome,
     Vector,
-    inputs_of,
+    numbers_of,
     setup_of,
 )
 
@@ -64,6 +66,7 @@ class ClosedForm:
     rest_time_conditioning: float
 
 
+@lru_cache(maxsize=64)  # a scene's truth is asked for more than once; many balls take seconds
 def closed_form(scene: Scene) -> ClosedForm | None:
     """Return the closed form of `scene`, or None where it has none.
 
@@ -74,12 +77,12 @@ def closed_form(scene: Scene) -> ClosedForm | None:
     if form is None or not _is_for(form, scene):
         return None
     with mp.workdps(DIGITS):
-        inputs = [mp.mpf(value) for value in inputs_of(scene)]
+        numbers = numbers_of(scene)
         try:
-            exact = form.solve(setup_of(scene, inputs, verify=True))
+            exact = form.solve(setup_of(scene, numbers, verify=True))
         except OrderError:
             return None
-        conditioning, rest_time_conditioning = _conditioning(scene, form, inputs, exact)
+        conditioning, rest_time_conditioning = _conditioning(scene, form, numbers, exact)
     counts = Counter(kind for kind, _, _ in exact.collisions)
     return ClosedForm(
         exact.positions,
@@ -93,28 +96,31 @@ def closed_form(scene: Scene) -> ClosedForm | None:
 
 
 def _is_for(form: Form, scene: Scene) -> bool:
+    """Whether the scene's physics is among what the forms' impacts and motions cover."""
     physics = scene.physics
+    cushions = scene.table is not None and bool(scene.table.cushions)
+    rubs = physics.ball_friction != 0.0 or physics.cushion in ("frictional", "han2005")
     return (
         physics.motion == form.motion
-        and physics.cushion in ("mirror", "restitution")
-        and physics.ball_friction == 0.0
+        and (physics.motion == "sliding" or not rubs)
+        and (physics.ball_impact == "frictional" or len(scene.balls) == 1)
+        and (physics.cushion != "mathavan2010" or not cushions)
         and physics.air_drag == 0.0
         and not physics.airborne
-        and not scene.angular_velocities[:, 2].any()
     )
 
 
 def _conditioning(
-    scene: Scene, form: Form, inputs: Sequence[mpf], exact: Outcome
+    scene: Scene, form: Form, numbers: Mapping[Key, mpf], exact: Outcome
 ) -> tuple[NDArray[np.float64], float]:
-    """Sum |d outcome / d x| |x| over the inputs, each by one relative nudge of 1e-25."""
+    """Sum |d outcome / d x| |x| over the scene's numbers, each by one relative nudge of 1e-25."""
     nudge = mp.mpf(10) ** (-DIGITS // 2)
     positions = [mp.mpf(0) for _ in exact.positions]
     time = mp.mpf(0)
-    for i, value in enumerate(inputs):
+    for key, value in numbers.items():
         if value == 0:
             continue
-        nudged = [*inputs[:i], value * (1 + nudge), *inputs[i + 1 :]]
+        nudged = {**numbers, key: value * (1 + nudge)}
         moved = form.solve(setup_of(scene, nudged, verify=False))
         for ball, (there, here) in enumerate(zip(moved.positions, exact.positions, strict=True)):
             positions[ball] += mp.hypot(there[0] - here[0], there[1] - here[1]) / nudge

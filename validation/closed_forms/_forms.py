@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import lru_cache
+from itertools import combinations
 from typing import Literal, NamedTuple
 
-from mpmath import mp
+from mpmath import mpf
 
-from validation.closed_forms._setup import Collision, OrderError, Outcome, Setup, Vector
-from validation.closed_forms._shot import Shot, along, length_of, rolled
+from validation.closed_forms._contacts import hit_on_two, pushed_along, wedged
+from validation.closed_forms._setup import OrderError, Outcome, Setup
+from validation.closed_forms._shot import Shot
+from validation.closed_forms._unfolding import unfolded_bounces, unfolded_masses
 
 
 class Form(NamedTuple):
@@ -18,13 +23,13 @@ class Form(NamedTuple):
     motion: Literal["rolling", "sliding"] = "rolling"
 
 
-def _roll_out(setup: Setup) -> Outcome:
-    """One ball that meets nothing: s = v^2 / (2 mu g), t = v / (mu g)."""
+def _undisturbed(setup: Setup) -> Outcome:
+    """Balls that meet nothing: each slides, rolls v^2 / (2 mu g) and rests."""
     return Shot(setup).end()
 
 
 def _one_hit(setup: Setup) -> Outcome:
-    """Let balls 0 and 1 collide once; then both roll out: v^2 / (2 mu g) each."""
+    """Let balls 0 and 1 collide once; then both come to rest."""
     return Shot(setup).hit(0, 1).end()
 
 
@@ -33,138 +38,95 @@ def _chain(setup: Setup) -> Outcome:
     return Shot(setup).hit(0, 1).hit(1, 2).end()
 
 
+def _hit_of_the_last(setup: Setup) -> Outcome:
+    """Let the first ball pass the second and hit the third."""
+    return Shot(setup).hit(0, 2).end()
+
+
 def _bounce_right(setup: Setup) -> Outcome:
     """One bounce from the right cushion by the law of the scene."""
     return Shot(setup).bounce(0, "right").end()
 
 
-def _unfolded(setup: Setup) -> Outcome:
-    """One ball on a table that mirrors, by unfolding: its path is straight in mirrored tables.
+def _squeezed_out(setup: Setup) -> Outcome:
+    """Let the first ball hit the second, which lies on the left cushion, bounces, and hits back."""
+    return Shot(setup).hit(0, 1).bounce(1, "left").hit(0, 1).end()
 
-    The ball's centre moves in a box of (length - 2R) by (width - 2R). Reflecting the box instead
-    of the ball makes the path one straight line of v^2 / (2 mu g); folding its end back gives the
-    rest position and the number of box sides that it crosses gives the bounces.
+
+class _Pair(NamedTuple):
+    """Two balls that collide once: when, how they end, and a box around their paths and radii."""
+
+    contact: mpf
+    outcome: Outcome
+    low: tuple[mpf, mpf]
+    high: tuple[mpf, mpf]
+
+
+def _pairs_apart(setup: Setup) -> Outcome:
+    """Many shots on one cloth: balls 0 and 1, balls 2 and 3, ... each pair collides once.
+
+    No pair comes into the box around another's paths, so that each is a shot of its own.
     """
-    (position,), (velocity,), (radius,) = setup.positions, setup.velocities, setup.radii
-    if setup.length is None or setup.width is None or len(setup.cushions) != 4:
-        raise OrderError("unfolding needs four cushions")
-    if setup.verify and (setup.cushion_restitution, setup.cushion_tangential_restitution) != (1, 1):
-        raise OrderError("unfolding needs cushions that mirror")
-    speed, deceleration = length_of(velocity), setup.deceleration
-    end, _ = rolled(position, velocity, deceleration, speed / deceleration)
-    sides = (("left", "right"), ("bottom", "top"))
-    rest, crossings = [], []
-    for axis, extent in enumerate((setup.length, setup.width)):
-        box = extent - 2 * radius
-        cell = int(mp.floor((end[axis] - radius) / box))
-        inside = end[axis] - radius - cell * box
-        rest.append(radius + (inside if cell % 2 == 0 else box - inside))
-        # The side between cells k - 1 and k is the low one where k is even.
-        edges = range(1, cell + 1) if cell > 0 else range(0, cell, -1)
-        for edge in edges:
-            ahead = (radius + edge * box - position[axis]) * speed / velocity[axis]
-            crossings.append((ahead, sides[axis][edge % 2]))
-    crossings.sort()
-    collisions: tuple[Collision, ...] = tuple(("ball-cushion", 0, side) for _, side in crossings)
-    zero = mp.mpf(0)
-    return Outcome(((rest[0], rest[1]),), ((zero, zero),), speed / deceleration, collisions)
-
-
-def _slide_then_roll(setup: Setup) -> Outcome:
-    """One ball that slides until it rolls, then rolls to rest, meeting nothing.
-
-    Slip u = v + w x (-R z). Sliding friction acts against it and never turns it, so the path is a
-    parabola for T = 2 |u0| / (7 mu_s g), ends with v = v0 - (2/7) u0, and a straight line follows
-    (Coriolis 1835; Alciatore TP A.4). A stun shot leaves at 5/7 v after 12 v^2 / (49 mu_s g).
-    """
-    (position,), (velocity,), (spin,), (radius,) = (
-        setup.positions,
-        setup.velocities,
-        setup.spins,
-        setup.radii,
-    )
-    slip = (velocity[0] - radius * spin[1], velocity[1] + radius * spin[0])
-    friction = setup.sliding_friction * setup.gravity
-    slide_time = 2 * length_of(slip) / (7 * friction)
-    position = along(position, slide_time, velocity)
-    position = along(position, -friction * slide_time**2 / (2 * length_of(slip)), slip)
-    velocity = along(velocity, mp.mpf(-2) / 7, slip)
-    roll_time = length_of(velocity) / setup.deceleration
-    position, velocity = rolled(position, velocity, setup.deceleration, roll_time)
-    if setup.verify:
-        _make_sure_inside(setup, position)
-    return Outcome((position,), (velocity,), slide_time + roll_time, ())
-
-
-def _make_sure_inside(setup: Setup, position: Vector) -> None:
-    if setup.length is None:
-        return
-    radius = setup.radii[0]
-    for value, extent in zip(position, (setup.length, setup.width), strict=True):
-        if not radius < value < extent - radius:
-            raise OrderError("the ball reaches a cushion")
-
-
-def _galperin(setup: Setup) -> Outcome:
-    """Two balls and one cushion, without friction, by unfolding their configuration space.
-
-    Galperin 2003, Regular and Chaotic Dynamics 8(4) 375. Let q1 be the small ball's gap to the
-    left cushion and q2 the large ball's gap to where both would be pressed together. In the plane
-    (X, Y) = (sqrt(M) q2, sqrt(m) q1) the energy is that of one free point, and 0 <= q1 <= q2 is a
-    wedge of angle theta = atan(sqrt(m / M)). Unfolded, the point moves on a straight line; it
-    crosses the angle k theta at the k-th collision (odd: ball-ball, even: cushion), so their
-    number is the number of multiples of theta between its first and its last angle. With M coming
-    in and m at rest that is ceil(pi / theta) - 1: 3, 31, 314 ... for M / m = 100^k.
-
-    Both centres lie on one line across the cushion, and stay there in any arithmetic, for the
-    normal's other component is exactly 0. So a nudge of one ball off the line, which thousands of
-    collisions would blow up, is no part of the conditioning: each ball keeps its own y.
-    """
-    (small, large), (v_small, v_large) = setup.positions, setup.velocities
-    reach = setup.radii[0] + setup.radii[1]
-    q1 = small[0] - setup.radii[0]
-    q2 = large[0] - setup.radii[0] - reach
-    if setup.verify and (small[1] != large[1] or v_small[1] != 0 or v_large[1] != 0):
-        raise OrderError("the balls must move on one line across the cushion")
-    weights = (mp.sqrt(setup.masses[1]), mp.sqrt(setup.masses[0]))
-    if setup.t_max is None or setup.rolling_friction != 0 or setup.cushions != ("left",):
-        raise OrderError("needs t_max, no rolling friction and the left cushion alone")
-    if setup.verify and (setup.ball_restitution, setup.cushion_restitution) != (1, 1):
-        raise OrderError("needs elastic collisions")
-    start = (weights[0] * q2, weights[1] * q1)
-    motion = (weights[0] * v_large[0], weights[1] * v_small[0])
-    theta = mp.atan2(weights[1], weights[0])
-    point = along(start, setup.t_max, motion)
-    angle = mp.atan2(point[1], point[0])
-    count = int(mp.floor(angle / theta))
-    if angle < mp.atan2(start[1], start[0]):
-        raise OrderError("the balls must close in on the cushion")
-    # Fold the angle and, by the same reflection, the motion.
-    direction = mp.atan2(motion[1], motion[0])
-    if count % 2 == 0:
-        angle, direction = angle - count * theta, direction - count * theta
-    else:
-        angle, direction = (count + 1) * theta - angle, (count + 1) * theta - direction
-    radius, speed = length_of(point), length_of(motion)
-    gaps = (radius * mp.cos(angle) / weights[0], radius * mp.sin(angle) / weights[1])
-    rates = (speed * mp.cos(direction) / weights[0], speed * mp.sin(direction) / weights[1])
-    zero = mp.mpf(0)
+    n = len(setup.positions)
+    if n % 2 or setup.cushions:
+        raise OrderError("needs pairs of balls on an unbounded cloth")
+    pairs = [_solve_pair(_part(setup, 2 * k)) for k in range(n // 2)]
+    if setup.verify and any(_overlap(a, b) for a, b in combinations(pairs, 2)):
+        raise OrderError("the pairs come too close to each other")
+    order = sorted(range(len(pairs)), key=lambda k: pairs[k].contact)
     return Outcome(
-        ((setup.radii[0] + gaps[1], small[1]), (setup.radii[0] + reach + gaps[0], large[1])),
-        ((rates[1], zero), (rates[0], zero)),
-        setup.t_max,
-        tuple(
-            ("ball-ball", 0, 1) if k % 2 == 1 else ("ball-cushion", 0, "left")
-            for k in range(1, count + 1)
-        ),
+        tuple(position for pair in pairs for position in pair.outcome.positions),
+        tuple(velocity for pair in pairs for velocity in pair.outcome.velocities),
+        max(pair.outcome.time for pair in pairs),
+        tuple(("ball-ball", 2 * k, 2 * k + 1) for k in order),
     )
+
+
+@lru_cache(maxsize=256)  # a nudge for the conditioning changes one pair, or all by one number
+def _solve_pair(setup: Setup) -> _Pair:
+    shot = Shot(setup).hit(0, 1)
+    contact, outcome, reach = shot.time, shot.end(), max(setup.radii)
+    if not setup.verify:
+        return _Pair(contact, outcome, (reach, reach), (reach, reach))
+    xs, ys = zip(*shot.hull, strict=True)
+    return _Pair(
+        contact,
+        outcome,
+        (min(xs) - reach, min(ys) - reach),
+        (max(xs) + reach, max(ys) + reach),
+    )
+
+
+def _part(setup: Setup, first: int) -> Setup:
+    """Return the setup of two neighbouring balls alone."""
+    pair = slice(first, first + 2)
+    return replace(
+        setup,
+        positions=setup.positions[pair],
+        velocities=setup.velocities[pair],
+        spins=setup.spins[pair],
+        rolls=setup.rolls[pair],
+        radii=setup.radii[pair],
+        masses=setup.masses[pair],
+        rolling_frictions=setup.rolling_frictions[pair],
+        sliding_frictions=setup.sliding_frictions[pair],
+        spin_decelerations=setup.spin_decelerations[pair],
+    )
+
+
+def _overlap(a: _Pair, b: _Pair) -> bool:
+    return all(a.low[axis] <= b.high[axis] and b.low[axis] <= a.high[axis] for axis in (0, 1))
 
 
 FORMS: Mapping[str, Form] = {
-    "stop": Form(_roll_out),
-    "wall-bounce": Form(_unfolded),
-    "corner-double-bounce": Form(_unfolded),
-    "around-the-table": Form(_unfolded),
+    "stop": Form(_undisturbed),
+    "roll-distance": Form(_undisturbed),
+    "wall-bounce": Form(unfolded_bounces),
+    "corner-double-bounce": Form(unfolded_bounces),
+    "corner-exact": Form(unfolded_bounces),
+    "around-the-table": Form(unfolded_bounces),
+    "rail-along": Form(_undisturbed),
+    "rail-into": Form(unfolded_bounces),
     "restitution-bounce": Form(_bounce_right),
     "head-on": Form(_one_hit),
     "half-ball-cut": Form(_one_hit),
@@ -178,8 +140,28 @@ FORMS: Mapping[str, Form] = {
     "restitution-head-on": Form(_one_hit),
     "restitution-cut": Form(_one_hit),
     "three-ball-chain": Form(_chain),
-    "sliding-stun": Form(_slide_then_roll, motion="sliding"),
-    "sliding-swerve": Form(_slide_then_roll, motion="sliding"),
-    **{f"galperin-{k}": Form(_galperin) for k in range(5)},
+    "three-ball-symmetric": Form(hit_on_two),
+    "frozen-to-cushion": Form(_squeezed_out),
+    "sliding-stun": Form(_undisturbed, motion="sliding"),
+    "sliding-swerve": Form(_undisturbed, motion="sliding"),
+    "stun-shot": Form(_one_hit, motion="sliding"),
+    "draw-shot": Form(_one_hit, motion="sliding"),
+    "follow-shot": Form(_one_hit, motion="sliding"),
+    "half-ball-rolling": Form(_one_hit, motion="sliding"),
+    "masse": Form(_hit_of_the_last, motion="sliding"),
+    "throw-slip": Form(_one_hit, motion="sliding"),
+    "throw-stick": Form(_one_hit, motion="sliding"),
+    "throw-alciatore": Form(_one_hit, motion="sliding"),
+    "gearing": Form(_one_hit, motion="sliding"),
+    "english-running": Form(_bounce_right, motion="sliding"),
+    "english-check": Form(_bounce_right, motion="sliding"),
+    "han-running": Form(_bounce_right, motion="sliding"),
+    "han-check": Form(_bounce_right, motion="sliding"),
+    "thirty-degree-rule": Form(_pairs_apart, motion="sliding"),
+    "throw-by-angle": Form(_pairs_apart, motion="sliding"),
+    "throw-by-spin": Form(_pairs_apart, motion="sliding"),
+    "push": Form(pushed_along, motion="sliding"),
+    "wedged": Form(wedged, motion="sliding"),
+    **{f"galperin-{k}": Form(unfolded_masses) for k in range(5)},
 }
 """Solvers by name of scene; `closed_form` applies them."""

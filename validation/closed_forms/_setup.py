@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from mpmath import mp, mpf
@@ -13,8 +13,22 @@ DIGITS = 50
 """Decimal digits of every closed form: a relative nudge of 1e-25 leaves 25 for the difference."""
 
 Vector = tuple[mpf, mpf]
+Spin = tuple[mpf, mpf, mpf]
+Key = tuple[str, *tuple[int, ...]]
+"""A number's name, then the ball and the axis where it has them."""
+
 Collision = tuple[str, int, int | str]
 """Kind label, first ball, second ball or name of the cushion: as in `simulate --json`."""
+
+_OF_THE_CLOTH = ("rolling_friction", "sliding_friction", "spinning_friction_rate")
+"""Coefficients that a ball may have of its own."""
+
+_OF_CUSHIONS = (
+    "cushion_restitution",
+    "cushion_tangential_restitution",
+    "cushion_friction",
+    "cushion_height",
+)
 
 
 class OrderError(Exception):
@@ -28,39 +42,54 @@ class Setup:
     Attributes
     ----------
     positions, velocities : tuple of (mpf, mpf) [m], [m/s]
-    spins : tuple of (mpf, mpf) [rad/s]
-        Horizontal angular velocities; used only where the balls slide.
+    spins : tuple of (mpf, mpf, mpf) [rad/s]
+        Angular velocities. Of a ball that rolls the first two mean nothing: its velocity says them.
+    rolls : tuple of bool
+        Which balls start rolling without slip.
     radii, masses : tuple of mpf [m], [kg]
-    gravity, rolling_friction, sliding_friction : mpf
-    ball_restitution, cushion_restitution, cushion_tangential_restitution : mpf
+    gravity : mpf [m/s^2]
+    rolling_frictions, sliding_frictions : tuple of mpf
+    spin_decelerations : tuple of mpf [rad/s^2]
+    ball_restitution : mpf
+    ball_friction : mpf or None
+        None: Alciatore's curve.
+    cushion : str
+        Name of the law; the four numbers that follow are 1 where it mirrors, or none is there.
+    cushion_restitution, cushion_tangential_restitution : mpf
+    cushion_friction : mpf
+    cushion_height : mpf [m]
     length, width : mpf [m], or None on an unbounded cloth
     cushions : tuple of str
     t_max : mpf or None [s]
+    slides : bool
+        Whether spin is a state of its own; else balls always roll.
     verify : bool
         Whether a form checks that no other collision comes before the stated one.
     """
 
     positions: tuple[Vector, ...]
     velocities: tuple[Vector, ...]
-    spins: tuple[Vector, ...]
+    spins: tuple[Spin, ...]
+    rolls: tuple[bool, ...]
     radii: tuple[mpf, ...]
     masses: tuple[mpf, ...]
     gravity: mpf
-    rolling_friction: mpf
-    sliding_friction: mpf
+    rolling_frictions: tuple[mpf, ...]
+    sliding_frictions: tuple[mpf, ...]
+    spin_decelerations: tuple[mpf, ...]
     ball_restitution: mpf
+    ball_friction: mpf | None
+    cushion: str
     cushion_restitution: mpf
     cushion_tangential_restitution: mpf
+    cushion_friction: mpf
+    cushion_height: mpf
     length: mpf | None
     width: mpf | None
     cushions: tuple[str, ...]
     t_max: mpf | None
+    slides: bool
     verify: bool
-
-    @property
-    def deceleration(self) -> mpf:
-        """Deceleration of a rolling ball, mu g [m/s^2]."""
-        return self.rolling_friction * self.gravity
 
 
 @dataclass(frozen=True)
@@ -80,56 +109,78 @@ class Outcome:
     collisions: tuple[Collision, ...]
 
 
-def inputs_of(scene: Scene) -> list[float]:
-    """Return every number that the outcome may depend on, in the order that `setup_of` reads."""
-    physics, table = scene.physics, scene.table
-    return [
-        *scene.positions[:, :2].ravel().tolist(),
-        *scene.velocities[:, :2].ravel().tolist(),
-        *scene.angular_velocities[:, :2].ravel().tolist(),
-        *scene.radii.tolist(),
-        *scene.masses.tolist(),
-        physics.gravity,
-        physics.rolling_friction,
-        physics.sliding_friction,
-        physics.ball_restitution,
-        physics.cushion_restitution,
-        physics.cushion_tangential_restitution,
-        *([] if table is None else [table.length, table.width]),
-    ]
+def numbers_of(scene: Scene) -> dict[Key, mpf]:
+    """Return every number of the scene that its outcome may depend on, exactly.
 
-
-def setup_of(scene: Scene, inputs: Sequence[mpf], *, verify: bool) -> Setup:
-    """Return the setup of `scene` with its numbers replaced by `inputs`.
-
-    `t_max` is no input: it says when to look, not how the balls move.
+    A number that several balls share is one number; a ball's own coefficient is another. The spin
+    of a ball that rolls is no number of its own. Nor is `t_max`: it says when to look, not how the
+    balls move.
     """
-    n = len(scene.balls)
-    values = iter(inputs)
+    physics, table = scene.physics, scene.table
+    slides = physics.motion == "sliding"
+    found: dict[Key, float] = {("gravity",): physics.gravity}
+    for i, (ball, rolls) in enumerate(zip(scene.balls, scene.rolls.tolist(), strict=True)):
+        found |= {("position", i, axis): ball.position[axis] for axis in (0, 1)}
+        found |= {("velocity", i, axis): ball.velocity[axis] for axis in (0, 1)}
+        found |= {("radius", i): ball.radius, ("mass", i): ball.mass}
+        if slides and ball.angular_velocity is not None:
+            axes = (2,) if rolls else (0, 1, 2)
+            found |= {("spin", i, axis): ball.angular_velocity[axis] for axis in axes}
+        own = {name: getattr(ball, name) for name in _OF_THE_CLOTH}
+        found |= {(name, i): value for name, value in own.items() if value is not None}
+    found |= {(name,): getattr(physics, name) for name in _OF_THE_CLOTH}
+    if len(scene.balls) > 1:
+        found["ball_restitution",] = physics.ball_restitution
+        if physics.ball_friction != "alciatore":
+            found["ball_friction",] = physics.ball_friction
+    if table is not None:
+        found |= {("length",): table.length, ("width",): table.width}
+        found |= {(name,): getattr(physics, name) for name in _OF_CUSHIONS}
+    return {key: mp.mpf(value) for key, value in found.items()}
 
-    def vectors() -> tuple[Vector, ...]:
-        return tuple((next(values), next(values)) for _ in range(n))
 
-    positions, velocities, spins = vectors(), vectors(), vectors()
-    radii = tuple(next(values) for _ in range(n))
-    masses = tuple(next(values) for _ in range(n))
-    gravity, rolling, sliding, ball_e, cushion_e, cushion_t = (next(values) for _ in range(6))
-    bounded = scene.table is not None
+def setup_of(scene: Scene, numbers: Mapping[Key, mpf], *, verify: bool) -> Setup:
+    """Return the setup of `scene` with its numbers replaced by `numbers`; see `numbers_of`."""
+    zero, one = mp.mpf(0), mp.mpf(1)
+    balls = range(len(scene.balls))
+    # A cushion that mirrors restores all, whatever the fields that it doesn't use say.
+    mirror = scene.physics.cushion == "mirror"
+
+    def vectors(name: str) -> tuple[Vector, ...]:
+        return tuple((numbers[name, i, 0], numbers[name, i, 1]) for i in balls)
+
+    def spin(i: int) -> Spin:
+        x, y, z = (numbers.get(("spin", i, axis), zero) for axis in range(3))
+        return x, y, z
+
+    def of_the_cloth(name: str) -> tuple[mpf, ...]:
+        return tuple(numbers.get((name, i), numbers[name,]) for i in balls)
+
+    def of_cushions(name: str) -> mpf:
+        return one if mirror else numbers.get((name,), one)
+
     return Setup(
-        positions,
-        velocities,
-        spins,
-        radii,
-        masses,
-        gravity,
-        rolling,
-        sliding,
-        ball_e,
-        cushion_e,
-        cushion_t,
-        length=next(values) if bounded else None,
-        width=next(values) if bounded else None,
+        positions=vectors("position"),
+        velocities=vectors("velocity"),
+        spins=tuple(spin(i) for i in balls),
+        rolls=tuple(scene.rolls.tolist()),
+        radii=tuple(numbers["radius", i] for i in balls),
+        masses=tuple(numbers["mass", i] for i in balls),
+        gravity=numbers["gravity",],
+        rolling_frictions=of_the_cloth("rolling_friction"),
+        sliding_frictions=of_the_cloth("sliding_friction"),
+        spin_decelerations=of_the_cloth("spinning_friction_rate"),
+        ball_restitution=numbers.get(("ball_restitution",), one),
+        ball_friction=numbers.get(("ball_friction",)),
+        cushion=scene.physics.cushion,
+        cushion_restitution=of_cushions("cushion_restitution"),
+        cushion_tangential_restitution=of_cushions("cushion_tangential_restitution"),
+        cushion_friction=of_cushions("cushion_friction"),
+        cushion_height=of_cushions("cushion_height"),
+        length=numbers.get(("length",)),
+        width=numbers.get(("width",)),
         cushions=() if scene.table is None else scene.table.cushions,
         t_max=None if scene.t_max is None else mp.mpf(scene.t_max),
+        slides=scene.physics.motion == "sliding",
         verify=verify,
     )

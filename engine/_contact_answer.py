@@ -1,0 +1,161 @@
+"""How a member of a pressed cluster answers to the forces on it, over one contact step.
+
+The cloth acts too. A member that rolls is given the friction with which it goes on rolling, so that
+it reacts with 7/5 of its mass, for as long as that is within the limit of sliding friction; beyond,
+and where it slides, that limit acts against the slip at mid-step.
+"""
+
+from __future__ import annotations
+
+import math
+
+from engine._geometry import contact_tolerance, negligible_hop
+from engine._jit import kernel
+from engine._motion import friction_against, slip, speed_of
+from engine._state import (
+    LOAD_X,
+    LOAD_Y,
+    MASS,
+    NEW_AX,
+    NEW_AY,
+    NEW_BX,
+    NEW_BY,
+    PHASE,
+    RADIUS,
+    ROLL,
+    ROLLING,
+    RUB_X,
+    RUB_Y,
+    SLIDE,
+    SLIPS,
+    TWIST_X,
+    TWIST_Y,
+    VX,
+    VY,
+    Balls,
+    Contacts,
+    Laws,
+)
+
+_TURN = 0.125
+"""Largest change in a step of the velocity that gives friction its direction, over its size."""
+
+
+@kernel
+def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: float) -> None:
+    """Set member k's accelerations from LOAD_* and TWIST_*, and the cloth's answer to them."""
+    mass = balls.state[MASS, k]
+    fx, fy = contacts.motion[LOAD_X, k] / mass, contacts.motion[LOAD_Y, k] / mass
+    if not laws.slides:
+        _roll(balls, contacts, k, duration, fx, fy)
+        return
+    radius = balls.state[RADIUS, k]
+    gx = 2.5 * contacts.motion[TWIST_X, k] / (mass * radius)
+    gy = 2.5 * contacts.motion[TWIST_Y, k] / (mass * radius)
+    ux, uy = slip(balls, k)
+    # Without the cloth the slip would change so [m/s^2]; its friction over the mass changes it by
+    # 7/2 of itself.
+    dux, duy = fx - radius * gy, fy + radius * gx
+    cx, cy = -(ux / duration + dux) / 3.5, -(uy / duration + duy) / 3.5
+    size = speed_of(cx, cy)
+    rolls = ux == 0.0 and uy == 0.0 and size <= balls.state[SLIDE, k]
+    contacts.motion[SLIPS, k] = 0.0 if rolls else 1.0
+    if rolls:
+        _roll(balls, contacts, k, duration, fx + cx, fy + cy)
+        contacts.motion[NEW_BX, k] = -contacts.motion[NEW_AY, k] / radius
+        contacts.motion[NEW_BY, k] = contacts.motion[NEW_AX, k] / radius
+        contacts.motion[RUB_X, k] = 0.0
+        contacts.motion[RUB_Y, k] = 0.0
+        return
+    if size > balls.state[SLIDE, k]:
+        mid_x = ux + 0.5 * duration * (dux + 3.5 * contacts.motion[RUB_X, k])
+        mid_y = uy + 0.5 * duration * (duy + 3.5 * contacts.motion[RUB_Y, k])
+        limit = balls.state[SLIDE, k]
+        if mid_x == 0.0 and mid_y == 0.0:
+            cx, cy = limit * (cx / size), limit * (cy / size)
+        else:
+            cx, cy = friction_against(mid_x, mid_y, limit)
+    contacts.motion[RUB_X, k] = cx
+    contacts.motion[RUB_Y, k] = cy
+    contacts.motion[NEW_AX, k] = fx + cx
+    contacts.motion[NEW_AY, k] = fy + cy
+    contacts.motion[NEW_BX, k] = gx + 2.5 * cy / radius
+    contacts.motion[NEW_BY, k] = gy - 2.5 * cx / radius
+
+
+@kernel
+def _roll(balls: Balls, contacts: Contacts, k: int, duration: float, fx: float, fy: float) -> None:
+    """Set the acceleration of a member that rolls or rests: what drives it, and rolling friction."""
+    vx, vy = balls.state[VX, k], balls.state[VY, k]
+    limit = balls.state[ROLL, k]
+    if stopping(balls, k):
+        # So slow, or at rest: the cloth brings it to rest by the end of the step if mu m g can,
+        # else it resists with that.
+        ux, uy = vx / duration + fx, vy / duration + fy
+        size = speed_of(ux, uy)
+        if size <= limit:
+            contacts.motion[NEW_AX, k] = -vx / duration
+            contacts.motion[NEW_AY, k] = -vy / duration
+        else:
+            contacts.motion[NEW_AX, k] = fx - limit * (ux / size)
+            contacts.motion[NEW_AY, k] = fy - limit * (uy / size)
+        return
+    mid_x = vx + 0.5 * duration * contacts.motion[NEW_AX, k]
+    mid_y = vy + 0.5 * duration * contacts.motion[NEW_AY, k]
+    rx, ry = friction_against(mid_x, mid_y, limit)
+    contacts.motion[NEW_AX, k] = rx + fx
+    contacts.motion[NEW_AY, k] = ry + fy
+
+
+@kernel
+def stopping(balls: Balls, k: int) -> bool:
+    """Whether the cloth alone would stop ball k, rolling, within the tolerance of a gap; or has."""
+    speed = speed_of(balls.state[VX, k], balls.state[VY, k])
+    return negligible_hop(speed, balls.state[ROLL, k], contact_tolerance(balls, k, k))
+
+
+@kernel
+def settle(balls: Balls, k: int) -> bool:
+    """End ball k's slip now, where the cloth alone would end it within the tolerance of a gap.
+
+    As the cloth would: 2/7 of the slip leave the velocity. Return whether it was so.
+    """
+    ux, uy = slip(balls, k)
+    size = speed_of(ux, uy)
+    tolerance = contact_tolerance(balls, k, k)
+    if size == 0.0 or not negligible_hop(size, balls.state[SLIDE, k], tolerance):
+        return False
+    balls.state[VX, k] -= ux / 3.5
+    balls.state[VY, k] -= uy / 3.5
+    balls.state[PHASE, k] = ROLLING
+    return True
+
+
+@kernel
+def time_to_change(balls: Balls, k: int) -> float:
+    """Return how long a step may be [s] so that the cloth takes half of k's slip, or speed."""
+    ux, uy = slip(balls, k)
+    size = speed_of(ux, uy)
+    if size > 0.0:
+        friction = balls.state[SLIDE, k]
+        return 0.5 * size / (3.5 * friction) if friction > 0.0 else math.inf
+    speed = speed_of(balls.state[VX, k], balls.state[VY, k])
+    free = stopping(balls, k) or balls.state[ROLL, k] == 0.0
+    return math.inf if free else 0.5 * speed / balls.state[ROLL, k]
+
+
+@kernel
+def turns_little(balls: Balls, contacts: Contacts, k: int, duration: float) -> bool:
+    """Whether member k's friction keeps its direction over a step of this length."""
+    ax, ay = contacts.motion[NEW_AX, k], contacts.motion[NEW_AY, k]
+    ux, uy = slip(balls, k)
+    size = speed_of(ux, uy)
+    if size > 0.0:
+        radius = balls.state[RADIUS, k]
+        dux = duration * (ax - radius * contacts.motion[NEW_BY, k])
+        duy = duration * (ay + radius * contacts.motion[NEW_BX, k])
+        across = abs((ux / size) * duy - (uy / size) * dux)
+        left = size + (ux / size) * dux + (uy / size) * duy
+        return across <= _TURN * size and left > 0.25 * size
+    speed = speed_of(balls.state[VX, k], balls.state[VY, k])
+    return duration * speed_of(ax, ay) <= _TURN * speed or stopping(balls, k)

@@ -1,0 +1,42 @@
+"""Calls the law that a scene chose, by its place in `registry`.
+
+A chain of comparisons, because the compiler can't cache a kernel that is handed another one.
+"""
+
+from __future__ import annotations
+
+from engine._jit import kernel
+from engine._state import Laws
+from engine.impact_laws.ball_frictional import frictional as frictional_balls
+from engine.impact_laws.ball_mathavan2014 import mathavan2014
+from engine.impact_laws.cushion_han2005 import frictional as frictional_cushion
+from engine.impact_laws.cushion_han2005 import han2005
+from engine.impact_laws.cushion_mathavan2010 import mathavan2010
+from engine.impact_laws.cushion_restitution import restitution
+from engine.impact_laws.interface import BallImpact, BallImpulse, CushionBounce, CushionImpact
+from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+
+_MATHAVAN2014 = BALL_LAW_NAMES.index("mathavan2014")
+_FRICTIONAL_CUSHION = CUSHION_LAW_NAMES.index("frictional")
+_HAN2005 = CUSHION_LAW_NAMES.index("han2005")
+_MATHAVAN2010 = CUSHION_LAW_NAMES.index("mathavan2010")
+
+
+@kernel
+def ball_law(impact: BallImpact, laws: Laws) -> BallImpulse:
+    """Return what the scene's law makes of a ball-ball impact."""
+    if laws.ball_law == _MATHAVAN2014:
+        return mathavan2014(impact, laws)
+    return frictional_balls(impact, laws)
+
+
+@kernel
+def cushion_law(impact: CushionImpact, laws: Laws) -> CushionBounce:
+    """Return what the scene's law makes of a ball-cushion impact."""
+    if laws.cushion_law == _HAN2005:
+        return han2005(impact, laws)
+    if laws.cushion_law == _FRICTIONAL_CUSHION:
+        return frictional_cushion(impact, laws)
+    if laws.cushion_law == _MATHAVAN2010:
+        return mathavan2010(impact, laws)
+    return restitution(impact, laws)  # a mirror where both its factors are 1

@@ -1,0 +1,57 @@
+"""The names of the impact laws, what each uses, and where it comes from; no compiler is needed here.
+
+A law's place in its tuple is its code in `dispatch`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class LawEntry(NamedTuple):
+    """One law: its name in a scene, the fields of `Physics` that it uses, and its source."""
+
+    name: str
+    uses: tuple[str, ...]
+    source: str
+
+
+BALL_LAWS = (
+    LawEntry(
+        "frictional",
+        ("ball_restitution", "ball_friction"),
+        "restitution and Coulomb friction (Wallace and Schroeder 1988; Alciatore, proof A.14)",
+    ),
+    LawEntry(
+        "mathavan2014",
+        ("ball_restitution", "ball_friction", "sliding_friction"),
+        "integrated over the impulse, with the friction of the cloth (Mathavan et al. 2014)",
+    ),
+)
+
+CUSHION_LAWS = (
+    LawEntry("mirror", (), "the normal velocity changes sign (the paper, section 4.1)"),
+    LawEntry(
+        "restitution",
+        ("cushion_restitution", "cushion_tangential_restitution"),
+        "factors on the normal and the tangential velocity; spin untouched",
+    ),
+    LawEntry(
+        "frictional",
+        ("cushion_restitution", "cushion_friction"),
+        "restitution and Coulomb friction at the height of the ball's centre",
+    ),
+    LawEntry(
+        "han2005",
+        ("cushion_restitution", "cushion_friction", "cushion_height"),
+        "restitution and Coulomb friction at the height of the nose (Han 2005)",
+    ),
+    LawEntry(
+        "mathavan2010",
+        ("cushion_restitution", "cushion_friction", "cushion_height", "sliding_friction"),
+        "integrated over the impulse, with the friction of the cloth (Mathavan et al. 2010)",
+    ),
+)
+
+BALL_LAW_NAMES = tuple(law.name for law in BALL_LAWS)
+CUSHION_LAW_NAMES = tuple(law.name for law in CUSHION_LAWS)

@@ -1,0 +1,336 @@
+"""Two laws of the game, from stored sweeps of whole shots, over their closed forms.
+
+The 30 degree rule: where a rolling cue ball goes after it has cut another. Throw: how far friction
+between the balls turns the object ball off the line of centres, against cut angle and side spin. A
+sweep is a scene of many shots side by side: balls 0 and 1, balls 2 and 3, and so on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import EventKind, Scene
+from reports import style
+from reports.shots import Run, Shot, load_shot
+from validation.store import Motion, ResultsFolder
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+
+DEFLECTION = "thirty-degree-rule"
+THROW_BY_ANGLE = "throw-by-angle"
+THROW_BY_SPIN = "throw-by-spin"
+
+PUBLISHED_DEFLECTIONS = (
+    (10.0, 21.681),
+    (14.478, 27.626),
+    (20.0, 31.868),
+    (28.126, 33.749),
+    (30.0, 33.670),
+    (40.0, 31.196),
+    (45.0, 29.055),
+    (48.590, 27.267),
+    (60.0, 20.633),
+    (80.0, 7.116),
+)
+"""Cut angle and deflection of the cue ball [deg]: Alciatore, proof 3.3 and its table."""
+
+NAMED_DEFLECTIONS = ((14.478, "3/4 ball"), (30.0, "half ball"), (48.590, "1/4 ball"))
+
+MPH = 0.44704  # [m/s]
+WIDTH = 8.8
+SMALLEST = 1e-15
+"""Differences below this are drawn at it [deg]: a double near 30 resolves 4e-15."""
+
+
+@dataclass(frozen=True)
+class Cut:
+    """One shot of a sweep on one engine.
+
+    Attributes
+    ----------
+    cut : float [deg]
+        Angle between the cue ball's path and the line of centres, by the scene's geometry.
+    speed : float [m/s]
+        Of the cue ball at the hit.
+    spin : float
+        R wz at the hit, over that speed; positive turns the object ball's way.
+    cue, target : float [deg]
+        Where each ball goes in the end: the angle from the cue ball's path, the object ball's
+        positive to its side, the cue ball's positive to the other.
+    """
+
+    cut: float
+    speed: float
+    spin: float
+    cue: float
+    target: float
+
+    @property
+    def throw(self) -> float:
+        """Angle from the line of centres, positive towards the cue ball's path [deg]."""
+        return self.cut - self.target
+
+
+def natural_deflection(cut: FloatArray) -> FloatArray:
+    """Return the deflection of a rolling cue ball once it rolls again [rad].
+
+    Parameters
+    ----------
+    cut : (k,) float64 [rad]
+
+    Notes
+    -----
+    atan(s c / (s^2 + 2/5)), s and c of the cut angle: without friction between the balls, elastic
+    (Wallace and Schroeder 1988, Am. J. Phys. 56 815; Alciatore, proof 3.3).
+    """
+    sin, cos = np.sin(cut), np.cos(cut)
+    angle: FloatArray = np.arctan2(sin * cos, sin**2 + 0.4)
+    return angle
+
+
+def throw_angle(scene: Scene, cut: FloatArray, speed: FloatArray, spin: FloatArray) -> FloatArray:
+    """Return the throw of an elastic hit by a cue ball without horizontal spin [rad].
+
+    Parameters
+    ----------
+    scene : Scene
+        Whose friction between the balls acts.
+    cut : (k,) float64 [rad]
+    speed : (k,) float64 [m/s]
+    spin : (k,) float64
+        R wz over the speed.
+
+    Notes
+    -----
+    tan = min(mu, |U| / (7 v c)) against the slip U = v s - R wz of the surfaces (Alciatore, proof
+    A.14). "alciatore": mu = 9.951e-3 + 0.108 exp(-1.088 |U|), U in m/s.
+    """
+    slip = speed * (np.sin(cut) - spin)
+    friction: Any = scene.physics.ball_friction
+    if friction == "alciatore":
+        friction = 9.951e-3 + 0.108 * np.exp(-1.088 * np.abs(slip))
+    sticking = np.abs(slip) / (7.0 * speed * np.cos(cut))
+    angle: FloatArray = np.sign(slip) * np.arctan(np.minimum(friction, sticking))
+    return angle
+
+
+def cuts_of(scene: Scene, motion: Motion) -> list[Cut]:
+    """Return the shots of a sweep in which the balls of a pair met, in the order of the scene."""
+    found = []
+    for cue in range(0, len(scene.balls) - 1, 2):
+        hit = _hit_of(motion, cue)
+        if hit is not None:
+            found.append(_cut_of(scene, motion, cue, hit))
+    return found
+
+
+def draw_deflection(results: ResultsFolder) -> Figure | None:
+    """Draw the 30 degree rule; None where its sweep isn't stored with a motion."""
+    shot = _sweep(results, DEFLECTION)
+    if shot is None:
+        return None
+    figure = style.new_figure(WIDTH, 6.4)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.6, 1.0])
+    angles = np.linspace(0.0, 90.0, 361)
+    curve = np.degrees(natural_deflection(np.radians(angles)))
+    above.plot(angles, curve, color=style.GREY, linewidth=1.6, label="closed form")
+    above.plot(*zip(*PUBLISHED_DEFLECTIONS, strict=True), **_PUBLISHED)
+    for at, name in NAMED_DEFLECTIONS:
+        value = float(np.degrees(natural_deflection(np.radians(np.array([at]))))[0])
+        above.annotate(
+            name,
+            (at, value),
+            xytext=(0, -16),
+            textcoords="offset points",
+            ha="center",
+            color=style.GREY,
+            fontsize=8.5,
+        )
+    for run, cuts in _runs(shot):
+        x = np.array([cut.cut for cut in cuts])
+        y = np.array([cut.cue for cut in cuts])
+        _draw_points(above, run, x, y, label=True)
+        _draw_points(below, run, x, _size(y - np.degrees(natural_deflection(np.radians(x)))))
+    above.set(ylabel="deflection of the cue ball [deg]", xlim=(0.0, 90.0), ylim=(0.0, 38.0))
+    above.legend(loc="lower center", ncols=2)
+    above.grid(visible=True)
+    _finish_differences(below)
+    below.set_xlabel("cut angle [deg]")
+    style.set_title(figure, "30 degree rule: where a rolling cue ball goes after a cut")
+    return figure
+
+
+def draw_throw(results: ResultsFolder) -> Figure | None:
+    """Draw throw against cut angle and side spin; None where a sweep isn't stored with a motion."""
+    by_angle, by_spin = (_sweep(results, name) for name in (THROW_BY_ANGLE, THROW_BY_SPIN))
+    if by_angle is None or by_spin is None:
+        return None
+    figure = style.new_figure(WIDTH, 5.6)
+    grid = figure.subplots(2, 2, sharex="col", height_ratios=[2.6, 1.0])
+    for column, shot in enumerate((by_angle, by_spin)):
+        above, below = grid[0, column], grid[1, column]
+        varies = "cut" if column == 0 else "spin"
+        _draw_throw_curves(above, shot, varies)
+        for run, cuts in _runs(shot):
+            cut, speed, spin, throw = np.array([[c.cut, c.speed, c.spin, c.throw] for c in cuts]).T
+            x = cut if varies == "cut" else spin
+            _draw_points(above, run, x, throw, label=column == 0)
+            exact = np.degrees(throw_angle(shot.scene, np.radians(cut), speed, spin))
+            _draw_points(below, run, x, _size(throw - exact))
+        above.grid(visible=True)
+        _finish_differences(below)
+    grid[0, 0].set(ylabel="throw [deg]", xlim=(0.0, 90.0))
+    grid[0, 0].legend(loc="upper left")
+    grid[0, 0].set_title("a stun shot, against the cut angle", fontsize=9)
+    grid[1, 0].set_xlabel("cut angle [deg]")
+    grid[0, 1].set_title("a half-ball stun shot, against side spin", fontsize=9)
+    grid[1, 1].set_xlabel("side spin, R ω / v [1]")
+    grid[1, 1].set_ylabel("")
+    _mark_gearing(grid[0, 1], by_spin)
+    style.set_title(figure, "Throw: friction between the balls turns the object ball aside")
+    return figure
+
+
+PHYSICS_FIGURES: dict[str, Callable[[ResultsFolder], Figure | None]] = {
+    "physics-deflection": draw_deflection,
+    "physics-throw": draw_throw,
+}
+
+_PUBLISHED: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "D",
+    "markersize": 8.0,
+    "markerfacecolor": "none",
+    "markeredgecolor": style.ORANGE,
+    "markeredgewidth": 1.4,
+    "label": "published (Alciatore)",
+}
+
+
+def _sweep(results: ResultsFolder, name: str) -> Shot | None:
+    """Return a sweep where it is stored with a motion in which a pair met."""
+    if name not in results.scene_names:
+        return None
+    shot = load_shot(results, name)
+    return shot if any(True for _ in _runs(shot)) else None
+
+
+def _runs(shot: Shot) -> Iterator[tuple[Run, list[Cut]]]:
+    """Yield each engine that has a motion, with its shots; ours last, above the others."""
+    for run in sorted(shot.drawn, key=lambda run: run.style.ours):
+        cuts = cuts_of(shot.scene, run.motion) if run.motion is not None else []
+        if cuts:
+            yield run, cuts
+
+
+def _hit_of(motion: Motion, cue: int) -> float | None:
+    events = motion.events
+    pair = np.sort(np.stack([events["a"], events["b"]], axis=1), axis=1)
+    hits = events["t"][
+        (events["kind"] == EventKind.BALL_BALL) & (pair == [cue, cue + 1]).all(axis=1)
+    ]
+    return float(hits[0]) if len(hits) else None
+
+
+def _cut_of(scene: Scene, motion: Motion, cue: int, hit: float) -> Cut:
+    start, target = scene.positions[cue : cue + 2, :2]
+    path = scene.velocities[cue, :2]
+    path = path / np.hypot(*path)
+    offset = float(_cross(path, target - start))
+    side = 1.0 if offset >= 0.0 else -1.0
+    reach = scene.radii[cue] + scene.radii[cue + 1]
+    before = max(int(np.searchsorted(motion.times, hit)) - 1, 0)
+    speed = float(np.hypot(*motion.velocities[before, cue, :2]))
+    turning = side * scene.radii[cue] * motion.angular_velocities[before, cue, 2]
+    return Cut(
+        cut=float(np.degrees(np.arcsin(abs(offset) / reach))),
+        speed=speed,
+        spin=float(turning) / speed,
+        cue=-side * _direction(motion, cue, path),
+        target=side * _direction(motion, cue + 1, path),
+    )
+
+
+def _direction(motion: Motion, ball: int, path: FloatArray) -> float:
+    """Return the angle from `path` to a ball's last motion, counter-clockwise [deg].
+
+    The last instant at which it has a tenth of its speed: before rest takes the direction away.
+    """
+    velocities = motion.velocities[:, ball, :2]
+    speeds = np.hypot(velocities[:, 0], velocities[:, 1])
+    last = velocities[np.flatnonzero(speeds >= 0.1 * speeds.max())[-1]]
+    return float(np.degrees(np.arctan2(_cross(path, last), path @ last)))
+
+
+def _cross(a: FloatArray, b: FloatArray) -> float:
+    return float(a[0] * b[1] - a[1] * b[0])
+
+
+def _draw_throw_curves(axes: Axes, shot: Shot, varies: str) -> None:
+    """Draw the closed form for each speed of the sweep, and write the speed at its curve."""
+    _, cuts = list(_runs(shot))[-1]
+    speeds = sorted({round(cut.speed, 3) for cut in cuts})
+    lines = ("-", (0.0, (6.0, 2.0)), (0.0, (2.0, 1.5)), "-.")
+    for speed, line in zip(speeds, lines, strict=False):
+        cut = np.linspace(0.5, 88.0, 351) if varies == "cut" else np.full(401, cuts[0].cut)
+        spin = np.zeros(351) if varies == "cut" else np.linspace(-1.05, 1.05, 401)
+        exact = throw_angle(shot.scene, np.radians(cut), np.full(len(cut), speed), spin)
+        name = f"closed form, {speed / MPH:.0f} mph ({speed:.2f} m/s)"
+        x = cut if varies == "cut" else spin
+        label = name if varies == "cut" else None
+        axes.plot(x, np.degrees(exact), color=style.GREY, linestyle=line, label=label)
+
+
+def _mark_gearing(axes: Axes, shot: Shot) -> None:
+    _, cuts = list(_runs(shot))[-1]
+    gearing = float(np.sin(np.radians(cuts[0].cut)))
+    axes.axhline(0.0, color=style.FAINT, linewidth=0.8)
+    axes.axvline(gearing, color=style.VERMILLION, linewidth=1.0, linestyle=(0.0, (4.0, 2.0)))
+    axes.annotate(
+        "gearing:\nno throw",
+        (gearing, 0.0),
+        xytext=(-8, -34),
+        textcoords="offset points",
+        ha="right",
+        color=style.VERMILLION,
+        fontsize=8.5,
+    )
+
+
+def _draw_points(
+    axes: Axes, run: Run, x: FloatArray, y: FloatArray, *, label: bool = False
+) -> None:
+    axes.plot(
+        x,
+        y,
+        linestyle="none",
+        marker=run.style.marker,
+        markersize=4.5 if run.style.ours else 4.0,
+        color=run.style.colour,
+        markerfacecolor=run.style.colour if run.style.ours else "none",
+        label=run.style.name if label else None,
+    )
+
+
+def _size(differences: FloatArray) -> FloatArray:
+    return np.maximum(np.abs(differences), SMALLEST)
+
+
+def _finish_differences(axes: Axes) -> None:
+    """Label a logarithmic axis of differences in degrees."""
+    axes.set_yscale("log")
+    axes.set_ylim(SMALLEST / 3.0, 30.0)
+    exponents = (-15, -10, -5, 0)
+    axes.set_yticks([10.0**e for e in exponents], [style.power_of_ten(e) for e in exponents])
+    axes.minorticks_off()
+    axes.set_ylabel("from the closed\nform [deg]")
+    axes.grid(visible=True)

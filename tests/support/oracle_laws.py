@@ -1,0 +1,277 @@
+"""The oracle's physics: spheres on which forces and impulses act at points, in mpf and 3-vectors.
+
+A body is a solid sphere whose centre stays in the plane z = 0. The cloth acts at its lowest point,
+another ball or a cushion at the point of contact; each force turns the sphere by its arm. Nothing
+is shared with the engine's laws.
+
+Sources: Alciatore's technical proofs (motion on the cloth, throw); Wallace and Schroeder 1988;
+Han 2005 (a cushion whose nose is above the centre).
+"""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass, replace
+from typing import Any
+
+from mpmath import mp, mpf
+
+Vector = tuple[Any, Any, Any]
+
+ZERO: Vector = (mpf(0), mpf(0), mpf(0))
+UP: Vector = (mpf(0), mpf(0), mpf(1))
+SIDES: tuple[Vector, ...] = (
+    (mpf(-1), mpf(0), mpf(0)),
+    (mpf(1), mpf(0), mpf(0)),
+    (mpf(0), mpf(-1), mpf(0)),
+    (mpf(0), mpf(1), mpf(0)),
+)
+"""Normals into the cushions, by the cushion's index."""
+
+
+class Phase(enum.Enum):
+    RESTING = 0  # the centre; the body may spin about the vertical
+    SLIDING = 1
+    ROLLING = 2
+
+
+@dataclass(frozen=True)
+class Body:
+    """One ball at an instant."""
+
+    position: Vector
+    velocity: Vector
+    spin: Vector  # angular velocity [rad/s]
+    radius: Any
+    mass: Any
+    rolling: Any  # decelerations: of a rolling ball [m/s^2],
+    sliding: Any  # of a sliding one [m/s^2],
+    spinning: Any  # of the spin about the vertical [rad/s^2]
+    phase: Phase = Phase.RESTING
+    final_velocity: Vector = ZERO  # with which the slide at hand ends, if nothing comes between
+
+    @property
+    def inertia(self) -> Any:
+        return 2 * self.mass * self.radius**2 / 5
+
+    @property
+    def energy(self) -> Any:
+        moving, turning = dot(self.velocity, self.velocity), dot(self.spin, self.spin)
+        return (self.mass * moving + self.inertia * turning) / 2
+
+    @property
+    def spins(self) -> bool:
+        """Whether it has spin about the vertical that will end."""
+        return bool(self.spin[2] != 0 and self.spinning > 0)
+
+
+@dataclass(frozen=True)
+class Laws:
+    """Coefficients of the impacts; `friction` has three: Alciatore's curve a + b exp(-c v)."""
+
+    always_rolls: bool
+    restitution: Any
+    friction: Vector
+    cushion: str
+    cushion_restitution: Any
+    cushion_tangential: Any
+    cushion_friction: Any
+    cushion_height: Any  # of the nose above the cloth [m]
+
+
+# -- on the cloth --------------------------------------------------------------------------------
+
+
+def slip(body: Body) -> Vector:
+    """Velocity of the body's lowest point over the cloth."""
+    return point_velocity(body, scaled(-body.radius, UP))
+
+
+def point_velocity(body: Body, arm: Vector) -> Vector:
+    return plus(body.velocity, cross(body.spin, arm))
+
+
+def rolling_spin(velocity: Vector, radius: Any, vertical: Any) -> Vector:
+    """Angular velocity without slip, and with this much about the vertical."""
+    turning = scaled(1 / radius, cross(UP, velocity))
+    return (turning[0], turning[1], vertical)
+
+
+def settled(body: Body, always_rolls: bool) -> Body:
+    """Return the body in the phase that its velocities put it in."""
+    if always_rolls:
+        spin = rolling_spin(body.velocity, body.radius, body.spin[2])
+        return replace(body, spin=spin, phase=rolling_or_resting(body.velocity))
+    u = slip(body)
+    if norm(u) == 0:
+        return replace(body, phase=rolling_or_resting(body.velocity))
+    # The slip changes 7/2 times as fast as the velocity, along the same line, until it is 0.
+    lost = (2 * u[0] / 7, 2 * u[1] / 7, mpf(0))
+    return replace(body, phase=Phase.SLIDING, final_velocity=minus(body.velocity, lost))
+
+
+def rolling_or_resting(velocity: Vector) -> Phase:
+    return Phase.RESTING if norm(velocity) == 0 else Phase.ROLLING
+
+
+def time_left(body: Body) -> Any:
+    """Time until the body's phase ends by itself; infinite where it doesn't."""
+    if body.phase is Phase.SLIDING and body.sliding > 0:
+        return 2 * norm(slip(body)) / (7 * body.sliding)
+    if body.phase is Phase.ROLLING and body.rolling > 0:
+        return norm(body.velocity) / body.rolling
+    return mp.inf
+
+
+def next_phase(body: Body) -> Body:
+    """Return the body as it is once its phase has ended by itself."""
+    velocity = body.final_velocity if body.phase is Phase.SLIDING else ZERO
+    return replace(
+        body,
+        velocity=velocity,
+        spin=rolling_spin(velocity, body.radius, body.spin[2]),
+        phase=rolling_or_resting(velocity),
+    )
+
+
+def acceleration(body: Body) -> Vector:
+    """Friction of the cloth over the mass: against the slip, or against the motion."""
+    if body.phase is Phase.SLIDING:
+        return scaled(-body.sliding, unit(slip(body)))
+    if body.phase is Phase.ROLLING:
+        return scaled(-body.rolling, unit(body.velocity))
+    return ZERO
+
+
+def angular_acceleration(body: Body) -> Vector:
+    """Rate at which the spin about the horizontal changes, in any phase."""
+    if body.phase is Phase.SLIDING:
+        force = scaled(body.mass, acceleration(body))
+        return scaled(1 / body.inertia, cross(scaled(-body.radius, UP), force))
+    return scaled(1 / body.radius, cross(UP, acceleration(body)))
+
+
+def advanced(body: Body, dt: Any) -> Body:
+    """Return the body after `dt` in its phase."""
+    a = acceleration(body)
+    velocity = plus(body.velocity, scaled(dt, a))
+    spin = plus(body.spin, scaled(dt, angular_acceleration(body)))
+    left = max(abs(body.spin[2]) - body.spinning * dt, mpf(0))
+    return replace(
+        body,
+        position=plus(body.position, plus(scaled(dt, body.velocity), scaled(dt**2 / 2, a))),
+        velocity=velocity,
+        spin=(spin[0], spin[1], left if body.spin[2] > 0 else -left),
+    )
+
+
+# -- impacts -------------------------------------------------------------------------------------
+
+
+def contact_impulse(
+    velocity: Vector, normal: Vector, mass: Any, restitution: Any, friction: Vector
+) -> Vector:
+    """Impulse that the first of two spheres gives to the second where they touch.
+
+    `velocity` is that of the first one's point of contact over the second's, `normal` points to the
+    second, and `mass` is the reduced one. Friction acts against the slip, until it is used up or
+    the slip is gone: a sphere's point of contact yields 7/2 times as easily along the surface as
+    its centre does.
+    """
+    approach_speed = dot(velocity, normal)
+    slipping = minus(velocity, scaled(approach_speed, normal))
+    speed = norm(slipping)
+    push = (1 + restitution) * mass * approach_speed
+    drag = min(coefficient(friction, speed) * push, 2 * mass * speed / 7)
+    return plus(scaled(push, normal), scaled(drag, unit(slipping)))
+
+
+def coefficient(friction: Vector, speed: Any) -> Any:
+    """Coefficient of friction at this slip speed: a + b exp(-c v)."""
+    constant, part, rate = friction
+    return constant if part == 0 else constant + part * mp.exp(-rate * speed)
+
+
+def struck(body: Body, arm: Vector, impulse: Vector) -> Body:
+    """Return the body after an impulse at the end of `arm`; the cloth keeps it from rising."""
+    velocity = plus(body.velocity, scaled(1 / body.mass, impulse))
+    return replace(
+        body,
+        velocity=(velocity[0], velocity[1], mpf(0)),
+        spin=plus(body.spin, scaled(1 / body.inertia, cross(arm, impulse))),
+    )
+
+
+def collided(a: Body, b: Body, laws: Laws) -> tuple[Body, Body]:
+    """Return both bodies after they hit each other."""
+    normal = unit(minus(b.position, a.position))
+    arm_a, arm_b = scaled(a.radius, normal), scaled(-b.radius, normal)
+    impulse = contact_impulse(
+        minus(point_velocity(a, arm_a), point_velocity(b, arm_b)),
+        normal,
+        a.mass * b.mass / (a.mass + b.mass),
+        laws.restitution,
+        laws.friction,
+    )
+    return (
+        settled(struck(a, arm_a, scaled(-1, impulse)), laws.always_rolls),
+        settled(struck(b, arm_b, impulse), laws.always_rolls),
+    )
+
+
+def bounced(body: Body, side: Vector, laws: Laws) -> Body:
+    """Return the body after it hit the cushion that `side` points into."""
+    if laws.cushion in ("mirror", "restitution"):
+        into = scaled(dot(body.velocity, side), side)
+        along = minus(body.velocity, into)
+        velocity = minus(
+            scaled(laws.cushion_tangential, along), scaled(laws.cushion_restitution, into)
+        )
+        return settled(replace(body, velocity=velocity), laws.always_rolls)
+    # The point of contact: as high as the centre ("frictional"), or as the nose (Han).
+    height = laws.cushion_height - body.radius if laws.cushion == "han2005" else mpf(0)
+    arm = plus(scaled(mp.sqrt(body.radius**2 - height**2), side), scaled(height, UP))
+    impulse = contact_impulse(
+        point_velocity(body, arm),
+        unit(arm),
+        body.mass,
+        laws.cushion_restitution,
+        (laws.cushion_friction, mpf(0), mpf(0)),
+    )
+    return settled(struck(body, arm, scaled(-1, impulse)), laws.always_rolls)
+
+
+# -- vectors -------------------------------------------------------------------------------------
+
+
+def plus(a: Vector, b: Vector) -> Vector:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+def minus(a: Vector, b: Vector) -> Vector:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def scaled(factor: Any, a: Vector) -> Vector:
+    return (factor * a[0], factor * a[1], factor * a[2])
+
+
+def dot(a: Vector, b: Vector) -> Any:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+def norm(a: Vector) -> Any:
+    return mp.sqrt(dot(a, a))
+
+
+def unit(a: Vector) -> Vector:
+    length = norm(a)
+    return a if length == 0 else scaled(1 / length, a)

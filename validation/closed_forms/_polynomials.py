@@ -1,0 +1,74 @@
+"""Where a polynomial in multiprecision first falls through 0: the instant at which a gap closes."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+from mpmath import mp, mpf
+
+Polynomial = tuple[mpf, ...]
+"""Coefficients, constant first."""
+
+
+def first_fall_below_zero(polynomial: Polynomial, end: mpf) -> mpf | None:
+    """Return where the polynomial first falls through 0 on [0, end], or None.
+
+    Between neighbouring roots of its derivative a polynomial is monotone, so each such interval
+    holds one root or none. Balls that already touch, and close in, are at the root: the interval
+    starts within rounding of 0.
+    """
+    noise = mp.mpf(10) ** (-mp.dps // 2)
+    edges = [mp.mpf(0), *_roots(_derivative(polynomial), mp.mpf(0), end), end]
+    for low, high in pairwise(edges):
+        at_low, at_high = _value(polynomial, low), _value(polynomial, high)
+        if at_high < 0 and at_high < at_low and at_low > -noise:
+            return _root(polynomial, low, high) if at_low > 0 else low
+    return None
+
+
+def _roots(polynomial: Polynomial, low: mpf, high: mpf) -> list[mpf]:
+    """Return the roots at which the polynomial changes sign between `low` and `high`, in order."""
+    if len(polynomial) < 2:
+        return []
+    edges = [low, *_roots(_derivative(polynomial), low, high), high]
+    return [
+        _root(polynomial, a, b)
+        for a, b in pairwise(edges)
+        if (_value(polynomial, a) < 0) != (_value(polynomial, b) < 0)
+    ]
+
+
+def _root(polynomial: Polynomial, low: mpf, high: mpf) -> mpf:
+    """Return the one change of sign in [low, high], to the last digit.
+
+    Newton's step where it stays inside the bracket, else its middle; the bracket shrinks at each
+    step, and a step that rounding can't resolve ends the search.
+    """
+    derivative = _derivative(polynomial)
+    starts_below = _value(polynomial, low) < 0
+    at = (low + high) / 2
+    for _ in range(mp.prec + 10):
+        value, slope = _value(polynomial, at), _value(derivative, at)
+        if (value < 0) == starts_below:
+            low = at
+        else:
+            high = at
+        step = value / slope if slope != 0 else mp.inf
+        newer = at - step
+        if not low <= newer <= high:
+            newer = (low + high) / 2
+        if newer == at or abs(newer - at) <= 2 * mp.eps * abs(at):
+            return newer
+        at = newer
+    return at
+
+
+def _value(polynomial: Polynomial, t: mpf) -> mpf:
+    total = mp.mpf(0)
+    for coefficient in reversed(polynomial):
+        total = total * t + coefficient
+    return total
+
+
+def _derivative(polynomial: Polynomial) -> Polynomial:
+    return tuple(k * coefficient for k, coefficient in enumerate(polynomial) if k > 0)
