@@ -76,14 +76,19 @@ def solve(
         nx, ny, _ = gap_after(balls, laws, contacts, c, 0.5 * duration)
         contacts.forces[NX, c] = nx
         contacts.forces[NY, c] = ny
-        for row in (FORCE, ALONG, UP):
-            contacts.forces[row, c] = 0.0
+        # The last step's force is the first guess.
+        force = _pressure(contacts, c)
+        contacts.forces[FORCE, c] = force
+        contacts.forces[ALONG, c] = 0.0
+        contacts.forces[UP, c] = 0.0
+        _load(contacts, contacts.ends[FIRST, c], contacts.ends[SECOND, c], force * nx, force * ny)
     steady = True
     for _ in range(SWEEPS):
         # The forces of the last sweep turn the velocities at mid-step, and so the friction there.
         for m in range(members):
             accelerate(balls, laws, contacts, contacts.member[m], duration)
         if steady and _settled(balls, laws, contacts, count, duration):
+            _keep_pressures(contacts, count)
             return _is_short(balls, laws, contacts, members, count, duration)
         steady = True
         for c in range(count):
@@ -93,6 +98,28 @@ def solve(
             moved = duration * duration * change / balls.state[MASS, a]
             steady = steady and moved <= 0.125 * contact_tolerance(balls, a, a)
     return False
+
+
+@kernel
+def _pressure(contacts: Contacts, c: int) -> float:
+    """Force that contact c had in the last step that held it [N]."""
+    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    n = contacts.pressure.shape[0]
+    force: float = (
+        contacts.pressure[min(a, b), max(a, b)] if b >= 0 else contacts.pressure[a, n - 1 - b]
+    )
+    return force
+
+
+@kernel
+def _keep_pressures(contacts: Contacts, count: int) -> None:
+    n = contacts.pressure.shape[0]
+    for c in range(count):
+        a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+        if b >= 0:
+            contacts.pressure[min(a, b), max(a, b)] = contacts.forces[FORCE, c]
+        else:
+            contacts.pressure[a, n - 1 - b] = contacts.forces[FORCE, c]
 
 
 @kernel

@@ -118,7 +118,7 @@ def announce_compilation() -> None:
     At warning level a program that never configured logging still shows it on stderr.
     """
     if not compiled():
-        logger.warning("compiling the engine's kernels for this machine (once, about 10 s) ...")
+        logger.warning("compiling the engine's kernels for this machine (once, about a minute) ...")
 
 
 def _prune(root: Path, keep: Path) -> None:

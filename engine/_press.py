@@ -79,6 +79,9 @@ counted in `work["unsolved_contact_steps"]`. None has been seen."""
 _RESIDUE = 2.0**-20
 """Hop, in units of a negligible one, left to the contact force: a thousandth of its speed."""
 
+_GROWTH = 1.25
+"""First step tried, in units of the last good one; a longer one would mostly be tried in vain."""
+
 _FIRST_STEP = 2.0**-6
 """First step tried, in units of the time to fall one diameter at what the cloth can give."""
 
@@ -336,12 +339,12 @@ def _moved_mass(balls: Balls, k: int) -> float:
 
 @kernel
 def _next_step(balls: Balls, contacts: Contacts, members: int) -> float:
-    """Return the step to try [s]: twice what the members' last one was good for."""
+    """Return the step to try [s]: somewhat more than the members' last one was good for."""
     step = math.inf
     for m in range(members):
         k = contacts.member[m]
         if contacts.motion[STEP, k] > 0.0:
-            step = min(step, 2.0 * contacts.motion[STEP, k])
+            step = min(step, _GROWTH * contacts.motion[STEP, k])
         else:
             fall = math.sqrt(2.0 * balls.state[RADIUS, k] / grip(balls, k))
             step = min(step, _FIRST_STEP * fall)

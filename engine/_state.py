@@ -102,6 +102,7 @@ class Contacts(NamedTuple):
 
     cluster: IntArray  # (n,) label of the ball's cluster, or FREE
     held: BoolArray  # (n, n) whether a contact step holds the pair together
+    pressure: FloatArray  # (n, n + 4) last force of each contact with a ball or cushion [N]
     changed: BoolArray  # (n,) whether this event changed the ball's motion
     stopped: BoolArray  # (n,) whether a contact step's start stopped the ball
     again: BoolArray  # (n,) whether the ball belonged to the cluster whose contact step ends
@@ -270,6 +271,7 @@ def contacts_of(n: int) -> Contacts:
     return Contacts(
         cluster=np.full(n, FREE, dtype=np.int64),
         held=np.zeros((n, n), dtype=np.bool_),
+        pressure=np.zeros((n, n + len(CUSHIONS))),
         changed=np.zeros(n, dtype=np.bool_),
         stopped=np.zeros(n, dtype=np.bool_),
         again=np.zeros(n, dtype=np.bool_),

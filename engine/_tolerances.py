@@ -58,10 +58,10 @@ made of noise. It is the one approximation in the engine; a run that used it say
 `work["contact_steps"]`.
 """
 
-CAPTURE_HEIGHT = 2.0**-23
+CAPTURE_HEIGHT = 2.0**-20
 """Height of a hop, in diameters, below which two balls that friction presses together don't part.
 
-7e-9 m for pool balls.
+5e-8 m for pool balls.
 """
 
 CONTACT_REACH = 4.0

@@ -43,7 +43,13 @@ _ROLLING = Capability(
     "exact",
     "planar, without gravity; mu g is applied around Bullet's steps, in closed form between hits",
 )
-_FLAT_CUSHION = "Bullet's cushion is a vertical plane: it has no nose above the ball's centre"
+_FLAT_CUSHION = Capability(
+    "none", "Bullet's cushion is a vertical plane: it has no nose above the ball's centre"
+)
+_HOPS = (
+    "in space: a ball that friction lifts hops, and has no cloth until it lands; one that it "
+    "presses down is rubbed by the cloth in the same instant"
+)
 
 CAPABILITIES: Capabilities = {
     Feature.ROLLING: _ROLLING,
@@ -53,11 +59,23 @@ CAPABILITIES: Capabilities = {
     Feature.BALL_RESTITUTION: EXACT,
     Feature.BALL_FRICTION: Capability(
         "approximate",
-        "a constant coefficient between balls that slide; what its vertical part lifts leaves the "
-        "table",
+        f"{_HOPS}. A stunned hit is exact; of a rolling one, with mu = 0.05, that changes the "
+        "speeds by up to 0.5 % of the cue ball's",
+    ),
+    Feature.SPEED_DEPENDENT_FRICTION: Capability(
+        "none", "Bullet's friction is one number for two bodies, whatever their slip"
+    ),
+    Feature.MATHAVAN_BALL: Capability(
+        "approximate",
+        "Bullet solves the friction of balls and cloth together, as the law does, but with one "
+        "direction of each slip for the whole impact; and a ball that it lifts hops. On Mathavan's "
+        "own tables within 0.1 % of the speeds and 0.05 degrees",
     ),
     Feature.UNEQUAL_MASSES: EXACT,
     Feature.UNEQUAL_RADII: Capability("exact", "where balls roll: planar, centres at one height"),
+    Feature.PER_BALL_FRICTION: Capability(
+        "exact", "where they slide by different coefficients, each ball has a table of its own"
+    ),
     Feature.UNBOUNDED_CLOTH: EXACT,
     Feature.OPEN_SIDES: EXACT,
     Feature.MIRROR_CUSHION: EXACT,
@@ -65,9 +83,13 @@ CAPABILITIES: Capabilities = {
     Feature.CUSHION_TANGENTIAL: Capability(
         "none", "along a contact Bullet has Coulomb friction, no restitution"
     ),
-    Feature.FRICTIONAL_CUSHION: Capability("none", _FLAT_CUSHION),
-    Feature.HAN_CUSHION: Capability("none", _FLAT_CUSHION),
-    Feature.MATHAVAN_CUSHION: Capability("none", _FLAT_CUSHION),
+    Feature.FRICTIONAL_CUSHION: Capability(
+        "approximate",
+        f"{_HOPS}. A ball that rolls or doesn't turn leaves exactly as the law says; one with "
+        "backspin up to 6 % of its speed slower, once it rolls",
+    ),
+    Feature.HAN_CUSHION: _FLAT_CUSHION,
+    Feature.MATHAVAN_CUSHION: _FLAT_CUSHION,
     Feature.AIR_DRAG: Capability(
         "none", "Bullet's damping, k (1 + |v|) v, can't be quadratic alone"
     ),
@@ -75,6 +97,19 @@ CAPABILITIES: Capabilities = {
         "none", "its table has restitution 0, without which resting balls would tremble"
     ),
 }
+
+_OF_SLIDING = (
+    Feature.SLIDING,
+    Feature.VERTICAL_SPIN,
+    Feature.BALL_FRICTION,
+    Feature.MATHAVAN_BALL,
+    Feature.FRICTIONAL_CUSHION,
+)
+"""What only balls that may slide have."""
+
+_NOT_LANDED = Capability(
+    "none", "landed mode: Bullet's table contact needs steady steps. Use `mode` = native"
+)
 
 
 class PybulletSettings(EngineSettings):
@@ -136,13 +171,7 @@ class PybulletEngine(EngineBase):
         """How each feature is represented; some depend on the scene, see `check`."""
         if self.settings.mode == "native":
             return CAPABILITIES
-        return {
-            **CAPABILITIES,
-            Feature.SLIDING: Capability(
-                "none",
-                "landed mode: Bullet's table contact needs steady steps. Use `mode` = native",
-            ),
-        }
+        return {**CAPABILITIES, **dict.fromkeys(_OF_SLIDING, _NOT_LANDED)}
 
     @classmethod
     def unavailable(cls) -> str | None:
@@ -200,23 +229,15 @@ class PybulletEngine(EngineBase):
 
 def _lacks_in_combination(scene: Scene) -> tuple[str, ...]:
     """Return a sentence for each thing that Bullet can do, but not in this scene."""
-    physics = scene.physics
-    frictional = physics.ball_friction != 0.0 and len(scene.balls) > 1
-    if physics.motion == "rolling":
-        return (
-            ("no ball-ball friction where balls always roll (the plane has no spin)",)
-            if frictional
-            else ()
-        )
+    if scene.physics.motion == "rolling":
+        return ()
     sentences = []
-    if frictional and isinstance(physics.ball_friction, str):
-        sentences.append("no ball-ball friction that depends on speed (Bullet's is constant)")
     if len({ball.radius for ball in scene.balls}) > 1:
         sentences.append(
             "no balls of different radius that slide (in space they touch along a line that isn't "
             "level, nearer than the sum of their radii in the plane)"
         )
-    if physics.sliding_friction == 0.0:
+    if np.any(scene.sliding_frictions == 0.0):
         sentences.append(
             "no sliding without friction (Bullet's rolling friction is a part of the sliding "
             "friction)"

@@ -46,7 +46,7 @@ class PlanarRun:
         self._scene = scene
         self._recorder = recorder
         self._radii = scene.radii
-        self._deceleration = scene.physics.rolling_friction * scene.physics.gravity
+        self._decelerations = scene.rolling_frictions * scene.physics.gravity
         self._velocities = scene.velocities[:, :2]
         self._in_bullet = np.zeros_like(self._velocities)  # what each body has at present
         self.t = 0.0
@@ -85,13 +85,13 @@ class PlanarRun:
         for one as large as its landing gap.
         """
         while not self.at_rest and self.t < t_end and self.work["steps"] < max_steps:
-            stops = time_to_rest(self._velocities, self._deceleration)
+            stops = time_to_rest(self._velocities, self._decelerations)
             # Up to the next stop, and by a few roundings past it, so that the ball does stop.
             horizon = min(dt, float(np.min(stops[stops > 0.0])) * (1.0 + 4.0 * EPS))
             to_contact = time_to_contact(
                 self._world.positions()[:, :2],
                 self._velocities,
-                rolling_accelerations(self._velocities, self._deceleration),
+                rolling_accelerations(self._velocities, self._decelerations),
                 self._radii,
                 self._scene.table,
                 horizon=horizon,
@@ -122,7 +122,7 @@ class PlanarRun:
         stopped = (speeds > 0.0) & ~np.any(self._velocities, axis=1)
         for i in np.flatnonzero(stopped).tolist():
             # One that Bullet left alone stops where the closed form says, within the step.
-            rolled = dt if i in touched else min(dt, float(speeds[i]) / self._deceleration)
+            rolled = dt if i in touched else min(dt, float(speeds[i] / self._decelerations[i]))
             self._recorder.event(self.t + rolled, EventKind.ROLL_TO_REST, i)
             self.rest_time = max(self.rest_time, self.t + rolled)
         self.t = t
@@ -131,10 +131,10 @@ class PlanarRun:
 
     def _mean_factor(self, speeds: FloatArray, dt: float) -> FloatArray:
         """Return mean over present velocity of each ball in the coming step, (n,) [1]."""
-        loss = self._deceleration * dt
+        loss = self._decelerations * dt
         mean = speeds - 0.5 * loss
         stopping = speeds < loss
-        mean[stopping] = speeds[stopping] ** 2 / (2.0 * loss)
+        mean[stopping] = speeds[stopping] ** 2 / (2.0 * loss[stopping])
         return np.divide(mean, speeds, out=np.zeros_like(speeds), where=speeds > 0.0)
 
     def _send(self, velocities: FloatArray) -> None:
@@ -154,7 +154,7 @@ class PlanarRun:
         A ball that stopped in it had at most mu g dt/2 of mean velocity, so it gets exactly 0.
         """
         speeds = np.hypot(self._in_bullet[:, 0], self._in_bullet[:, 1])
-        left = np.maximum(speeds - 0.5 * self._deceleration * dt, 0.0)
+        left = np.maximum(speeds - 0.5 * self._decelerations * dt, 0.0)
         factor = np.divide(left, speeds, out=np.zeros_like(speeds), where=speeds > 0.0)
         return self._in_bullet * factor[:, np.newaxis]
 

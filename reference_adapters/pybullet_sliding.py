@@ -50,6 +50,7 @@ class SlidingRun:
         self._world = world
         self._recorder = recorder
         self._radii = scene.radii
+        self._spin_ends = scene.spinning_friction_rates > 0.0
         self._gated = gated
         self._rest_speed = rest_speed
         self.t = 0.0
@@ -59,6 +60,7 @@ class SlidingRun:
             world.set_velocity(i, v.tolist(), w.tolist())
         self._velocities, self._spins = scene.velocities, scene.angular_velocities
         self._resting = self._rests()
+        self._spinning = self._spins_on()
         self._rolling = self._rolls()
         if gated:
             for i in np.flatnonzero(~self._rolling).tolist():
@@ -67,8 +69,8 @@ class SlidingRun:
 
     @property
     def at_rest(self) -> bool:
-        """Whether every ball is slower than `rest_speed`."""
-        return bool(np.all(self._resting))
+        """Whether every ball is slower than `rest_speed`, and none has a spin that still slows."""
+        return bool(np.all(self._resting) and not np.any(self._spinning))
 
     def state(self) -> Samples:
         """Return the state now, arrays (1, n, 3)."""
@@ -98,9 +100,15 @@ class SlidingRun:
 
     def _rests(self) -> Flags:
         speed = np.sqrt(np.sum(self._velocities**2, axis=1))
-        surface = self._radii * np.sqrt(np.sum(self._spins**2, axis=1))
+        surface = self._radii * np.sqrt(np.sum(self._spins[:, :2] ** 2, axis=1))
         rests: Flags = np.maximum(speed, surface) < self._rest_speed
         return rests
+
+    def _spins_on(self) -> Flags:
+        """Whether each ball has a spin about the vertical that will end, and hasn't yet."""
+        surface = self._radii * np.abs(self._spins[:, 2])
+        spins: Flags = self._spin_ends & (surface >= self._rest_speed)
+        return spins
 
     def _rolls(self) -> Flags:
         """Whether each ball's contact point is at rest: slip = v + w x (-R z)."""
@@ -111,7 +119,7 @@ class SlidingRun:
 
     def _note_phases(self) -> None:
         """Record what began to roll or came to rest in the step, at its end; set the gates."""
-        rolls, rests = self._rolls(), self._rests()
+        rolls, rests, spins = self._rolls(), self._rests(), self._spins_on()
         if self._gated:
             for i in np.flatnonzero(rolls != self._rolling).tolist():
                 self._world.set_rolling_friction(i, bool(rolls[i]))
@@ -119,8 +127,9 @@ class SlidingRun:
             self._recorder.event(self.t, EventKind.SLIDE_TO_ROLL, i)
         for i in np.flatnonzero(rests & ~self._resting).tolist():
             self._recorder.event(self.t, EventKind.ROLL_TO_REST, i)
+        if np.any(rests & ~self._resting) or np.any(self._spinning & ~spins):
             self.rest_time = self.t
-        self._rolling, self._resting = rolls, rests
+        self._rolling, self._resting, self._spinning = rolls, rests, spins
 
     def _note_collisions(
         self, new: list[Contact], before: tuple[FloatArray, FloatArray], dt: float

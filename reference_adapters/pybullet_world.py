@@ -38,7 +38,9 @@ at 2e-16 of its approach speed: rounding.
 """
 
 SMALLEST_FRICTION = 1e-12
-"""Ball-ball friction that stands for 0 where the table needs some [1]; see `SMALLEST_RESTITUTION`.
+"""Ball-ball friction that stands for 0 where cloth or cushions need some [1].
+
+See `SMALLEST_RESTITUTION`.
 
 Of a hit at 10 m/s it leaves 1e-11 m/s of throw.
 """
@@ -118,16 +120,23 @@ class Coefficients:
 
     Attributes
     ----------
-    ball_restitution, cushion_restitution, ball_friction, table_friction : float
-        Factors [1]. Cushions have friction 0, the table restitution 0.
+    ball_restitution, cushion_restitution, ball_friction, cushion_friction : float
+        Factors [1]. The table has restitution 0.
+    own_cloths : bool
+        Whether each ball has a plane of its own for a table; see `of`.
+    table_friction : (n,) float64
+        Factor of the table under each ball [1].
     rolling_friction, spinning_friction : (n,) float64
-        Per ball, lengths [m]: Bullet's moment is length x table friction x normal force.
+        Lengths [m] of each ball, or of the table under it where it has one of its own: Bullet's
+        moment is length x friction of the other body x normal force.
     """
 
     ball_restitution: float
     cushion_restitution: float
     ball_friction: float
-    table_friction: float
+    cushion_friction: float
+    own_cloths: bool
+    table_friction: FloatArray
     rolling_friction: FloatArray
     spinning_friction: FloatArray
 
@@ -140,23 +149,37 @@ class Coefficients:
         A ball that rolls without slip under a moment M about its contact decelerates by
         M R / (I + m R^2) = M / (7/5 m R): for mu_r g the length is (7/5) mu_r R / table friction.
         One that spins decelerates by M / I: for a rate s it is (2/5) R^2 s / (g table friction).
+
+        Balls that rub would also resist each other's rolling, each with its length times the
+        other's friction: by 2.8 mu_r / mu_s, 14 % on a pool table, of what their friction turns
+        them by. So there the lengths are the table's, over the balls' friction; and since each ball
+        has lengths of its own, and while it slides none, each lies on a table of its own. So it
+        does where balls slide differently, which no factors of one table and of balls that rub
+        alike can say.
         """
         physics = scene.physics
         restitution = math.sqrt(max(physics.ball_restitution, SMALLEST_RESTITUTION))
         cushion = _normal_restitution(physics) / restitution
         none = np.zeros(len(scene.balls))
         if planar:
-            return cls(restitution, cushion, 0.0, 0.0, none, none)
-        assert not isinstance(physics.ball_friction, str)  # the engine's check refuses a law
-        friction = math.sqrt(max(physics.ball_friction, SMALLEST_FRICTION))
-        table = physics.sliding_friction / friction
+            return cls(restitution, cushion, 0.0, 0.0, False, none, none, none)
+        between_balls = physics.ball_friction if len(scene.balls) > 1 else 0.0
+        assert not isinstance(between_balls, str)  # the engine's check refuses a law
+        friction = math.sqrt(max(between_balls, SMALLEST_FRICTION))
+        cushion_friction = physics.cushion_friction if physics.cushion == "frictional" else 0.0
+        table = scene.sliding_frictions / friction
+        rubbing = between_balls > 0.0 or cushion_friction > 0.0
+        own_cloths = rubbing or bool(np.any(table != table[0]))
+        other = np.full_like(table, friction) if own_cloths else table
         return cls(
             restitution,
             cushion,
             friction,
+            cushion_friction / friction,
+            own_cloths,
             table,
-            1.4 * physics.rolling_friction * scene.radii / table,
-            0.4 * physics.spinning_friction_rate * scene.radii**2 / (physics.gravity * table),
+            1.4 * scene.rolling_frictions * scene.radii / other,
+            0.4 * scene.spinning_friction_rates * scene.radii**2 / (physics.gravity * other),
         )
 
 
@@ -188,6 +211,7 @@ class World:
         self._balls: list[int] = []
         self._ball_of_body: dict[int, int] = {}
         self._cushion_of_body: dict[int, int] = {}
+        self._cloths: list[int] = []
         self._touching: frozenset[Contact] = frozenset()
         self.coefficients = Coefficients.of(scene, planar=planar)
         self._client: int = self._bullet.connect(self._bullet.DIRECT)
@@ -246,12 +270,9 @@ class World:
 
     def set_rolling_friction(self, ball: int, on: bool) -> None:
         """Switch the rolling resistance of a ball on or off."""
-        self._bullet.changeDynamics(
-            self._balls[ball],
-            -1,
-            rollingFriction=float(self.coefficients.rolling_friction[ball]) if on else 0.0,
-            physicsClientId=self._client,
-        )
+        body = self._cloths[ball] if self.coefficients.own_cloths else self._balls[ball]
+        length = float(self.coefficients.rolling_friction[ball]) if on else 0.0
+        self._change(body, rollingFriction=length)
 
     def velocity(self, ball: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return a ball's velocity [m/s] and angular velocity [rad/s]."""
@@ -302,12 +323,14 @@ class World:
         gravity = 0.0 if planar else -scene.physics.gravity
         self._bullet.setGravity(0.0, 0.0, gravity, physicsClientId=self._client)
         if not planar:
-            self._plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0, factors.table_friction)
+            for i in range(len(scene.balls) if factors.own_cloths else 1):
+                friction = float(factors.table_friction[i])
+                self._cloths.append(self._plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0, friction))
         if scene.table is not None:
             for name in scene.table.cushions:
                 far = (scene.table.length, scene.table.width, 0.0)
                 origin = far if name in ("right", "top") else (0.0, 0.0, 0.0)
-                body = self._plane(origin, _NORMALS[name], factors.cushion_restitution, 0.0)
+                body = self._plane(origin, _NORMALS[name], factors.cushion_restitution, factors.cushion_friction)
                 self._cushion_of_body[body] = CUSHIONS.index(name)
                 if self._tuned:
                     # Else a ball is stopped at the cushion in the step before it gets there, and
@@ -315,6 +338,17 @@ class World:
                     self._change(body, contactProcessingThreshold=0.0)
         for i in range(len(scene.balls)):
             self._ball(i, planar)
+        if factors.own_cloths:
+            self._part_cloths()
+
+    def _part_cloths(self) -> None:
+        """Let every ball touch its own table alone."""
+        for i, cloth in enumerate(self._cloths):
+            for j, ball in enumerate(self._balls):
+                if i != j:
+                    self._bullet.setCollisionFilterPair(
+                        cloth, ball, -1, -1, enableCollision=0, physicsClientId=self._client
+                    )
 
     def _ball(self, i: int, planar: bool) -> None:
         ball, factors = self._scene.balls[i], self.coefficients
@@ -331,6 +365,9 @@ class World:
             body,
             restitution=factors.ball_restitution,
             lateralFriction=factors.ball_friction,
+        )
+        self._change(
+            self._cloths[i] if factors.own_cloths else body,
             rollingFriction=float(factors.rolling_friction[i]),
             spinningFriction=float(factors.spinning_friction[i]),
         )

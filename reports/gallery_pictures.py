@@ -12,6 +12,7 @@ from reports.figures._table import aspect_of, view_of
 from reports.figures.paths import WIDTH, draw_panel
 from reports.figures.summary import accuracy_errors, draw_accuracy_on, draw_verdicts
 from reports.paper_figures import PAPER_FIGURES
+from reports.physics_figures import PHYSICS_FIGURES
 from reports.shots import Shot, load_shot
 from validation.store import ResultsFolder
 
@@ -76,6 +77,7 @@ def _hero_shot(results: ResultsFolder) -> Shot | None:
 GALLERY: dict[str, Callable[[ResultsFolder], Figure | None]] = {
     "hero": draw_hero,
     "verdicts": draw_verdicts,
+    **PHYSICS_FIGURES,
     **PAPER_FIGURES,
 }
 

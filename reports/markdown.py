@@ -43,6 +43,10 @@ FIGURE_TITLES_AT_END = {
 }
 """Where a scene ends at its `t_max`, with balls in motion."""
 
+PHYSICS_CAPTIONS = {
+    "physics-deflection": "The 30 degree rule: deflection of a rolling cue ball by a cut",
+    "physics-throw": "Throw of the object ball, against cut angle and against side spin",
+}
 PAPER_CAPTIONS = {
     "paper-figure-1": "Figure 1: a break of 7 balls at four instants",
     "paper-figure-2": "Figure 2: clipping, and the same instants without it",
@@ -76,7 +80,11 @@ part, since each collision multiplies the smallest difference; that is chaos, no
 
 
 def report_text(
-    results: ResultsFolder, whole: Drawn, scenes: Mapping[str, Drawn], paper: Drawn
+    results: ResultsFolder,
+    whole: Drawn,
+    scenes: Mapping[str, Drawn],
+    physics: Drawn,
+    paper: Drawn,
 ) -> str:
     """Return the report as Markdown.
 
@@ -85,6 +93,7 @@ def report_text(
     results : ResultsFolder
     whole : figures of the whole run
     scenes : figures of each scene, by its name
+    physics : figures of laws of the game, over their closed forms
     paper : the paper's figures
     """
     parts = [
@@ -102,6 +111,9 @@ def report_text(
     ]
     for scene in results.scene_names:
         parts += _scene_section(results, scene, scenes.get(scene, {}))
+    if physics:
+        parts += ["## Laws of the game, from whole shots"]
+        parts += [_figure(PHYSICS_CAPTIONS[kind], path) for kind, path in physics.items()]
     if paper:
         parts += ["## The paper's figures, remade"]
         parts += [_figure(PAPER_CAPTIONS[kind], path) for kind, path in paper.items()]

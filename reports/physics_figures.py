@@ -43,7 +43,12 @@ PUBLISHED_DEFLECTIONS = (
 )
 """Cut angle and deflection of the cue ball [deg]: Alciatore, proof 3.3 and its table."""
 
-NAMED_DEFLECTIONS = ((14.478, "3/4 ball"), (30.0, "half ball"), (48.590, "1/4 ball"))
+NAMED_DEFLECTIONS = (
+    (14.478, "3/4 ball", (-10, 3), "right"),
+    (30.0, "half ball", (8, -15), "left"),
+    (48.590, "1/4 ball", (10, 3), "left"),
+)
+"""Cut angle [deg], name, and where it is written: an offset in points, and which end is there."""
 
 MPH = 0.44704  # [m/s]
 WIDTH = 8.8
@@ -60,9 +65,9 @@ class Cut:
     cut : float [deg]
         Angle between the cue ball's path and the line of centres, by the scene's geometry.
     speed : float [m/s]
-        Of the cue ball at the hit.
+        Of the cue ball at the hit, where it has no horizontal spin left then; by formula.
     spin : float
-        R wz at the hit, over that speed; positive turns the object ball's way.
+        R wz at the hit, over that speed, positive for outside english; by formula.
     cue, target : float [deg]
         Where each ball goes in the end: the angle from the cue ball's path, the object ball's
         positive to its side, the cue ball's positive to the other.
@@ -127,9 +132,8 @@ def cuts_of(scene: Scene, motion: Motion) -> list[Cut]:
     """Return the shots of a sweep in which the balls of a pair met, in the order of the scene."""
     found = []
     for cue in range(0, len(scene.balls) - 1, 2):
-        hit = _hit_of(motion, cue)
-        if hit is not None:
-            found.append(_cut_of(scene, motion, cue, hit))
+        if _met(motion, cue):
+            found.append(_cut_of(scene, motion, cue))
     return found
 
 
@@ -144,27 +148,19 @@ def draw_deflection(results: ResultsFolder) -> Figure | None:
     curve = np.degrees(natural_deflection(np.radians(angles)))
     above.plot(angles, curve, color=style.GREY, linewidth=1.6, label="closed form")
     above.plot(*zip(*PUBLISHED_DEFLECTIONS, strict=True), **_PUBLISHED)
-    for at, name in NAMED_DEFLECTIONS:
+    for at, name, offset, end in NAMED_DEFLECTIONS:
         value = float(np.degrees(natural_deflection(np.radians(np.array([at]))))[0])
-        above.annotate(
-            name,
-            (at, value),
-            xytext=(0, -16),
-            textcoords="offset points",
-            ha="center",
-            color=style.GREY,
-            fontsize=8.5,
-        )
+        _write_at(above, (at, value), name, offset, end)
     for run, cuts in _runs(shot):
         x = np.array([cut.cut for cut in cuts])
         y = np.array([cut.cue for cut in cuts])
         _draw_points(above, run, x, y, label=True)
         _draw_points(below, run, x, _size(y - np.degrees(natural_deflection(np.radians(x)))))
     above.set(ylabel="deflection of the cue ball [deg]", xlim=(0.0, 90.0), ylim=(0.0, 38.0))
-    above.legend(loc="lower center", ncols=2)
     above.grid(visible=True)
     _finish_differences(below)
     below.set_xlabel("cut angle [deg]")
+    figure.legend(*above.get_legend_handles_labels(), loc="outside lower center", ncols=6)
     style.set_title(figure, "30 degree rule: where a rolling cue ball goes after a cut")
     return figure
 
@@ -174,7 +170,7 @@ def draw_throw(results: ResultsFolder) -> Figure | None:
     by_angle, by_spin = (_sweep(results, name) for name in (THROW_BY_ANGLE, THROW_BY_SPIN))
     if by_angle is None or by_spin is None:
         return None
-    figure = style.new_figure(WIDTH, 5.6)
+    figure = style.new_figure(WIDTH, 6.0)
     grid = figure.subplots(2, 2, sharex="col", height_ratios=[2.6, 1.0])
     for column, shot in enumerate((by_angle, by_spin)):
         above, below = grid[0, column], grid[1, column]
@@ -189,14 +185,18 @@ def draw_throw(results: ResultsFolder) -> Figure | None:
         above.grid(visible=True)
         _finish_differences(below)
     grid[0, 0].set(ylabel="throw [deg]", xlim=(0.0, 90.0))
-    grid[0, 0].legend(loc="upper left")
     grid[0, 0].set_title("a stun shot, against the cut angle", fontsize=9)
     grid[1, 0].set_xlabel("cut angle [deg]")
     grid[0, 1].set_title("a half-ball stun shot, against side spin", fontsize=9)
-    grid[1, 1].set_xlabel("side spin, R ω / v [1]")
+    grid[0, 1].set_xlim(-1.42, 1.1)
+    grid[1, 1].set_xlabel("side spin R ω / v [1], outside english positive")
     grid[1, 1].set_ylabel("")
     _mark_gearing(grid[0, 1], by_spin)
-    style.set_title(figure, "Throw: friction between the balls turns the object ball aside")
+    legend = grid[0, 0].get_legend_handles_labels()
+    figure.legend(*legend, loc="outside lower center", ncols=6)
+    friction: Any = by_angle.scene.physics.ball_friction
+    law = "that falls with speed" if friction == "alciatore" else f"of {friction:g}"
+    style.set_title(figure, f"Throw: friction {law} between the balls turns the object ball aside")
     return figure
 
 
@@ -232,29 +232,29 @@ def _runs(shot: Shot) -> Iterator[tuple[Run, list[Cut]]]:
             yield run, cuts
 
 
-def _hit_of(motion: Motion, cue: int) -> float | None:
-    events = motion.events
-    pair = np.sort(np.stack([events["a"], events["b"]], axis=1), axis=1)
-    hits = events["t"][
-        (events["kind"] == EventKind.BALL_BALL) & (pair == [cue, cue + 1]).all(axis=1)
-    ]
-    return float(hits[0]) if len(hits) else None
+def _met(motion: Motion, cue: int) -> bool:
+    """Whether ball `cue` and the next one collided."""
+    of_balls = motion.events[motion.events["kind"] == EventKind.BALL_BALL]
+    pairs = np.sort(np.stack([of_balls["a"], of_balls["b"]], axis=1), axis=1)
+    return bool(np.any(np.all(pairs == [cue, cue + 1], axis=1)))
 
 
-def _cut_of(scene: Scene, motion: Motion, cue: int, hit: float) -> Cut:
+def _cut_of(scene: Scene, motion: Motion, cue: int) -> Cut:
     start, target = scene.positions[cue : cue + 2, :2]
-    path = scene.velocities[cue, :2]
-    path = path / np.hypot(*path)
-    offset = float(_cross(path, target - start))
+    velocity, angular_velocity = scene.velocities[cue, :2], scene.angular_velocities[cue]
+    path = velocity / np.hypot(*velocity)
+    offset = _cross(path, target - start)
     side = 1.0 if offset >= 0.0 else -1.0
-    reach = scene.radii[cue] + scene.radii[cue + 1]
-    before = max(int(np.searchsorted(motion.times, hit)) - 1, 0)
-    speed = float(np.hypot(*motion.velocities[before, cue, :2]))
-    turning = side * scene.radii[cue] * motion.angular_velocities[before, cue, 2]
+    radius, reach = scene.radii[cue], scene.radii[cue] + scene.radii[cue + 1]
+    # Friction of the cloth leaves v + (2/5) R (w x z) as it is; without horizontal spin that is v.
+    start_speed = float(np.hypot(*velocity))
+    speed = start_speed + 0.4 * radius * _cross(path, angular_velocity[:2])
+    slide = (start_speed - speed) / (scene.sliding_frictions[cue] * scene.physics.gravity)
+    left = max(abs(angular_velocity[2]) - scene.spinning_friction_rates[cue] * slide, 0.0)
     return Cut(
         cut=float(np.degrees(np.arcsin(abs(offset) / reach))),
         speed=speed,
-        spin=float(turning) / speed,
+        spin=float(side * radius * np.copysign(left, angular_velocity[2]) / speed),
         cue=-side * _direction(motion, cue, path),
         target=side * _direction(motion, cue + 1, path),
     )
@@ -277,31 +277,49 @@ def _cross(a: FloatArray, b: FloatArray) -> float:
 
 def _draw_throw_curves(axes: Axes, shot: Shot, varies: str) -> None:
     """Draw the closed form for each speed of the sweep, and write the speed at its curve."""
-    _, cuts = list(_runs(shot))[-1]
+    cuts = next(iter(_runs(shot)))[1]
     speeds = sorted({round(cut.speed, 3) for cut in cuts})
     lines = ("-", (0.0, (6.0, 2.0)), (0.0, (2.0, 1.5)), "-.")
-    for speed, line in zip(speeds, lines, strict=False):
-        cut = np.linspace(0.5, 88.0, 351) if varies == "cut" else np.full(401, cuts[0].cut)
-        spin = np.zeros(351) if varies == "cut" else np.linspace(-1.05, 1.05, 401)
-        exact = throw_angle(shot.scene, np.radians(cut), np.full(len(cut), speed), spin)
-        name = f"closed form, {speed / MPH:.0f} mph ({speed:.2f} m/s)"
-        x = cut if varies == "cut" else spin
-        label = name if varies == "cut" else None
-        axes.plot(x, np.degrees(exact), color=style.GREY, linestyle=line, label=label)
+    for k, (speed, line) in enumerate(zip(speeds, lines, strict=False)):
+        along_cut = varies == "cut"
+        x = np.linspace(0.5, 88.0, 351) if along_cut else np.linspace(-1.05, 1.05, 421)
+        cut = x if along_cut else np.full(len(x), cuts[0].cut)
+        spin = np.zeros(len(x)) if along_cut else x
+        exact = throw_angle(shot.scene, np.radians(cut), np.full(len(x), speed), spin)
+        y = np.degrees(exact)
+        label = "closed form" if along_cut and k == 0 else None
+        axes.plot(x, y, color=style.GREY, linestyle=line, label=label)
+        name = f"{speed / MPH:.0f} mph"
+        if along_cut:
+            _write_at(axes, (x[-1], y[-1]), name, (0, 9), "right")
+        else:
+            _write_at(axes, (x[0], y[0]), name, (-4, -3), "right")
 
 
 def _mark_gearing(axes: Axes, shot: Shot) -> None:
-    _, cuts = list(_runs(shot))[-1]
+    cuts = next(iter(_runs(shot)))[1]
     gearing = float(np.sin(np.radians(cuts[0].cut)))
     axes.axhline(0.0, color=style.FAINT, linewidth=0.8)
     axes.axvline(gearing, color=style.VERMILLION, linewidth=1.0, linestyle=(0.0, (4.0, 2.0)))
+    _write_at(axes, (gearing, 0.0), "gearing:\nno throw", (-8, -30), "right", style.VERMILLION)
+
+
+def _write_at(
+    axes: Axes,
+    at: tuple[float, float],
+    text: str,
+    offset: tuple[int, int],
+    end: str,
+    colour: str = style.GREY,
+) -> None:
+    """Write a text at a point, `offset` points from it; `end` is which end of the text is there."""
     axes.annotate(
-        "gearing:\nno throw",
-        (gearing, 0.0),
-        xytext=(-8, -34),
+        text,
+        at,
+        xytext=offset,
         textcoords="offset points",
-        ha="right",
-        color=style.VERMILLION,
+        ha=end,
+        color=colour,
         fontsize=8.5,
     )
 

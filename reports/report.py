@@ -15,6 +15,7 @@ from reports import style
 from reports.figures import SCENE_FIGURES, draw_accuracy, draw_verdicts
 from reports.markdown import Drawn, report_text
 from reports.paper_figures import PAPER_FIGURES
+from reports.physics_figures import PHYSICS_FIGURES
 from reports.shots import load_shot
 from validation.store import ResultsFolder
 
@@ -36,6 +37,7 @@ Progress = Callable[[int, int, str], None]
 WHOLE_FIGURES: dict[str, Callable[[ResultsFolder], Figure | None]] = {
     "verdicts": draw_verdicts,
     "accuracy": draw_accuracy,
+    **PHYSICS_FIGURES,
     **PAPER_FIGURES,
 }
 
@@ -87,8 +89,11 @@ def write_report(
             if progress is not None:
                 progress(done, len(tasks), task)
         whole = drawn.pop(WHOLE)
-        paper = {kind: path for kind, path in whole.items() if kind in PAPER_FIGURES}
-        text = report_text(results, whole, drawn, paper)
+        physics, paper = (
+            {kind: path for kind, path in whole.items() if kind in kinds}
+            for kinds in (PHYSICS_FIGURES, PAPER_FIGURES)
+        )
+        text = report_text(results, whole, drawn, physics, paper)
         report = results.path / REPORT
         part = report.with_name(REPORT + ".part")
         part.write_text(text, encoding="utf-8")

@@ -117,4 +117,6 @@ def margin_of(slips: Slips, held: int, model: Model) -> float:
         grip = model.cloth_friction * load_of(friction.down, model)
         limit = grip * grip
         needed = friction.n * friction.n + friction.t * friction.t
+    if needed == 0.0:
+        return 1.0
     return 1.0 - needed / limit if needed < 1e12 * limit else -1e12

@@ -37,9 +37,9 @@ def frictional(impact: BallImpact, laws: Laws) -> BallImpulse:
     surfaces, with mu times the normal impulse or with the 2/7 of the slip that end it, whichever is
     less. The coefficient mu is that of the slip before the impact.
 
-    What friction lifts leaves the cloth only in principle: the vertical velocities are dropped
-    after the impact, which takes energy and never gives any. So what is left of a vertical slip
-    that ended in the impact are 2/7 of it.
+    Vertical slip is ended as if the balls were free to rise. Their vertical velocities are dropped
+    after the impact, which takes energy and never gives any; 2/7 of a vertical slip that ended is
+    then left.
 
     Contract: no allocation. Without friction the tangential parts are exactly 0.
     """

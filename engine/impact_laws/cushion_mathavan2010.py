@@ -35,10 +35,12 @@ _REBOUND = 1
 # Tolerances, beside `AT_LIMIT`. The first three are in units of the speed of approach.
 _STEP_ERROR = 3e-11  # of a step, as estimated
 _STILL = 1e-11  # a slip below this counts as none
-_TURNED = 1e-9  # compression ends below this; the work then errs by the square of it
+_TURNED = 1e-10  # compression ends below this; the work then errs by the square of it
 _ROUNDING = 1e-14  # of all speeds together: added to the first two
 _RETURNED = 1e-13  # of the work to be returned
-_LEAST = 1e-140  # [m/s]; the work of a slower approach vanishes in doubles, and so does friction
+# Below either approach the ball only bounces: what friction would change is lost in rounding.
+_LEAST = 1e-140  # [m/s]; the squares of smaller speeds vanish
+_GRAZING = 1e-13  # of all speeds together
 
 # A step of the implicit method knows the stiffness at its start; slips may grow by this in one.
 _GROWTH = 8.0
@@ -106,21 +108,21 @@ def mathavan2010(impact: CushionImpact, laws: Laws) -> CushionBounce:
 
     Accuracy: steps are chosen so that each errs by less than 3e-11 of the speed of approach, as
     estimated, and land on the ends of slips, of what friction can hold and of the phases. The
-    outcome errs by less than 1e-9 of the speed of approach and 1e-12 of all speeds.
+    outcome errs by less than 1e-9 of the speed of approach and 1e-12 of all speeds, but near a jam,
+    where what decides between two outcomes may be smaller than that.
     """
-    if impact.vn < _LEAST:
-        vn = -laws.cushion_restitution * impact.vn
+    radius, vn = impact.radius, impact.vn
+    speeds = vn + abs(impact.vt) + radius * (abs(impact.wn) + abs(impact.wt) + abs(impact.wz))
+    if vn < _LEAST or vn < _GRAZING * speeds:
+        vn = -laws.cushion_restitution * vn
         return CushionBounce(vn, impact.vt, impact.wn, impact.wt, impact.wz)
     sine = (laws.cushion_height - impact.radius) / impact.radius
     cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
-    radius, vn = impact.radius, impact.vn
     along = impact.vt + radius * (impact.wz * cosine - impact.wn * sine)
     skid = impact.vt + radius * impact.wn
     planar = along == 0.0 and skid == 0.0
     model = Model(sine, cosine, laws.cushion_friction, impact.cloth, along, skid, planar)
-    rounding = _ROUNDING * (
-        vn + abs(impact.vt) + radius * (abs(impact.wn) + abs(impact.wt) + abs(impact.wz))
-    )
+    rounding = _ROUNDING * speeds
     scales = _Scales(vn, _STILL * vn + 0.2 * rounding, _STEP_ERROR * vn + rounding)
     before = Motion(vn, vn * sine + radius * impact.wt, 0.0, 0.0, 0.0)
     after = _follow(before, laws.cushion_restitution, scales, model)

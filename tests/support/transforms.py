@@ -72,22 +72,21 @@ def scaled(scene: Scene, k: int) -> Scene:
     length, velocity = 4.0**k, 2.0**k
     balls = []
     for one in scene.balls:
-        update: dict[str, object] = {
+        fields: dict[str, object] = {
             "position": [length * c for c in one.position[:2]],
             "velocity": [velocity * c for c in one.velocity[:2]],
             "radius": length * one.radius,
         }
         if one.angular_velocity is not None:
-            update["angular_velocity"] = [c / velocity for c in one.angular_velocity]
+            fields["angular_velocity"] = [c / velocity for c in one.angular_velocity]
         if one.spinning_friction_rate is not None:
-            update["spinning_friction_rate"] = one.spinning_friction_rate / length
-        balls.append(changed(one, **update))
-    physics = scene.physics.model_copy(
-        update={
-            "spinning_friction_rate": scene.physics.spinning_friction_rate / length,
-            "cushion_height": length * scene.physics.cushion_height,
-        }
-    )
+            fields["spinning_friction_rate"] = one.spinning_friction_rate / length
+        balls.append(changed(one, **fields))
+    physics = scene.physics
+    update = {"spinning_friction_rate": physics.spinning_friction_rate / length}
+    if physics.cushion in ("han2005", "mathavan2010"):
+        update["cushion_height"] = length * physics.cushion_height
+    physics = physics.model_copy(update=update)
     table = scene.table
     if table is not None:
         table = Table(

@@ -34,8 +34,14 @@ def _one_hit(setup: Setup) -> Outcome:
 
 
 def _chain(setup: Setup) -> Outcome:
-    """Let the first ball hit the second, which rolls through the gap and hits the third."""
-    return Shot(setup).hit(0, 1).hit(1, 2).end()
+    """Let each ball of a line hit the next: it rolls through the gap, or touches it all the time.
+
+    Of balls that touch, one impact comes after the other, as with gaps that vanish.
+    """
+    shot = Shot(setup)
+    for ball in range(len(setup.positions) - 1):
+        shot.hit(ball, ball + 1)
+    return shot.end()
 
 
 def _hit_of_the_last(setup: Setup) -> Outcome:
@@ -140,6 +146,7 @@ FORMS: Mapping[str, Form] = {
     "restitution-head-on": Form(_one_hit),
     "restitution-cut": Form(_one_hit),
     "three-ball-chain": Form(_chain),
+    "cradle": Form(_chain),
     "three-ball-symmetric": Form(hit_on_two),
     "frozen-to-cushion": Form(_squeezed_out),
     "sliding-stun": Form(_undisturbed, motion="sliding"),

@@ -10,18 +10,17 @@ Polynomial = tuple[mpf, ...]
 """Coefficients, constant first."""
 
 
-def first_fall_below_zero(polynomial: Polynomial, end: mpf) -> mpf | None:
+def first_fall_below_zero(polynomial: Polynomial, end: mpf, slack: mpf) -> mpf | None:
     """Return where the polynomial first falls through 0 on [0, end], or None.
 
     Between neighbouring roots of its derivative a polynomial is monotone, so each such interval
     holds one root or none. Balls that already touch, and close in, are at the root: the interval
-    starts within rounding of 0.
+    starts no further than `slack` below 0.
     """
-    noise = mp.mpf(10) ** (-mp.dps // 2)
     edges = [mp.mpf(0), *_roots(_derivative(polynomial), mp.mpf(0), end), end]
     for low, high in pairwise(edges):
         at_low, at_high = _value(polynomial, low), _value(polynomial, high)
-        if at_high < 0 and at_high < at_low and at_low > -noise:
+        if at_high < 0 and at_high < at_low and at_low > -slack:
             return _root(polynomial, low, high) if at_low > 0 else low
     return None
 

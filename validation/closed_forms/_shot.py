@@ -21,6 +21,12 @@ from validation.closed_forms._motion import (
 from validation.closed_forms._polynomials import Polynomial, first_fall_below_zero
 from validation.closed_forms._setup import Collision, OrderError, Outcome, Setup, Vector
 
+TOUCHING = mp.mpf(2) ** -46
+"""Overlap, in units of a radius, that balls in contact may have: their places are given in doubles.
+
+Such balls touch as soon as they approach.
+"""
+
 
 class Shot:
     """Balls that slide, roll and spin, advanced from one stated collision to the next.
@@ -134,10 +140,10 @@ class Shot:
                 -sign * segment.acceleration[axis] / 2,
             )
             if end == mp.inf:  # a rest, or a velocity that lasts
-                if gap[1] < 0 and gap[0] >= 0:
-                    return segment.start - gap[0] / gap[1]
+                if gap[1] < 0 and gap[0] > -TOUCHING * radius:
+                    return segment.start + max(-gap[0] / gap[1], mp.mpf(0))
                 continue
-            dt = first_fall_below_zero(gap, end - segment.start)
+            dt = first_fall_below_zero(gap, end - segment.start, TOUCHING * radius)
             if dt is not None:
                 return segment.start + dt
         return None
@@ -151,7 +157,7 @@ class Shot:
             duration = end - start
             if duration == mp.inf:  # at one relative velocity, if any, until they pass each other
                 duration = max(-gap[1] / gap[2] / 2, mp.mpf(0)) if gap[2] else mp.mpf(0)
-            dt = first_fall_below_zero(gap, duration)
+            dt = first_fall_below_zero(gap, duration, TOUCHING * reach**2)
             if dt is not None:
                 return start + dt
         return None
