@@ -165,7 +165,7 @@ def press(
         step = duration
     if not solved:
         counters[UNSOLVED_STEPS] += 1
-    if not (insist or _any_force(contacts, count)):
+    if not _moves(balls, contacts, members) or not (insist or _any_force(contacts, count)):
         release(balls, laws, contacts, i, t)
         return
     for m in range(members):
@@ -182,6 +182,17 @@ def press(
         predict_cushion(balls, k, laws, duration, True)
         contacts.motion[STEP, k] = step
         contacts.changed[k] = True
+
+
+@kernel
+def _moves(balls: Balls, contacts: Contacts, members: int) -> bool:
+    """Whether any member moves: what rests may be under pressure, but nothing comes of it."""
+    for m in range(members):
+        k = contacts.member[m]
+        driven = contacts.motion[NEW_AX, k] != 0.0 or contacts.motion[NEW_AY, k] != 0.0
+        if driven or not at_rest(balls, k):
+            return True
+    return False
 
 
 @kernel

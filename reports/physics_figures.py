@@ -7,6 +7,7 @@ sweep is a scene of many shots side by side: balls 0 and 1, balls 2 and 3, and s
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -29,24 +30,29 @@ DEFLECTION = "thirty-degree-rule"
 THROW_BY_ANGLE = "throw-by-angle"
 THROW_BY_SPIN = "throw-by-spin"
 
+THREE_QUARTER_BALL, HALF_BALL, QUARTER_BALL = (
+    math.degrees(math.asin(1.0 - fraction)) for fraction in (0.75, 0.5, 0.25)
+)
+"""Cut angles of hits that cover this much of the object ball [deg]."""
+
 PUBLISHED_DEFLECTIONS = (
     (10.0, 21.681),
-    (14.478, 27.626),
+    (THREE_QUARTER_BALL, 27.626),
     (20.0, 31.868),
     (28.126, 33.749),
-    (30.0, 33.670),
+    (HALF_BALL, 33.670),
     (40.0, 31.196),
     (45.0, 29.055),
-    (48.590, 27.267),
+    (QUARTER_BALL, 27.267),
     (60.0, 20.633),
     (80.0, 7.116),
 )
 """Cut angle and deflection of the cue ball [deg]: Alciatore, proof 3.3 and its table."""
 
 NAMED_DEFLECTIONS = (
-    (14.478, "3/4 ball", (-10, 3), "right"),
-    (30.0, "half ball", (8, -15), "left"),
-    (48.590, "1/4 ball", (10, 3), "left"),
+    (THREE_QUARTER_BALL, "3/4 ball", (-10, 3), "right"),
+    (HALF_BALL, "half ball", (8, -15), "left"),
+    (QUARTER_BALL, "1/4 ball", (10, 3), "left"),
 )
 """Cut angle [deg], name, and where it is written: an offset in points, and which end is there."""
 
@@ -195,8 +201,8 @@ def draw_throw(results: ResultsFolder) -> Figure | None:
     legend = grid[0, 0].get_legend_handles_labels()
     figure.legend(*legend, loc="outside lower center", ncols=6)
     friction: Any = by_angle.scene.physics.ball_friction
-    law = "that falls with speed" if friction == "alciatore" else f"of {friction:g}"
-    style.set_title(figure, f"Throw: friction {law} between the balls turns the object ball aside")
+    law = ", falling with speed," if friction == "alciatore" else f" of {friction:g}"
+    style.set_title(figure, f"Throw: friction between the balls{law} turns the object ball aside")
     return figure
 
 

@@ -35,9 +35,9 @@ def han2005(impact: CushionImpact, laws: Laws) -> CushionBounce:
     Contract: no allocation; energy does not rise; vn <= 0 afterwards; mirrored along the cushion,
     the outcome is mirrored to the bit.
 
-    Equations 13 to 21, with the print's errors put right: the friction that stops the slip is the
-    slip over A = 7 / 2m and doesn't depend on its coefficient; the sign of c in equation 14; the
-    second factor of the impulse along n in equation 21 is a cosine. As there, the vertical impulse
+    Han's equations, with the print's errors put right: the normal impulse whose friction mu just
+    ends the slip s is |s| / (mu A), with A = 7 / (2 m); the sign of c in equation 14; the second
+    factor of the impulse along n in equation 21, which is a cosine. As there, the vertical impulse
     turns the ball and its vertical velocity is dropped: the cloth holds the ball.
 
     Energy: in free space the impact loses it, because the closing speed at the nose is multiplied

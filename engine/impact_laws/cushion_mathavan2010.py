@@ -108,8 +108,8 @@ def mathavan2010(impact: CushionImpact, laws: Laws) -> CushionBounce:
 
     Accuracy: steps are chosen so that each errs by less than 3e-11 of the speed of approach, as
     estimated, and land on the ends of slips, of what friction can hold and of the phases. The
-    outcome errs by less than 1e-9 of the speed of approach and 1e-12 of all speeds, but near a jam,
-    where what decides between two outcomes may be smaller than that.
+    outcome errs by less than 1e-9 of the speed of approach and 1e-12 of all speeds, but where both
+    slips nearly end at once, as before a jam: there the motion itself magnifies what is small.
     """
     radius, vn = impact.radius, impact.vn
     speeds = vn + abs(impact.vt) + radius * (abs(impact.wn) + abs(impact.wt) + abs(impact.wz))

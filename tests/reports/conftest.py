@@ -69,6 +69,10 @@ SHOTS = {
         [(1.0, EventKind.BALL_BALL, 0, 1)],
     ),
 }
+SHOTS |= dict.fromkeys(
+    ("thirty-degree-rule", "throw-by-angle", "throw-by-spin"),
+    ("A sweep of one shot", OUR_ENGINE, *SHOTS["figure4-skewed"][2:]),
+)
 ERRORS = {
     "ghostball": 0.0,
     "pymunk": 2e-3,
@@ -193,7 +197,7 @@ def write_results(folder: Path, scenes: list[str], labels: list[str]) -> Path:
 
 @pytest.fixture(scope="session")
 def results_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Six scenes on seven engines; nobody writes into it."""
+    """Nine scenes on seven engines; nobody writes into it."""
     return write_results(tmp_path_factory.mktemp("results"), list(SHOTS), LABELS)
 
 

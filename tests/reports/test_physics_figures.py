@@ -1,0 +1,133 @@
+"""Fails where a figure of a law shows other numbers than its formula, the runs or publications."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from engine import Scene, simulate
+from reports import style
+from reports.physics_figures import (
+    DEFLECTION,
+    PHYSICS_FIGURES,
+    PUBLISHED_DEFLECTIONS,
+    THROW_BY_ANGLE,
+    THROW_BY_SPIN,
+    cuts_of,
+    draw_deflection,
+    draw_throw,
+    natural_deflection,
+    throw_angle,
+)
+from validation.closed_forms import closed_form
+from validation.library import find_scene
+from validation.sampling import motion_of
+from validation.store import Motion, ResultsFolder
+
+SWEEPS = (DEFLECTION, THROW_BY_ANGLE, THROW_BY_SPIN)
+
+
+@cache
+def run(name: str) -> tuple[Scene, Motion]:
+    scene = find_scene(name)
+    return scene, motion_of(simulate(scene, record="trajectory"))
+
+
+def texts_of(figure) -> str:
+    from matplotlib.text import Text
+
+    return "\n".join(text.get_text() for text in figure.findobj(Text))
+
+
+@pytest.mark.parametrize(("cut", "deflection"), PUBLISHED_DEFLECTIONS)
+def test_the_curve_goes_through_the_published_points(cut, deflection):
+    angle = np.degrees(natural_deflection(np.radians(np.array([cut]))))
+    assert angle[0] == pytest.approx(deflection, abs=1e-3)
+
+
+def test_the_largest_deflection_is_the_published_one():
+    cuts = np.linspace(0.0, 90.0, 90_001)
+    angles = np.degrees(natural_deflection(np.radians(cuts)))
+    assert cuts[np.argmax(angles)] == pytest.approx(28.126, abs=1e-3)
+    assert angles.max() == pytest.approx(33.749, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", [THROW_BY_ANGLE, THROW_BY_SPIN])
+def test_the_throw_curves_are_those_of_the_closed_forms(name):
+    # The closed form of the scene knows nothing of the formula of the proof.
+    scene = find_scene(name)
+    form, cuts = closed_form(scene), cuts_of(*run(name))
+    assert form is not None
+    cut, speed, spin = np.array([[c.cut, c.speed, c.spin] for c in cuts]).T
+    expected = np.degrees(throw_angle(scene, np.radians(cut), speed, spin))
+    ends = np.array([[float(x) for x in v] for v in form.final_velocities[1::2]])
+    throw = cut - np.degrees(np.arctan2(ends[:, 1], ends[:, 0]))
+    np.testing.assert_allclose(throw, expected, rtol=0, atol=1e-10)
+
+
+def test_whole_shots_keep_the_30_degree_rule():
+    cuts = cuts_of(*run(DEFLECTION))
+    cut, deflection = np.array([[c.cut, c.cue] for c in cuts]).T
+    assert len(cuts) == 12
+    np.testing.assert_allclose(
+        deflection, np.degrees(natural_deflection(np.radians(cut))), rtol=0, atol=1e-9
+    )
+    # Elastic, without friction: the object ball leaves along the line of centres.
+    np.testing.assert_allclose([c.throw for c in cuts], 0.0, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", [THROW_BY_ANGLE, THROW_BY_SPIN])
+def test_whole_shots_are_thrown_as_the_proof_says(name):
+    scene, motion = run(name)
+    cuts = cuts_of(scene, motion)
+    cut, speed, spin, throw = np.array([[c.cut, c.speed, c.spin, c.throw] for c in cuts]).T
+    expected = np.degrees(throw_angle(scene, np.radians(cut), speed, spin))
+    np.testing.assert_allclose(throw, expected, rtol=0, atol=1e-9)
+    assert len(set(np.round(speed / 0.44704, 6))) == 3
+    if name == THROW_BY_SPIN:
+        geared = np.abs(spin - 0.5) < 1e-6
+        assert np.count_nonzero(geared) == 3
+        np.testing.assert_allclose(throw[geared], 0.0, rtol=0, atol=1e-5)
+        assert np.all(throw[spin < 0.4] > 0.0)
+        assert np.all(throw[spin > 0.6] < 0.0)
+
+
+def test_a_shot_to_the_other_side_has_the_same_angles():
+    # Breaks where a sign is that of the scene instead of that of the cut.
+    scene, motion = run(THROW_BY_SPIN)
+    flip = np.array([1.0, -1.0, 1.0])
+    balls = tuple(
+        ball.model_copy(
+            update={
+                "position": tuple((np.array(ball.position) * flip).tolist()),
+                "velocity": tuple((np.array(ball.velocity) * flip).tolist()),
+                "angular_velocity": tuple((np.array(spin) * -flip).tolist()),
+            }
+        )
+        for ball, spin in zip(scene.balls, scene.angular_velocities, strict=True)
+    )
+    mirrored = scene.model_copy(update={"balls": balls})
+    flipped = motion_of(simulate(mirrored, record="trajectory"))
+    for here, there in zip(cuts_of(scene, motion), cuts_of(mirrored, flipped), strict=True):
+        assert there.cut == pytest.approx(here.cut, abs=1e-12)
+        assert there.spin == pytest.approx(here.spin, abs=1e-12)
+        assert there.cue == pytest.approx(here.cue, abs=1e-9)
+        assert there.throw == pytest.approx(here.throw, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", PHYSICS_FIGURES)
+def test_a_figure_is_written_with_every_engine_that_ran(results_folder, tmp_path, name):
+    results = ResultsFolder.load(results_folder)
+    with style.drawing():
+        figure = PHYSICS_FIGURES[name](results)
+        assert all(path.stat().st_size for path in style.save_figure(figure, tmp_path / name))
+    text = texts_of(figure)
+    for part in ("closed form", "ghostball", "pymunk, landed", "paper-discrete", "[deg]"):
+        assert part in text
+    assert "pybullet" not in text  # it ran none of them
+
+
+def test_without_its_sweep_there_is_no_figure(small_folder):
+    results = ResultsFolder.load(small_folder)
+    assert draw_deflection(results) is None
+    assert draw_throw(results) is None
