@@ -83,7 +83,7 @@ def solve(
         contacts.forces[UP, c] = 0.0
         _load(contacts, contacts.ends[FIRST, c], contacts.ends[SECOND, c], force * nx, force * ny)
     steady = True
-    for _ in range(SWEEPS):
+    for sweep in range(SWEEPS):
         # The forces of the last sweep turn the velocities at mid-step, and so the friction there.
         for m in range(members):
             accelerate(balls, laws, contacts, contacts.member[m], duration)
@@ -91,7 +91,9 @@ def solve(
             _keep_pressures(contacts, count)
             return _is_short(balls, laws, contacts, members, count, duration)
         steady = True
-        for c in range(count):
+        for place in range(count):
+            # To and fro, so that a push runs down a whole line of balls in a sweep, and back.
+            c = place if sweep % 2 == 0 else count - 1 - place
             _hold(balls, laws, contacts, c, duration)
             change = _rub(balls, laws, contacts, c, duration)
             a, _ = _ends(contacts, c)

@@ -121,7 +121,7 @@ def run(balls: Balls, laws: Laws, contacts: Contacts, pairs: Pairs, log: Log, li
             if verdict == IMPACT:
                 _resolve_pairs(balls, laws, contacts, count, t, log)
             else:
-                first, second = contacts.ends[FIRST, 0], contacts.ends[SECOND, 0]
+                first, second = contacts.hits[FIRST, 0], contacts.hits[SECOND, 0]
                 press(balls, laws, contacts, first, second, t, True, log.counters)
         log.clock[NOW] = t
 
@@ -242,12 +242,12 @@ def _pressed_against(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -
 def _resolve_pairs(
     balls: Balls, laws: Laws, contacts: Contacts, count: int, t: float, log: Log
 ) -> None:
-    """Collide the first `count` pairs of `contacts.ends` at the instant t; together if they touch.
+    """Collide the first `count` pairs of `contacts.hits` at the instant t; together if they touch.
 
     A pair of which neither ball has another impact now follows the scene's law.
     """
     for c in range(count):
-        a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+        a, b = contacts.hits[FIRST, c], contacts.hits[SECOND, c]
         advance(balls, a, t)
         advance(balls, b, t)
         contacts.motion[DEGREE, a] += 1.0
@@ -256,13 +256,9 @@ def _resolve_pairs(
         _note_event(_BALL_BALL, a, b, t, log)
     joint = 0
     for c in range(count):
-        a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+        a, b = contacts.hits[FIRST, c], contacts.hits[SECOND, c]
         if contacts.motion[DEGREE, a] == 1.0 and contacts.motion[DEGREE, b] == 1.0:
             collide_balls(balls, a, b, laws)
-            _predict_anew(balls, laws, contacts, a, t, log)
-            _predict_anew(balls, laws, contacts, b, t, log)
-            contacts.motion[DEGREE, a] = 0.0
-            contacts.motion[DEGREE, b] = 0.0
         else:
             contacts.ends[FIRST, joint] = a
             contacts.ends[SECOND, joint] = b
@@ -270,11 +266,12 @@ def _resolve_pairs(
     if joint > 0:
         log.counters[JOINT_IMPACTS] += 1
         collide_together(balls, laws, contacts, joint)
-        for c in range(joint):
-            for row in (FIRST, SECOND):
-                k = contacts.ends[row, c]
-                _predict_anew(balls, laws, contacts, k, t, log)
+    for c in range(count):
+        for row in (FIRST, SECOND):
+            k = contacts.hits[row, c]
+            if contacts.motion[DEGREE, k] > 0.0:
                 contacts.motion[DEGREE, k] = 0.0
+                _predict_anew(balls, laws, contacts, k, t, log)
 
 
 @kernel

@@ -94,7 +94,7 @@ def touching(
 
     IMPACT, for all pairs that approach, or for the fastest of them where impacts are sequential;
     else PRESSED, for one pair; else NOT_YET, when all those bounds have moved on. The pairs are in
-    the first columns of `contacts.ends`, the lower index first.
+    the first columns of `contacts.hits`, the lower index first.
 
     Notes
     -----
@@ -121,16 +121,16 @@ def touching(
             elif laws.simultaneous or speed > fastest:
                 count = count + 1 if laws.simultaneous else 1
                 fastest = max(speed, fastest)
-                contacts.ends[FIRST, count - 1] = min(i, j)
-                contacts.ends[SECOND, count - 1] = max(i, j)
+                contacts.hits[FIRST, count - 1] = min(i, j)
+                contacts.hits[SECOND, count - 1] = max(i, j)
         _rescan(pairs, i)
     if count > 0:
         if laws.simultaneous:
             count = _join_ties(balls, laws, contacts, pairs, t, fastest, count)
         return IMPACT, count
     if pressed_i >= 0:
-        contacts.ends[FIRST, 0] = min(pressed_i, pressed_j)
-        contacts.ends[SECOND, 0] = max(pressed_i, pressed_j)
+        contacts.hits[FIRST, 0] = min(pressed_i, pressed_j)
+        contacts.hits[SECOND, 0] = max(pressed_i, pressed_j)
         return PRESSED, 1
     return NOT_YET, 0
 
@@ -152,7 +152,7 @@ def _join_ties(
     """
     rounding = 0.0
     for c in range(listed):
-        a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+        a, b = contacts.hits[FIRST, c], contacts.hits[SECOND, c]
         rounding = max(rounding, gap_rounding(balls, a, b))
     until = t + rounding / speed  # when a gap of that size has closed
     count = listed
@@ -167,8 +167,8 @@ def _join_ties(
                 continue
             verdict, _, _ = _touch(balls, i, j, t, gap_rounding(balls, i, j))
             if verdict == IMPACT:
-                contacts.ends[FIRST, count] = min(i, j)
-                contacts.ends[SECOND, count] = max(i, j)
+                contacts.hits[FIRST, count] = min(i, j)
+                contacts.hits[SECOND, count] = max(i, j)
                 count += 1
     return count
 
@@ -176,7 +176,7 @@ def _join_ties(
 @kernel
 def _is_listed(contacts: Contacts, listed: int, i: int) -> bool:
     for c in range(listed):
-        if contacts.ends[FIRST, c] == i or contacts.ends[SECOND, c] == i:
+        if contacts.hits[FIRST, c] == i or contacts.hits[SECOND, c] == i:
             return True
     return False
 

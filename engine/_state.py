@@ -109,6 +109,7 @@ class Contacts(NamedTuple):
     rolled: BoolArray  # (n,) whether a contact step's start ended the ball's slide
     member: IntArray  # (n,) balls of the cluster at hand
     motion: FloatArray  # (MOTION_ROWS, n): rows STEP ... below, by ball
+    hits: IntArray  # (2, m) the pairs of the impacts at hand, in rows FIRST and SECOND
     ends: IntArray  # (2, m) FIRST: a ball; SECOND: the other, or -1 minus a cushion's index
     forces: FloatArray  # (FORCE_ROWS, m): rows FORCE ... below
 
@@ -130,7 +131,7 @@ RUB_X = 12  # friction of the cloth on a member that slides, over its mass [m/s^
 RUB_Y = 13
 MOTION_ROWS = 14
 
-# Rows of `Contacts.ends`.
+# Rows of `Contacts.ends` and `Contacts.hits`.
 FIRST = 0
 SECOND = 1
 
@@ -278,6 +279,7 @@ def contacts_of(n: int) -> Contacts:
         rolled=np.zeros(n, dtype=np.bool_),
         member=np.zeros(n, dtype=np.int64),
         motion=np.zeros((MOTION_ROWS, n)),
+        hits=np.zeros((2, m), dtype=np.int64),
         ends=np.zeros((2, m), dtype=np.int64),
         forces=np.zeros((FORCE_ROWS, m)),
     )

@@ -31,6 +31,9 @@ PRESSED_SPEED = 1e-3
 What falls through `PRESSED_DEPTH` at 2 m/s^2 is faster by 6e-4 m/s.
 """
 
+SLOWEST = 1e-200
+"""Speed below which a ball isn't slowed [m/s]: the direction of a slower one would overflow."""
+
 MAX_ROUNDS = 100
 """Rounds of conservative advancement. A hit takes 3 to 5; a tangency, where every round halves the
 remaining time, about 50. What is left after that is still a lower bound: early, never late."""
@@ -111,7 +114,8 @@ def rolling_accelerations(velocities: FloatArray, decelerations: FloatArray) -> 
     (n, 2) float64 [m/s^2]
     """
     speeds = np.hypot(velocities[:, 0], velocities[:, 1])
-    factor = np.where(speeds > 0.0, -decelerations / np.where(speeds > 0.0, speeds, 1.0), 0.0)
+    moving = speeds > SLOWEST
+    factor = np.where(moving, -decelerations / np.where(moving, speeds, 1.0), 0.0)
     accelerations: FloatArray = velocities * factor[:, np.newaxis]
     return accelerations
 

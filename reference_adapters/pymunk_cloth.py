@@ -19,12 +19,7 @@ FloatArray = NDArray[np.float64]
 EPS = float(np.finfo(np.float64).eps)
 
 SHORTEST = 1e-6
-"""Slides and spins that would end sooner than this after friction at a contact are over at once [s].
-
-The ball ends up with the very same velocity, and at most mu_s g t^2, 2e-12 m, from where it would
-be. Else balls that press on each other while they roll on would slide a little after each of their
-tiny impacts, and steps that end with every slide would hardly move the clock.
-"""
+"""Slides and spins that would end sooner than this after a contact are over at once [s]."""
 
 
 class ClosedFormCloth:
@@ -93,8 +88,8 @@ class ClosedFormCloth:
             left -= step
         return displacements, changes
 
-    def kick(self, changes: FloatArray, turns: FloatArray | None = None) -> None:
-        """Add what contacts did to the velocities, (n, 2) [m/s].
+    def kick(self, changes: FloatArray, turns: FloatArray | None, dt: float) -> None:
+        """Add what the contacts of a step of `dt` [s] did to the velocities, (n, 2) [m/s].
 
         `turns`, (n, 3) [rad/s], is what they did to the angular velocities; None is nothing.
         """
@@ -106,10 +101,10 @@ class ClosedFormCloth:
         self.velocities[hit[:, np.newaxis] & cancelled] = 0.0
         if self._may_slide:
             self._angular_velocities = self._spins(before)
-            self.rolling = np.where(hit, np.all(self._slip() == 0.0, axis=1), self.rolling)
             if turns is not None:
                 self._angular_velocities += turns
-                self._settle(hit | np.any(turns != 0.0, axis=1))
+                hit |= np.any(turns != 0.0, axis=1)
+            self._settle(hit, max(dt, SHORTEST))
 
     def state(self, positions: FloatArray) -> Samples:
         """Return the state at `positions`, (n, 2) [m], as arrays (1, n, 3)."""
@@ -167,14 +162,21 @@ class ClosedFormCloth:
                 durations[turning, 1] = spin[turning] / self._spin_decelerations[turning]
         return durations
 
-    def _settle(self, hit: NDArray[np.bool_]) -> None:
-        """Find out which of the balls that were hit slide now; see `SHORTEST`."""
+    def _settle(self, hit: NDArray[np.bool_], shortest: float) -> None:
+        """Find out which of the balls that were hit slide now, for more than `shortest` [s].
+
+        A slide that would be over sooner than the contact's step was long is over at once: the
+        velocity is the same, and the place within mu_s g t^2 / 2. Else a rolling ball that another
+        presses on, which only friction holds, would slide a little after each step, without the
+        rolling resistance that it still has, and the steps that end with every slide would shrink
+        until they hardly move the clock.
+        """
         slip = self._slip()
-        rolls = np.hypot(slip[:, 0], slip[:, 1]) <= 3.5 * SHORTEST * self._sliding_decelerations
+        rolls = np.hypot(slip[:, 0], slip[:, 1]) <= 3.5 * shortest * self._sliding_decelerations
         self.rolling = np.where(hit, rolls, self.rolling)
         self.velocities[hit & rolls] -= 2.0 / 7.0 * slip[hit & rolls]
         spin = self._angular_velocities[:, 2]
-        spin[hit & (np.abs(spin) <= SHORTEST * self._spin_decelerations)] = 0.0
+        spin[hit & (np.abs(spin) <= shortest * self._spin_decelerations)] = 0.0
 
     def _slip(self) -> FloatArray:
         """Return the velocity of each ball's lowest point over the cloth, (n, 2) [m/s]."""

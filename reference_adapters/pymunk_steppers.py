@@ -177,7 +177,7 @@ class _ClosedForm(Stepper):
         self._world.step(dt)
         self._positions, velocities = self._world.positions_and_velocities()
         turns = None if friction is None else friction.turns()
-        self._cloth.kick(velocities - means, turns)
+        self._cloth.kick(velocities - means, turns, dt)
 
 
 class NativeClosedForm(_ClosedForm):

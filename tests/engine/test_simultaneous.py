@@ -174,6 +174,21 @@ class TestOrderOfTheBalls:
             assert same_log(base, other, order)
             assert np.array_equal(other.rest_positions, base.rest_positions[list(order)])
 
+    @every_physics
+    @pytest.mark.parametrize("seed", range(4))
+    def test_of_balls_that_press_on_each_other(self, physics, seed):
+        # The cue ball follows into a frozen line, whose balls stay in contact.
+        line = [ball((0.1 + 2 * R * k, 0.0)) for k in range(4)]
+        scene = scene_of(
+            ball((0.0, 0.004), (2.0, 0.0)), *line, **{**physics, "ball_restitution": 0.5}
+        )
+        order = list(range(len(scene.balls)))
+        random.Random(seed).shuffle(order)
+        base = simulate(scene, record="events")
+        other = simulate(shuffled(scene, order), record="events")
+        assert same_log(base, other, order)
+        assert np.array_equal(other.rest_positions, base.rest_positions[order])
+
 
 class TestConservation:
     @every_physics

@@ -188,7 +188,7 @@ def test_agrees_with_forces_and_impulses_in_space(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ISOLATED)
+@pytest.mark.parametrize("name", [*ISOLATED, "thirty-degree-rule"])
 def test_limits_are_what_delayed_contacts_cost(name: str) -> None:
     # Their reasons say "found by delaying it": a limit is that bound and v dt, not a wish.
     scene, form = solved(name)
