@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from engine._geometry import contact_tolerance, negligible_hop
+from engine._geometry import negligible_hop, stop_way
 from engine._jit import kernel
 from engine._motion import friction_against, slip, speed_of
 from engine._state import (
@@ -109,21 +109,20 @@ def _roll(balls: Balls, contacts: Contacts, k: int, duration: float, fx: float, 
 
 @kernel
 def stopping(balls: Balls, k: int) -> bool:
-    """Whether the cloth alone would stop ball k, rolling, within the tolerance of a gap; or has."""
+    """Whether the cloth alone would stop ball k, rolling, within `STOP_WAY`; or has."""
     speed = speed_of(balls.state[VX, k], balls.state[VY, k])
-    return negligible_hop(speed, balls.state[ROLL, k], contact_tolerance(balls, k, k))
+    return negligible_hop(speed, balls.state[ROLL, k], stop_way(balls, k))
 
 
 @kernel
 def settle(balls: Balls, k: int) -> bool:
-    """End ball k's slip now, where the cloth alone would end it within the tolerance of a gap.
+    """End ball k's slip now, where the cloth alone would end it within `STOP_WAY`.
 
     As the cloth would: 2/7 of the slip leave the velocity. Return whether it was so.
     """
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
-    tolerance = contact_tolerance(balls, k, k)
-    if size == 0.0 or not negligible_hop(size, balls.state[SLIDE, k], tolerance):
+    if size == 0.0 or not negligible_hop(size, balls.state[SLIDE, k], stop_way(balls, k)):
         return False
     balls.state[VX, k] -= ux / 3.5
     balls.state[VY, k] -= uy / 3.5

@@ -24,7 +24,14 @@ from engine._state import (
     X,
     Y,
 )
-from engine._tolerances import CAPTURE_HEIGHT, CONTACT_REACH, CONTACT_TOLERANCE, EPS, GAP_ULPS
+from engine._tolerances import (
+    CAPTURE_HEIGHT,
+    CONTACT_REACH,
+    CONTACT_TOLERANCE,
+    EPS,
+    GAP_ULPS,
+    STOP_WAY,
+)
 
 
 @kernel
@@ -115,6 +122,13 @@ def capture_height(balls: Balls, i: int, j: int) -> float:
     """
     reach: float = balls.state[RADIUS, i] + balls.state[RADIUS, j]
     return CAPTURE_HEIGHT * reach + 8.0 * gap_rounding(balls, i, j)
+
+
+@kernel
+def stop_way(balls: Balls, i: int) -> float:
+    """Way [m] in which the cloth can stop what counts as stopped; see `STOP_WAY`."""
+    way: float = STOP_WAY * 2.0 * balls.state[RADIUS, i]
+    return way
 
 
 @kernel
