@@ -85,7 +85,7 @@ def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: f
 
 @kernel
 def _roll(balls: Balls, contacts: Contacts, k: int, duration: float, fx: float, fy: float) -> None:
-    """Set the acceleration of a member that rolls or rests: what drives it, and rolling friction."""
+    """Set the acceleration of a member that rolls or rests: drive less rolling friction."""
     vx, vy = balls.state[VX, k], balls.state[VY, k]
     limit = balls.state[ROLL, k]
     if stopping(balls, k):

@@ -290,7 +290,7 @@ def _is_short(
     """Whether no gap leaves the tolerance within the step, and friction keeps its directions."""
     if not _stays_closed(balls, laws, contacts, count, duration):
         return False
-    for m in range(members):
+    for m in range(members):  # noqa: SIM110 - the compiler takes no generator
         if not turns_little(balls, contacts, contacts.member[m], duration):
             return False
     return True

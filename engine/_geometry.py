@@ -105,6 +105,19 @@ def gap_rounding(balls: Balls, i: int, j: int) -> float:
 
 
 @kernel
+def tie_rounding(balls: Balls, i: int, j: int, t: float) -> float:
+    """Return the rounding [m] of a gap between balls i and j at an event's instant t [s].
+
+    That of the coordinates, and how far the balls go in the rounding of the clock. For a ball and a
+    cushion, j is i.
+    """
+    speed = abs(balls.state[VX, i]) + abs(balls.state[VY, i])
+    speed += abs(balls.state[VX, j]) + abs(balls.state[VY, j])
+    rounding: float = gap_rounding(balls, i, j) + GAP_ULPS * EPS * t * speed
+    return rounding
+
+
+@kernel
 def contact_tolerance(balls: Balls, i: int, j: int) -> float:
     """Gap or overlap [m] that a contact step may leave between balls i and j.
 

@@ -11,8 +11,8 @@ from engine._geometry import (
     contact_tolerance,
     cushion_gap,
     cushion_side,
-    gap_rounding,
     negligible_hop,
+    tie_rounding,
 )
 from engine._impact import bounce, bounce_in_corner, collide_balls
 from engine._jit import kernel
@@ -194,7 +194,7 @@ def _resolve_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float, l
     """Bounce ball i off a cushion; in a corner, off both at once."""
     log.counters[BALL_CUSHION] += 1
     _note_event(_BALL_CUSHION, i, cushion, t, log)
-    other = _corner_cushion(balls, laws, i, cushion)
+    other = _corner_cushion(balls, laws, i, cushion, t)
     if other < 0:
         bounce(balls, i, cushion, laws)
         return
@@ -205,7 +205,7 @@ def _resolve_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float, l
 
 
 @kernel
-def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int) -> int:
+def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -> int:
     """Return a cushion across the given one that ball i meets at the same instant, or -1."""
     for other in range(4):
         if other // 2 == cushion // 2:
@@ -214,7 +214,7 @@ def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int) -> int:
         x, y = balls.state[X, i], balls.state[Y, i]
         gap = cushion_gap(x, y, balls.state[RADIUS, i], laws, other)
         approaching = nx * balls.state[VX, i] + ny * balls.state[VY, i] < 0.0
-        if gap <= gap_rounding(balls, i, i) and approaching:
+        if gap <= tie_rounding(balls, i, i, t) and approaching:
             return other
     return -1
 

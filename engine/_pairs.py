@@ -19,9 +19,9 @@ import math
 from engine._geometry import (
     at_rest,
     capture_height,
-    gap_rounding,
     negligible_hop,
     relative_motion,
+    tie_rounding,
 )
 from engine._jit import kernel
 from engine._motion import first_crossing
@@ -126,7 +126,7 @@ def touching(
         _rescan(pairs, i)
     if count > 0:
         if laws.simultaneous:
-            count = _join_ties(balls, laws, contacts, pairs, t, fastest, count)
+            count = _join_ties(balls, contacts, pairs, t, fastest, count)
         return IMPACT, count
     if pressed_i >= 0:
         contacts.hits[FIRST, 0] = min(pressed_i, pressed_j)
@@ -137,13 +137,7 @@ def touching(
 
 @kernel
 def _join_ties(
-    balls: Balls,
-    laws: Laws,
-    contacts: Contacts,
-    pairs: Pairs,
-    t: float,
-    speed: float,
-    listed: int,
+    balls: Balls, contacts: Contacts, pairs: Pairs, t: float, speed: float, listed: int
 ) -> int:
     """List also the pairs that share a ball with a listed one, and touch too but for rounding.
 
@@ -153,7 +147,7 @@ def _join_ties(
     rounding = 0.0
     for c in range(listed):
         a, b = contacts.hits[FIRST, c], contacts.hits[SECOND, c]
-        rounding = max(rounding, gap_rounding(balls, a, b))
+        rounding = max(rounding, tie_rounding(balls, a, b, t))
     until = t + rounding / speed  # when a gap of that size has closed
     count = listed
     n = len(pairs.row_least)
@@ -165,7 +159,7 @@ def _join_ties(
                 continue
             if not (_is_listed(contacts, listed, i) or _is_listed(contacts, listed, j)):
                 continue
-            verdict, _, _ = _touch(balls, i, j, t, gap_rounding(balls, i, j))
+            verdict, _, _ = _touch(balls, i, j, t, tie_rounding(balls, i, j, t))
             if verdict == IMPACT:
                 contacts.hits[FIRST, count] = min(i, j)
                 contacts.hits[SECOND, count] = max(i, j)
@@ -175,7 +169,7 @@ def _join_ties(
 
 @kernel
 def _is_listed(contacts: Contacts, listed: int, i: int) -> bool:
-    for c in range(listed):
+    for c in range(listed):  # noqa: SIM110 - the compiler takes no generator
         if contacts.hits[FIRST, c] == i or contacts.hits[SECOND, c] == i:
             return True
     return False

@@ -69,6 +69,8 @@ from engine._state import (
     Contacts,
     IntArray,
     Laws,
+    X,
+    Y,
 )
 from engine._tolerances import APPROACH_ROUNDING, CONTACT_TOLERANCE, EPS
 
@@ -110,7 +112,7 @@ def release(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> N
 def press_on(
     balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float, counters: IntArray
 ) -> None:
-    """End the contact step of ball i's cluster at the instant t [s]; start another where it presses.
+    """End the contact step of ball i's cluster at the instant t [s]; start another if it presses.
 
     The cluster is judged as a whole: in a chain, the ball behind may be all that presses the two in
     front together, so that no pair of free balls would show it.
@@ -254,7 +256,26 @@ def _gather_members(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int
                 contacts.member[members] = other
                 members += 1
         m += 1
+    _sort(balls, contacts, members)
     return members
+
+
+@kernel
+def _sort(balls: Balls, contacts: Contacts, members: int) -> None:
+    """Put the members in the order of their places, so that their numbering doesn't matter."""
+    for m in range(1, members):
+        k, place = contacts.member[m], m
+        while place > 0 and _stands_before(balls, k, contacts.member[place - 1]):
+            contacts.member[place] = contacts.member[place - 1]
+            place -= 1
+        contacts.member[place] = k
+
+
+@kernel
+def _stands_before(balls: Balls, i: int, j: int) -> bool:
+    same = balls.state[X, i] == balls.state[X, j]
+    below = same and balls.state[Y, i] < balls.state[Y, j]
+    return bool(balls.state[X, i] < balls.state[X, j] or below)
 
 
 @kernel

@@ -148,7 +148,12 @@ TURN_Y = 8
 TURN_Z = 9
 ALONG = 10  # friction of a pressed contact: along t = (-ny, nx), and up
 UP = 11
-FORCE_ROWS = 12
+ACTIVE = 12  # 1: a contact that pushes, while joint impulses are found
+LEFT_OVER = 13  # and what conjugate gradients keep of each contact: see `_together`
+SCALED = 14
+DIRECTION = 15
+PRODUCT = 16
+FORCE_ROWS = 17
 
 
 class Log(NamedTuple):

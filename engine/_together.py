@@ -9,11 +9,11 @@ Grinspun (2012, section 4): energy is kept, nothing approaches, and what the imp
 next, as in a cradle, is the next impact of the same instant. So balls that touch answer like balls
 with vanishing gaps, except where impacts truly coincide.
 
-Both systems are solved with every ball split among its contacts (mass splitting: Tonge, Benevolenski
-and Voroshilov 2012): each contact sees its part of the mass, all act on the same state, and the
-parts are averaged. That converges, never adds energy, and treats all contacts alike. Every sum over
-a ball's contacts is taken in an order of its own terms, so that the result has the symmetry of the
-scene to the last bit, and doesn't depend on the order of the balls.
+Friction is found with every ball split among its contacts (mass splitting: Tonge, Benevolenski and
+Voroshilov 2012): each contact sees its part of the mass, all act on the same state, and the parts
+are averaged, which never adds energy. All contacts are treated alike, and every sum over them is
+taken in an order of its own terms, so that the result has the symmetry of the scene to the last
+bit, and doesn't depend on the order of the balls.
 
 A group's friction is Coulomb's, whatever the scene's law for two balls. Each group is counted in
 `work["joint_impacts"]`.
@@ -27,16 +27,21 @@ from engine._impact import contact_normal
 from engine._jit import kernel
 from engine._motion import loosen
 from engine._state import (
+    ACTIVE,
     DEGREE,
+    DIRECTION,
     FIRST,
     FORCE,
+    LEFT_OVER,
     MASS,
     NX,
     NY,
+    PRODUCT,
     PUSH_X,
     PUSH_Y,
     RADIUS,
     RATE,
+    SCALED,
     SECOND,
     TERM,
     TURN_X,
@@ -54,9 +59,14 @@ from engine._state import (
 from engine._tolerances import EPS
 from engine.impact_laws.friction_curve import friction_coefficient
 
-_SWEEPS = 10_000
-"""Most sweeps for the normal impulses. They converge linearly, to rounding in some 50 sweeps for
-three balls."""
+_ROUNDS = 32
+"""Most choices of the contacts that have to push; two or three do."""
+
+_STEPS_PER_CONTACT = 4
+"""Most steps of conjugate gradients, in units of the contacts; one each does but for rounding."""
+
+_RESIDUE = 64.0 * EPS
+"""Approach, in units of the fastest, that rounding may leave a contact that doesn't push."""
 
 
 @kernel
@@ -109,33 +119,109 @@ def _end_approach(balls: Balls, contacts: Contacts, count: int) -> None:
     """Find the impulses [N s] after which no contact approaches, and none where one parts.
 
     In FORCE their sizes, in PUSH_X and PUSH_Y the vectors, on the second ball of each contact.
+    Contacts that would have to pull are left out, and come back if they approach without.
     """
     fastest = 0.0
     for c in range(count):
+        contacts.forces[ACTIVE, c] = 1.0
         fastest = max(fastest, -contacts.forces[RATE, c])
-    for _ in range(_SWEEPS):
-        change = 0.0
+    for _ in range(_ROUNDS):
+        _end_active_approach(balls, contacts, count, fastest)
+        changed = False
         for c in range(count):
-            mass = _split_mass(balls, contacts, c)
-            impulse = contacts.forces[FORCE, c]
-            wanted = max(0.0, impulse - mass * contacts.forces[RATE, c])
-            change = max(change, abs(wanted - impulse) / mass)
-            contacts.forces[FORCE, c] = wanted
-            contacts.forces[PUSH_X, c] = wanted * contacts.forces[NX, c]
-            contacts.forces[PUSH_Y, c] = wanted * contacts.forces[NY, c]
-        if change <= EPS * fastest:
+            if contacts.forces[FORCE, c] < 0.0:
+                contacts.forces[ACTIVE, c] = 0.0
+                changed = True
+        if not changed:
+            _apply(balls, contacts, count, FORCE, PRODUCT)
+            for c in range(count):
+                left = contacts.forces[RATE, c] + contacts.forces[PRODUCT, c]
+                if contacts.forces[ACTIVE, c] == 0.0 and left < -_RESIDUE * fastest:
+                    contacts.forces[ACTIVE, c] = 1.0
+                    changed = True
+        if not changed:
+            return
+    for c in range(count):
+        contacts.forces[FORCE, c] = max(0.0, contacts.forces[FORCE, c])
+    _apply(balls, contacts, count, FORCE, PRODUCT)
+
+
+@kernel
+def _end_active_approach(balls: Balls, contacts: Contacts, count: int, fastest: float) -> None:
+    """Find in FORCE the impulses that end the approach of just the active contacts.
+
+    Conjugate gradients (Hestenes and Stiefel 1952), scaled by each contact's own mass: few steps
+    whatever the masses, and the same arithmetic for every contact.
+    """
+    for c in range(count):
+        active = contacts.forces[ACTIVE, c]
+        contacts.forces[FORCE, c] = 0.0
+        contacts.forces[LEFT_OVER, c] = -active * contacts.forces[RATE, c]
+        scaled = _reduced_mass(balls, contacts, c) * contacts.forces[LEFT_OVER, c]
+        contacts.forces[SCALED, c] = scaled
+        contacts.forces[DIRECTION, c] = scaled
+    gain = _dot(contacts, count, LEFT_OVER, SCALED)
+    for _ in range(_STEPS_PER_CONTACT * count):
+        _apply(balls, contacts, count, DIRECTION, PRODUCT)
+        curvature = _dot(contacts, count, DIRECTION, PRODUCT)
+        if not curvature > 0.0:
+            return
+        step = gain / curvature
+        worst = 0.0
+        for c in range(count):
+            if contacts.forces[ACTIVE, c] == 1.0:
+                contacts.forces[FORCE, c] += step * contacts.forces[DIRECTION, c]
+                contacts.forces[LEFT_OVER, c] -= step * contacts.forces[PRODUCT, c]
+                worst = max(worst, abs(contacts.forces[LEFT_OVER, c]))
+        if worst <= EPS * fastest:
             return
         for c in range(count):
-            a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
-            change_x = _gained(balls, contacts, count, b, PUSH_X) - _gained(
-                balls, contacts, count, a, PUSH_X
-            )
-            change_y = _gained(balls, contacts, count, b, PUSH_Y) - _gained(
-                balls, contacts, count, a, PUSH_Y
-            )
-            contacts.forces[RATE, c] = _rate(balls, contacts, c) + (
-                contacts.forces[NX, c] * change_x + contacts.forces[NY, c] * change_y
-            )
+            mass = _reduced_mass(balls, contacts, c)
+            contacts.forces[SCALED, c] = mass * contacts.forces[LEFT_OVER, c]
+        previous, gain = gain, _dot(contacts, count, LEFT_OVER, SCALED)
+        for c in range(count):
+            onward = gain / previous * contacts.forces[DIRECTION, c]
+            contacts.forces[DIRECTION, c] = contacts.forces[SCALED, c] + onward
+
+
+@kernel
+def _apply(balls: Balls, contacts: Contacts, count: int, row: int, result: int) -> None:
+    """Put in `result` how impulses in `row` change each contact's rate; their vectors in PUSH_*."""
+    for c in range(count):
+        contacts.forces[PUSH_X, c] = contacts.forces[row, c] * contacts.forces[NX, c]
+        contacts.forces[PUSH_Y, c] = contacts.forces[row, c] * contacts.forces[NY, c]
+    for c in range(count):
+        a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+        gained_x = _gained(balls, contacts, count, b, PUSH_X)
+        gained_y = _gained(balls, contacts, count, b, PUSH_Y)
+        gained_x -= _gained(balls, contacts, count, a, PUSH_X)
+        gained_y -= _gained(balls, contacts, count, a, PUSH_Y)
+        change = contacts.forces[NX, c] * gained_x + contacts.forces[NY, c] * gained_y
+        contacts.forces[result, c] = change
+
+
+@kernel
+def _reduced_mass(balls: Balls, contacts: Contacts, c: int) -> float:
+    """Reduced mass [kg] of the two balls of contact c."""
+    mass_a = balls.state[MASS, contacts.ends[FIRST, c]]
+    mass_b = balls.state[MASS, contacts.ends[SECOND, c]]
+    mass: float = mass_a * (mass_b / (mass_a + mass_b))
+    return mass
+
+
+@kernel
+def _dot(contacts: Contacts, count: int, row: int, other: int) -> float:
+    """Sum of the products of two rows, from small to large: in no order of the contacts."""
+    for c in range(count):
+        term, place = contacts.forces[row, c] * contacts.forces[other, c], c
+        while place > 0 and contacts.forces[TERM, place - 1] > term:
+            contacts.forces[TERM, place] = contacts.forces[TERM, place - 1]
+            place -= 1
+        contacts.forces[TERM, place] = term
+    total = 0.0
+    for place in range(count):
+        total += contacts.forces[TERM, place]
+    return total
 
 
 @kernel

@@ -48,7 +48,7 @@ they go together, as much as the rounding of their velocities moves them anyway.
 """
 
 SLIP_ROUNDING = 4.0 * EPS
-"""Slip, in units of the speeds that it is the difference of, that is but their rounding: rolling."""
+"""Slip, in units of the speeds that it is the difference of, that is but their rounding."""
 
 CONTACT_TOLERANCE = 2.0**-37
 """Opening or overlap, in diameters, of a gap that a contact force holds closed (see `_press`).
@@ -61,14 +61,14 @@ made of noise. It is the one approximation in the engine; a run that used it say
 CAPTURE_HEIGHT = 2.0**-20
 """Height of a hop, in diameters, below which two balls that friction presses together don't part.
 
-5e-8 m for pool balls. Bounces die out towards a contact, and following them down to the tolerance of
-a gap took thousands of events in one of a hundred breaks. What is left out is a gap of at most this
-height while they would last: an impulse between the two that ends their approach is all that the
-bounces would have exchanged, but for what friction changes meanwhile.
+5e-8 m for pool balls. Bounces die out towards a contact; following them down to the tolerance of a
+gap took thousands of events in one of a hundred breaks. What is left out is a gap of at most this
+height while they would last: an impulse that ends the approach is all that the bounces would have
+exchanged, but for what friction changes meanwhile.
 """
 
 STOP_WAY = 2.0**-28
-"""Way, in diameters, in which the cloth can stop a pressed ball, or its slip, that counts as stopped.
+"""Way, in diameters, in which the cloth can stop a pressed ball, or its slip, that is as stopped.
 
 2e-10 m for pool balls. Slower motion asks for steps so short that the tolerance of a gap leaves the
 force of a contact undecided.

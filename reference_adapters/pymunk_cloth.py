@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 EPS = float(np.finfo(np.float64).eps)
 
 SHORTEST = 1e-6
-"""Slides and spins that would end sooner than this after a contact are over at once [s]."""
+"""Slides, rolls and spins that would end sooner than this after a contact are over at once [s]."""
 
 
 class ClosedFormCloth:
@@ -104,7 +104,8 @@ class ClosedFormCloth:
             if turns is not None:
                 self._angular_velocities += turns
                 hit |= np.any(turns != 0.0, axis=1)
-            self._settle(hit, max(dt, SHORTEST))
+            self._end_slides(hit, max(dt, SHORTEST))
+        self._end_rolls(hit & self.rolling, max(dt, SHORTEST))
 
     def state(self, positions: FloatArray) -> Samples:
         """Return the state at `positions`, (n, 2) [m], as arrays (1, n, 3)."""
@@ -162,7 +163,15 @@ class ClosedFormCloth:
                 durations[turning, 1] = spin[turning] / self._spin_decelerations[turning]
         return durations
 
-    def _settle(self, hit: NDArray[np.bool_], shortest: float) -> None:
+    def _end_rolls(self, hit: NDArray[np.bool_], shortest: float) -> None:
+        """Stop the rolling balls that were hit and would roll for less than `shortest` [s].
+
+        As for slides, see `_end_slides`.
+        """
+        speeds = np.hypot(self.velocities[:, 0], self.velocities[:, 1])
+        self.velocities[hit & (speeds <= shortest * self._rolling_decelerations)] = 0.0
+
+    def _end_slides(self, hit: NDArray[np.bool_], shortest: float) -> None:
         """Find out which of the balls that were hit slide now, for more than `shortest` [s].
 
         A slide that would be over sooner than the contact's step was long is over at once: the

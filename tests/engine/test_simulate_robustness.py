@@ -11,7 +11,7 @@ import pytest
 from invariants import EPS, collisions, energies, instants, overlaps
 from shots import POOL_TABLE, R, ball, random_break, scene_of
 
-from engine import Ball, EventKind, GhostballError, Result, Scene, Status, Table, simulate
+from engine import Ball, EventKind, GhostballError, Physics, Result, Scene, Status, Table, simulate
 
 HIT = EventKind.BALL_BALL
 ENOUGH_EVENTS = 20_000
@@ -187,6 +187,7 @@ class TestExtremeNumbers:
             ball((2002.0, 0), (-0.1, 0), radius=1e3, mass=1e4),
             rolling_friction=0.0,
             t_max=30.0,
+            impacts="sequential",
         )
         result = simulate(scene, record="trajectory", max_events=ENOUGH_EVENTS)
         assert_sound(result, permitted=1e-12 * 1e3)
@@ -296,7 +297,9 @@ def test_of_two_impacts_at_one_instant_the_faster_comes_first_in_any_order():
     ]
     ends = []
     for order in itertools.permutations(range(3)):
-        result = simulate(Scene(name="tie", balls=[balls[k] for k in order]), record="events")
+        one_by_one = Physics(impacts="sequential")
+        scene = Scene(name="tie", balls=[balls[k] for k in order], physics=one_by_one)
+        result = simulate(scene, record="events")
         assert {order[k] for k in result.events[0][["a", "b"]].tolist()} == {0, 1}
         ends.append(result.rest_positions[np.argsort(order)])
     assert all(np.array_equal(end, ends[0]) for end in ends)
