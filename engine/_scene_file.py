@@ -101,13 +101,6 @@ def dumps(scene: Scene) -> str:
     return tomli_w.dumps(data, multiline_strings=False)
 
 
-def json_schema() -> str:
-    """Return `engine.scene.json_schema()`."""
-    from engine.scene import json_schema as schema_of_scenes  # noqa: PLC0415 - it imports this
-
-    return schema_of_scenes()
-
-
 def _reason(error: OSError | ValueError) -> str:
     if isinstance(error, OSError):
         return error.strerror or type(error).__name__

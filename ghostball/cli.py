@@ -231,7 +231,7 @@ def scenes(
 ) -> None:
     """List the shipped scenes, or print their schema."""
     if schema:
-        from engine._scene_file import json_schema  # noqa: PLC0415
+        from engine.scene import json_schema  # noqa: PLC0415
 
         typer.echo(json_schema())
         return

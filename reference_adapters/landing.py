@@ -131,7 +131,9 @@ def time_to_rest(velocities: FloatArray, decelerations: FloatArray) -> FloatArra
     return times
 
 
-def _levels(gaps: FloatArray, rates: FloatArray, accelerations: FloatArray, gap: float) -> FloatArray:
+def _levels(
+    gaps: FloatArray, rates: FloatArray, accelerations: FloatArray, gap: float
+) -> FloatArray:
     """Return the gap that each present gap has to fall to; see `time_to_contact`.
 
     `rates` [m/s] and `accelerations` [m/s^2] are those of the gaps.

@@ -27,8 +27,8 @@ Completions, where the print is silent or can't run
 - Ball i meets its cushions, then balls 0 .. n - 1, so each pair is solved twice; the second time
   finds it separating.
 - Rest: a ball that friction would turn round within a step is stopped (`stop`, see `paper_model`).
-- `t_max` is met exactly by a shorter last frame. Balls that press on each other at the limit of
-  rounding can hold the clock for ever; `max_events` ends such a run.
+- Balls that press on each other at the limit of rounding can hold the clock for ever; `max_events`
+  ends such a run.
 
 Why it misses collisions
 ------------------------
@@ -51,11 +51,10 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from engine import EventKind, Record, Result, Scene, Status
+from engine import EventKind, Record, Result, Scene
 from engine.features import EXACT, Capabilities
 from reference_adapters.base import EngineBase, EngineSettings
-from reference_adapters.paper_model import PaperBalls, Stop, paper_capabilities
-from reference_adapters.recording import Recorder
+from reference_adapters.paper_model import PaperRun, Stop, paper_capabilities
 
 
 class PaperContinuousSettings(EngineSettings):
@@ -113,79 +112,54 @@ class PaperContinuousEngine(EngineBase):
             Where the scene needs a feature that the engine lacks.
         """
         self.check(scene)
-        return _Run(scene, self.settings, record).result()
+        settings: PaperContinuousSettings = self.settings
+        return _Run(scene, settings, record).result(self.name, settings.model_dump())
 
 
-class _Run:
-    """One run: the balls, the clock and what is recorded."""
+class _Run(PaperRun):
+    """One run: what a frame does to the balls."""
 
     def __init__(self, scene: Scene, settings: PaperContinuousSettings, record: Record) -> None:
-        self._scene = scene
+        super().__init__(
+            scene, record, dt=settings.frame, stop=settings.stop, max_time=settings.max_time
+        )
         self._settings = settings
-        self._recorder = Recorder(scene, record)
-        self._balls = PaperBalls(scene, settings.stop)
-        self._t = 0.0
-        self._frames = 0
-        self._work = {"steps": 0, "early_outs": 0, "square_roots": 0, "overlaps": 0}
+        self._counts = {"steps": 0, "early_outs": 0, "square_roots": 0, "overlaps": 0}
         self._overlapping: set[tuple[int, int]] = set()
 
-    def result(self) -> Result:
-        """Run to rest, to `t_max`, or to a limit."""
-        balls, settings, recorder = self._balls, self._settings, self._recorder
-        t_max = math.inf if self._scene.t_max is None else self._scene.t_max
-        t_end = min(t_max, settings.max_time)
-        recorder.start()
-        self._keep_frame()
-        while balls.moving and self._t < t_end and not self._exhausted:
-            # Not t + frame: the clock would gather rounding, and miss t_end by an ulp.
-            self._frames += 1
-            self._advance_frame(min(self._frames * settings.frame, t_end))
-        reason = ""
-        if not balls.moving:
-            status = Status.REST
-        elif self._t == t_max:
-            status = Status.T_MAX
-        elif self._exhausted:
-            status = Status.EVENT_LIMIT
-            reason = f"{settings.max_events} steps (`max_events`) by t = {self._t} s"
-        else:
-            status = Status.STEP_LIMIT
-            reason = f"balls still move at `max_time` = {settings.max_time} s"
-        return recorder.result(
-            engine=PaperContinuousEngine.name,
-            settings=settings.model_dump(),
-            status=status,
-            final_state=balls.samples(),
-            rest_time=self._t,
-            work={"frames": self._frames, "pair_checks": balls.pair_checks, **self._work},
-            reason=reason,
-        )
+    @property
+    def work(self) -> dict[str, int]:
+        """Counters of what was done."""
+        return {"frames": self.frames, "pair_checks": self.balls.pair_checks, **self._counts}
 
     @property
-    def _exhausted(self) -> bool:
-        return self._work["steps"] >= self._settings.max_events
+    def limit_reached(self) -> str:
+        """Which limit other than of time the run has reached, or nothing."""
+        if self._counts["steps"] < self._settings.max_events:
+            return ""
+        return f"{self._settings.max_events} steps (`max_events`) by t = {self.t} s"
 
-    def _advance_frame(self, t_end: float) -> None:
-        """Algorithm 1, from the frame's start at `self._t` to its end at `t_end`."""
-        t_start = self._t
+    def advance_frame(self, t: float) -> None:
+        """Algorithm 1, from the frame's start, now, to its end at `t` [s]."""
+        t_start, t_end = self.t, t
         delta_time = t_end - t_start
         elapsed = 0.0
-        while elapsed < delta_time and self._balls.moving and not self._exhausted:
-            self._work["steps"] += 1
+        while elapsed < delta_time and self.balls.moving and not self.limit_reached:
+            self._counts["steps"] += 1
             remaining = delta_time - elapsed
             shortest = min(remaining, self._shortest_time())
-            self._balls.advance(shortest)
+            self.balls.advance(shortest)
             elapsed += shortest
-            self._t = t_end if shortest == remaining else t_start + elapsed
-            self._balls.record_rests(self._recorder, self._t)
+            self.t = t_end if shortest == remaining else t_start + elapsed
+            self.balls.record_rests(self.recorder, self.t)
             self._keep_frame()
             if self._solve_collisions():
-                self._balls.record_rests(self._recorder, self._t)
+                self.balls.record_rests(self.recorder, self.t)
                 self._keep_frame()
 
     def _shortest_time(self) -> float:
         """Return the shortest time to a collision [s]; infinite where there is none."""
-        balls = self._balls
+        balls = self.balls
         shortest = math.inf
         # The printed loops visit each pair twice; the second visit can't change the minimum.
         for i in range(len(balls) - 1):
@@ -197,7 +171,7 @@ class _Run:
         return shortest
 
     def _time_to_collision(self, i: int, j: int) -> float:
-        balls, settings = self._balls, self._settings
+        balls, settings = self.balls, self._settings
         balls.pair_checks += 1
         sx, sy = balls.x[i] - balls.x[j], balls.y[i] - balls.y[j]
         vx, vy = balls.vx[i] - balls.vx[j], balls.vy[i] - balls.vy[j]
@@ -206,7 +180,7 @@ class _Run:
         self._count_overlap(i, j, outside < 0.0 and balls.gap(i, j) < -settings.tolerance)
         closing = sx * vx + sy * vy
         if closing >= 0.0:
-            self._work["early_outs"] += 1
+            self._counts["early_outs"] += 1
             return math.inf
         if outside < 0.0 and settings.overlaps == "collide":
             return 0.0
@@ -214,7 +188,7 @@ class _Run:
         discriminant = closing * closing - speed2 * outside
         if discriminant < 0.0:
             return math.inf
-        self._work["square_roots"] += 1
+        self._counts["square_roots"] += 1
         t = (-closing - math.sqrt(discriminant)) / speed2
         return t if t >= 0.0 else math.inf
 
@@ -224,27 +198,27 @@ class _Run:
             self._overlapping.discard((i, j))
         elif (i, j) not in self._overlapping:
             self._overlapping.add((i, j))
-            self._work["overlaps"] += 1
+            self._counts["overlaps"] += 1
 
     def _solve_collisions(self) -> bool:
         """Solve the collisions at this instant, and say whether there was one."""
-        balls, recorder, tolerance = self._balls, self._recorder, self._settings.tolerance
+        balls, recorder, tolerance = self.balls, self.recorder, self._settings.tolerance
         deepest = tolerance if self._settings.overlaps == "ignored" else math.inf
         solved = False
         for i in range(len(balls)):
             for cushion, depth in balls.cushion_depths(i):
                 if depth >= -tolerance and balls.leaving(i, cushion):
                     balls.flip(i, cushion)
-                    recorder.event(self._t, EventKind.BALL_CUSHION, i, cushion)
+                    recorder.event(self.t, EventKind.BALL_CUSHION, i, cushion)
                     solved = True
             for j in range(len(balls)):
                 if j != i and -deepest <= balls.gap(i, j) <= tolerance and balls.approaching(i, j):
                     balls.collide(i, j)
-                    recorder.event(self._t, EventKind.BALL_BALL, i, j)
+                    recorder.event(self.t, EventKind.BALL_BALL, i, j)
                     solved = True
         return solved
 
     def _keep_frame(self) -> None:
         # Always: frames are few, and the instants before and after a collision are what matters.
-        if self._recorder.record == "trajectory":
-            self._recorder.frame(self._t, self._balls.samples(), force=True)
+        if self.recorder.record == "trajectory":
+            self.recorder.frame(self.t, self.balls.samples(), force=True)

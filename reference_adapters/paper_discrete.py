@@ -21,7 +21,6 @@ Completions, where the print is silent
 - Cushions, after the pairs: a ball that reaches beyond one is put back to touch it and its velocity
   flips (4.2), by the same `react`.
 - Rest: a ball that friction would turn round within a step is stopped (`stop`, see `paper_model`).
-- `t_max` is met exactly by a shorter last step.
 """
 
 from __future__ import annotations
@@ -31,11 +30,10 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from engine import EventKind, Record, Result, Scene, Status
+from engine import EventKind, Record, Result, Scene
 from engine.features import Capabilities, Capability
 from reference_adapters.base import EngineBase, EngineSettings
-from reference_adapters.paper_model import PaperBalls, Stop, paper_capabilities
-from reference_adapters.recording import Recorder
+from reference_adapters.paper_model import PaperRun, Stop, paper_capabilities
 
 
 class PaperDiscreteSettings(EngineSettings):
@@ -87,56 +85,31 @@ class PaperDiscreteEngine(EngineBase):
             Where the scene needs a feature that the engine lacks.
         """
         self.check(scene)
-        return _Run(scene, self.settings, record).result()
+        settings: PaperDiscreteSettings = self.settings
+        return _Run(scene, settings, record).result(self.name, settings.model_dump())
 
 
-class _Run:
-    """One run: the balls, the clock and what is recorded."""
+class _Run(PaperRun):
+    """One run: what a step does to the balls."""
 
     def __init__(self, scene: Scene, settings: PaperDiscreteSettings, record: Record) -> None:
-        self._scene = scene
-        self._settings = settings
-        self._recorder = Recorder(scene, record)
-        self._balls = PaperBalls(scene, settings.stop)
-        self._t = 0.0
-        self._step = 0
-        self._work = {"pulls": 0, "put_backs": 0, "coincident_pairs": 0}
-        self._seen_overlap = False
-
-    def result(self) -> Result:
-        """Run to rest, to `t_max` or to `max_time`."""
-        balls, settings, recorder = self._balls, self._settings, self._recorder
-        t_max = math.inf if self._scene.t_max is None else self._scene.t_max
-        t_end = min(t_max, settings.max_time)
-        recorder.start()
-        recorder.frame(0.0, balls.samples())
-        while balls.moving and self._t < t_end:
-            self._advance(t_end)
-        reason = ""
-        if not balls.moving:
-            status = Status.REST
-        elif self._t == t_max:
-            status = Status.T_MAX
-        else:
-            status = Status.STEP_LIMIT
-            reason = f"balls still move at `max_time` = {settings.max_time} s"
-        return recorder.result(
-            engine=PaperDiscreteEngine.name,
-            settings=settings.model_dump(),
-            status=status,
-            final_state=balls.samples(),
-            rest_time=self._t,
-            work={"steps": self._step, "pair_checks": balls.pair_checks, **self._work},
-            reason=reason,
+        super().__init__(
+            scene, record, dt=settings.dt, stop=settings.stop, max_time=settings.max_time
         )
+        self._react = settings.react
+        self._seen_overlap = False
+        self._counts = {"pulls": 0, "put_backs": 0, "coincident_pairs": 0}
 
-    def _advance(self, t_end: float) -> None:
-        balls, recorder = self._balls, self._recorder
-        self._step += 1
-        # Not t + dt: the clock would gather rounding, and miss t_end by an ulp.
-        t = min(self._step * self._settings.dt, t_end)
-        balls.advance(t - self._t)
-        self._t = t
+    @property
+    def work(self) -> dict[str, int]:
+        """Counters of what was done."""
+        return {"steps": self.frames, "pair_checks": self.balls.pair_checks, **self._counts}
+
+    def advance_frame(self, t: float) -> None:
+        """Make one step, to `t` [s]."""
+        balls, recorder = self.balls, self.recorder
+        balls.advance(t - self.t)
+        self.t = t
         balls.record_rests(recorder, t)
         self._seen_overlap = False
         self._react_to_balls()
@@ -146,7 +119,7 @@ class _Run:
             recorder.frame(t, balls.samples())
 
     def _react_to_balls(self) -> None:
-        balls = self._balls
+        balls = self.balls
         for i in range(len(balls) - 1):
             for j in range(i + 1, len(balls)):
                 gap = balls.gap(i, j)
@@ -154,25 +127,25 @@ class _Run:
                     continue
                 self._record_overlap()
                 if balls.x[i] == balls.x[j] and balls.y[i] == balls.y[j]:
-                    self._work["coincident_pairs"] += 1
+                    self._counts["coincident_pairs"] += 1
                     continue
                 self._pull_apart(i, j, -gap)
-                if self._settings.react == "always" or balls.approaching(i, j):
+                if self._react == "always" or balls.approaching(i, j):
                     balls.collide(i, j)
-                    self._recorder.event(self._t, EventKind.BALL_BALL, i, j)
+                    self.recorder.event(self.t, EventKind.BALL_BALL, i, j)
 
     def _pull_apart(self, i: int, j: int, overlap: float) -> None:
-        balls = self._balls
+        balls = self.balls
         sx, sy = balls.x[i] - balls.x[j], balls.y[i] - balls.y[j]
         half = 0.5 * overlap / math.hypot(sx, sy)
         balls.x[i] += half * sx
         balls.y[i] += half * sy
         balls.x[j] -= half * sx
         balls.y[j] -= half * sy
-        self._work["pulls"] += 1
+        self._counts["pulls"] += 1
 
     def _react_to_cushions(self) -> None:
-        balls = self._balls
+        balls = self.balls
         for i in range(len(balls)):
             for cushion, depth in balls.cushion_depths(i):
                 if depth <= 0.0:
@@ -183,13 +156,13 @@ class _Run:
                     balls.x[i] += inwards
                 else:
                     balls.y[i] += inwards
-                self._work["put_backs"] += 1
-                if self._settings.react == "always" or balls.leaving(i, cushion):
+                self._counts["put_backs"] += 1
+                if self._react == "always" or balls.leaving(i, cushion):
                     balls.flip(i, cushion)
-                    self._recorder.event(self._t, EventKind.BALL_CUSHION, i, cushion)
+                    self.recorder.event(self.t, EventKind.BALL_CUSHION, i, cushion)
 
     def _record_overlap(self) -> None:
         """Keep the frame as the paper renders it, balls inside each other, once a step."""
-        if not self._seen_overlap and self._recorder.record == "trajectory":
-            self._recorder.frame(self._t, self._balls.samples(), force=True)
+        if not self._seen_overlap and self.recorder.record == "trajectory":
+            self.recorder.frame(self.t, self.balls.samples(), force=True)
         self._seen_overlap = True

@@ -12,12 +12,13 @@ so there is nothing to vectorise, and floats are several times faster than numpy
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
-from engine import CUSHIONS, EventKind, Samples, Scene
+from engine import CUSHIONS, EventKind, Record, Result, Samples, Scene, Status
 from engine.features import EXACT, Capability, Feature
 from engine.scene import rolling_angular_velocity
 from reference_adapters.recording import Recorder
@@ -178,6 +179,91 @@ def _cushion_planes(scene: Scene) -> list[tuple[int, float]]:
     return [(CUSHIONS.index(name), places[CUSHIONS.index(name)]) for name in scene.table.cushions]
 
 
+class PaperRun(ABC):
+    """One run of either algorithm: its balls and its clock, and how it ends.
+
+    Parameters
+    ----------
+    scene : Scene
+    record : Record
+    dt : float [s]
+        Length of a frame.
+    stop : Stop
+        What ends a roll.
+    max_time : float [s]
+        Simulated time after which the run gives up.
+
+    Attributes
+    ----------
+    balls : PaperBalls
+    recorder : Recorder
+    t : float
+        Now [s].
+    frames : int
+        Begun so far.
+    """
+
+    def __init__(
+        self, scene: Scene, record: Record, *, dt: float, stop: Stop, max_time: float
+    ) -> None:
+        self.balls = PaperBalls(scene, stop)
+        self.recorder = Recorder(scene, record)
+        self.t = 0.0
+        self.frames = 0
+        self._dt = dt
+        self._t_max = math.inf if scene.t_max is None else scene.t_max
+        self._max_time = max_time
+
+    @property
+    @abstractmethod
+    def work(self) -> dict[str, int]:
+        """Counters of what was done, for `Result.work`."""
+
+    @property
+    def limit_reached(self) -> str:
+        """Which limit other than of time the run has reached, or nothing."""
+        return ""
+
+    @abstractmethod
+    def advance_frame(self, t: float) -> None:
+        """Advance everything from now to `t` [s], the end of a frame."""
+
+    def result(self, engine: str, settings: dict[str, Any]) -> Result:
+        """Run to rest, to `t_max` or to a limit; `engine` and `settings` are named in the result.
+
+        Notes
+        -----
+        Completion: `t_max` is met exactly by a shorter last frame.
+        """
+        balls, recorder = self.balls, self.recorder
+        t_end = min(self._t_max, self._max_time)
+        recorder.start()
+        recorder.frame(0.0, balls.samples())
+        while balls.moving and self.t < t_end and not self.limit_reached:
+            # Not t + dt: the clock would gather rounding, and miss t_end by an ulp.
+            self.frames += 1
+            self.advance_frame(min(self.frames * self._dt, t_end))
+        status, reason = self._ending()
+        return recorder.result(
+            engine=engine,
+            settings=settings,
+            status=status,
+            final_state=balls.samples(),
+            rest_time=self.t,
+            work=self.work,
+            reason=reason,
+        )
+
+    def _ending(self) -> tuple[Status, str]:
+        if not self.balls.moving:
+            return Status.REST, ""
+        if self.t == self._t_max:
+            return Status.T_MAX, ""
+        if self.limit_reached:
+            return Status.EVENT_LIMIT, self.limit_reached
+        return Status.STEP_LIMIT, f"balls still move at `max_time` = {self._max_time} s"
+
+
 def paper_capabilities(step: str, cushion: str, masses: Capability) -> dict[Feature, Capability]:
     """Return what the paper's model represents.
 
@@ -199,6 +285,9 @@ def paper_capabilities(step: str, cushion: str, masses: Capability) -> dict[Feat
         Feature.VERTICAL_SPIN: "balls do not spin about the z axis, section 5.2",
         Feature.BALL_RESTITUTION: "collisions are perfectly elastic, section 4.2",
         Feature.BALL_FRICTION: "balls exchange no spin, section 1",
+        Feature.SPEED_DEPENDENT_FRICTION: "balls exchange no spin, section 1",
+        Feature.MATHAVAN_BALL: "balls exchange no spin, section 1",
+        Feature.PER_BALL_FRICTION: "all balls roll with one coefficient, section 5.2",
         Feature.CUSHION_RESTITUTION: "cushions return all the speed, sections 4.2 and 6.3",
         Feature.CUSHION_TANGENTIAL: "cushions return all the speed, sections 4.2 and 6.3",
         Feature.FRICTIONAL_CUSHION: "cushions only mirror, section 4.2",

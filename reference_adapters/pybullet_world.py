@@ -3,8 +3,7 @@
 Everything that pybullet must be told is here; what drives it is in `pybullet_planar` (balls that
 roll, in the plane) and `pybullet_sliding` (balls that slide, in space).
 
-Bullet multiplies the coefficients of the two bodies of a contact. Every law of the scene is
-therefore split in two factors, such that each pair of bodies multiplies to what the scene says.
+The coefficients of its bodies are in `pybullet_coefficients`.
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ import math
 import os
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Literal, NamedTuple, Self
 
@@ -24,26 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import CUSHIONS, EventKind, Scene
-from engine.scene import CushionName, Physics
+from engine.scene import CushionName
 from reference_adapters.base import EngineError
+from reference_adapters.pybullet_coefficients import Coefficients
 
 FloatArray = NDArray[np.float64]
 Config = Literal["tuned", "default"]
-
-SMALLEST_RESTITUTION = 2.0**-52
-"""Ball-ball restitution that stands for 0 [1].
-
-With a factor of 0 the balls would take the cushions' restitution to 0 as well. A ball then leaves
-at 2e-16 of its approach speed: rounding.
-"""
-
-SMALLEST_FRICTION = 1e-12
-"""Ball-ball friction that stands for 0 where cloth or cushions need some [1].
-
-See `SMALLEST_RESTITUTION`.
-
-Of a hit at 10 m/s it leaves 1e-11 m/s of throw.
-"""
 
 FASTEST_SPIN = 1e6
 """Bound on joint velocities [rad/s]; Bullet's own clamps a rolling pool ball at 2.86 m/s."""
@@ -112,79 +96,6 @@ class Contact(NamedTuple):
     def balls(self) -> tuple[int, ...]:
         """Indices of the balls in it."""
         return (self.a, self.b) if self.kind is EventKind.BALL_BALL else (self.a,)
-
-
-@dataclass(frozen=True)
-class Coefficients:
-    """The scene's laws as factors per body, such that each pair multiplies to the scene's value.
-
-    Attributes
-    ----------
-    ball_restitution, cushion_restitution, ball_friction, cushion_friction : float
-        Factors [1]. The table has restitution 0.
-    own_cloths : bool
-        Whether each ball has a plane of its own for a table; see `of`.
-    table_friction : (n,) float64
-        Factor of the table under each ball [1].
-    rolling_friction, spinning_friction : (n,) float64
-        Lengths [m] of each ball, or of the table under it where it has one of its own: Bullet's
-        moment is length x friction of the other body x normal force.
-    """
-
-    ball_restitution: float
-    cushion_restitution: float
-    ball_friction: float
-    cushion_friction: float
-    own_cloths: bool
-    table_friction: FloatArray
-    rolling_friction: FloatArray
-    spinning_friction: FloatArray
-
-    @classmethod
-    def of(cls, scene: Scene, *, planar: bool) -> Coefficients:
-        """Split the laws of `scene`; `planar` leaves all friction out.
-
-        Notes
-        -----
-        A ball that rolls without slip under a moment M about its contact decelerates by
-        M R / (I + m R^2) = M / (7/5 m R): for mu_r g the length is (7/5) mu_r R / table friction.
-        One that spins decelerates by M / I: for a rate s it is (2/5) R^2 s / (g table friction).
-
-        Balls that rub would also resist each other's rolling, each with its length times the
-        other's friction: by 2.8 mu_r / mu_s, 14 % on a pool table, of what their friction turns
-        them by. So there the lengths are the table's, over the balls' friction; and since each ball
-        has lengths of its own, and while it slides none, each lies on a table of its own. So it
-        does where balls slide differently, which no factors of one table and of balls that rub
-        alike can say.
-        """
-        physics = scene.physics
-        restitution = math.sqrt(max(physics.ball_restitution, SMALLEST_RESTITUTION))
-        cushion = _normal_restitution(physics) / restitution
-        none = np.zeros(len(scene.balls))
-        if planar:
-            return cls(restitution, cushion, 0.0, 0.0, False, none, none, none)
-        between_balls = physics.ball_friction if len(scene.balls) > 1 else 0.0
-        assert not isinstance(between_balls, str)  # the engine's check refuses a law
-        friction = math.sqrt(max(between_balls, SMALLEST_FRICTION))
-        cushion_friction = physics.cushion_friction if physics.cushion == "frictional" else 0.0
-        table = scene.sliding_frictions / friction
-        rubbing = between_balls > 0.0 or cushion_friction > 0.0
-        own_cloths = rubbing or bool(np.any(table != table[0]))
-        other = np.full_like(table, friction) if own_cloths else table
-        return cls(
-            restitution,
-            cushion,
-            friction,
-            cushion_friction / friction,
-            own_cloths,
-            table,
-            1.4 * scene.rolling_frictions * scene.radii / other,
-            0.4 * scene.spinning_friction_rates * scene.radii**2 / (physics.gravity * other),
-        )
-
-
-def _normal_restitution(physics: Physics) -> float:
-    return 1.0 if physics.cushion == "mirror" else physics.cushion_restitution
 
 
 class World:
@@ -330,7 +241,9 @@ class World:
             for name in scene.table.cushions:
                 far = (scene.table.length, scene.table.width, 0.0)
                 origin = far if name in ("right", "top") else (0.0, 0.0, 0.0)
-                body = self._plane(origin, _NORMALS[name], factors.cushion_restitution, factors.cushion_friction)
+                body = self._plane(
+                    origin, _NORMALS[name], factors.cushion_restitution, factors.cushion_friction
+                )
                 self._cushion_of_body[body] = CUSHIONS.index(name)
                 if self._tuned:
                     # Else a ball is stopped at the cushion in the step before it gets there, and

@@ -131,9 +131,7 @@ class ContactFriction:
         ]
         velocity = self._bodies[ball].velocity
         spin = self._radii[ball] * self._spins[ball]
-        return self._slip(
-            nx, ny, velocity.x, velocity.y, spin, self._masses[ball], cushion=True
-        )
+        return self._slip(nx, ny, velocity.x, velocity.y, spin, self._masses[ball], cushion=True)
 
     def _slip(
         self,

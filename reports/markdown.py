@@ -4,44 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import PurePosixPath
 from statistics import median
 from typing import Any
 
 from reports import style
+from reports.counted import COUNTED_MEANS, counted_rows, unsolved
 from reports.figures.summary import independent_errors
-from reports.shots import (
-    NUMBERS_KEY,
-    cell_text,
-    legend_text,
-    rest_error,
-    rest_error_text,
-    standing_text,
-)
+from reports.markdown_parts import Drawn, figure_link, many, number_text, one_line, table_of
+from reports.markdown_scene import scene_section
+from reports.shots import NUMBERS_KEY, cell_text, legend_text, rest_error
 from validation.metrics import METRICS
-from validation.store import CLOSED_FORM, CaseRecord, Check, ResultsFolder
-from validation.verdict import (
-    RestError,
-    Verdict,
-    is_own_measure,
-    rest_error_standing,
-    verdict_of,
-)
-
-Drawn = Mapping[str, PurePosixPath]
-"""Figures by kind: file without its ending, relative to the report."""
-
-FIGURE_TITLES = {
-    "paths": "Paths and rest positions",
-    "errors": "Rest error against the limits",
-    "energy": "Energy against time",
-    "collisions": "Collisions counted",
-}
-FIGURE_TITLES_AT_END = {
-    "paths": "Paths and final positions",
-    "errors": "Error at the end against the limits",
-}
-"""Where a scene ends at its `t_max`, with balls in motion."""
+from validation.store import CLOSED_FORM, CaseRecord, ResultsFolder
+from validation.verdict import RestError, Verdict, is_own_measure, rest_error_standing, verdict_of
 
 PHYSICS_CAPTIONS = {
     "physics-deflection": "The 30 degree rule: deflection of a rolling cue ball by a cut",
@@ -53,13 +27,16 @@ PAPER_CAPTIONS = {
     "paper-figure-3": "Figure 3: a ball meets a cushion",
     "paper-figure-4": "Figure 4: head-on against slightly skewed",
 }
+BAD = (Verdict.FAIL, Verdict.CRASHED)
+NAMED = 12
+"""How many of these are named at the top."""
+
 STATES = {
     "killed": "it was killed while it wrote a case",
     "running": "it is still running, or was killed",
 }
 """What became of a run that isn't complete, where its state alone doesn't say it."""
 
-COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"}
 
 _TRUTH = """\
 **Closed form**: rest positions, rest time and order of collisions come from formulas, evaluated to
@@ -101,22 +78,23 @@ def report_text(
         _headline(results),
         "## Verdicts",
         _verdict_table(results),
-        _figure("Verdict and largest rest error", whole.get("verdicts")),
+        figure_link("Verdict and largest rest error", whole.get("verdicts")),
         "### Engines over all scenes",
         _engine_table(results),
-        _figure("Rest errors in the closed-form scenes", whole.get("accuracy")),
+        figure_link("Rest errors in the closed-form scenes", whole.get("accuracy")),
         "## What is true here",
         _TRUTH,
+        _counted_section(results),
         "## Scenes",
     ]
     for scene in results.scene_names:
-        parts += _scene_section(results, scene, scenes.get(scene, {}))
+        parts += scene_section(results, scene, scenes.get(scene, {}))
     if physics:
         parts += ["## Laws of the game, from whole shots"]
-        parts += [_figure(PHYSICS_CAPTIONS[kind], path) for kind, path in physics.items()]
+        parts += [figure_link(PHYSICS_CAPTIONS[kind], path) for kind, path in physics.items()]
     if paper:
         parts += ["## The paper's figures, remade"]
-        parts += [_figure(PAPER_CAPTIONS[kind], path) for kind, path in paper.items()]
+        parts += [figure_link(PAPER_CAPTIONS[kind], path) for kind, path in paper.items()]
     parts += ["## Environment", _environment_table(results)]
     return "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
 
@@ -128,19 +106,25 @@ def _headline(results: ResultsFolder) -> str:
     crashed = verdicts.count(Verdict.CRASHED)
     unable = verdicts.count(Verdict.NOT_REPRESENTABLE)
     counts = (
-        f"{_many(len(results.scene_names), 'scene')} on {_engines_text(results)}: "
+        f"{many(len(results.scene_names), 'scene')} on {_engines_text(results)}: "
         f"**{passed} passed, {failed} failed**"
         + (f", **{crashed} did not finish**" if crashed else "")
         + f", {holding} keep their limits without "
         f"their outcome being judged, {unable} not representable, "
         f"{len(verdicts) - passed - holding - failed - crashed - unable} without a verdict."
     )
+    if left := unsolved(results):
+        counts += f" **{many(left, 'contact step')} left unsolved.**"
+    if bad := [case for case in results.cases if verdict_of(case) in BAD]:
+        named = [f"[{case.scene}](#{case.scene}) on `{case.label}`" for case in bad[:NAMED]]
+        more = [f"{len(bad) - NAMED} more, in the table"] if len(bad) > NAMED else []
+        counts += f"\n\nNot right: {', '.join(named + more)}."
     if results.state == "complete":
         return counts
     why = STATES.get(results.state, results.state)
     lines = [
         f"> **This run is not complete**: {why}; {len(results.cases)} of "
-        f"{_many(results.planned, 'case')} are done."
+        f"{many(results.planned, 'case')} are done."
     ]
     if results.cut_short:
         place = results.cut_short.replace(str(results.path), ".", 1)
@@ -148,17 +132,13 @@ def _headline(results: ResultsFolder) -> str:
     return "\n".join(lines) + f"\n\n{counts}"
 
 
-def _many(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
-
-
 def _engines_text(results: ResultsFolder) -> str:
     """Say how many engines there are; one with other settings is no other engine."""
     labels, engines = results.labels, {case.engine for case in results.cases}
-    text = _many(len(engines), "engine")
+    text = many(len(engines), "engine")
     if len(labels) == len(engines):
         return text
-    return f"{text} in {_many(len(labels), 'configuration')}"
+    return f"{text} in {many(len(labels), 'configuration')}"
 
 
 def _verdict_table(results: ResultsFolder) -> str:
@@ -167,7 +147,7 @@ def _verdict_table(results: ResultsFolder) -> str:
         [f"[{scene}](#{scene})", *(_verdict_cell(results.case(scene, e)) for e in results.labels)]
         for scene in results.scene_names
     ]
-    return f"{_table(header, rows)}\n\n{_key(results.cases)}"
+    return f"{table_of(header, rows)}\n\n{_key(results.cases)}"
 
 
 def _key(cases: Iterable[CaseRecord]) -> str:
@@ -176,7 +156,7 @@ def _key(cases: Iterable[CaseRecord]) -> str:
 
 def _verdict_cell(case: CaseRecord | None) -> str:
     text = cell_text(case)
-    return f"**{text}**" if verdict_of(case) in (Verdict.FAIL, Verdict.CRASHED) else text
+    return f"**{text}**" if verdict_of(case) in BAD else text
 
 
 def _engine_table(results: ResultsFolder) -> str:
@@ -218,11 +198,11 @@ def _engine_table(results: ResultsFolder) -> str:
                 style.format_length(max(errors) if errors else None),
                 style.format_length(median(others) if others else None),
                 _counts_right(cases),
-                _number(_median_metric(cases, "energy_difference_max")),
+                number_text(_median_metric(cases, "energy_difference_max")),
                 style.format_time(_median_metric(cases, "wall_time")),
             ]
         )
-    return _table(header, rows)
+    return table_of(header, rows)
 
 
 def _counts_right(cases: Sequence[CaseRecord]) -> str:
@@ -246,157 +226,16 @@ def _median_metric(cases: Sequence[CaseRecord], name: str) -> float | None:
     return median(values) if values else None
 
 
-def _scene_section(results: ResultsFolder, scene: str, drawn: Drawn) -> list[str]:
-    cases = [c for e in results.labels if (c := results.case(scene, e)) is not None]
-    truth = next((case.truth for case in cases if case.truth), "none")
-    tags = ", ".join(f"`{tag}`" for tag in cases[0].tags)
-    parts = [
-        f"### {scene}",
-        f"{_escape(cases[0].title)}. Truth: {truth}." + (f" Tags: {tags}." if tags else ""),
-        _collision_text(cases),
-        _number_table(cases),
-        _remarks(cases),
-        _checks_table(cases),
-    ]
-    titles = FIGURE_TITLES
-    if any(case.status == "t-max" for case in cases):
-        titles = titles | FIGURE_TITLES_AT_END
-    return parts + [_figure(titles[kind], path) for kind, path in drawn.items()]
-
-
-def _collision_text(cases: Sequence[CaseRecord]) -> str:
-    """Say how many collisions there are in truth, and who counts them."""
-    truth = next((case for case in cases if case.truth_counts is not None), None)
-    if truth is None or truth.truth_counts is None:
-        return ""
-    said: dict[bool, list[str]] = {True: [], False: []}
-    for case in cases:
-        if case.outcome != "ran" or is_own_measure(case):
-            continue
-        right = all(
-            case.collision_counts.get(kind, 0) == count
-            for kind, count in truth.truth_counts.items()
-        )
-        said[right].append(
-            f"`{case.label}`" if right else f"`{case.label}` {_counts(case.collision_counts)}"
-        )
-    independent = truth.truth == CLOSED_FORM
-    source = "in truth" if independent else "by our engine (not independent)"
-    parts = [f"Collisions {source}: **{_counts(truth.truth_counts)}**"]
-    agree, differ = ("Right", "Wrong") if independent else ("The same", "Different")
-    parts += [f"{agree}: {', '.join(said[True])}"] if said[True] else []
-    parts += [f"{differ}: {', '.join(said[False])}"] if said[False] else []
-    return ". ".join(parts) + "."
-
-
-def _counts(counts: Mapping[str, int]) -> str:
-    kinds = [f"{count} {kind}" for kind, count in counts.items() if count]
-    if len(kinds) < 2:
-        return kinds[0] if kinds else "0"
-    return f"{sum(counts.values())} ({', '.join(kinds)})"
-
-
-def _number_table(cases: Sequence[CaseRecord]) -> str:
-    # Where a scene ends at its `t_max` nothing rests.
-    end = "end" if any(case.status == "t-max" for case in cases) else "rest"
-    header = [
-        "engine",
-        "verdict",
-        f"{end} error, max (in brackets: not judged)",
-        "rms",
-        f"{end} time [s]",
-        "its error",
-        "ball-ball",
-        "ball-cushion",
-        "collisions in order",
-        "energy difference [1]",
-        "deepest overlap",
-        "run time",
-    ]
-    rows = []
-    for case in cases:
-        metrics = case.metrics
-        own = is_own_measure(case)
-        rows.append(
-            [
-                f"`{case.label}`",
-                verdict_of(case).symbol,
-                "the reference" if own else rest_error_text(case) or "–",
-                standing_text(case, style.format_length(_metric(case, "rest_error_rms"))),
-                "–" if case.rest_time is None else f"{case.rest_time:.6g}",
-                _rest_time_error_text(case),
-                str(case.collision_counts.get("ball-ball", "–")),
-                str(case.collision_counts.get("ball-cushion", "–")),
-                "–" if metrics.get("matching_events") is None else f"{metrics['matching_events']}",
-                "" if own else _number(_metric(case, "energy_difference_max")),
-                style.format_length(_metric(case, "overlap_max")),
-                style.format_time(_metric(case, "wall_time")),
-            ]
-        )
-    return _table(header, rows)
-
-
-def _rest_time_error_text(case: CaseRecord) -> str:
-    """Return the rest time's error; where the rest positions are past prediction, so is this."""
-    if rest_error_standing(case) in (RestError.CHAOTIC, RestError.OWN):
-        return rest_error_text(case)
-    return style.format_time(_metric(case, "rest_time_error"))
-
-
-def _remarks(cases: Sequence[CaseRecord]) -> str:
-    lines = []
-    for case in cases:
-        if case.outcome != "ran":
-            lines.append(f"- `{case.label}` {verdict_of(case).words}: {_escape(case.reason)}")
-        elif case.reason:
-            lines.append(f"- `{case.label}` stopped early ({case.status}): {_escape(case.reason)}")
-        lines += [_failure(case, check) for check in case.checks if check.passed is False]
-        if case.approximations:
-            lines.append(
-                f"- `{case.label}` approximates: {_escape('; '.join(case.approximations))}"
-            )
-    return "\n".join(lines)
-
-
-def _failure(case: CaseRecord, check: Check) -> str:
-    unit = "" if check.unit == "1" else f" {check.unit}"
-    got = "has no value" if check.value is None else f"is {_number(check.value)}{unit}"
-    limit = f"must be {COMPARISONS[check.limit_kind]} {_number(check.limit)}{unit}"
-    why = "; ".join(_escape(text) for text in (check.reason, check.note) if text)
-    return f"- **`{case.label}` fails**: `{check.metric}` {got}, {limit}" + (
-        f" ({why})" if why else ""
-    )
-
-
-def _checks_table(cases: Sequence[CaseRecord]) -> str:
-    """Return every limit with its reason, folded: a ✓ must be open to question."""
+def _counted_section(results: ResultsFolder) -> str:
+    """Say by engine what runs did beyond exact events."""
     rows = [
-        [
-            f"`{case.label}`",
-            f"`{check.metric}`",
-            "–" if check.value is None else _quantity(check.value, check.unit),
-            f"{COMPARISONS[check.limit_kind]} {_quantity(check.limit, check.unit)}",
-            {True: "✓", False: "✗", None: "ref"}[check.passed],
-            _escape(check.reason),
-        ]
-        for case in cases
-        for check in case.checks
+        [f"`{label}`", words, str(total), where]
+        for label, words, total, where in counted_rows(results)
     ]
     if not rows:
         return ""
-    table = _table(["engine", "metric", "value", "limit", "", "why this limit"], rows)
-    # Markdown inside HTML needs the empty lines.
-    return (
-        f"<details><summary>{_many(len(rows), 'check')}: limits and reasons</summary>\n\n"
-        f"{table}\n\n</details>"
-    )
-
-
-def _quantity(value: float, unit: str) -> str:
-    """Return a number as reports show it, a length or a time with the unit that suits it."""
-    if unit == "m":
-        return style.format_length(value)
-    return style.format_time(value) if unit == "s" else _number(value)
+    header = ["engine", "what", "how often", "where"]
+    return f"## What the runs counted\n\n{COUNTED_MEANS}\n\n{table_of(header, rows)}"
 
 
 def _environment_table(results: ResultsFolder) -> str:
@@ -404,7 +243,7 @@ def _environment_table(results: ResultsFolder) -> str:
     used = {case.label: case.settings for case in reversed(results.cases) if case.outcome == "ran"}
     asked = results.environment.get("engine_settings", {})
     environment = results.environment | {"engine_settings": asked | used}
-    return _table(["what", "value"], [[f"`{k}`", _escape(v)] for k, v in _flat(environment)])
+    return table_of(["what", "value"], [[f"`{k}`", one_line(v)] for k, v in _flat(environment)])
 
 
 def _flat(values: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
@@ -422,28 +261,3 @@ def _plain(value: Any) -> str:
     if isinstance(value, list):
         return ", ".join(map(_plain, value))
     return str(value)
-
-
-def _figure(caption: str, stem: PurePosixPath | None) -> str:
-    return "" if stem is None else f"[![{caption}]({stem}.png)]({stem}.svg)"
-
-
-def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
-
-
-def _escape(text: str) -> str:
-    """Keep a text on one line and within its cell."""
-    return " ".join(text.split()).replace("|", "\\|")
-
-
-def _metric(case: CaseRecord, name: str) -> float | None:
-    value = case.metrics.get(name)
-    return None if value is None else float(value)
-
-
-def _number(value: float | None) -> str:
-    if value is None:
-        return "–"
-    return str(value) if isinstance(value, int) else f"{value:.3g}"

@@ -152,21 +152,25 @@ def draw_deflection(results: ResultsFolder) -> Figure | None:
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.6, 1.0])
     angles = np.linspace(0.0, 90.0, 361)
     curve = np.degrees(natural_deflection(np.radians(angles)))
-    above.plot(angles, curve, color=style.GREY, linewidth=1.6, label="closed form")
+    above.plot(
+        angles, curve, color=style.GREY, linewidth=1.6, label="closed form (Alciatore, proof 3.3)"
+    )
     above.plot(*zip(*PUBLISHED_DEFLECTIONS, strict=True), **_PUBLISHED)
     for at, name, offset, end in NAMED_DEFLECTIONS:
         value = float(np.degrees(natural_deflection(np.radians(np.array([at]))))[0])
         _write_at(above, (at, value), name, offset, end)
+    top = 38.0
     for run, cuts in _runs(shot):
         x = np.array([cut.cut for cut in cuts])
         y = np.array([cut.cue for cut in cuts])
+        top = max(top, float(y.max()) + 2.0)
         _draw_points(above, run, x, y, label=True)
         _draw_points(below, run, x, _size(y - np.degrees(natural_deflection(np.radians(x)))))
-    above.set(ylabel="deflection of the cue ball [deg]", xlim=(0.0, 90.0), ylim=(0.0, 38.0))
+    above.set(ylabel="deflection of the cue ball [deg]", xlim=(0.0, 90.0), ylim=(0.0, top))
     above.grid(visible=True)
     _finish_differences(below)
     below.set_xlabel("cut angle [deg]")
-    figure.legend(*above.get_legend_handles_labels(), loc="outside lower center", ncols=6)
+    figure.legend(*above.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     style.set_title(figure, "30 degree rule: where a rolling cue ball goes after a cut")
     return figure
 
@@ -218,7 +222,7 @@ _PUBLISHED: dict[str, Any] = {
     "markerfacecolor": "none",
     "markeredgecolor": style.ORANGE,
     "markeredgewidth": 1.4,
-    "label": "published (Alciatore)",
+    "label": "published numbers (Alciatore)",
 }
 
 
@@ -293,7 +297,7 @@ def _draw_throw_curves(axes: Axes, shot: Shot, varies: str) -> None:
         spin = np.zeros(len(x)) if along_cut else x
         exact = throw_angle(shot.scene, np.radians(cut), np.full(len(x), speed), spin)
         y = np.degrees(exact)
-        label = "closed form" if along_cut and k == 0 else None
+        label = "closed form (Alciatore, proof A.14)" if along_cut and k == 0 else None
         axes.plot(x, y, color=style.GREY, linestyle=line, label=label)
         name = f"{speed / MPH:.0f} mph"
         if along_cut:

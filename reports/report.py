@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 from engine import GhostballError
 from reports import style
 from reports.figures import SCENE_FIGURES, draw_accuracy, draw_verdicts
-from reports.markdown import Drawn, report_text
+from reports.markdown import report_text
+from reports.markdown_parts import Drawn
 from reports.paper_figures import PAPER_FIGURES
 from reports.physics_figures import PHYSICS_FIGURES
 from reports.shots import load_shot

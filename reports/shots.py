@@ -185,6 +185,12 @@ class Shot:
         return "rest" if first is None or first.status == "rest" else "end"
 
     @property
+    def one_of_several(self) -> bool:
+        """Whether one engine alone could run it of those asked: then nothing is compared."""
+        ran = [run for run in self.runs if run.case is not None and run.case.outcome == "ran"]
+        return len(ran) == 1 < len(self.runs)
+
+    @property
     def crowded(self) -> bool:
         """Whether each engine needs a panel of its own."""
         return len(self.scene.balls) >= CROWD

@@ -236,6 +236,12 @@ def set_title(figure: FigureBase, text: str) -> None:
     figure.suptitle(text, fontsize=10.5, fontweight="bold", x=0.01, ha="left")
 
 
+def lay_out(figure: Figure) -> None:
+    """Settle where everything is, once for all formats: that costs more than drawing does."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+
+
 def save_figure(figure: Figure, path: Path) -> list[Path]:
     """Write a figure as PNG and SVG beside each other; the same figure gives the same bytes.
 
@@ -250,9 +256,7 @@ def save_figure(figure: Figure, path: Path) -> list[Path]:
     list of Path
         The files written.
     """
-    # Lay out once for all formats: that costs more than drawing does.
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
+    lay_out(figure)
     targets = [path.with_name(f"{path.name}.{ending}") for ending in FORMATS]
     for target in targets:
         save_one(figure, target)

@@ -5,8 +5,7 @@ A metric that can't be computed is None with the reason beside it, never 0.
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,20 +14,14 @@ from numpy.typing import NDArray
 from engine import EventKind, Result, Scene
 from engine.result import COLLISION_KINDS
 from validation.sampling import deepest_overlap, energy_at, energy_series, events_of
-from validation.truth import Collision, Truth, TruthPart, collisions_of
+from validation.sequences import matching_collisions
+from validation.truth import Truth, TruthPart, collisions_of
 
 FloatArray = NDArray[np.float64]
 Value = int | float | None
 
 EPSILON = 2.0**-52
 """Spacing of doubles at 1: a conditioning times this is an "ulp" of the outcome."""
-
-
-TIE = 2.0**-40
-"""Two times within this fraction of themselves are one instant (1e-12).
-
-It is rounding, amplified by a few collisions; at 10 m/s it is 1e-11 m of path per second of motion.
-"""
 
 
 class NotMeasuredError(Exception):
@@ -201,42 +194,6 @@ def ball_errors(result: Result, truth: Truth) -> FloatArray:
     return distances
 
 
-def matching_collisions(
-    ours: Sequence[Collision], our_times: FloatArray, truth: Sequence[Collision], times: FloatArray
-) -> int:
-    """Count the leading collisions that two logs agree on.
-
-    Parameters
-    ----------
-    ours, truth : sequence of Collision
-        In order of time.
-    our_times, times : (k,), (m,) float64 [s]
-        Of each; an empty `times` says that no two collisions of the truth tie.
-
-    Notes
-    -----
-    Order counts except within a window that neither log divides by time: collisions at one instant
-    have no order, and an engine that reports one time for several says nothing of theirs. Two times
-    are one instant where they differ by less than `TIE` of themselves.
-    """
-    matched = 0
-    shorter = min(len(ours), len(truth))
-    tied_ours, tied_truth = _ties(our_times), _ties(times)
-    while matched < shorter:
-        end = matched + 1
-        while _tied(tied_ours, end) or _tied(tied_truth, end):
-            end += 1
-        expected = Counter(truth[matched:end])
-        for collision in ours[matched:end]:
-            if expected[collision] == 0:
-                return matched
-            expected[collision] -= 1
-            matched += 1
-        if matched < end:  # the log ends inside the window
-            return matched
-    return matched
-
-
 def conserves_energy(scene: Scene) -> bool:
     """Whether energy should hold in a scene: no friction, no drag, everything elastic."""
     physics = scene.physics
@@ -251,7 +208,6 @@ def conserves_energy(scene: Scene) -> bool:
         and physics.air_drag == 0.0
         and not physics.airborne
         and (len(scene.balls) == 1 or physics.ball_restitution == 1.0)
-        and (len(scene.balls) == 1 or physics.ball_friction == 0.0)
         and (not cushions or elastic_cushions)
     )
 
@@ -396,14 +352,3 @@ def _initial(energy: FloatArray) -> float:
     if energy[0] == 0.0:
         raise NotMeasuredError("nothing moves at the start: there is no energy to compare with")
     return float(energy[0])
-
-
-def _ties(times: FloatArray) -> NDArray[np.bool_]:
-    """Whether each time after the first is one instant with the time before it, (k - 1,)."""
-    tied: NDArray[np.bool_] = np.diff(times) <= TIE * times[1:]
-    return tied
-
-
-def _tied(ties: NDArray[np.bool_], end: int) -> bool:
-    """Whether the collisions before and after the boundary `end` tie."""
-    return end - 1 < len(ties) and bool(ties[end - 1])

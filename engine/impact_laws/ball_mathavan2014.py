@@ -4,31 +4,38 @@ Mathavan, Jackson and Parkin (2014), "Numerical simulations of the frictional co
 balls on a rough surface", Sports Engineering 17, doi 10.1007/s12283-014-0158-y.
 
 Friction between the balls presses one of them on the cloth, the one whose surface goes up against
-the other's; the cloth's friction then acts on that ball while the impact lasts. Which ball it is
-can't change during an impact: the vertical slip shrinks in proportion to itself. So the equations
-are written once, in a frame in which b is the pressed ball, with every speed in units of the speed
-of approach.
+the other's; the cloth's friction then acts on that ball while the impact lasts. The other ball is
+lifted, and its vertical velocity counts in the slip between the balls. Which ball is pressed can't
+change during an impact: the vertical slip shrinks in proportion to itself. So the equations
+(`_mathavan2014_steps`) are written once, for b as the pressed ball.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from engine._jit import kernel
 from engine._state import Laws
+from engine.impact_laws._mathavan2014_steps import (
+    ACCURACY,
+    Contact,
+    Course,
+    cloth_rates,
+    normal_rate,
+    rubbed,
+    slip_of,
+    speed_of,
+    take_step,
+)
 from engine.impact_laws.ball_frictional import contact_slip, frictional, length
 from engine.impact_laws.friction_curve import friction_coefficient
 from engine.impact_laws.interface import BallImpact, BallImpulse
 
-ACCURACY = 3e-10
-"""Error of one step, in units of the largest impulse that friction can reach in this impact."""
-
 STUCK = 1e-10
-"""Slip between the balls, in the same units, that counts as ended."""
+"""Slip between the balls, in the units of `ACCURACY`, that counts as ended."""
 
 ROLLS = 16.0 * ACCURACY
-"""Slip on the cloth, in the same units, that counts as none: the error of a few steps."""
+"""Slip on the cloth, in these units too, that counts as none: the error of a few steps."""
 
 ROLLING_ROUNDING = 2.0**-48
 """Slip on the cloth, in units of the ball's own speeds, that is the rounding of a rolling ball."""
@@ -44,7 +51,7 @@ LONGEST_LANDING = 0.1
 
 MOST_STEPS = 1000
 """A bound on the work of a phase that no impact reaches: one of pool balls takes about 10 steps, or
-100 where the slip ends, and the worst of 60 000 random ones with any coefficients took 320. Beyond
+100 where the slip ends, and the worst of 55 000 random ones with any coefficients took 480. Beyond
 it friction would end and the normal impulse complete the phase."""
 
 MOST_LANDINGS = 4
@@ -62,39 +69,6 @@ cloth, which a model of balls that stay on the cloth doesn't describe. Below 5/7
 even keep the ball from slipping, however strongly it is pressed: so the slip passes through zero,
 and the ball never rolls during an impact.
 """
-
-
-class _Contact(NamedTuple):
-    """What doesn't change during the impact; b is the pressed ball; speeds over the approach."""
-
-    slip_along: float  # of a's surface over b's, before
-    slip_down: float  # positive
-    cloth_slip_n: float  # of b on the cloth, before
-    cloth_slip_t: float
-    share: float  # of b in the change of the relative velocity: reduced mass over b's mass
-    friction: float  # coefficient between the balls
-    cloth: float  # coefficient between b and the cloth, times `share`
-    restitution: float
-    reach: float  # the largest impulse that friction can reach; unit of the errors
-    rolls: float  # slip on the cloth that counts as none
-
-
-class _Course(NamedTuple):
-    """How far the impact has come; or the derivatives of these.
-
-    `fade` falls from 1 towards 0 as the slip between the balls ends. That slip is fade^5 times
-    (`along`, `down`), because so it falls if the cloth takes no part: as fade^5 down and fade^7
-    along. With fade as the variable the course is smooth up to the slip's end, where it is singular
-    in the impulse itself.
-    """
-
-    fade: float
-    normal: float  # impulse over the reduced mass
-    along: float
-    down: float
-    cloth_n: float  # impulse of the cloth over b's own mass
-    cloth_t: float
-    cloth_work: float  # integral of `cloth_n` over the normal impulse
 
 
 @kernel
@@ -121,18 +95,24 @@ def mathavan2014(impact: BallImpact, laws: Laws) -> BallImpulse:
     cloth against the slip of the pressed ball. Compression ends when the balls no longer approach;
     restitution ends when the normal force has returned e^2 of the work that it stored (Stronge).
 
+    As in the paper, the slip between the balls has the vertical velocity of the lifted one in it.
+    Codes of this law often leave it out, which turns the object ball of the paper's shots 0.02
+    degrees away from the printed angles.
+
     Four details are ours:
 
     - The slip on the cloth is that of the lowest point, v + w x (-R z). The algorithm is usually
       written with the slip of the highest, (v_x + R w_y, v_y - R w_x), on which friction could feed
-      the ball.
+      the ball. The printed numbers can't tell the two apart.
     - Slip between the balls that reaches zero stays zero.
     - A coefficient between the balls that depends on the speed is that of the slip before the
       impact, for which the curve was fitted.
     - Coefficients above any real ball's or cloth's are cut, see `HIGHEST_FRICTION`.
 
-    The cloth holds the balls down, so vertical slip ends after an impulse of 2/5 of it, not 2/7.
-    Without vertical slip, or without friction, the cloth takes no part: this is then `frictional`.
+    The cloth keeps the pressed ball from moving down, so that between equal masses vertical slip
+    ends after an impulse of 1/3 of it, not 2/7. What the lifted ball has of vertical velocity is
+    dropped after the impact, as in `frictional`, which takes energy and never gives any. Without
+    vertical slip, or without friction, the cloth takes no part: this is then `frictional`.
 
     Contract: no allocation; a bounded number of steps. Turning the frame by half a turn and
     exchanging the balls gives the same bits, and so does the mirror image.
@@ -185,12 +165,13 @@ def _press_b(impact: BallImpact, friction: float, restitution: float) -> BallImp
     turning_n, turning_t = impact.b_radius * impact.b_wn, impact.b_radius * impact.b_wt
     own = abs(impact.b_vn) + abs(impact.b_vt) + abs(turning_n) + abs(turning_t)
     reach = min(friction * (1.0 + restitution), length(slip_along, slip_up) / approach)
-    contact = _Contact(
+    contact = Contact(
         slip_along / approach,
         -slip_up / approach,
         (impact.b_vn - turning_t) / approach,
         (impact.b_vt + turning_n) / approach,
         share,
+        2.5 + impact.b_mass / (impact.a_mass + impact.b_mass),  # both turn, and a rises
         friction,
         min(impact.b_cloth, HIGHEST_CLOTH) * share,
         restitution,
@@ -198,7 +179,7 @@ def _press_b(impact: BallImpact, friction: float, restitution: float) -> BallImp
         ROLLS * reach + ROLLING_ROUNDING * (own / approach),
     )
     course = _collide(contact)
-    along, down = _rubbed(course, contact)
+    along, down = rubbed(course, contact)
     return BallImpulse(
         approach * course.normal,
         approach * along,
@@ -211,9 +192,9 @@ def _press_b(impact: BallImpact, friction: float, restitution: float) -> BallImp
 
 
 @kernel
-def _collide(contact: _Contact) -> _Course:
+def _collide(contact: Contact) -> Course:
     """Return where the course ends: after compression, then restitution."""
-    start = _Course(1.0, 0.0, contact.slip_along, contact.slip_down, 0.0, 0.0, 0.0)
+    start = Course(1.0, 0.0, contact.slip_along, contact.slip_down, 0.0, 0.0, 0.0)
     course = start
     wanted = -1.0  # compression
     for _ in range(2):
@@ -223,7 +204,7 @@ def _collide(contact: _Contact) -> _Course:
 
 
 @kernel
-def _run_phase(start: _Course, wanted: float, contact: _Contact) -> _Course:
+def _run_phase(start: Course, wanted: float, contact: Contact) -> Course:
     """Return where a phase ends, see `_left`.
 
     Notes
@@ -236,18 +217,18 @@ def _run_phase(start: _Course, wanted: float, contact: _Contact) -> _Course:
     longest = LONGEST_STEP
     landings = 0
     for _ in range(MOST_STEPS):
-        if _slip(course) <= STUCK * contact.reach:
+        if slip_of(course) <= STUCK * contact.reach:
             course = _stuck(course)
             break
-        gain = 1.0 + _cloth_rates(course, contact)[0]
+        gain = 1.0 + cloth_rates(course, contact)[0]
         left = _left(start, course, wanted, gain)
         if abs(left) <= ROUNDING or landings == MOST_LANDINGS:
             break
-        whole = -left / (gain * _normal_rate(course, contact) * course.fade)
+        whole = -left / (gain * normal_rate(course, contact) * course.fade)
         landing = abs(whole) <= min(longest, LONGEST_LANDING)
         part = whole if landing else max(-longest, min(longest, 0.9 * whole))
         step = -left if landing else -part * course.fade
-        trial, error = _step(course, contact, step, landing)
+        trial, error = take_step(course, contact, step, landing)
         longest = min(abs(part) * _growth(error), LONGEST_STEP)
         if error <= 1.0:
             course = trial
@@ -256,14 +237,14 @@ def _run_phase(start: _Course, wanted: float, contact: _Contact) -> _Course:
 
 
 @kernel
-def _left(start: _Course, course: _Course, wanted: float, gain: float) -> float:
+def _left(start: Course, course: Course, wanted: float, gain: float) -> float:
     """Return by how much the speed of approach has to fall until the phase ends.
 
     Compression (`wanted` negative) ends when the balls don't approach; restitution, when the normal
     force has returned the wanted work. That goes with the square of the speed, but for what the
     cloth does to it meanwhile, which `gain`, the fall of the speed per normal impulse, foresees.
     """
-    speed = _speed(course)
+    speed = speed_of(course)
     if wanted < 0.0:
         return speed
     missing = wanted + _work(start, course)
@@ -271,7 +252,7 @@ def _left(start: _Course, course: _Course, wanted: float, gain: float) -> float:
 
 
 @kernel
-def _work(before: _Course, after: _Course) -> float:
+def _work(before: Course, after: Course) -> float:
     """Return the work that the normal force stored from one point of the course to another.
 
     It is the integral of the speed of approach, 1 - normal - cloth_n, over the normal impulse.
@@ -291,9 +272,9 @@ def _growth(error: float) -> float:
 
 
 @kernel
-def _pushed(course: _Course, normal: float) -> _Course:
+def _pushed(course: Course, normal: float) -> Course:
     """Return the course with more normal impulse, and nothing else."""
-    return _Course(
+    return Course(
         course.fade,
         course.normal + normal,
         course.along,
@@ -305,154 +286,8 @@ def _pushed(course: _Course, normal: float) -> _Course:
 
 
 @kernel
-def _stuck(course: _Course) -> _Course:
+def _stuck(course: Course) -> Course:
     """Return the course without slip between the balls."""
-    return _Course(
+    return Course(
         course.fade, course.normal, 0.0, 0.0, course.cloth_n, course.cloth_t, course.cloth_work
     )
-
-
-@kernel
-def _speed(course: _Course) -> float:
-    """Return the speed of approach, in units of that before the impact."""
-    return (1.0 - course.normal) - course.cloth_n
-
-
-@kernel
-def _slip(course: _Course) -> float:
-    """Return the speed of the slip between the balls, in the same units."""
-    fade = course.fade * course.fade
-    size = math.sqrt(course.along * course.along + course.down * course.down)
-    return fade * fade * course.fade * size
-
-
-@kernel
-def _rubbed(course: _Course, contact: _Contact) -> tuple[float, float]:
-    """Return the impulse on b over the reduced mass, along t and down, from the slip's change."""
-    fade = course.fade * course.fade
-    fade *= fade * course.fade
-    along = (contact.slip_along - fade * course.along) - course.cloth_t
-    down = contact.slip_down - fade * course.down
-    return along / 3.5, down / 2.5 - course.cloth_n
-
-
-@kernel
-def _cloth_slip(course: _Course, contact: _Contact) -> tuple[float, float]:
-    """Return the slip of b on the cloth, along n and t."""
-    along, down = _rubbed(course, contact)
-    pushed = contact.share * (course.normal + 2.5 * down)
-    n = (contact.cloth_slip_n + pushed) + 3.5 * course.cloth_n
-    t = (contact.cloth_slip_t + contact.share * along) + 3.5 * course.cloth_t
-    return n, t
-
-
-@kernel
-def _cloth_rates(course: _Course, contact: _Contact) -> tuple[float, float]:
-    """Return the cloth's impulse on b per unit of the normal impulse, along n and t."""
-    size = math.sqrt(course.along * course.along + course.down * course.down)
-    if size == 0.0:
-        return 0.0, 0.0
-    down = contact.friction * (abs(course.down) / size)
-    n, t = _cloth_slip(course, contact)
-    slip = math.sqrt(n * n + t * t)
-    if slip <= contact.rolls:
-        # b starts to slip at once, the way that a pushes it.
-        n, t = 1.0 + 2.5 * down, contact.friction * (course.along / size)
-        slip = math.sqrt(n * n + t * t)
-    grip = contact.cloth * down
-    return -grip * (n / slip), -grip * (t / slip)
-
-
-@kernel
-def _normal_rate(course: _Course, contact: _Contact) -> float:
-    """Return the derivative of the normal impulse by `fade`."""
-    size = math.sqrt(course.along * course.along + course.down * course.down)
-    fade = course.fade * course.fade
-    return -2.0 * (fade * fade) * (size / contact.friction)
-
-
-@kernel
-def _derivatives(course: _Course, contact: _Contact, landing: bool) -> _Course:
-    """Return the derivatives by the speed of approach (`landing`), or else by `fade`."""
-    size = math.sqrt(course.along * course.along + course.down * course.down)
-    rate_n, rate_t = _cloth_rates(course, contact)
-    normal = _normal_rate(course, contact)
-    factor = -1.0 / ((1.0 + rate_n) * normal) if landing else 1.0
-    normal *= factor
-    turning = factor / course.fade
-    pull = size / contact.friction
-    return _Course(
-        factor,
-        normal,
-        2.0 * turning * (course.along + pull * rate_t),
-        5.0 * turning * (pull * rate_n),
-        rate_n * normal,
-        rate_t * normal,
-        course.cloth_n * normal,
-    )
-
-
-@kernel
-def _plus(course: _Course, h: float, slope: _Course) -> _Course:
-    return _Course(
-        course.fade + h * slope.fade,
-        course.normal + h * slope.normal,
-        course.along + h * slope.along,
-        course.down + h * slope.down,
-        course.cloth_n + h * slope.cloth_n,
-        course.cloth_t + h * slope.cloth_t,
-        course.cloth_work + h * slope.cloth_work,
-    )
-
-
-@kernel
-def _step(course: _Course, contact: _Contact, h: float, landing: bool) -> tuple[_Course, float]:
-    """Take one step of h and return where it ends and its error, in units of what is allowed.
-
-    Notes
-    -----
-    Dormand and Prince (1980, J. Comp. Appl. Math. 6, 19), with the result of order 5.
-    """
-    k1 = _derivatives(course, contact, landing)
-    at = _plus(course, h * (1.0 / 5.0), k1)
-    k2 = _derivatives(at, contact, landing)
-    at = _plus(_plus(course, h * (3.0 / 40.0), k1), h * (9.0 / 40.0), k2)
-    k3 = _derivatives(at, contact, landing)
-    at = _plus(_plus(course, h * (44.0 / 45.0), k1), h * (-56.0 / 15.0), k2)
-    at = _plus(at, h * (32.0 / 9.0), k3)
-    k4 = _derivatives(at, contact, landing)
-    at = _plus(_plus(course, h * (19372.0 / 6561.0), k1), h * (-25360.0 / 2187.0), k2)
-    at = _plus(_plus(at, h * (64448.0 / 6561.0), k3), h * (-212.0 / 729.0), k4)
-    k5 = _derivatives(at, contact, landing)
-    at = _plus(_plus(course, h * (9017.0 / 3168.0), k1), h * (-355.0 / 33.0), k2)
-    at = _plus(_plus(at, h * (46732.0 / 5247.0), k3), h * (49.0 / 176.0), k4)
-    at = _plus(at, h * (-5103.0 / 18656.0), k5)
-    k6 = _derivatives(at, contact, landing)
-    end = _plus(_plus(course, h * (35.0 / 384.0), k1), h * (500.0 / 1113.0), k3)
-    end = _plus(_plus(end, h * (125.0 / 192.0), k4), h * (-2187.0 / 6784.0), k5)
-    end = _plus(end, h * (11.0 / 84.0), k6)
-    k7 = _derivatives(end, contact, landing)
-
-    error = _plus(_Course(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), h * (71.0 / 57600.0), k1)
-    error = _plus(_plus(error, h * (-71.0 / 16695.0), k3), h * (71.0 / 1920.0), k4)
-    error = _plus(_plus(error, h * (-17253.0 / 339200.0), k5), h * (22.0 / 525.0), k6)
-    error = _plus(error, h * (-1.0 / 40.0), k7)
-    return end, _relative(error, end, contact)
-
-
-@kernel
-def _relative(error: _Course, end: _Course, contact: _Contact) -> float:
-    """Return the largest error in units of what is allowed.
-
-    An error of the normal impulse only shifts friction along the course: it counts by what friction
-    does meanwhile. Where the slip is large, the impulse has rounding of the size of its own steps.
-    """
-    part = end.fade * end.fade
-    part *= part
-    slip = abs(end.along) + abs(end.down)
-    slipping = part * (
-        end.fade * (abs(error.along) + abs(error.down)) + 5.0 * slip * abs(error.fade)
-    )
-    holding = max(abs(error.cloth_n), abs(error.cloth_t), abs(error.cloth_work))
-    shifting = contact.friction * abs(error.normal)
-    return max(slipping, holding, shifting) / (ACCURACY * contact.reach)

@@ -37,7 +37,7 @@ _STEP_ERROR = 3e-11  # of a step, as estimated
 _STILL = 1e-11  # a slip below this counts as none
 _TURNED = 1e-10  # compression ends below this; the work then errs by the square of it
 _ROUNDING = 1e-14  # of all speeds together: added to the first two
-_RETURNED = 1e-13  # of the work to be returned
+_RETURNED = 1e-13  # of the work to be returned; or what gives no speed that counts
 # Below either approach the ball only bounces: what friction would change is lost in rounding.
 _LEAST = 1e-140  # [m/s]; the squares of smaller speeds vanish
 _GRAZING = 1e-13  # of all speeds together
@@ -144,7 +144,8 @@ def _follow(motion: Motion, e: float, scales: _Scales, model: Model) -> Motion:
     stride = fresh
     held, phase, slack = NEITHER, _COMPRESSION, 0.0
     for _ in range(_MOST_STEPS):
-        head_start = 1e-6 * scales.approach if phase == _COMPRESSION else 0.0
+        # None in the rebound, and in compression not past its end.
+        head_start = max(0.0, min(1e-6 * scales.approach, 0.25 * motion.vn))
         motion, now, moved = settle(motion, held, scales.still, head_start, model)
         if moved:
             # A slip that starts grows from nothing; steps grow with it.
@@ -159,7 +160,7 @@ def _follow(motion: Motion, e: float, scales: _Scales, model: Model) -> Motion:
             motion = Motion(
                 motion.vn, motion.down, motion.nose_t, motion.cloth_t, e * e * motion.work
             )
-            slack = _RETURNED * motion.work
+            slack = max(_RETURNED * motion.work, _STILL * turned * scales.approach)
         if phase == _REBOUND and (motion.work <= slack or _returns(motion, held, turned, model)):
             return motion
         motion, stride = _advance(motion, held, phase, slack, stride, scales, model)

@@ -1,4 +1,4 @@
-"""The names of the impact laws, what each uses, and where it comes from; no compiler is needed here.
+"""The names of the impact laws, what each uses, and where it comes from; this needs no compiler.
 
 A law's place in its tuple is its code in `dispatch`.
 """

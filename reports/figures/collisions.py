@@ -17,8 +17,10 @@ if TYPE_CHECKING:
 def draw_collisions(shot: Shot) -> Figure | None:
     """Draw the counts as bars, a panel for each kind of collision that any engine saw.
 
-    None where there was no collision at all.
+    None where there was no collision at all, or one alone of several engines could run.
     """
+    if shot.one_of_several:
+        return None
     kinds: dict[str, None] = {}
     for run in shot.runs:
         if run.case is not None:
@@ -29,6 +31,7 @@ def draw_collisions(shot: Shot) -> Figure | None:
     grid = figure.subplots(1, len(kinds), sharey=True, squeeze=False)[0]
     for axes, kind in zip(grid, sorted(kinds), strict=True):
         _draw_kind(axes, shot, kind)
+        axes.tick_params(axis="y", length=0)
     set_row_names(grid[0], shot)
     style.set_title(
         figure,
@@ -38,6 +41,7 @@ def draw_collisions(shot: Shot) -> Figure | None:
 
 
 def _draw_kind(axes: Axes, shot: Shot, kind: str) -> None:
+    from matplotlib.patheffects import withStroke  # noqa: PLC0415
     from matplotlib.ticker import MaxNLocator  # noqa: PLC0415
 
     for row, run in enumerate(shot.runs):
@@ -45,14 +49,17 @@ def _draw_kind(axes: Axes, shot: Shot, kind: str) -> None:
             continue
         count = run.case.collision_counts.get(kind, 0)
         axes.barh(row, count, height=0.62, color=run.style.colour, zorder=2)
-        axes.annotate(
+        number = axes.annotate(
             f"{count}",
             (count, row),
             xytext=(4, 0),
             textcoords="offset points",
             va="center",
             fontsize=8.5,
+            zorder=4,
         )
+        # The line of the truth may run through it.
+        number.set_path_effects([withStroke(linewidth=3.0, foreground="white")])
     if shot.truth_counts is not None:
         axes.axvline(
             shot.truth_counts.get(kind, 0),

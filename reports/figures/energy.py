@@ -21,6 +21,9 @@ FloatArray = NDArray[np.float64]
 DIFFERENCE_FLOOR = 1e-16
 """Smallest relative difference drawn: below it is rounding."""
 
+UNITS = ((1e6, "MJ"), (1e3, "kJ"), (1.0, "J"))
+"""Units of energy with the smallest one that they are for [J]; balls may be as heavy as cars."""
+
 POINTS = 500
 """Instants at which two engines are compared."""
 
@@ -49,23 +52,26 @@ def draw_energy(shot: Shot) -> Figure | None:
 
 
 def _draw_total(axes: Axes, shot: Shot) -> None:
+    # A band that others are drawn upon says little where there are no others.
+    alone = len(shot.drawn) == 1
+    unit, name = _unit(shot)
     for order, run in enumerate(shot.drawn):
         motion = _motion(run)
         look = run.style
         axes.plot(
             motion.times,
-            motion.energy,
+            motion.energy / unit,
             label=look.name,
             color=look.colour,
             linestyle=look.line,
-            linewidth=look.line_width,
-            alpha=look.line_alpha,
+            linewidth=1.3 if alone else look.line_width,
+            alpha=1.0 if alone else look.line_alpha,
             zorder=2 + 0.01 * order,
         )
     # An engine that explodes must not flatten the others.
     highest = max(float(np.nanmax(_motion(run).energy)) for run in shot.drawn)
-    axes.set_ylim(bottom=0.0, top=1.08 * min(highest, 1.8 * _start_energy(shot)))
-    axes.set_ylabel("energy [J]")
+    axes.set_ylim(bottom=0.0, top=1.08 * min(highest, 1.8 * _start_energy(shot)) / unit)
+    axes.set_ylabel(f"energy [{name}]")
     axes.set_title(f"{shot.scene.name}: kinetic energy of all balls, translation and rotation")
     axes.grid(True)
 
@@ -75,6 +81,7 @@ def _draw_difference(axes: Axes, shot: Shot) -> None:
     ours = _motion(shot.ours)
     times = np.linspace(0.0, _end(shot), POINTS)
     scale = _start_energy(shot)
+    unit, name = _unit(shot)
     reference = np.interp(times, ours.times, ours.energy)
     for order, run in enumerate(shot.drawn):
         if run is shot.ours:
@@ -97,7 +104,7 @@ def _draw_difference(axes: Axes, shot: Shot) -> None:
     axes.set_ylabel("|difference| / E₀ [1]")
     axes.set_title(
         f"Difference from {shot.ours.style.name}, as a part of the initial energy "
-        f"E₀ = {scale:.4g} J"
+        f"E₀ = {scale / unit:.4g} {name}"
     )
     axes.grid(True)
 
@@ -109,6 +116,12 @@ def _motion(run: Run) -> Motion:
 
 def _start_energy(shot: Shot) -> float:
     return float(_motion(shot.drawn[0]).energy[0]) or 1.0
+
+
+def _unit(shot: Shot) -> tuple[float, str]:
+    """Return the unit of energy [J] that suits a shot, and its name."""
+    energy = _start_energy(shot)
+    return next(((unit, name) for unit, name in UNITS if energy >= unit), UNITS[-1])
 
 
 def _end(shot: Shot) -> float:

@@ -25,16 +25,16 @@ DRAWN = (RestError.JUDGED, RestError.UNJUDGED)
 def draw_errors(shot: Shot) -> Figure | None:
     """Draw the largest and the RMS rest error of each engine as bar and dot.
 
-    None where no engine has a rest error that means something.
+    None where no engine has a rest error that means something, or one alone of several could run.
     """
-    if not any(run.standing in DRAWN for run in shot.runs):
+    if shot.one_of_several or not any(run.standing in DRAWN for run in shot.runs):
         return None
     figure = style.new_figure(WIDTH, row_height(shot) + 1.25)
     axes = figure.subplots()
     left, right = _limits(shot)
     axes.set_xscale("log")
     axes.set_xlim(left, right)
-    style.set_length_ticks(axes, left, right)
+    style.set_length_ticks(axes, left, min(right, 10.0 * _largest(shot)))
     for row, run in enumerate(shot.runs):
         _draw_row(axes, row, run, left, right)
     set_row_names(axes, shot)
@@ -48,11 +48,17 @@ def draw_errors(shot: Shot) -> Figure | None:
 
 
 def _draw_row(axes: Axes, row: int, run: Run, left: float, right: float) -> None:
+    from matplotlib.patheffects import withStroke  # noqa: PLC0415
+
     limit = run.limit("rest_error_max")
     if run.standing in DRAWN:
         _draw_bar(axes, row, run, left)
     if limit is not None and limit > 0.0:
-        axes.plot([limit, limit], [row - 0.42, row + 0.42], color=style.BLACK, linewidth=2.2)
+        (line,) = axes.plot(
+            [limit, limit], [row - 0.42, row + 0.42], color=style.BLACK, linewidth=2.2
+        )
+        # Where a limit is not kept its line is within the bar, and ours is black.
+        line.set_path_effects([withStroke(linewidth=4.4, foreground="white")])
     start = max(run.metric("rest_error_max") or 0.0, limit if limit and limit < right else 0.0)
     axes.annotate(
         _row_text(run),
@@ -99,18 +105,27 @@ def _in_ulps(run: Run) -> str:
     return ""
 
 
-def _limits(shot: Shot) -> tuple[float, float]:
-    values = []
-    for run in shot.runs:
-        if run.standing not in DRAWN:
-            continue
+def _lengths(shot: Shot) -> list[float]:
+    """Return every error and limit that is drawn, without zeros [m]."""
+    return [
+        value
+        for run in shot.runs
+        if run.standing in DRAWN
         for value in (
             run.metric("rest_error_max"),
             run.metric("rest_error_rms"),
             run.limit("rest_error_max"),
-        ):
-            if value is not None and value > 0.0:
-                values.append(value)
+        )
+        if value is not None and value > 0.0
+    ]
+
+
+def _largest(shot: Shot) -> float:
+    return max(_lengths(shot), default=1e-12)
+
+
+def _limits(shot: Shot) -> tuple[float, float]:
+    values = _lengths(shot)
     if not values:
         return EXACT, 1e-12
     decades = math.log10(max(values)), math.log10(min(values))

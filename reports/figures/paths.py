@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,16 +31,26 @@ PATH_LENGTH_SHOWN = 50.0
 STRIP = 0.22
 """Half the width of what is shown of the cloth where all motion is along x [m]."""
 
+LABEL_SIZE = 8.0
+"""Of the names of balls [pt]."""
+
+LETTER_WIDTH = 0.62
+"""Mean width of a letter over the size of the font."""
+
+LETTERS_IN_A_LINE = 110
+"""How many fit beneath a picture."""
+
 
 def draw_paths(shot: Shot) -> Figure | None:
     """Draw the paths of a scene; None where no engine has a motion.
 
     A few balls: all engines over each other. Balls that stay on one line get their position
-    against time as well, since their paths hide each other. Many balls: a panel for each engine.
+    against time as well, since their paths hide each other. Many balls that don't: a panel for each
+    engine.
     """
     if not shot.drawn:
         return None
-    if shot.crowded:
+    if shot.crowded and not is_collinear(shot):
         return _draw_panels(shot)
     return _draw_overlay(shot)
 
@@ -50,7 +62,10 @@ def _draw_overlay(shot: Shot) -> Figure:
     rows = [height, 3.2] if collinear else [height]
     figure = style.new_figure(WIDTH, sum(rows) + 0.5 * len(rows) + 0.4 + 0.2 * _legend_rows(shot))
     axes = figure.subplots(len(rows), 1, squeeze=False, gridspec_kw={"height_ratios": rows})[:, 0]
-    _draw_on_table(axes[0], shot, view)
+    _draw_on_table(axes[0], shot, view, height)
+    # What a box of fixed proportions leaves of its place is above it: the layout counts on the
+    # labels beneath.
+    axes[0].set_anchor("S")
     if collinear:
         draw_against_time(axes[1], shot)
     _add_legend(figure, shot)
@@ -59,7 +74,7 @@ def _draw_overlay(shot: Shot) -> Figure:
     return figure
 
 
-def _draw_on_table(axes: Axes, shot: Shot, view: View) -> None:
+def _draw_on_table(axes: Axes, shot: Shot, view: View, height: float) -> None:
     draw_table(axes, shot.scene, view)
     radii = shot.scene.radii
     for ball, start in enumerate(shot.scene.positions):
@@ -68,8 +83,9 @@ def _draw_on_table(axes: Axes, shot: Shot, view: View) -> None:
     for order, run in enumerate(shot.drawn):
         draw_motion(axes, run, zorder=2 + 0.01 * order, **_line(run))
     _draw_rest(axes, shot)
-    for ball, start in enumerate(shot.scene.positions):
-        label_ball(axes, shot.scene.balls[ball].id, start, radii[ball])
+    names = [(ball.id, i) for i, ball in enumerate(shot.scene.balls)]
+    at = [(name, shot.scene.positions[i], radii[i]) for name, i in names]
+    label_balls(axes, at, scale_of(view, height), _seen(shot.drawn[0]))
 
 
 def _draw_rest(axes: Axes, shot: Shot) -> None:
@@ -93,15 +109,25 @@ def draw_against_time(axes: Axes, shot: Shot) -> None:
         look = {"zorder": 2 + 0.01 * order, **_line(run), **alone}
         draw_motion(axes, run, against_time=True, **look)
     axes.set_xlim(0.0, 1.02 * _median_end(shot))
-    axes.set_ylim(*view_shown(shot, collinear=True)[:2])
+    axes.set_ylim(*_range_of_x(shot))
     axes.set_xlabel("time [s]")
     axes.set_ylabel("x of the centre [m]")
     axes.set_title("The same against time")
     axes.grid(True)
 
 
+def _range_of_x(shot: Shot) -> tuple[float, float]:
+    """Return the part of x to show against time: where balls are, within the picture above it."""
+    left, right, _, _ = view_shown(shot, collinear=True)
+    x = np.concatenate([_seen(run)[:, :, 0].ravel() for run in shot.drawn])
+    x = x[(left <= x) & (x <= right)]
+    margin = 2.0 * float(shot.scene.radii.max())
+    return max(left, float(x.min()) - margin), min(right, float(x.max()) + margin)
+
+
 def _draw_panels(shot: Shot) -> Figure:
-    view = view_of(shot.scene)
+    # Without a table, balls roll out of the picture of where they started.
+    view = view_of(shot.scene, _ends(shot), needed=_ends(shot))
     runs = shot.drawn
     columns = min(3, len(runs))
     rows = -(-len(runs) // columns)
@@ -156,40 +182,50 @@ def draw_panel(axes: Axes, shot: Shot, run: Run, view: View, t_shown: float | No
 def _add_legend(figure: Figure, shot: Shot) -> None:
     from matplotlib.lines import Line2D  # noqa: PLC0415
 
-    handles, colours = [], []
+    handles = []
     for run in shot.runs:
         if run.motion is None:
-            text = f"{run.style.name}: {run.verdict.words}"
-            handles.append(Line2D([], [], linestyle="none", label=text))
-            colours.append(style.GREY)
             continue
         look = _line(run)
         if not run.style.ours:
             look |= {key: value for key, value in _marker(run).items() if key != "linestyle"}
         handles.append(Line2D([], [], label=f"{run.style.name}: {_error_text(run, shot)}", **look))
-        colours.append(style.BLACK)
         if run.slides:
             look = _line(run) | sliding_look(_line(run))
             label = f"{run.style.name}, where a ball slides"
             handles.append(Line2D([], [], label=label, **look))
-            colours.append(style.BLACK)
     place = "rests" if shot.end == "rest" else "is at the end"
+    key = (
+        f"black ring: where the ball {place} in truth; numbers: largest {shot.end} error "
+        "(in brackets: not judged)"
+    )
     figure.legend(
         handles=handles,
-        labelcolor=colours,
         loc="outside lower center",
         ncols=3,
         handlelength=3.2,
         columnspacing=1.6,
-        title=f"black ring: where the ball {place} in truth; numbers: largest {shot.end} error "
-        "(in brackets: not judged)",
+        title="\n".join([key, *_absent(shot)]),
         title_fontsize=8.5,
-    )
+    ).get_title().set_multialignment("center")
+
+
+def _absent(shot: Shot) -> list[str]:
+    """Say which engines have no path, and why: a line for each reason, folded."""
+    reasons: dict[str, list[str]] = {}
+    for run in shot.runs:
+        if run.motion is None:
+            reasons.setdefault(run.verdict.words, []).append(run.style.name)
+    return [
+        line
+        for why, names in reasons.items()
+        for line in wrap(f"{why}: {'; '.join(names)}", LETTERS_IN_A_LINE, break_on_hyphens=False)
+    ]
 
 
 def _legend_rows(shot: Shot) -> int:
-    entries = len(shot.runs) + sum(run.slides for run in shot.runs)
-    return -(-entries // 3) + 1
+    entries = sum(1 + run.slides for run in shot.drawn)
+    return -(-entries // 3) + 1 + len(_absent(shot))
 
 
 def _line(run: Run) -> dict[str, Any]:
@@ -214,22 +250,80 @@ def _marker(run: Run) -> dict[str, Any]:
     }
 
 
-def label_ball(axes: Axes, name: str, centre: FloatArray, radius: float) -> None:
-    """Write the name of a ball above it."""
+def scale_of(view: View, height: float) -> float:
+    """Return the metres to a point of a picture of `view` that is at most `height` inches high."""
+    left, right, bottom, top = view
+    return max((right - left) / (WIDTH - 0.8), (top - bottom) / height) / 72.0
+
+
+def label_balls(
+    axes: Axes,
+    balls: Sequence[tuple[str, FloatArray, float]],
+    metres_to_a_point: float,
+    paths: FloatArray,
+) -> None:
+    """Write the names of balls beside them: off other names and balls, and off paths where it can.
+
+    Parameters
+    ----------
+    axes : Axes
+    balls : sequence of (name, centre [m], radius [m])
+    metres_to_a_point : float
+        Scale of the picture, to estimate how much room a name takes.
+    paths : (..., 3) float64 [m]
+        Points of the paths that are drawn.
+    """
     from matplotlib.patheffects import withStroke  # noqa: PLC0415
 
-    text = axes.annotate(
-        name,
-        (centre[0], centre[1] + radius),
-        xytext=(0, 3),
-        textcoords="offset points",
-        ha="center",
-        va="bottom",
-        fontsize=8,
-        color=style.GREY,
-        zorder=6,
+    discs = [_box(centre, (0.0, 0.0), radius, radius) for _, centre, radius in balls]
+    taken: list[FloatArray] = []
+    for name, centre, radius in balls:
+        half_width = 0.5 * LABEL_SIZE * LETTER_WIDTH * len(name) * metres_to_a_point
+        half_height = 0.6 * LABEL_SIZE * metres_to_a_point
+        away = radius + 3.0 * metres_to_a_point
+        places = [
+            (0.0, away + half_height),
+            (0.0, -away - half_height),
+            (-away - half_width, 0.0),
+            (away + half_width, 0.0),
+        ]
+        boxes = [_box(centre, place, half_width, half_height) for place in places]
+        free = [i for i, box in enumerate(boxes) if not _overlaps(box, discs + taken)] or [0]
+        chosen = min(free, key=lambda i: _points_within(boxes[i], paths))
+        taken.append(boxes[chosen])
+        text = axes.text(
+            centre[0] + places[chosen][0],
+            centre[1] + places[chosen][1],
+            name,
+            ha="center",
+            va="center",
+            fontsize=LABEL_SIZE,
+            color=style.GREY,
+            zorder=6,
+        )
+        text.set_path_effects([withStroke(linewidth=2.5, foreground=style.CLOTH)])
+
+
+def _box(
+    centre: FloatArray, offset: tuple[float, float], half_width: float, half_height: float
+) -> FloatArray:
+    """Return left, right, bottom, top of a box at an offset from a centre, (4,) [m]."""
+    x, y = centre[0] + offset[0], centre[1] + offset[1]
+    return np.array([x - half_width, x + half_width, y - half_height, y + half_height])
+
+
+def _points_within(box: FloatArray, points: FloatArray) -> int:
+    left, right, bottom, top = box
+    x, y = points[..., 0], points[..., 1]
+    return int(np.count_nonzero((left < x) & (x < right) & (bottom < y) & (y < top)))
+
+
+def _overlaps(box: FloatArray, others: Sequence[FloatArray]) -> bool:
+    left, right, bottom, top = box
+    return any(
+        left < other[1] and other[0] < right and bottom < other[3] and other[2] < top
+        for other in others
     )
-    text.set_path_effects([withStroke(linewidth=2.5, foreground=style.CLOTH)])
 
 
 def _error_text(run: Run, shot: Shot) -> str:
@@ -252,14 +346,18 @@ def is_collinear(shot: Shot) -> bool:
 
 def view_shown(shot: Shot, collinear: bool) -> View:
     """Return what of the cloth to show; of a motion along x, a strip around it."""
-    truth = shot.truth_positions
-    needed = shot.scene.positions if truth is None else truth
-    view = view_of(shot.scene, *(_seen(run) for run in shot.drawn), needed=needed)
+    view = view_of(shot.scene, *(_seen(run) for run in shot.drawn), needed=_ends(shot))
     if not collinear:
         return view
     left, right, bottom, top = view
     middle = float(shot.scene.positions[0, 1])
     return left, right, max(bottom, middle - STRIP), min(top, middle + STRIP)
+
+
+def _ends(shot: Shot) -> FloatArray:
+    """Return where the balls end in truth, (n, 3) [m], or start where that isn't known."""
+    truth = shot.truth_positions
+    return shot.scene.positions if truth is None else truth
 
 
 def _median_end(shot: Shot) -> float:

@@ -11,7 +11,14 @@ from engine import Scene
 from reports import style
 from reports.figures._phases import draw_motion
 from reports.figures._table import View, aspect_of, draw_ball, draw_table
-from reports.figures.paths import WIDTH, draw_against_time, is_collinear, label_ball, view_shown
+from reports.figures.paths import (
+    WIDTH,
+    draw_against_time,
+    is_collinear,
+    label_balls,
+    scale_of,
+    view_shown,
+)
 from reports.shots import Shot
 
 if TYPE_CHECKING:
@@ -42,7 +49,7 @@ def draw_single(shot: Shot) -> Figure:
     rows = [height, 3.2] if collinear else [height]
     figure = style.new_figure(WIDTH, sum(rows) + 0.5 * len(rows) + 0.6)
     axes = figure.subplots(len(rows), 1, squeeze=False, gridspec_kw={"height_ratios": rows})[:, 0]
-    _draw_on_table(axes[0], shot, view)
+    _draw_on_table(axes[0], shot, view, height)
     if collinear:
         draw_against_time(axes[1], shot)
     (run,) = shot.drawn
@@ -58,7 +65,7 @@ def draw_single(shot: Shot) -> Figure:
     return figure
 
 
-def _draw_on_table(axes: Axes, shot: Shot, view: View) -> None:
+def _draw_on_table(axes: Axes, shot: Shot, view: View, height: float) -> None:
     (run,) = shot.drawn
     assert run.motion is not None
     assert run.case is not None
@@ -73,12 +80,16 @@ def _draw_on_table(axes: Axes, shot: Shot, view: View) -> None:
         draw_ball(axes, starts[ball], radii[ball], zorder=3, **look)
         look = {"facecolor": run.style.colour, "edgecolor": "white", "linewidth": 0.5}
         draw_ball(axes, ends[ball], radii[ball], zorder=4, **look)
-        if len(names) <= FEW:
-            for centre in _apart(starts[ball], ends[ball], radii[ball]):
-                label_ball(axes, name, centre, radii[ball])
-        elif 2.0 * radii[ball] / (view[1] - view[0]) * WIDTH * 72.0 >= LEGIBLE:
+        if len(names) > FEW and 2.0 * radii[ball] / (view[1] - view[0]) * WIDTH * 72.0 >= LEGIBLE:
             _write_within(axes, name, starts[ball], style.BLACK, zorder=3.5)
             _write_within(axes, name, ends[ball], "white", zorder=5)
+    if len(names) <= FEW:
+        beside = [
+            (name, centre, radii[ball])
+            for ball, name in enumerate(names)
+            for centre in _apart(starts[ball], ends[ball], radii[ball])
+        ]
+        label_balls(axes, beside, scale_of(view, height), run.motion.positions)
 
 
 def _names(scene: Scene) -> list[str]:

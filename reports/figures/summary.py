@@ -39,7 +39,7 @@ ROW_HEIGHT = 0.235
 def draw_verdicts(results: ResultsFolder) -> Figure:
     """Draw scenes against engines: verdict by colour and symbol, largest rest error as text."""
     scenes, labels = results.scene_names, results.labels
-    figure = style.new_figure(2.2 + COLUMN_WIDTH * len(labels), 1.5 + ROW_HEIGHT * len(scenes))
+    figure = style.new_figure(2.2 + COLUMN_WIDTH * len(labels), 1.7 + ROW_HEIGHT * len(scenes))
     axes = figure.subplots()
     for row, scene in enumerate(scenes):
         for column, label in enumerate(labels):
@@ -95,7 +95,7 @@ def _add_key(figure: Figure, results: ResultsFolder) -> None:
     figure.legend(
         handles=handles,
         loc="outside lower center",
-        ncols=len(handles),
+        ncols=-(-len(handles) // 2),
         title=NUMBERS_KEY,
         title_fontsize=8.5,
     )

@@ -203,15 +203,25 @@ def test_a_scene_at_rest_takes_no_step():
     ("physics", "section"),
     [
         (Physics(ball_restitution=0.9), "4.2"),
-        (Physics(ball_friction=0.05), "section 1"),
+        (Physics(motion="sliding", ball_friction=0.05), "section 1"),
+        (Physics(motion="sliding", ball_friction="alciatore"), "section 1"),
+        (Physics(motion="sliding", ball_impact="mathavan2014"), "section 1"),
         (Physics(cushion="restitution", cushion_restitution=0.8), "6.3"),
         (Physics(motion="sliding"), "6.2"),
+        (Physics(motion="sliding", cushion="han2005"), "only mirror, section 4.2"),
         (Physics(air_drag=0.004), "6.3"),
     ],
 )
 def test_what_the_paper_lacks_is_refused_with_its_section(physics, section):
     with pytest.raises(UnsupportedSceneError, match=section):
         engine().simulate(head_on(1.0, physics=physics, table=TABLE))
+
+
+def test_a_ball_with_a_friction_of_its_own_is_refused():
+    # Run with the scene's one coefficient, it would stop elsewhere without a word.
+    own = Ball(id="cue", position=(0.5, 0.635), velocity=(1, 0), rolling_friction=0.01)
+    with pytest.raises(UnsupportedSceneError, match=r"one coefficient, section 5\.2"):
+        engine().simulate(Scene(name="own", balls=[own]))
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine import Ball, Physics, Scene, Table
-from engine.features import Feature
-from reference_adapters.paper_continuous import PaperContinuousEngine
-from reference_adapters.paper_discrete import PaperDiscreteEngine
 from reference_adapters.paper_model import PaperBalls
 
 DECELERATION = 0.02 * 9.81
@@ -134,13 +131,6 @@ def test_spin_is_that_of_rolling():
     assert one_ball(1.0).samples().angular_velocities[0, 0] == pytest.approx(
         [-0.8 / 0.028575, 0.6 / 0.028575, 0.0]
     )
-
-
-@pytest.mark.parametrize("engine", [PaperDiscreteEngine(), PaperContinuousEngine()])
-def test_capabilities_name_every_feature_and_say_how(engine):
-    assert set(engine.capabilities) == set(Feature)
-    for capability in engine.capabilities.values():
-        assert capability.support == "exact" or capability.how
 
 
 def test_friction_is_per_unit_mass():

@@ -1,37 +1,32 @@
-"""The pybullet adapter against closed forms: what it promises, what it counts, what it refuses.
+"""The pybullet adapter: what it refuses, its settings, and its manners.
 
-Scenes that roll use mu = 0.1 where nothing depends on it, to be short. On a Python without pybullet
-the tests that run it are skipped with the adapter's own reason; the others run.
+What it computes is tested in `test_pybullet_planar` and `test_pybullet_sliding`. On a Python
+without pybullet the tests that run it are skipped with the adapter's own reason; the others run.
 """
 
 from __future__ import annotations
 
 import json
-import math
 import subprocess
 import sys
 from typing import Any
 
-import numpy as np
 import pytest
+from shots import R, ball, scene_of
 
-from engine import Ball, EventKind, Physics, Record, Result, Scene, Status, Table
+from engine import Record, Result, Scene, Table
 from engine.errors import UnsupportedSceneError
 from engine.features import missing_features
-from engine.scene import CUSHIONS
 from reference_adapters import pybullet_world
 from reference_adapters.base import EngineError, ReferenceEngine
 from reference_adapters.pybullet_engine import PybulletEngine, PybulletSettings
 from reference_adapters.registry import make_engine
 
-R = 0.028575
-G = 9.81
 TABLE = Table(length=2.0, width=1.0)
 
 SLIDING = {"motion": "sliding", "rolling_friction": 0.05, "sliding_friction": 0.2}
 
-LANDED_ERROR = 1e-8
-"""A gap of 1e-10 m turns the line of centres by 2e-9 rad, and no ball below rolls 3 m [m]."""
+HALF_BALL = scene_of(ball((0, 0), (1, 0)), ball((0.3, R)), rolling_friction=0.1)
 
 
 def run(scene: Scene, record: Record = "events", **settings: Any) -> Result:
@@ -41,414 +36,37 @@ def run(scene: Scene, record: Record = "events", **settings: Any) -> Result:
     return PybulletEngine(PybulletSettings(**settings)).simulate(scene, record=record)
 
 
-def shot(
-    *balls: dict[str, Any], table: Table | None = None, t_max: float | None = None, **physics: Any
-) -> Scene:
-    return Scene(
-        name="shot",
-        balls=[Ball(id=str(i), **ball) for i, ball in enumerate(balls)],
-        physics=Physics(**{"rolling_friction": 0.1, **physics}),
-        table=table,
-        t_max=t_max,
-    )
-
-
-def log(result: Result) -> list[tuple[str, int, int]]:
-    assert result.events is not None
-    return [(EventKind(e["kind"]).label, int(e["a"]), int(e["b"])) for e in result.events]
-
-
-def after_one_hit(scene: Scene) -> tuple[np.ndarray, float]:
-    """Rest positions (2, 2) of a ball rolling along +x into a resting one; its speed there."""
-    cue, other = scene.balls
-    deceleration = scene.physics.rolling_friction * scene.physics.gravity
-    offset = other.position[1] - cue.position[1]
-    reach = cue.radius + other.radius
-    along = math.sqrt(reach**2 - offset**2)
-    rolled = other.position[0] - along - cue.position[0]
-    speed = math.sqrt(cue.speed**2 - 2.0 * deceleration * rolled)
-    normal = np.array([along, offset]) / reach
-    impulse = (
-        (1 + scene.physics.ball_restitution) * speed * normal[0] / (1 / cue.mass + 1 / other.mass)
-    )
-    starts = np.array([[other.position[0] - along, cue.position[1]], other.position[:2]])
-    leaves = np.array([[speed, 0.0] - impulse / cue.mass * normal, impulse / other.mass * normal])
-    speeds = np.linalg.norm(leaves, axis=1, keepdims=True)
-    return starts + leaves * speeds / (2.0 * deceleration), speed
-
-
-HALF_BALL = shot({"position": (0, 0), "velocity": (1, 0)}, {"position": (0.3, R)})
-ONE_HIT = {
-    "head-on": shot({"position": (0, 0), "velocity": (1, 0)}, {"position": (0.3, 0)}),
-    "half-ball": HALF_BALL,
-    # Below 0.2 m/s Bullet's own threshold makes a hit inelastic.
-    "slow": shot({"position": (0, 0), "velocity": (0.1, 0)}, {"position": (0.06, 0)}),
-    "thin": shot({"position": (0, 0), "velocity": (1, 0)}, {"position": (0.3, -1.9 * R)}),
-    "inelastic": shot(
-        {"position": (0, 0), "velocity": (1, 0)}, {"position": (0.3, R)}, ball_restitution=0.6
-    ),
-    "heavy on light": shot(
-        {"position": (0, 0), "velocity": (1, 0), "mass": 0.5}, {"position": (0.3, R)}
-    ),
-    "light on heavy": shot(
-        {"position": (0, 0), "velocity": (1, 0)}, {"position": (0.3, R), "mass": 0.5}
-    ),
-    "large on small": shot(
-        {"position": (0, 0), "velocity": (1, 0), "radius": 0.05}, {"position": (0.3, 0.03)}
-    ),
-}
-
-
-# --- rolling: the plane -----------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("dt", [1e-3, 7e-3, 0.5])
-def test_a_ball_stops_where_the_closed_form_says_at_any_step(dt: float) -> None:
-    # A missing half kick is off by v dt/2; a threshold for rest by its own distance.
-    result = run(shot({"position": (0, 0), "velocity": (0.6, 0.8)}), dt=dt)
-    deceleration = 0.1 * G
-    distance = 1.0 / (2.0 * deceleration)
-    assert result.rest_positions[0] == pytest.approx([0.6 * distance, 0.8 * distance, R], abs=1e-11)
-    assert result.rest_time == pytest.approx(1.0 / deceleration, abs=1e-11)
-    assert not np.any(result.final_state.velocities)
-    assert log(result) == [("roll-to-rest", 0, -1)]
-    assert result.status is Status.REST
-
-
-@pytest.mark.parametrize("name", ONE_HIT)
-def test_landed_agrees_with_the_closed_form(name: str) -> None:
-    scene = ONE_HIT[name]
-    expected, _ = after_one_hit(scene)
-    result = run(scene, mode="landed")
-    assert result.rest_positions[:, :2] == pytest.approx(expected, abs=LANDED_ERROR)
-    assert result.collision_counts == {"ball-ball": 1, "ball-cushion": 0}
-    assert result.rest_positions[:, 2] == pytest.approx(scene.radii, abs=0)
-
-
-@pytest.mark.parametrize("dt", [1e-3, 1e-4])
-def test_native_error_is_first_order_in_the_step(dt: float) -> None:
-    # Bullet sees the contact after up to v dt of overlap, which turns the line of centres by up to
-    # v dt tan(phi)/2R. Both bounds shrink with the step; a solver that loses energy breaks them.
-    expected, speed = after_one_hit(HALF_BALL)
-    result = run(HALF_BALL, dt=dt)
-    late = speed * dt
-    distances = np.linalg.norm(expected - [[0.3, 0.0]], axis=1)
-    turned = late * math.tan(math.radians(30)) / (2 * R)
-    errors = np.linalg.norm(result.rest_positions[:, :2] - expected, axis=1)
-    assert np.all(errors <= late + 2.0 * turned * distances)
-    assert np.max(errors) > LANDED_ERROR
-    assert log(result)[0] == ("ball-ball", 0, 1)
-
-
-def test_a_head_on_hit_swaps_velocities_and_stops_the_cue_ball_dead() -> None:
-    result = run(ONE_HIT["head-on"], record="trajectory", mode="landed")
-    hit = float(result.events["t"][0])
-    before, after = result.sample([hit - 1e-6, hit]).velocities
-    assert after[:, 0] == pytest.approx(before[::-1, 0], abs=2e-6)
-    assert log(result) == [("ball-ball", 0, 1), ("roll-to-rest", 0, -1), ("roll-to-rest", 1, -1)]
-
-
-@pytest.mark.parametrize("restitution", [1.0, 0.7])
-@pytest.mark.parametrize("ball_restitution", [1.0, 0.5, 0.0])
-def test_a_cushion_reflects_whatever_the_balls_restitution(
-    restitution: float, ball_restitution: float
-) -> None:
-    # Bullet multiplies restitutions: a ball of 0 would take the cushion's along.
-    scene = shot(
-        {"position": (0.3, 0.3), "velocity": (-1, 0.2)},
-        {"position": (1.8, 0.8)},
-        table=TABLE,
-        cushion="restitution",
-        cushion_restitution=restitution,
-        ball_restitution=ball_restitution,
-    )
-    deceleration, speed = 0.1 * G, math.hypot(1, 0.2)
-    direction = np.array([-1, 0.2]) / speed
-    rolled = (0.3 - R) / -direction[0]
-    at_cushion = math.sqrt(speed**2 - 2 * deceleration * rolled)
-    leaves = at_cushion * direction * [-restitution, 1.0]
-    expected = [R, 0.3 + rolled * direction[1]] + leaves * np.linalg.norm(leaves) / (
-        2 * deceleration
-    )
-    landed = run(scene, mode="landed")
-    assert landed.rest_positions[0, :2] == pytest.approx(expected, abs=LANDED_ERROR)
-    assert log(landed)[0] == ("ball-cushion", 0, CUSHIONS.index("left"))
-    native = run(scene)
-    assert native.rest_positions[0, :2] == pytest.approx(expected, abs=2e-3)
-    assert native.collision_counts == {"ball-ball": 0, "ball-cushion": 1}
-
-
-def test_a_ball_comes_back_out_of_a_corner_on_its_own_path() -> None:
-    scene = shot({"position": (0.2, 0.2), "velocity": (-1, -1)}, table=TABLE)
-    result = run(scene, mode="landed")
-    rolled = math.sqrt(2) / (2 * 0.1 * G)  # along each axis
-    back = rolled - (0.2 - R)
-    assert result.rest_positions[0, :2] == pytest.approx([R + back, R + back], abs=LANDED_ERROR)
-    assert sorted(log(result)[:2]) == [("ball-cushion", 0, 0), ("ball-cushion", 0, 2)]
-    assert result.collision_counts["ball-cushion"] == 2
-
-
-@pytest.mark.parametrize("cushion", CUSHIONS)
-def test_only_the_cushions_that_exist_are_hit_and_each_by_its_index(cushion: Any) -> None:
-    table = Table(length=1.0, width=1.0, cushions=(cushion,))
-    balls = [
-        {"position": (0.5 + 0.2 * x, 0.5 + 0.2 * y), "velocity": (1.2 * x, 1.2 * y)}
-        for x, y in ((-1, 0), (1, 0), (0, -1), (0, 1))
-    ]
-    result = run(shot(*balls, table=table))
-    index = CUSHIONS.index(cushion)
-    collisions = [entry for entry in log(result) if entry[0] != "roll-to-rest"]
-    assert collisions == [("ball-cushion", index, index)]
-
-
-@pytest.mark.parametrize("mode", ["native", "landed"])
-def test_galperin_counts_the_digits_of_pi(mode: str) -> None:
-    # Masses 1 : 100 and a wall, elastic: 31 collisions. A contact that pushes twice is one.
-    scene = shot(
-        {"position": (0.5, 0.5), "mass": 1.0},
-        {"position": (1.0, 0.5), "velocity": (-1, 0), "mass": 100.0},
-        table=Table(length=3.0, width=1.0, cushions=("left",)),
-        rolling_friction=0.0,
-        t_max=2.5,
-    )
-    result = run(scene, mode=mode)
-    assert sum(result.collision_counts.values()) == 31
-    assert len(log(result)) == 31
-
-
-def test_balls_that_stay_in_contact_collide_once() -> None:
-    # e = 0, head-on: they roll on together, pressed by rounding alone, and the run must end.
-    scene = shot(
-        {"position": (0, 0), "velocity": (1, 0)}, {"position": (0.3, 0)}, ball_restitution=0.0
-    )
-    expected, _ = after_one_hit(scene)
-    for settings in ({}, {"mode": "landed"}):
-        result = run(scene, **settings)
-        assert result.collision_counts["ball-ball"] == 1
-        assert result.rest_positions[:, :2] == pytest.approx(expected, abs=1.5e-3)
-        assert result.work["steps"] < 1500
-
-
-def test_a_ball_pressed_against_a_cushion_by_its_spin_hits_it_once() -> None:
-    scene = shot(
-        {"position": (0.1, 0.5), "velocity": (-1, 0), "angular_velocity": (0, -100, 0)},
-        table=TABLE,
-        **SLIDING,
-        cushion="restitution",
-        cushion_restitution=0.0,
-    )
-    result = run(scene)
-    assert result.work["contacts"] > 100
-    assert result.collision_counts["ball-cushion"] == 1
-
-
-def test_a_ball_that_only_rolls_along_a_cushion_does_not_hit_it() -> None:
-    # Bullet lists a plane this near as a contact, without a force.
-    scene = shot({"position": (0.1, R + 1e-4), "velocity": (1, 0)}, table=TABLE)
-    assert run(scene).collision_counts["ball-cushion"] == 0
-
-
-@pytest.mark.parametrize("settings", [{}, {"mode": "landed"}, {"dt": 0.3}, {"config": "default"}])
-def test_t_max_is_hit_exactly(settings: dict[str, Any]) -> None:
-    result = run(shot({"position": (0, 0), "velocity": (1, 0)}, t_max=0.7654321), **settings)
-    assert result.status is Status.T_MAX
-    assert result.rest_time == 0.7654321
-    if "config" not in settings:
-        expected = 0.7654321 - 0.1 * G * 0.7654321**2 / 2
-        assert result.rest_positions[0, 0] == pytest.approx(expected, abs=1e-12)
-
-
-def test_a_scene_at_rest_ends_at_once() -> None:
-    result = run(shot({"position": (0, 0)}))
-    assert (result.status, result.rest_time, result.work["steps"]) == (Status.REST, 0.0, 0)
-
-
-def test_max_time_stops_a_run_and_says_what_moves() -> None:
-    result = run(shot({"position": (0, 0), "velocity": (1, 0)}), max_time=0.25)
-    assert result.status is Status.STEP_LIMIT
-    assert result.rest_time == 0.25
-    assert '`max_time` = 0.25 s was reached in scene "shot"' in result.reason
-    assert 'ball "0" moves at 0.755 m/s' in result.reason
-
-
-@pytest.mark.parametrize("settings", [{}, {"mode": "landed"}])
-def test_max_steps_stops_a_run_and_says_so(settings: dict[str, Any]) -> None:
-    result = run(shot({"position": (0, 0), "velocity": (1, 0)}), max_steps=7, **settings)
-    assert (result.status, result.work["steps"]) == (Status.STEP_LIMIT, 7)
-    assert "`max_steps` = 7 (at t = " in result.reason
-
-
-def test_a_trajectory_jumps_at_a_collision_and_nowhere_loses_energy_to_sampling() -> None:
-    scene = HALF_BALL.model_copy(update={"physics": Physics(rolling_friction=0.0), "t_max": 0.5})
-    result = run(scene, record="trajectory")
-    times = np.linspace(0.0, 0.5, 777)
-    assert result.energy(times).translation == pytest.approx(0.5 * scene.masses[0], rel=1e-12)
-    hit = float(result.events["t"][0])
-    assert result.sample([hit - 1e-9]).velocities[0, 1] == pytest.approx([0, 0, 0], abs=0)
-    assert result.sample([hit]).velocities[0, 1, 0] > 0.5
-
-
-def test_runs_are_bit_identical_and_do_not_depend_on_what_is_recorded() -> None:
-    rack = [
-        (1.2 + row * 0.0496, 0.5 + (j - row / 2) * 0.0574)
-        for row in range(3)
-        for j in range(row + 1)
-    ]
-    scene = shot(
-        {"position": (0.9, 0.501), "velocity": (3, 0)},
-        *({"position": place} for place in rack),
-        table=TABLE,
-        t_max=0.5,
-    )
-    for mode in ("native", "landed"):
-        first, second, third = (
-            run(scene, record, mode=mode) for record in ("events", "events", "trajectory")
-        )
-        assert first.collision_counts["ball-ball"] > 5
-        for other in (second, third):
-            assert first.rest_positions.tobytes() == other.rest_positions.tobytes()
-            assert first.events.tobytes() == other.events.tobytes()
-            assert first.work == other.work
-
-
-def test_the_default_configuration_keeps_what_pybullet_does_on_its_own() -> None:
-    # Its damping: v' = -mu g - k (1 + v) v with k = 0.04 1/s, so x = integral of v dv / -v'.
-    scene = shot({"position": (0, 0), "velocity": (1, 0)})
-    v = (np.arange(1000) + 0.5) / 1000
-    expected = float(np.mean(v / (0.1 * G + 0.04 * (1 + v) * v)))
-    result = run(scene, config="default")
-    assert result.rest_positions[0, 0] == pytest.approx(expected, rel=1e-3)
-    assert result.rest_positions[0, 0] < 0.98 / (2 * 0.1 * G)
-    assert result.settings["dt"] == 1 / 240
-    assert run(scene).settings["dt"] == 1e-3
-    assert run(scene, mode="landed").settings["dt"] == 0.02
-
-
-# --- sliding: space ---------------------------------------------------------------------------
-
-
-def test_a_stun_shot_slides_then_rolls() -> None:
-    scene = shot({"position": (0, 0), "velocity": (1, 0), "angular_velocity": (0, 0, 0)}, **SLIDING)
-    dt = 1e-3
-    result = run(scene, record="trajectory", dt=dt)
-    slide, roll = result.events
-    assert log(result) == [("slide-to-roll", 0, -1), ("roll-to-rest", 0, -1)]
-    # Events are seen at the end of a step, and positions are short by up to v dt/2.
-    assert float(slide["t"]) == pytest.approx(2 / (7 * 0.2 * G), abs=dt)
-    state = result.sample([slide["t"]])
-    assert state.velocities[0, 0] == pytest.approx([5 / 7, 0, 0], abs=1e-9)
-    assert R * state.angular_velocities[0, 0, 1] == pytest.approx(5 / 7, abs=1e-6)
-    assert state.positions[0, 0, 0] == pytest.approx(12 / (49 * 0.2 * G), abs=dt)
-    distance = 12 / (49 * 0.2 * G) + (5 / 7) ** 2 / (2 * 0.05 * G)
-    assert result.rest_positions[0] == pytest.approx([distance, 0, R], abs=dt / 2)
-    assert float(roll["t"]) == pytest.approx(2 / (7 * 0.2 * G) + 5 / 7 / (0.05 * G), abs=5 * dt)
-    assert result.status is Status.REST
-
-
-def test_a_fast_ball_may_roll_as_fast_as_it_is() -> None:
-    # Bullet clamps spin at 100 rad/s unless told otherwise: 2.86 m/s of a rolling pool ball.
-    scene = shot({"position": (0, 0), "velocity": (0, 6)}, **SLIDING, t_max=0.2)
-    final = run(scene).final_state
-    speed = 6 - 0.05 * G * 0.2
-    assert final.velocities[0, 0] == pytest.approx([0, speed, 0], abs=1e-3)
-    assert final.angular_velocities[0, 0, 0] == pytest.approx(-speed / R, abs=0.05)
-
-
-def test_vertical_spin_decays_at_its_rate_while_the_ball_slides_and_rolls() -> None:
-    scene = shot(
-        {"position": (0, 0), "velocity": (1, 0), "angular_velocity": (0, 0, 20)},
-        **SLIDING,
-        spinning_friction_rate=10.0,
-        t_max=0.3,
-    )
-    spin = run(scene).final_state.angular_velocities[0, 0, 2]
-    assert spin == pytest.approx(20 - 10 * 0.3, abs=1e-6)
-
-
-def test_a_rolling_cue_ball_follows_at_two_sevenths() -> None:
-    # Full hit: Wallace & Schroeder 1988. 5/7 of the speed passes on, 2/7 comes back from the spin.
-    scene = shot(
-        {"position": (0, 0), "velocity": (1, 0)},
-        {"position": (0.1, 0)},
-        **SLIDING | {"rolling_friction": 0.0},
-        t_max=0.4,
-    )
-    result = run(scene)
-    velocities = result.final_state.velocities[0]
-    assert velocities[:, 0] == pytest.approx([2 / 7, 5 / 7], abs=2e-3)
-    assert velocities[:, 1:] == pytest.approx(0, abs=1e-9)
-    assert [entry[0] for entry in log(result)] == ["ball-ball", "slide-to-roll", "slide-to-roll"]
-
-
-def test_ball_friction_throws_by_its_coefficient() -> None:
-    # A stunned hit whose surfaces slip is thrown by atan(mu) [Alciatore A.14].
-    mu, dt, cut = 0.05, 2e-5, math.radians(30)
-    scene = shot(
-        {"position": (0, 0), "velocity": (1, 0), "angular_velocity": (0, 0, 0)},
-        {"position": (2 * R * math.cos(cut) + 1e-3, 2 * R * math.sin(cut))},
-        **SLIDING,
-        ball_friction=mu,
-        t_max=0.003,
-    )
-    direction = run(scene, dt=dt).final_state.velocities[0, 1]
-    thrown = cut - math.atan2(direction[1], direction[0])
-    turned = dt * math.tan(cut) / (2 * R)  # seen up to one step late
-    assert thrown == pytest.approx(math.atan(mu), abs=turned + 2 * dt)
-
-
-def test_a_sliding_ball_keeps_its_spin_at_a_cushion() -> None:
-    scene = shot(
-        {"position": (0.2, 0.5), "velocity": (-1, 0), "angular_velocity": (0, 0, 7)},
-        table=TABLE,
-        motion="sliding",
-        sliding_friction=1e-6,
-        spinning_friction_rate=0.0,
-        cushion="restitution",
-        cushion_restitution=0.8,
-        t_max=0.3,
-    )
-    final = run(scene).final_state
-    assert final.velocities[0, 0] == pytest.approx([0.8, 0, 0], abs=1e-5)
-    assert final.angular_velocities[0, 0] == pytest.approx([0, 0, 7], abs=1e-2)
-
-
-# --- refusals, settings, housekeeping ---------------------------------------------------------
-
 UNSUPPORTED: dict[str, tuple[Scene, str]] = {
-    "drag": (shot({"position": (0, 0)}, air_drag=0.004), "no air drag"),
-    "flight": (shot({"position": (0, 0)}, airborne=True), "no balls that leave the cloth"),
-    "han": (shot({"position": (1, 0.5)}, table=TABLE, cushion="han2005"), "Han 2005"),
-    "mathavan": (
-        shot({"position": (1, 0.5)}, table=TABLE, cushion="mathavan2010"),
-        "Mathavan 2010",
+    "drag": (scene_of(ball((0, 0)), air_drag=0.004), "no air drag"),
+    "flight": (scene_of(ball((0, 0)), airborne=True), "no balls that leave the cloth"),
+    "han": (
+        scene_of(ball((1, 0.5)), table=TABLE, **SLIDING, cushion="han2005"),
+        "no cushions after Han 2005",
     ),
-    "frictional": (
-        shot({"position": (1, 0.5)}, table=TABLE, cushion="frictional"),
-        "cushions with friction",
+    "mathavan": (
+        scene_of(ball((1, 0.5)), table=TABLE, **SLIDING, cushion="mathavan2010"),
+        "no cushions after Mathavan 2010",
     ),
     "tangential": (
-        shot(
-            {"position": (1, 0.5)},
-            table=TABLE,
-            cushion="restitution",
-            cushion_tangential_restitution=0.9,
+        scene_of(
+            ball((1, 0.5)), table=TABLE, cushion="restitution", cushion_tangential_restitution=0.9
         ),
         "tangential restitution",
     ),
-    "friction while rolling": (
-        shot({"position": (0, 0)}, {"position": (1, 0)}, ball_friction=0.05),
-        "the plane has no spin",
-    ),
     "friction law": (
-        shot({"position": (0, 0)}, {"position": (1, 0)}, **SLIDING, ball_friction="alciatore"),
-        "depends on speed",
+        scene_of(ball((0, 0)), ball((1, 0)), **SLIDING, ball_friction="alciatore"),
+        "one number for two bodies, whatever their slip",
     ),
     "radii while sliding": (
-        shot({"position": (0, 0)}, {"position": (1, 0), "radius": 0.05}, **SLIDING),
+        scene_of(ball((0, 0)), ball((1, 0), radius=0.05), **SLIDING),
         "no balls of different radius that slide",
     ),
     "ice": (
-        shot({"position": (0, 0)}, motion="sliding", sliding_friction=0.0),
+        scene_of(ball((0, 0)), motion="sliding", sliding_friction=0.0),
+        "no sliding without friction",
+    ),
+    "ice under one ball": (
+        scene_of(ball((0, 0)), ball((1, 0), sliding_friction=0.0), **SLIDING),
         "no sliding without friction",
     ),
 }
@@ -464,7 +82,7 @@ def test_refuses_what_bullet_lacks_and_says_why(name: str) -> None:
 
 
 def test_landed_refuses_sliding_and_native_does_not() -> None:
-    scene = shot({"position": (0, 0)}, **SLIDING)
+    scene = scene_of(ball((0, 0)), **SLIDING)
     landed = PybulletEngine(PybulletSettings(mode="landed"))
     with pytest.raises(UnsupportedSceneError, match="Use `mode` = native"):
         landed.simulate(scene)
@@ -504,7 +122,7 @@ def test_says_why_it_is_unavailable(monkeypatch: pytest.MonkeyPatch) -> None:
     ) in reason
     pybullet_world.load.cache_clear()
     with pytest.raises(EngineError, match="engine `pybullet` is unavailable: pybullet isn't"):
-        PybulletEngine().simulate(shot({"position": (0, 0)}))
+        PybulletEngine().simulate(scene_of(ball((0, 0))))
 
 
 def test_closes_its_client_also_when_a_run_fails(monkeypatch: pytest.MonkeyPatch) -> None:

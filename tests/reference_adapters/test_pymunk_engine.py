@@ -219,6 +219,19 @@ def test_break_keeps_momentum_and_gains_no_energy(gap, restitution, mode):
         np.testing.assert_allclose(momentum, [4.0, 0.0, 0.0], rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize("restitution", [0.8, 1.0])
+def test_impacts_of_one_instant_are_resolved_together(restitution):
+    """Closed form of a ball into the middle of two that touch; one after the other favours one."""
+    balls = [Ball(id="cue", position=(0, 0), velocity=(1, 0))]
+    balls += [Ball(id=f"{y}", position=(0.2, y)) for y in (R, -R)]
+    physics = Physics(ball_restitution=restitution, rolling_friction=0.0)
+    velocities = run(scene_of(*balls, physics=physics, t_max=0.3), mode="landed").final_state[1][0]
+    share = (1 + restitution) / 5
+    expected = [(1 - 3 * share, 0), (1.5 * share, share * math.sqrt(0.75))]
+    expected.append((expected[1][0], -expected[1][1]))
+    np.testing.assert_allclose(velocities[:, :2], expected, rtol=0, atol=1e-8)
+
+
 @pytest.mark.parametrize("mode", ["native", "landed"])
 def test_rerun_is_bit_identical(mode):
     first, second = (run(rack(1e-4), mode=mode) for _ in range(2))
@@ -307,7 +320,8 @@ def test_unsupported_scenes_are_refused_with_the_reason():
     table = Table(length=1.0, width=1.0)
     for physics, what in (
         (Physics(air_drag=0.004), "air drag"),
-        (Physics(cushion="han2005"), "Han"),
+        (Physics(motion="sliding", cushion="han2005"), "no height for the nose"),
+        (Physics(motion="sliding", cushion="mathavan2010"), "the cloth takes part"),
         (Physics(airborne=True), "leave the cloth"),
     ):
         with pytest.raises(UnsupportedSceneError, match=what):

@@ -166,6 +166,9 @@ def case_of(name: str, label: str) -> tuple[CaseRecord, Motion | None]:
         else counts,
         energy_initial=float(motion.energy[0]),
         energy_final=0.0,
+        work={"events": 9, "joint_impacts": 2, "contact_steps": 0}
+        if own
+        else {"steps": 50, "pulls": 3 * (label == "paper-discrete")},
         wall_time=1e-3,
         metrics={
             "rest_error_max": float(errors.max()),

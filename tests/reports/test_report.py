@@ -26,6 +26,9 @@ def test_verdicts_come_first(report):
         "**1 did not finish**, 0 keep their limits" in text
     )
     assert "3 not representable" in text
+    top = text[: text.index("## Verdicts")]
+    assert "Not right: [stop](#stop) on `pymunk:config=default`, [stop]" in top
+    assert "[head-on](#head-on) on `newcomer:dt=1e-3`" in top
     assert (
         "| [stop](#stop) | ✓ 0 | ✓ 2 mm | ✓ 400 nm | **✗ 90 mm** | – | **✗ 30 mm** | ○ (1 mm) |"
         in (text)
@@ -59,7 +62,29 @@ def test_every_limit_is_printed_with_its_reason(report):
     _, text = report
     assert "| `pymunk` | `rest_error_max` | 2 mm | at most 5 mm | ✓ | a tenth of a ball |" in text
     assert "| `paper-discrete` | `rest_error_max` | 30 mm | at most 5 mm | ✗ |" in text
-    assert text.count("<details>") == text.count("</details>") == 3
+    assert text.count("<details>") == text.count("</details>") == 6
+
+
+def test_what_a_run_counted_is_shown(report):
+    # Breaks where an approximation or a repair stays in the results unseen.
+    _, text = report
+    section = text[text.index("## What the runs counted") : text.index("## Scenes")]
+    joint = "impacts of one instant, resolved together"
+    assert f"| `ghostball` | {joint} | 2 | [break-7](#break-7) 2 |" in section
+    pulls = "overlapping balls pulled apart"
+    where = ", ".join(f"[{scene}](#{scene}) 3" for scene in ("break-7", "head-on", "stop"))
+    assert f"| `paper-discrete` | {pulls} | 9 | {where} |" in section
+    assert "press each other |" not in section  # none was
+    assert f"- `ghostball` counted 2 {joint}\n" in text
+    assert "| `ghostball` | events 9, joint impacts 2, contact steps 0 |" in text
+    assert "left unsolved" not in text
+
+
+def test_an_unsolved_contact_step_is_told_at_the_top(small_folder):
+    path = small_folder / "results.jsonl"
+    path.write_text(path.read_text().replace('"steps":50', '"unsolved_contact_steps":1', 1))
+    text = write_report(small_folder).read_text(encoding="utf-8")
+    assert "**1 contact step left unsolved.**" in text[: text.index("## Verdicts")]
 
 
 def test_a_case_that_did_not_finish_has_a_column_of_its_own(report):
@@ -149,6 +174,7 @@ def test_an_unknown_scene_names_those_there_are(results_folder):
 def test_the_gallery_is_complete(results_folder, tmp_path):
     names = {path.name for path in write_gallery(results_folder, tmp_path / "new" / "gallery")}
     assert {"hero.png", "hero.svg", "verdicts.png", "paper-figure-2.svg"} <= names
+    assert {"physics-deflection.png", "physics-throw.svg"} <= names
 
 
 def test_a_gallery_without_its_scenes_is_an_error(small_folder, tmp_path):

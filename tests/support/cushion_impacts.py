@@ -205,29 +205,31 @@ def in_plane(impact: CushionImpact, laws: Laws) -> list[float]:
     """
     setting = setting_of(impact, laws)
     sine, cosine = setting.sine, setting.cosine
-    vn, work, left = impact.vn, 0.0, -math.inf
+    vn, work = impact.vn, 0.0
+    returned = None  # in the rebound: what of the work is to come back; `work` is what still is
     down = sine * vn + impact.radius * impact.wt
     skid = (1.0 + sine) * vn - down
     zero = 1e-13 * (abs(vn) + abs(down) + abs(skid))
+    down, skid = (0.0 if abs(x) < zero else x for x in (down, skid))
     for _ in range(50):
         vn_rate, down_rate = _rates_in_plane(down, skid, setting)
         skid_rate = (1.0 + sine) * vn_rate - down_rate
-        if left > -math.inf and (work <= left or (vn == 0.0 and vn_rate >= 0.0)):
+        if returned is not None and (work <= 0.0 or (vn == 0.0 and vn_rate >= 0.0)):
             return [vn, 0.0, 0.0, down - sine * vn, 0.0]
         pairs = ((vn, vn_rate), (down, down_rate), (skid, skid_rate))
         until = min((-x / rate for x, rate in pairs if x * rate < 0.0), default=math.inf)
-        # work + cosine (vn p + vn_rate p^2 / 2) = left
-        square = vn * vn - 2.0 * vn_rate * (work - left) / cosine
-        if left > -math.inf and 0.0 <= square < math.inf and math.sqrt(square) > vn:
-            until = min(until, 2.0 * (work - left) / cosine / (math.sqrt(square) - vn))
+        # work + cosine (vn p + vn_rate p^2 / 2) = 0
+        square = vn * vn - 2.0 * vn_rate * work / cosine
+        if returned is not None and square >= 0.0 and math.sqrt(square) > vn:
+            until = min(until, 2.0 * work / cosine / (math.sqrt(square) - vn))
         work += cosine * until * (vn + 0.5 * vn_rate * until)
         vn, down, skid = (
             0.0 if abs(x + until * rate) < zero else x + until * rate for x, rate in pairs
         )
-        if vn <= 0.0 and left == -math.inf:
-            left = (1.0 - laws.cushion_restitution**2) * work
-        elif abs(work - left) < 1e-14 * abs(left):
-            work = left
+        if vn <= 0.0 and returned is None:
+            work = returned = laws.cushion_restitution**2 * work
+        elif returned is not None and abs(work) < 1e-14 * returned:
+            work = 0.0
     raise AssertionError("the impact doesn't end")
 
 

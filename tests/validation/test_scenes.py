@@ -11,12 +11,12 @@ import pytest
 from numpy.typing import NDArray
 
 from engine import EventKind, Scene, SceneError, simulate
-from engine._scene_file import json_schema
+from engine.scene import json_schema
 from reference_adapters.registry import engine_names
 from validation.closed_forms import FORMS, closed_form
 from validation.criteria import SUFFIX, Criteria, criteria_beside
 from validation.library import FOLDER, find_scene, scene_names, select, shipped_scenes
-from validation.metrics import matching_collisions
+from validation.sequences import matching_collisions
 from validation.truth import collisions_of
 
 FloatArray = NDArray[np.float64]
@@ -102,8 +102,7 @@ def test_titles_differ() -> None:
 
 
 def test_schema_beside_the_scenes_is_current() -> None:
-    # Mend with: python -c "from engine._scene_file import json_schema; print(json_schema())"
-    # > validation/scenes/scene.schema.json
+    # Mend with: ghostball scenes --schema > validation/scenes/scene.schema.json
     assert (FOLDER / "scene.schema.json").read_text(encoding="utf-8") == json_schema() + "\n"
 
 

@@ -19,7 +19,7 @@ from cushion_impacts import (
     outcome,
     rolling,
 )
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from engine.impact_laws.cushion_mathavan2010 import mathavan2010
@@ -37,6 +37,9 @@ height = st.one_of(st.sampled_from([1.0, 1.27, 1.4]), st.floats(0.3, 1.8))
     e=st.one_of(st.sampled_from([0.0, 0.98, 1.0]), st.floats(0.0, 1.0)),
     height=height,
 )
+# A slip on the cloth that ends with compression; a rebound of less than rounding.
+@example(topspin=0.0, cloth=1e-20, friction=0.0, e=0.0, height=1.27)
+@example(topspin=0.0, cloth=0.0, friction=0.0, e=3.4e-156, height=1.0)
 def test_a_ball_in_one_plane_follows_the_closed_form(topspin, cloth, friction, e, height):
     # Slips end, stick and start again at both contacts, and the ball jams, in some of these.
     impact = impact_of(1.0, wt=topspin / R, cloth=cloth)

@@ -1,0 +1,194 @@
+"""The part of `report.md` that is about one scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from reports import style
+from reports.counted import counted_text, work_text
+from reports.markdown_parts import (
+    Drawn,
+    figure_link,
+    many,
+    metric_of,
+    number_text,
+    one_line,
+    quantity_text,
+    table_of,
+)
+from reports.shots import rest_error_text, standing_text
+from validation.store import CLOSED_FORM, CaseRecord, Check, ResultsFolder
+from validation.verdict import RestError, is_own_measure, rest_error_standing, verdict_of
+
+FIGURE_TITLES = {
+    "paths": "Paths and rest positions",
+    "errors": "Rest error against the limits",
+    "energy": "Energy against time",
+    "collisions": "Collisions counted",
+}
+FIGURE_TITLES_AT_END = {
+    "paths": "Paths and final positions",
+    "errors": "Error at the end against the limits",
+}
+"""Where a scene ends at its `t_max`, with balls in motion."""
+
+COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"}
+
+
+def scene_section(results: ResultsFolder, scene: str, drawn: Drawn) -> list[str]:
+    """Return the section of one scene: heading, numbers, remarks, checks, figures."""
+    cases = [c for e in results.labels if (c := results.case(scene, e)) is not None]
+    truth = next((case.truth for case in cases if case.truth), "none")
+    tags = ", ".join(f"`{tag}`" for tag in cases[0].tags)
+    parts = [
+        f"### {scene}",
+        f"{one_line(cases[0].title)}. Truth: {truth}." + (f" Tags: {tags}." if tags else ""),
+        _collision_text(cases),
+        _number_table(cases),
+        _remarks(cases),
+        _checks_table(cases),
+        _work_table(cases),
+    ]
+    titles = FIGURE_TITLES
+    if any(case.status == "t-max" for case in cases):
+        titles = titles | FIGURE_TITLES_AT_END
+    return parts + [figure_link(titles[kind], path) for kind, path in drawn.items()]
+
+
+def _collision_text(cases: Sequence[CaseRecord]) -> str:
+    """Say how many collisions there are in truth, and who counts them."""
+    truth = next((case for case in cases if case.truth_counts is not None), None)
+    if truth is None or truth.truth_counts is None:
+        return ""
+    said: dict[bool, list[str]] = {True: [], False: []}
+    for case in cases:
+        if case.outcome != "ran" or is_own_measure(case):
+            continue
+        right = all(
+            case.collision_counts.get(kind, 0) == count
+            for kind, count in truth.truth_counts.items()
+        )
+        said[right].append(
+            f"`{case.label}`" if right else f"`{case.label}` {_counts(case.collision_counts)}"
+        )
+    independent = truth.truth == CLOSED_FORM
+    source = "in truth" if independent else "by our engine (not independent)"
+    parts = [f"Collisions {source}: **{_counts(truth.truth_counts)}**"]
+    agree, differ = ("Right", "Wrong") if independent else ("The same", "Different")
+    parts += [f"{agree}: {', '.join(said[True])}"] if said[True] else []
+    parts += [f"{differ}: {', '.join(said[False])}"] if said[False] else []
+    return ". ".join(parts) + "."
+
+
+def _counts(counts: Mapping[str, int]) -> str:
+    kinds = [f"{count} {kind}" for kind, count in counts.items() if count]
+    if len(kinds) < 2:
+        return kinds[0] if kinds else "0"
+    return f"{sum(counts.values())} ({', '.join(kinds)})"
+
+
+def _number_table(cases: Sequence[CaseRecord]) -> str:
+    # Where a scene ends at its `t_max` nothing rests.
+    end = "end" if any(case.status == "t-max" for case in cases) else "rest"
+    header = [
+        "engine",
+        "verdict",
+        f"{end} error, max (in brackets: not judged)",
+        "rms",
+        f"{end} time [s]",
+        "its error",
+        "ball-ball",
+        "ball-cushion",
+        "collisions in order",
+        "energy difference [1]",
+        "deepest overlap",
+        "run time",
+    ]
+    rows = []
+    for case in cases:
+        metrics = case.metrics
+        own = is_own_measure(case)
+        rows.append(
+            [
+                f"`{case.label}`",
+                verdict_of(case).symbol,
+                "the reference" if own else rest_error_text(case) or "–",
+                standing_text(case, style.format_length(metric_of(case, "rest_error_rms"))),
+                "–" if case.rest_time is None else f"{case.rest_time:.6g}",
+                _rest_time_error_text(case),
+                str(case.collision_counts.get("ball-ball", "–")),
+                str(case.collision_counts.get("ball-cushion", "–")),
+                "–" if metrics.get("matching_events") is None else f"{metrics['matching_events']}",
+                "" if own else number_text(metric_of(case, "energy_difference_max")),
+                style.format_length(metric_of(case, "overlap_max")),
+                style.format_time(metric_of(case, "wall_time")),
+            ]
+        )
+    return table_of(header, rows)
+
+
+def _rest_time_error_text(case: CaseRecord) -> str:
+    """Return the rest time's error; where the rest positions are past prediction, so is this."""
+    if rest_error_standing(case) in (RestError.CHAOTIC, RestError.OWN):
+        return rest_error_text(case)
+    return style.format_time(metric_of(case, "rest_time_error"))
+
+
+def _remarks(cases: Sequence[CaseRecord]) -> str:
+    lines = []
+    for case in cases:
+        if case.outcome != "ran":
+            lines.append(f"- `{case.label}` {verdict_of(case).words}: {one_line(case.reason)}")
+        elif case.reason:
+            lines.append(f"- `{case.label}` stopped early ({case.status}): {one_line(case.reason)}")
+        lines += [_failure(case, check) for check in case.checks if check.passed is False]
+        if case.approximations:
+            lines.append(
+                f"- `{case.label}` approximates: {one_line('; '.join(case.approximations))}"
+            )
+        if counted := counted_text(case):
+            lines.append(f"- `{case.label}` counted {counted}")
+    return "\n".join(lines)
+
+
+def _failure(case: CaseRecord, check: Check) -> str:
+    unit = "" if check.unit == "1" else f" {check.unit}"
+    got = "has no value" if check.value is None else f"is {number_text(check.value)}{unit}"
+    limit = f"must be {COMPARISONS[check.limit_kind]} {number_text(check.limit)}{unit}"
+    why = "; ".join(one_line(text) for text in (check.reason, check.note) if text)
+    return f"- **`{case.label}` fails**: `{check.metric}` {got}, {limit}" + (
+        f" ({why})" if why else ""
+    )
+
+
+def _checks_table(cases: Sequence[CaseRecord]) -> str:
+    """Return every limit with its reason, folded: a ✓ must be open to question."""
+    rows = [
+        [
+            f"`{case.label}`",
+            f"`{check.metric}`",
+            "–" if check.value is None else quantity_text(check.value, check.unit),
+            f"{COMPARISONS[check.limit_kind]} {quantity_text(check.limit, check.unit)}",
+            {True: "✓", False: "✗", None: "ref"}[check.passed],
+            one_line(check.reason),
+        ]
+        for case in cases
+        for check in case.checks
+    ]
+    if not rows:
+        return ""
+    table = table_of(["engine", "metric", "value", "limit", "", "why this limit"], rows)
+    return _folded(f"{many(len(rows), 'check')}: limits and reasons", table)
+
+
+def _work_table(cases: Sequence[CaseRecord]) -> str:
+    """Return every counter of what the runs did, folded."""
+    rows = [[f"`{case.label}`", work_text(case)] for case in cases if case.work]
+    if not rows:
+        return ""
+    return _folded("Work: what each run counted", table_of(["engine", "work"], rows))
+
+
+def _folded(summary: str, text: str) -> str:
+    # Markdown inside HTML needs the empty lines.
+    return f"<details><summary>{summary}</summary>\n\n{text}\n\n</details>"

@@ -1,0 +1,108 @@
+"""Every feature of a scene on every engine: it runs, or is refused by name and with a reason."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from shots import R, ball, scene_of
+
+from engine import Scene, Status, Table, UnsupportedSceneError
+from engine.features import Feature, scene_features
+from reference_adapters import ReferenceEngine, engine_class, make_engine, parse_spec
+
+SPECS = (
+    "ghostball",
+    "pymunk",
+    "pymunk:mode=landed",
+    "pymunk:config=default",
+    "pybullet",
+    "pybullet:mode=landed",
+    "pybullet:config=default",
+    "paper-discrete",
+    "paper-continuous",
+    "paper-continuous:cushions=searched",
+)
+
+TABLE = Table(length=1.0, width=1.0)
+CUE = ball((0.5, 0.5), (1.0, 0.0))
+OBJECT = ball((0.6, 0.51))
+
+
+def cushion_shot(law: str, **physics: Any) -> Scene:
+    return scene_of(ball((0.9, 0.5), (1.0, 0.2)), table=TABLE, t_max=0.1, cushion=law, **physics)
+
+
+def hit(other: dict[str, Any] = OBJECT, **physics: Any) -> Scene:
+    return scene_of(CUE, other, t_max=0.1, **physics)
+
+
+SLIDING = {"motion": "sliding"}
+
+# The least scene that needs each feature.
+SCENES = {
+    Feature.ROLLING: hit(),
+    Feature.SLIDING: hit(**SLIDING),
+    Feature.FRICTIONLESS_CLOTH: hit(rolling_friction=0.0),
+    Feature.VERTICAL_SPIN: hit(ball((0.6, 0.51), angular_velocity=(0, 0, 9)), **SLIDING),
+    Feature.BALL_RESTITUTION: hit(ball_restitution=0.9),
+    Feature.BALL_FRICTION: hit(ball_friction=0.05, **SLIDING),
+    Feature.SPEED_DEPENDENT_FRICTION: hit(ball_friction="alciatore", **SLIDING),
+    Feature.MATHAVAN_BALL: hit(ball_impact="mathavan2014", ball_friction=0.05, **SLIDING),
+    Feature.UNEQUAL_MASSES: hit({**OBJECT, "mass": 0.3}),
+    Feature.UNEQUAL_RADII: hit({**OBJECT, "radius": 0.9 * R}),
+    Feature.PER_BALL_FRICTION: hit({**OBJECT, "rolling_friction": 0.1}),
+    Feature.UNBOUNDED_CLOTH: hit(),
+    Feature.OPEN_SIDES: scene_of(
+        CUE, table=Table(length=1.0, width=1.0, cushions=("left",)), t_max=0.1
+    ),
+    Feature.MIRROR_CUSHION: cushion_shot("mirror"),
+    Feature.CUSHION_RESTITUTION: cushion_shot("restitution", cushion_restitution=0.8),
+    Feature.CUSHION_TANGENTIAL: cushion_shot("restitution", cushion_tangential_restitution=0.8),
+    Feature.FRICTIONAL_CUSHION: cushion_shot("frictional", **SLIDING),
+    Feature.HAN_CUSHION: cushion_shot("han2005", **SLIDING),
+    Feature.MATHAVAN_CUSHION: cushion_shot("mathavan2010", **SLIDING),
+    Feature.AIR_DRAG: hit(air_drag=0.004),
+    Feature.FLIGHT: hit(airborne=True),
+}
+
+
+def engine_of(spec: str) -> ReferenceEngine:
+    reason = engine_class(parse_spec(spec)[0]).unavailable()
+    if reason is not None:
+        pytest.skip(reason)
+    return make_engine(spec)
+
+
+def test_each_feature_has_a_scene() -> None:
+    assert set(SCENES) == set(Feature)
+    for feature, scene in SCENES.items():
+        assert feature in scene_features(scene)
+
+
+@pytest.mark.parametrize("spec", SPECS)
+def test_an_engine_names_every_feature_and_says_how_or_why_not(spec: str) -> None:
+    # A feature left out would be refused without a reason, or be taken for exact by a report.
+    capabilities = engine_of(spec).capabilities
+    assert set(capabilities) == set(Feature)
+    for capability in capabilities.values():
+        assert capability.support == "exact" or capability.how
+
+
+@pytest.mark.parametrize("feature", Feature)
+@pytest.mark.parametrize("spec", SPECS)
+def test_a_scene_runs_or_is_refused_as_the_capabilities_say(spec: str, feature: Feature) -> None:
+    # Breaks where an adapter runs what it says that it lacks, or can't run what it says it can.
+    engine, scene = engine_of(spec), SCENES[feature]
+    needed = scene_features(scene)
+    lacks = [f for f in needed if engine.capabilities[f].support == "none"]
+    if not lacks:
+        result = engine.simulate(scene)
+        assert result.status is Status.T_MAX
+        assert sum(result.collision_counts.values()) == (feature is not Feature.OPEN_SIDES)
+        return
+    with pytest.raises(UnsupportedSceneError, match="can't represent") as caught:
+        engine.simulate(scene)
+    assert len(caught.value.features) == len(lacks)
+    for sentence, lacking in zip(caught.value.features, lacks, strict=True):
+        assert sentence == f"no {lacking.value} ({engine.capabilities[lacking].how})"

@@ -1,0 +1,83 @@
+"""The cloth between Pymunk's steps, against our engine, whose closed forms it doesn't share."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+from shots import R, ball, scene_of
+
+from engine import EventKind, Scene, simulate
+from reference_adapters.pymunk_cloth import ClosedFormCloth
+
+
+def far_apart(seed: int, **physics: object) -> Scene:
+    """Return five balls that never meet: slides, rolls and spins of all kinds."""
+    chance = random.Random(seed)
+
+    def vector(size: float, n: int) -> tuple[float, ...]:
+        return tuple(chance.uniform(-size, size) for _ in range(n))
+
+    own = {"rolling_friction": 0.03, "sliding_friction": 0.1, "spinning_friction_rate": 3.0}
+    return scene_of(
+        ball((0, 0), vector(2.0, 2), angular_velocity=vector(80.0, 3)),
+        ball((0, 50), vector(2.0, 2), angular_velocity=vector(80.0, 3), **own),
+        ball((0, 100), vector(2.0, 2), radius=0.7 * R, mass=0.1),
+        ball((0, 150), angular_velocity=(0, 0, 25.0)),
+        ball((0, 200), angular_velocity=vector(80.0, 3), radius=1.5 * R),
+        **{"motion": "sliding", **physics},
+    )
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("dt", [0.013, 0.3, 100.0])
+def test_the_cloth_is_that_of_our_engine_at_any_step(seed: int, dt: float) -> None:
+    """Breaks with any wrong deceleration, turn, duration or order of what ends within a step."""
+    scene = far_apart(seed)
+    ours = simulate(scene, record="events")
+    cloth = ClosedFormCloth(scene)
+    positions, t = scene.positions[:, :2], 0.0
+    seen: list[tuple[float, EventKind, int]] = []
+    while not np.all(cloth.resting):
+        displacements, changes = cloth.advance(dt)
+        positions, t = positions + displacements, t + dt
+        seen += [(t, kind, i) for kind, i in changes]
+        state = cloth.state(positions)
+        for found, wanted in zip(state, ours.sample([min(t, ours.rest_time)]), strict=True):
+            # Positions and spins are of the order of 10 m and 100 rad/s, after many steps.
+            np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-9)
+    assert t - dt < ours.rest_time <= t
+    assert [(kind, i) for _, kind, i in seen] == [
+        (EventKind(int(kind)), int(i)) for kind, i in ours.events[["kind", "a"]]
+    ]
+    for (end, _, _), exact in zip(seen, ours.events["t"], strict=True):
+        assert end - dt <= exact * (1 + 1e-12)
+        assert exact <= end * (1 + 1e-12)
+
+
+def test_a_cloth_without_friction_changes_nothing() -> None:
+    scene = far_apart(
+        7, sliding_friction=0.0, rolling_friction=0.0, spinning_friction_rate=0.0, t_max=1.0
+    )
+    cloth = ClosedFormCloth(scene)
+    displacements, changes = cloth.advance(1.0)
+    for i in (0, 2, 3, 4):  # ball 1 has a cloth of its own
+        assert displacements[i] == pytest.approx(scene.velocities[i, :2], abs=0)
+        assert cloth.angular_velocities[i] == pytest.approx(scene.angular_velocities[i], abs=1e-12)
+    assert {i for _, i in changes} <= {1}
+
+
+def test_a_kick_makes_a_rolling_ball_slide_unless_it_would_end_within_the_step() -> None:
+    scene = scene_of(ball((0, 0), (1, 0)), motion="sliding")
+    cloth = ClosedFormCloth(scene)
+    kick = np.array([[-0.5, 0.0]])
+    cloth.kick(kick, None, dt=1e-3)
+    assert not cloth.rolling[0]
+    assert cloth.velocities[0] == pytest.approx([0.5, 0.0])
+    assert cloth.angular_velocities[0, 1] == pytest.approx(1.0 / R)
+    # It slips by 0.5 m/s: for 2 * 0.5 / (7 * 0.2 * g), 73 ms.
+    cloth = ClosedFormCloth(scene)
+    cloth.kick(kick, None, dt=0.08)
+    assert cloth.rolling[0]
+    assert cloth.velocities[0] == pytest.approx([0.5 + 2 / 7 * 0.5, 0.0])

@@ -1,0 +1,157 @@
+"""Friction between balls and at cushions in Pymunk: closed forms, and our engine's whole game."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from shots import R, ball, random_cloth_shot, scene_of
+
+from engine import Result, Scene, Table, simulate
+from engine.features import Feature, missing_features, scene_features
+from reference_adapters.pymunk_engine import PymunkEngine, PymunkSettings
+
+TOUCHING = 2 * R * (1 + 1e-9)
+
+
+def landed(scene: Scene) -> Result:
+    return PymunkEngine(PymunkSettings(mode="landed")).simulate(scene, record="events")
+
+
+def cut_shot(
+    cut: float, speed: float, spin: tuple[float, float, float], **physics: object
+) -> Scene:
+    """A hit at an angle of `cut` [rad] at once, on ice, so that nothing follows."""
+    return scene_of(
+        ball((0, 0), (speed, 0), angular_velocity=spin),
+        ball((TOUCHING * math.cos(cut), TOUCHING * math.sin(cut))),
+        t_max=1e-3,
+        **{"motion": "sliding", "sliding_friction": 1e-9, "rolling_friction": 0.0, **physics},
+    )
+
+
+def throw(result: Result, cut: float) -> float:
+    """Angle by which the object ball leaves off the line of centres, towards the cue's path."""
+    vx, vy, _ = result.final_state.velocities[0, 1]
+    return cut - math.atan2(vy, vx)
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.0, 3.0])
+@pytest.mark.parametrize("cut", [0.2, 0.6, 1.1])
+@pytest.mark.parametrize("friction", [0.02, 0.06, "alciatore"])
+@pytest.mark.parametrize("side", [0.0, 0.4, -0.4])
+def test_throw_of_a_hit_without_follow(
+    speed: float, cut: float, friction: float | str, side: float
+) -> None:
+    """Alciatore, proof A.14: tan = min(mu v cos / slip, 1/7) slip / (v cos), mu that of the slip.
+
+    Breaks with Chipmunk's disc in place of a sphere (1/3), or a coefficient of another speed.
+    """
+    spin = side * speed / R
+    slip = speed * math.sin(cut) - R * spin
+    mu = 9.951e-3 + 0.108 * math.exp(-1.088 * abs(slip)) if friction == "alciatore" else friction
+    along = speed * math.cos(cut)
+    expected = math.atan(math.copysign(min(mu, abs(slip) / along / 7), slip))
+    scene = cut_shot(cut, speed, (0, 0, spin), ball_friction=friction)
+    assert throw(landed(scene), cut) == pytest.approx(expected, abs=1e-7)
+
+
+def test_gearing_side_throws_nothing() -> None:
+    cut, speed = math.radians(30), 1.25
+    spin = speed * math.sin(cut) / R
+    result = landed(cut_shot(cut, speed, (0, 0, spin), ball_friction=0.06))
+    assert throw(result, cut) == pytest.approx(0.0, abs=1e-7)
+
+
+def test_topspin_takes_its_share_of_the_friction() -> None:
+    """Friction acts against the whole slip: of a rolling ball that cuts by 30 degrees, half along.
+
+    Breaks where Chipmunk, which sees the part along the contact alone, has the whole coefficient.
+    """
+    cut, speed, mu = math.radians(30), 1.0, 0.05
+    along, up = speed * math.sin(cut), speed * math.cos(cut)
+    result = landed(cut_shot(cut, speed, (0, speed / R, 0), ball_friction=mu))
+    expected = math.atan(mu * along / math.hypot(along, up))
+    assert throw(result, cut) == pytest.approx(expected, abs=1e-7)
+
+
+# --- our engine as the reference --------------------------------------------------------------
+
+ENGINE = PymunkEngine(PymunkSettings(mode="landed"))
+REPRESENTED = [
+    seed for seed in range(60) if not missing_features(ENGINE.capabilities, random_cloth_shot(seed))
+]
+
+
+def test_the_shots_need_all_that_pymunk_claims() -> None:
+    needed = {f for seed in REPRESENTED for f in scene_features(random_cloth_shot(seed))}
+    assert needed == {
+        Feature.SLIDING,
+        Feature.FRICTIONLESS_CLOTH,
+        Feature.VERTICAL_SPIN,
+        Feature.BALL_RESTITUTION,
+        Feature.BALL_FRICTION,
+        Feature.SPEED_DEPENDENT_FRICTION,
+        Feature.UNEQUAL_MASSES,
+        Feature.UNEQUAL_RADII,
+        Feature.PER_BALL_FRICTION,
+        Feature.UNBOUNDED_CLOTH,
+        Feature.MIRROR_CUSHION,
+        Feature.CUSHION_RESTITUTION,
+        Feature.CUSHION_TANGENTIAL,
+        Feature.FRICTIONAL_CUSHION,
+    }
+
+
+@pytest.mark.parametrize("seed", REPRESENTED)
+def test_landed_plays_the_game_that_our_engine_plays(seed: int) -> None:
+    """Up to a few collisions: each amplifies the 1e-10 m of a landing some ten times.
+
+    Breaks with any law, sign or coefficient that differs: by millimetres.
+    """
+    scene = random_cloth_shot(seed)
+    whole = simulate(scene, record="events")
+    hits = whole.events["t"][whole.events["b"] >= 0]
+    few = float(hits[3]) if len(hits) > 3 else whole.rest_time
+    scene = scene.model_copy(update={"t_max": min(few * (1 - 1e-3), 1.0)})
+    ours, theirs = simulate(scene, record="events"), landed(scene)
+    assert theirs.collision_counts == ours.collision_counts
+    errors = theirs.rest_positions - ours.rest_positions
+    assert np.max(np.abs(errors)) < 1e-7
+    for found, wanted in zip(theirs.final_state, ours.final_state, strict=True):
+        np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-5)
+
+
+@pytest.mark.parametrize("law", ["frictional", "mirror"])
+def test_native_steps_come_to_the_same_as_they_shrink(law: str) -> None:
+    """Of first order in the step, as all that Pymunk sees late; averaged over phases of the steps.
+
+    Breaks where the adapter's spins and Chipmunk's velocities belong to different instants.
+    """
+    cushion = {"cushion": law} | ({"cushion_restitution": 0.85} if law == "frictional" else {})
+
+    def shot(phase: float) -> Scene:
+        return scene_of(
+            ball((0.3 + phase, 0.3), (2.0, 0.4), angular_velocity=(5.0, 40.0, 30.0)),
+            ball((0.6, 0.375)),
+            table=Table(length=0.9, width=0.7),
+            motion="sliding",
+            ball_friction="alciatore",
+            t_max=0.5,
+            **cushion,
+        )
+
+    def mean_error(dt: float) -> float:
+        errors = []
+        for phase in np.arange(4) / 4:
+            scene = shot(2.0 * dt * phase)
+            result = PymunkEngine(PymunkSettings(dt=dt)).simulate(scene)
+            exact = simulate(scene)
+            assert result.collision_counts == exact.collision_counts
+            assert all(exact.collision_counts.values())
+            errors.append(np.max(np.abs(result.rest_positions - exact.rest_positions)))
+        return float(np.mean(errors))
+
+    order = math.log(mean_error(2e-3) / mean_error(2.5e-4), 8)
+    assert 0.7 < order < 1.3

@@ -1,0 +1,124 @@
+"""Ball-ball impacts for tests of their laws, and what a law's answer does to the balls."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from hypothesis import strategies as st
+from shots import R, ball, scene_of
+
+from engine._state import Laws, laws_of
+from engine.impact_laws.interface import BallImpact, BallImpulse
+
+EPS = 2.0**-52
+POOL_BALL = (R, 0.17, 0.2)
+SNOOKER_BALL = (0.02625, 0.1406, 0.21)
+REST = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def laws(restitution: float, friction: float | str) -> Laws:
+    scene = scene_of(
+        ball((0.0, 0.0)),
+        motion="sliding",
+        ball_restitution=restitution,
+        ball_friction=friction,
+    )
+    return laws_of(scene)
+
+
+def impact_of(
+    a: Sequence[float],
+    b: Sequence[float] = REST,
+    ball_a: Sequence[float] = POOL_BALL,
+    ball_b: Sequence[float] = POOL_BALL,
+) -> BallImpact:
+    """Return the impact of motions (vn, vt, wn, wt, wz) and balls (radius, mass, cloth)."""
+    return BallImpact(*map(float, (*a, *ball_a, *b, *ball_b)))
+
+
+def shot(cut: float, speed: float, roll: float = 0.0, side: float = 0.0, radius: float = R):
+    """Return a's motion, `cut` off the line of centres; roll 1 rolls; side is R wz over speed."""
+    n, t = speed * math.cos(cut), speed * math.sin(cut)
+    return (n, t, -roll * t / radius, roll * n / radius, side * speed / radius)
+
+
+class Motion(NamedTuple):
+    vn: float
+    vt: float
+    wn: float
+    wt: float
+    wz: float
+
+    def rolling(self, radius: float) -> tuple[float, float]:
+        """Return the velocity that is left when the ball has stopped sliding."""
+        slip_n, slip_t = self.vn - radius * self.wt, self.vt + radius * self.wn
+        return self.vn - 2.0 / 7.0 * slip_n, self.vt - 2.0 / 7.0 * slip_t
+
+
+def after(i: BallImpact, p: BallImpulse) -> tuple[Motion, Motion]:
+    """Return both motions after: impulses on spheres, at the contact and at the lowest point."""
+    to_a = i.b_mass / (i.a_mass + i.b_mass)
+    to_b = i.a_mass / (i.a_mass + i.b_mass)
+    turn_a, turn_b = 2.5 / i.a_radius, 2.5 / i.b_radius
+    a = Motion(
+        i.a_vn - to_a * p.normal + p.a_cloth_n,
+        i.a_vt - to_a * p.along + p.a_cloth_t,
+        i.a_wn + turn_a * p.a_cloth_t,
+        i.a_wt + turn_a * (to_a * p.up - p.a_cloth_n),
+        i.a_wz - turn_a * to_a * p.along,
+    )
+    b = Motion(
+        i.b_vn + to_b * p.normal + p.b_cloth_n,
+        i.b_vt + to_b * p.along + p.b_cloth_t,
+        i.b_wn + turn_b * p.b_cloth_t,
+        i.b_wt + turn_b * (to_b * p.up - p.b_cloth_n),
+        i.b_wz - turn_b * to_b * p.along,
+    )
+    return a, b
+
+
+def energy(i: BallImpact, a: Sequence[float], b: Sequence[float]) -> float:
+    total = 0.0
+    for radius, mass, motion in ((i.a_radius, i.a_mass, a), (i.b_radius, i.b_mass, b)):
+        vn, vt, wn, wt, wz = motion
+        turning = 0.4 * radius * radius * (wn * wn + wt * wt + wz * wz)
+        total += 0.5 * mass * (vn * vn + vt * vt + turning)
+    return total
+
+
+def gained(i: BallImpact, p: BallImpulse) -> float:
+    return energy(i, *after(i, p)) - energy(i, i[:5], i[8:13])
+
+
+def mirrored(i: BallImpact) -> BallImpact:
+    """Return the mirror image in the plane of n and z: t turns, and every spin but that about t."""
+    signs = (1, -1, -1, 1, -1, 1, 1, 1)
+    return BallImpact(*(sign * x for sign, x in zip(2 * signs, i, strict=True)))
+
+
+def exchanged(i: BallImpact) -> BallImpact:
+    """Call a b and b a: the frame turns by half a turn about the vertical."""
+    signs = (-1, -1, -1, -1, 1, 1, 1, 1)
+    return BallImpact(*(sign * x for sign, x in zip(2 * signs, i[8:] + i[:8], strict=True)))
+
+
+signed = st.floats(-3.0, 3.0, allow_subnormal=False)  # 5e-324 m/s can't be shared by two balls
+motions = st.one_of(
+    st.just(REST),
+    st.tuples(signed, signed, *[st.floats(-150.0, 150.0)] * 3),
+    st.tuples(signed, signed).map(lambda v: (*v, -v[1] / R, v[0] / R, 0.0)),  # rolls
+)
+balls = st.one_of(
+    st.just(POOL_BALL),
+    st.tuples(st.floats(0.01, 0.1), st.floats(0.01, 1.0), st.floats(0.0, 1.0)),
+)
+impacts = (
+    st.builds(impact_of, motions, motions, balls, balls)
+    .map(lambda i: i if i.a_vn >= i.b_vn else exchanged(i))
+    .map(lambda i: i if i.a_vn >= i.b_vn else i._replace(a_vn=i.b_vn, b_vn=i.a_vn))
+    .filter(lambda i: i.a_vn > i.b_vn)
+)
+restitutions = st.sampled_from([0.0, 1e-3, 0.5, 0.95, 1.0])
+frictions = st.sampled_from([0.0, 1e-6, 0.03, 0.06, 0.5, 5.0, "alciatore"])
