@@ -86,9 +86,9 @@ CAPABILITIES: Capabilities = {
     ),
     Feature.FRICTIONAL_CUSHION: Capability(
         "approximate",
-        f"{_HOPS}. A ball that rolls or doesn't turn leaves exactly as the law says; one with as "
-        "much backspin differs, once it rolls, by up to 4 % of its speed with mu = 0.2, and 9 % "
-        "with 0.4",
+        f"{_HOPS}. A ball that rolls or doesn't turn leaves as the law says; its hop takes it a "
+        "few millimetres farther; one with as much backspin differs, once it rolls, by up to 4 % "
+        "of its speed with mu = 0.2, and 9 % with 0.4",
     ),
     Feature.HAN_CUSHION: _FLAT_CUSHION,
     Feature.MATHAVAN_CUSHION: _FLAT_CUSHION,

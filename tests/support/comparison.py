@@ -19,7 +19,18 @@ from typing import Any
 from invariants import EPS
 from mpmath import mpf, workdps
 from oracle import DIGITS, NUDGE, OracleEvent, OracleRun, solve
-from oracle_laws import Body, acceleration, angular_acceleration, minus, norm
+from oracle_laws import (
+    SIDES,
+    Body,
+    Phase,
+    acceleration,
+    advanced,
+    angular_acceleration,
+    dot,
+    minus,
+    norm,
+    scaled,
+)
 
 from engine import EventKind, Result, Samples, Scene, Status, simulate
 from engine.result import Events
@@ -36,12 +47,12 @@ CHAOS = 1e-6
 RESOLVED = mpf(10) ** -40
 """Differences [SI units] below which the oracle itself, in 50 digits, means nothing."""
 
-PRESSED = 1e-4
-"""Time between two impacts of one contact [s] below which it counts as pressed together.
+LOWEST_HOP = 1e-6
+"""Height of a hop, in diameters, up to which two balls, or a ball and a cushion, count as pressed.
 
-A ball that spins against a cushion comes back to it in ever shorter bounces. No list of events
-tells their end, and the engine has a contact force for it. A bounce of this length rises a few
-nanometres, ten thousand times what the engine takes for contact.
+A ball that friction drives against another comes back to it in ever shorter bounces. No list of
+events tells their end, and the engine has a contact force for it, which takes over at hops of this
+height: 6e-8 m.
 """
 
 
@@ -90,7 +101,7 @@ def compare(result: Result, truth: OracleRun, nudged: list[OracleRun]) -> Agreem
     assert result.events is not None
     growths = _growths(truth, nudged)
     whole = truth.complete and len(growths) == len(truth.events)
-    groups = _groups(truth.events[: len(growths)], growths, whole)
+    groups = _groups(truth, growths, whole)
     errors, k, before = Errors(), 0, mpf(0)
     for size in groups:
         _check_between(result, truth, nudged, before, truth.events[k].t, errors)
@@ -138,28 +149,51 @@ def _by_key(events: list[OracleEvent]) -> dict[Any, list[OracleEvent]]:
     return found
 
 
-def _groups(events: list[OracleEvent], growths: list[Any], whole: bool) -> list[int]:
+def _groups(truth: OracleRun, growths: list[Any], whole: bool) -> list[int]:
     """Return the sizes of groups of events, one after another, that doubles tell apart in time.
 
-    Ends before a group in which two events share a ball, and before a contact that is pressed; and
+    Ends before a group in which two events share a ball, and before an impact that presses; and
     before the last group where the events aren't the `whole` run, since it may go on.
     """
     sizes: list[int] = []
-    last_impact: dict[Any, Any] = {}
+    events = truth.events[: len(growths)]
     size = 0
     balls: set[int] = set()
     for k, event in enumerate(events):
         if k > 0 and event.t - events[k - 1].t >= 2 * ROUNDINGS * EPS * growths[k]:
             sizes.append(size)
             size, balls = 0, set()
-        bounced = last_impact.get(event.key)
-        if balls & set(event.balls) or (bounced is not None and event.t - bounced < PRESSED):
+        if balls & set(event.balls) or _presses(event, *truth.moments[k]):
             return sizes
-        if event.is_collision:
-            last_impact[event.key] = event.t
         balls |= set(event.balls)
         size += 1
     return [*sizes, size] if whole and size else sizes
+
+
+def _presses(event: OracleEvent, start: Any, bodies: list[Body]) -> bool:
+    """Whether an event is an impact so slow that what it would make is no hop; see `LOWEST_HOP`.
+
+    At a speed of approach v, under an acceleration a that closes the gap again, a hop rises by at
+    most v^2 / 2a. The cloth also stops a ball that is struck at rest. `bodies` are as they were at
+    `start`, after the event before.
+    """
+    if not event.is_collision:
+        return False
+    a, *others = (advanced(bodies[i], event.t - start) for i in event.balls)
+    if others:
+        b = others[0]
+        line, apart = minus(b.position, a.position), minus(b.velocity, a.velocity)
+        normal = scaled(1 / norm(line), line)
+        approach = -dot(apart, normal)
+        turning = (dot(apart, apart) - approach**2) / norm(line)
+        closing = -turning - dot(minus(acceleration(b), acceleration(a)), normal)
+        closing += sum(body.rolling for body in (a, b) if body.phase is Phase.RESTING)
+        reach = a.radius + b.radius
+    else:
+        normal = SIDES[event.b]
+        approach, closing = dot(a.velocity, normal), dot(acceleration(a), normal)
+        reach = 2 * a.radius
+    return bool(approach**2 <= 2 * closing * LOWEST_HOP * reach)
 
 
 def _check_group(
