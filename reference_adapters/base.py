@@ -17,8 +17,8 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 from pydantic import BaseModel, ConfigDict
 
 from engine import Record, Result, Scene
-from engine.errors import GhostballError
-from engine.features import Capabilities, check_supported
+from engine.errors import GhostballError, UnsupportedSceneError
+from engine.features import Capabilities, missing_features
 
 
 class EngineError(GhostballError):
@@ -92,6 +92,22 @@ class EngineBase(ABC):
         """Return why the engine can't run here and how to get it, or None."""
         return None
 
+    def lacks(self, scene: Scene) -> tuple[str, ...]:  # noqa: ARG002
+        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
+        return ()
+
     def check(self, scene: Scene) -> None:
         """Raise `UnsupportedSceneError` where the scene needs what the engine lacks."""
-        check_supported(self.name, self.capabilities, scene)
+        lacks = (*missing_features(self.capabilities, scene), *self.lacks(scene))
+        if lacks:
+            raise UnsupportedSceneError(self.name, lacks)
+
+
+def lacks_sequence(scene: Scene) -> tuple[str, ...]:
+    """Return what an engine lacks that solves all contacts of a step together, or ()."""
+    if scene.physics.impacts == "simultaneous" or len(scene.balls) == 1:
+        return ()
+    return (
+        'no impacts = "sequential" (its solver takes all contacts of a step together, never one '
+        "after another)",
+    )

@@ -20,11 +20,10 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from engine import Record, Result, Scene, Status
-from engine.errors import UnsupportedSceneError
-from engine.features import EXACT, Capabilities, Capability, Feature, missing_features
+from engine.features import EXACT, Capabilities, Capability, Feature
 from engine.trajectory import Samples
 from reference_adapters import pybullet_world
-from reference_adapters.base import EngineBase, EngineSettings
+from reference_adapters.base import EngineBase, EngineSettings, lacks_sequence
 from reference_adapters.pybullet_planar import PlanarRun
 from reference_adapters.pybullet_sliding import SlidingRun
 from reference_adapters.pybullet_world import World
@@ -198,7 +197,7 @@ class PybulletEngine(EngineBase):
 
     @property
     def capabilities(self) -> Capabilities:
-        """How each feature is represented; some depend on the scene, see `check`."""
+        """How each feature is represented; some depend on the scene, see `lacks`."""
         if self.settings.config == "default":
             return _DEFAULT
         if self.settings.mode == "native":
@@ -210,11 +209,9 @@ class PybulletEngine(EngineBase):
         """Return why pybullet can't be imported here and how to get it, or None."""
         return pybullet_world.unavailable()
 
-    def check(self, scene: Scene) -> None:
-        """Raise `UnsupportedSceneError` where the scene needs what Bullet lacks."""
-        lacks = (*missing_features(self.capabilities, scene), *_lacks_in_combination(scene))
-        if lacks:
-            raise UnsupportedSceneError(self.name, lacks)
+    def lacks(self, scene: Scene) -> tuple[str, ...]:
+        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
+        return (*_lacks_in_combination(scene), *lacks_sequence(scene))
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene; see `ReferenceEngine.simulate`.

@@ -18,7 +18,7 @@ from pydantic import Field
 
 from engine import EventKind, Record, Result, Scene, Status
 from engine.features import EXACT, Capabilities, Capability, Feature
-from reference_adapters.base import EngineBase, EngineSettings
+from reference_adapters.base import EngineBase, EngineSettings, lacks_sequence
 from reference_adapters.pymunk_steppers import make_stepper
 from reference_adapters.recording import Recorder
 
@@ -150,6 +150,10 @@ class PymunkEngine(EngineBase):
         if importlib.util.find_spec("pymunk") is not None:
             return None
         return "the package `pymunk` is not installed. Install it with: pip install 'pymunk>=7'"
+
+    def lacks(self, scene: Scene) -> tuple[str, ...]:
+        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
+        return lacks_sequence(scene)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run to rest, to `t_max`, or to `max_time` or `max_steps`.

@@ -106,3 +106,15 @@ def test_a_scene_runs_or_is_refused_as_the_capabilities_say(spec: str, feature: 
     assert len(caught.value.features) == len(lacks)
     for sentence, lacking in zip(caught.value.features, lacks, strict=True):
         assert sentence == f"no {lacking.value} ({engine.capabilities[lacking].how})"
+
+
+@pytest.mark.parametrize(
+    "spec", ["pymunk", "pymunk:mode=landed", "pybullet", "pybullet:mode=landed"]
+)
+def test_impacts_one_after_another_are_refused_by_solvers_that_take_them_together(
+    spec: str,
+) -> None:
+    engine = engine_of(spec)
+    with pytest.raises(UnsupportedSceneError, match='no impacts = "sequential"'):
+        engine.simulate(hit(impacts="sequential"))
+    assert engine.simulate(scene_of(CUE, impacts="sequential", t_max=0.1)).status is Status.T_MAX
