@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 
-from engine._geometry import negligible_hop, stop_way
+from engine._geometry import capture_height, contact_tolerance, grip, negligible_hop, stop_way
 from engine._jit import kernel
 from engine._motion import friction_against, slip, speed_of
 from engine._state import (
+    DEEP,
     LOAD_X,
     LOAD_Y,
     MASS,
@@ -24,18 +25,23 @@ from engine._state import (
     RADIUS,
     ROLL,
     ROLLING,
-    RUB_X,
-    RUB_Y,
     SLIDE,
     SLIPS,
     TWIST_X,
     TWIST_Y,
     VX,
     VY,
+    YIELD,
     Balls,
     Contacts,
     Laws,
 )
+
+_LEFT_OPEN = 0.125
+"""What forces may leave of a gap, in units of its tolerance."""
+
+_LEFT_OVER = 2.0**-6
+"""And in units of what the cloth's own force, the whole step long, would make of a gap."""
 
 _TURN = 0.125
 """Largest change in a step of the velocity that gives friction its direction, over its size."""
@@ -46,6 +52,7 @@ def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: f
     """Set member k's accelerations from LOAD_* and TWIST_*, and the cloth's answer to them."""
     mass = balls.state[MASS, k]
     fx, fy = contacts.motion[LOAD_X, k] / mass, contacts.motion[LOAD_Y, k] / mass
+    contacts.motion[YIELD, k] = 1.0 / mass
     if not laws.slides:
         _roll(balls, contacts, k, duration, fx, fy)
         return
@@ -61,22 +68,14 @@ def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: f
     rolls = ux == 0.0 and uy == 0.0 and size <= balls.state[SLIDE, k]
     contacts.motion[SLIPS, k] = 0.0 if rolls else 1.0
     if rolls:
+        contacts.motion[YIELD, k] /= 1.4
         _roll(balls, contacts, k, duration, fx + cx, fy + cy)
         contacts.motion[NEW_BX, k] = -contacts.motion[NEW_AY, k] / radius
         contacts.motion[NEW_BY, k] = contacts.motion[NEW_AX, k] / radius
-        contacts.motion[RUB_X, k] = 0.0
-        contacts.motion[RUB_Y, k] = 0.0
         return
     if size > balls.state[SLIDE, k]:
-        mid_x = ux + 0.5 * duration * (dux + 3.5 * contacts.motion[RUB_X, k])
-        mid_y = uy + 0.5 * duration * (duy + 3.5 * contacts.motion[RUB_Y, k])
-        limit = balls.state[SLIDE, k]
-        if mid_x == 0.0 and mid_y == 0.0:
-            cx, cy = limit * (cx / size), limit * (cy / size)
-        else:
-            cx, cy = friction_against(mid_x, mid_y, limit)
-    contacts.motion[RUB_X, k] = cx
-    contacts.motion[RUB_Y, k] = cy
+        mid_x, mid_y = ux + 0.5 * duration * dux, uy + 0.5 * duration * duy
+        cx, cy = _resist(mid_x, mid_y, balls.state[SLIDE, k], 1.75 * duration)
     contacts.motion[NEW_AX, k] = fx + cx
     contacts.motion[NEW_AY, k] = fy + cy
     contacts.motion[NEW_BX, k] = gx + 2.5 * cy / radius
@@ -96,22 +95,61 @@ def _roll(balls: Balls, contacts: Contacts, k: int, duration: float, fx: float, 
         if size <= limit:
             contacts.motion[NEW_AX, k] = -vx / duration
             contacts.motion[NEW_AY, k] = -vy / duration
+            contacts.motion[YIELD, k] = 0.0
         else:
             contacts.motion[NEW_AX, k] = fx - limit * (ux / size)
             contacts.motion[NEW_AY, k] = fy - limit * (uy / size)
         return
-    mid_x = vx + 0.5 * duration * contacts.motion[NEW_AX, k]
-    mid_y = vy + 0.5 * duration * contacts.motion[NEW_AY, k]
-    rx, ry = friction_against(mid_x, mid_y, limit)
-    contacts.motion[NEW_AX, k] = rx + fx
-    contacts.motion[NEW_AY, k] = ry + fy
+    mid_x, mid_y = vx + 0.5 * duration * fx, vy + 0.5 * duration * fy
+    rx, ry = _resist(mid_x, mid_y, limit, 0.5 * duration)
+    contacts.motion[NEW_AX, k] = fx + rx
+    contacts.motion[NEW_AY, k] = fy + ry
+
+
+@kernel
+def _resist(x: float, y: float, limit: float, gain: float) -> tuple[float, float]:
+    """Return the friction, over the mass [m/s^2], against a motion that is (x, y) [m/s] without it.
+
+    All at mid-step: friction changes that motion by `gain` [s] of itself, so that both have one
+    direction, and it may be less than its limit only where it ends the motion.
+    """
+    size = speed_of(x, y)
+    if size <= gain * limit:
+        return -x / gain, -y / gain
+    return friction_against(x, y, limit)
 
 
 @kernel
 def stopping(balls: Balls, k: int) -> bool:
-    """Whether the cloth alone would stop ball k, rolling, within `STOP_WAY`; or has."""
+    """Whether the cloth alone would stop ball k, rolling, within `CAPTURE_HEIGHT`; or has."""
+    ux, uy = slip(balls, k)
+    if ux != 0.0 or uy != 0.0:
+        return False
     speed = speed_of(balls.state[VX, k], balls.state[VY, k])
-    return negligible_hop(speed, balls.state[ROLL, k], stop_way(balls, k))
+    return negligible_hop(speed, balls.state[ROLL, k], capture_height(balls, k, k))
+
+
+@kernel
+def slack(balls: Balls, i: int, j: int, duration: float) -> float:
+    """Return what forces may leave of the gap of balls i and j [m] at the end of a step.
+
+    For a ball and a cushion, j is i.
+    """
+    cloth = 0.5 * duration * duration * max(grip(balls, i), grip(balls, j))
+    left: float = min(_LEFT_OPEN * contact_tolerance(balls, i, j), _LEFT_OVER * cloth)
+    return left
+
+
+@kernel
+def keep_still(balls: Balls, contacts: Contacts, k: int, duration: float) -> None:
+    """Bring member k to rest, or leave it there, where what moves it is what forces are off by."""
+    if contacts.motion[DEEP, k] == 1.0 or not stopping(balls, k):
+        return
+    x = balls.state[VX, k] + duration * contacts.motion[NEW_AX, k]
+    y = balls.state[VY, k] + duration * contacts.motion[NEW_AY, k]
+    if duration * speed_of(x, y) <= 2.0 * slack(balls, k, k, duration):
+        contacts.motion[NEW_AX, k] = -balls.state[VX, k] / duration
+        contacts.motion[NEW_AY, k] = -balls.state[VY, k] / duration
 
 
 @kernel
@@ -157,4 +195,4 @@ def turns_little(balls: Balls, contacts: Contacts, k: int, duration: float) -> b
         left = size + (ux / size) * dux + (uy / size) * duy
         return across <= _TURN * size and left > 0.25 * size
     speed = speed_of(balls.state[VX, k], balls.state[VY, k])
-    return duration * speed_of(ax, ay) <= _TURN * speed or stopping(balls, k)
+    return bool(duration * speed_of(ax, ay) <= _TURN * speed or stopping(balls, k))

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 
-from engine._contact_answer import accelerate, turns_little
+from engine._contact_answer import accelerate, slack, stopping, turns_little
 from engine._geometry import contact_tolerance, cushion_gap, cushion_side, gap_rounding, grip
 from engine._jit import kernel
 from engine._state import (
     ALONG,
     AX,
     AY,
+    DEEP,
     FIRST,
     FORCE,
     LOAD_X,
@@ -27,8 +28,6 @@ from engine._state import (
     NY,
     PHASE,
     RADIUS,
-    RUB_X,
-    RUB_Y,
     SECOND,
     SLIDING,
     TWIST_X,
@@ -40,6 +39,7 @@ from engine._state import (
     WX,
     WY,
     WZ,
+    YIELD,
     Balls,
     Contacts,
     Laws,
@@ -49,9 +49,15 @@ from engine._state import (
 from engine.impact_laws.friction_curve import friction_coefficient
 from engine.impact_laws.registry import CUSHION_LAW_NAMES
 
-SWEEPS = 100
+SWEEPS = 200
 """Most Gauss-Seidel sweeps; where they don't do, the step is halved: in a short one, gaps hardly
 change, and little is left to solve."""
+
+_SHARE = 0.25
+"""Part of its answer that a member counts with while the cloth holds it, in case it gives way."""
+
+_DEEP = 0.75
+"""Overlap, in tolerances, from which two balls at rest are pushed apart, gently."""
 
 _RUBBING_CUSHIONS = CUSHION_LAW_NAMES.index("frictional")
 """From this one on, the laws of cushions have friction."""
@@ -67,7 +73,7 @@ def solve(
     """
     for m in range(members):
         k = contacts.member[m]
-        for row in (LOAD_X, LOAD_Y, TWIST_X, TWIST_Y, TWIST_Z, RUB_X, RUB_Y, NEW_BX, NEW_BY):
+        for row in (LOAD_X, LOAD_Y, TWIST_X, TWIST_Y, TWIST_Z, NEW_BX, NEW_BY):
             contacts.motion[row, k] = 0.0
         contacts.motion[NEW_AX, k] = balls.state[AX, k]
         contacts.motion[NEW_AY, k] = balls.state[AY, k]
@@ -89,6 +95,7 @@ def solve(
             accelerate(balls, laws, contacts, contacts.member[m], duration)
         if steady and _settled(balls, laws, contacts, count, duration):
             _keep_pressures(contacts, count)
+            _mark_deep(balls, laws, contacts, members, count)
             return _is_short(balls, laws, contacts, members, count, duration)
         steady = True
         for place in range(count):
@@ -98,7 +105,7 @@ def solve(
             change = _rub(balls, laws, contacts, c, duration)
             a, _ = _ends(contacts, c)
             moved = duration * duration * change / balls.state[MASS, a]
-            steady = steady and moved <= 0.125 * contact_tolerance(balls, a, a)
+            steady = steady and moved <= slack(balls, a, a, duration)
     return False
 
 
@@ -125,12 +132,35 @@ def _keep_pressures(contacts: Contacts, count: int) -> None:
 
 
 @kernel
+def _mark_deep(balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int) -> None:
+    for m in range(members):
+        contacts.motion[DEEP, contacts.member[m]] = 0.0
+    for c in range(count):
+        a, b = _ends(contacts, c)
+        _, _, now = gap_after(balls, laws, contacts, c, 0.0)
+        if now < -_DEEP * contact_tolerance(balls, a, b):
+            contacts.motion[DEEP, a] = 1.0
+            contacts.motion[DEEP, b] = 1.0
+
+
+@kernel
 def _hold(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) -> None:
     """Change the normal force of contact c so that its gap ends where the step aims at."""
     a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
     excess = _excess(balls, laws, contacts, c, duration)
     force = contacts.forces[FORCE, c]
-    change = max(-force, -2.0 * _mass(balls, contacts, c) * excess / (duration * duration))
+    answer = _yield(contacts, c)
+    if answer > 0.0:
+        # A member that the cloth holds may give way: with a part of its answer then.
+        if contacts.motion[YIELD, a] == 0.0:
+            answer += _SHARE / balls.state[MASS, a]
+        if b >= 0 and contacts.motion[YIELD, b] == 0.0:
+            answer += _SHARE / balls.state[MASS, b]
+        change = max(-force, -2.0 * excess / (answer * duration * duration))
+    elif excess > 0.0:
+        change = -force
+    else:
+        return  # no force moves two that the cloth holds
     contacts.forces[FORCE, c] = force + change
     _load(contacts, a, b, change * contacts.forces[NX, c], change * contacts.forces[NY, c])
     accelerate(balls, laws, contacts, a, duration)
@@ -149,6 +179,16 @@ def _load(contacts: Contacts, a: int, b: int, fx: float, fy: float) -> None:
 
 
 @kernel
+def _yield(contacts: Contacts, c: int) -> float:
+    """Acceleration of the gap of contact c over its force [1/kg], as the members answer now."""
+    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    both: float = contacts.motion[YIELD, a]
+    if b >= 0:
+        both += contacts.motion[YIELD, b]
+    return both
+
+
+@kernel
 def _mass(balls: Balls, contacts: Contacts, c: int) -> float:
     """Reduced mass of contact c [kg]; a cushion's is infinite."""
     a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
@@ -162,8 +202,10 @@ def _mass(balls: Balls, contacts: Contacts, c: int) -> float:
 def _rub(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) -> float:
     """Give contact c the friction of its normal force; return the change [N].
 
-    Coulomb's, against the slip of the surfaces at mid-step; or just what leaves none at its end,
-    where that is less. A cushion rubs at the height of the ball's centre.
+    What leaves no slip of the surfaces at the step's end, if that is within Coulomb's limit; else
+    the limit, against the slip at mid-step, or less where that ends it. Reached by projection: to
+    set the direction from the last sweep's slip went round in circles where slip is small. A
+    cushion rubs at the height of the ball's centre.
     """
     if not laws.slides:
         return 0.0
@@ -180,14 +222,11 @@ def _rub(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) 
     gain = _mass(balls, contacts, c) / (3.5 * duration)
     new_along = contacts.forces[ALONG, c] + gain * (along + duration * change_along)
     new_up = contacts.forces[UP, c] + gain * (up + duration * change_up)
-    size = math.sqrt(new_along * new_along + new_up * new_up)
-    if size > limit:
-        mid_along = along + 0.5 * duration * change_along
-        mid_up = up + 0.5 * duration * change_up
-        mid = math.sqrt(mid_along * mid_along + mid_up * mid_up)
-        if mid > 0.0:
-            new_along, new_up = limit * (mid_along / mid), limit * (mid_up / mid)
-        else:
+    if not _within(new_along, new_up, limit):
+        new_along = contacts.forces[ALONG, c] + gain * (2.0 * along + duration * change_along)
+        new_up = contacts.forces[UP, c] + gain * (2.0 * up + duration * change_up)
+        if not _within(new_along, new_up, limit):
+            size = math.sqrt(new_along * new_along + new_up * new_up)
             new_along, new_up = limit * (new_along / size), limit * (new_up / size)
     more_along = new_along - contacts.forces[ALONG, c]
     more_up = new_up - contacts.forces[UP, c]
@@ -201,7 +240,13 @@ def _rub(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) 
             contacts.motion[TWIST_Y, k] += more_up * ty
             contacts.motion[TWIST_Z, k] -= more_along
             accelerate(balls, laws, contacts, k, duration)
-    return abs(more_along) + abs(more_up)
+    change: float = abs(more_along) + abs(more_up)
+    return change
+
+
+@kernel
+def _within(x: float, y: float, limit: float) -> bool:
+    return x * x + y * y <= limit * limit
 
 
 @kernel
@@ -239,16 +284,29 @@ def _surface(balls: Balls, contacts: Contacts, c: int, k: int) -> tuple[float, f
 
 
 @kernel
-def _excess(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) -> float:
-    """Return how far the gap of contact c [m] ends above what the step aims at.
+def _aim(balls: Balls, a: int, b: int, now: float, duration: float) -> float:
+    """Return the gap [m] that a step aims at, between members a and b, or a and a cushion: b is a.
 
-    That is a closed gap; but an overlap left by rounding or by an earlier step is not pushed apart
-    faster than friction would do it.
+    A closed one; but an overlap left by rounding or by an earlier step is not pushed apart faster
+    than friction would do it. Between two balls that the cloth brings to rest it is the gap that
+    there is: one of them had else to creep until the next is pushed.
     """
+    tolerance = contact_tolerance(balls, a, b)
+    if stopping(balls, a) and stopping(balls, b):
+        if now >= -_DEEP * tolerance:
+            return min(now, 0.5 * tolerance)
+        push = 0.25 * grip(balls, a) * duration * duration
+        return now + max(min(push, 0.25 * tolerance), 2.0 * gap_rounding(balls, a, b))
+    return min(0.0, now + 0.25 * grip(balls, a) * duration * duration)
+
+
+@kernel
+def _excess(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) -> float:
+    """Return how far the gap of contact c [m] ends above what the step aims at."""
+    a, b = _ends(contacts, c)
     _, _, now = gap_after(balls, laws, contacts, c, 0.0)
     _, _, then = gap_after(balls, laws, contacts, c, duration)
-    a, _ = _ends(contacts, c)
-    return then - min(0.0, now + 0.25 * grip(balls, a) * duration * duration)
+    return then - _aim(balls, a, b, now, duration)
 
 
 @kernel
@@ -259,10 +317,13 @@ def _settled(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration:
         a, b = _ends(contacts, c)
         tolerance = contact_tolerance(balls, a, b)
         # The deeper it already is, the less it may deepen: many steps must not add up.
-        slack = 0.125 * (tolerance + min(0.0, max(-tolerance, now)))
-        slack = max(slack, gap_rounding(balls, a, b))
+        share = 1.0 + min(0.0, max(-1.0, now / tolerance))
+        left = max(share * slack(balls, a, b, duration), gap_rounding(balls, a, b))
         excess = _excess(balls, laws, contacts, c, duration)
-        if (contacts.forces[FORCE, c] > 0.0 or excess < 0.0) and abs(excess) > slack:
+        if _yield(contacts, c) == 0.0 and excess < 0.0:
+            # An overlap between two that the cloth holds, which no force pushes apart.
+            excess = min(0.0, excess + _aim(balls, a, b, now, duration) - now)
+        if (contacts.forces[FORCE, c] > 0.0 or excess < 0.0) and abs(excess) > left:
             return False
     return True
 
@@ -278,7 +339,7 @@ def _stays_closed(
             _, _, gap = gap_after(balls, laws, contacts, c, part * duration)
             _, _, now = gap_after(balls, laws, contacts, c, 0.0)
             allowed = max(contact_tolerance(balls, a, b), gap_rounding(balls, a, b) - now)
-            if gap < -allowed or (contacts.forces[FORCE, c] > 0.0 and gap > allowed):
+            if gap < -allowed or (contacts.forces[FORCE, c] > 0.0 and gap > max(allowed, now)):
                 return False
     return True
 

@@ -139,7 +139,7 @@ def capture_height(balls: Balls, i: int, j: int) -> float:
 
 @kernel
 def stop_way(balls: Balls, i: int) -> float:
-    """Way [m] in which the cloth can stop what counts as stopped; see `STOP_WAY`."""
+    """Way [m] in which the cloth can end a slip that counts as ended; see `STOP_WAY`."""
     way: float = STOP_WAY * 2.0 * balls.state[RADIUS, i]
     return way
 
@@ -159,7 +159,7 @@ def in_contact(gap: float, rate: float, tolerance: float, pull: float) -> bool:
 
     `pull` is the most that friction can take from the rate [m/s^2].
     """
-    touching = abs(gap) <= CONTACT_REACH * tolerance
+    touching = gap <= CONTACT_REACH * tolerance
     return touching and negligible_hop(rate, pull, tolerance)
 
 

@@ -34,6 +34,7 @@ from engine._state import (
     LAST_EVENT,
     LOGGED_EVENTS,
     LOGGED_MOTIONS,
+    MOVED,
     NOW,
     OWN_CONTACT,
     OWN_CUSHION,
@@ -170,11 +171,14 @@ def _resolve_own(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float,
     kind = balls.own_kind[i]
     if kind == OWN_REST:
         come_to_rest(balls, i, t)
-        _note_event(_ROLL_TO_REST, i, -1, t, log)
+        _note_rest(contacts, i, t, log)
     elif kind == OWN_ROLL:
         start_rolling(balls, i, t)
         stops = balls.state[VX, i] == 0.0 and balls.state[VY, i] == 0.0
-        _note_event(_ROLL_TO_REST if stops else _SLIDE_TO_ROLL, i, -1, t, log)
+        if stops:
+            _note_rest(contacts, i, t, log)
+        else:
+            _note_event(_SLIDE_TO_ROLL, i, -1, t, log)
     elif kind == OWN_CONTACT:
         press_on(balls, laws, contacts, i, t, log.counters)
         return
@@ -278,6 +282,8 @@ def _resolve_pairs(
 def _predict_anew(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float, log: Log) -> None:
     """Predict ball i, whose velocity an event set; so the contact step that it was in ends."""
     contacts.motion[STEP, i] = 0.0
+    if not at_rest(balls, i):
+        contacts.motion[MOVED, i] = 1.0
     if contacts.cluster[i] == FREE:
         predict_motion(balls, i, laws)
         contacts.changed[i] = True
@@ -306,7 +312,15 @@ def _note_ends(contacts: Contacts, k: int, t: float, log: Log) -> None:
         _note_event(_SLIDE_TO_ROLL, k, -1, t, log)
     if contacts.stopped[k]:
         contacts.stopped[k] = False
+        _note_rest(contacts, k, t, log)
+
+
+@kernel
+def _note_rest(contacts: Contacts, k: int, t: float, log: Log) -> None:
+    """Log that ball k came to rest; but not again after what a contact step let it creep."""
+    if contacts.cluster[k] == FREE or contacts.motion[MOVED, k] == 1.0:
         _note_event(_ROLL_TO_REST, k, -1, t, log)
+    contacts.motion[MOVED, k] = 0.0
 
 
 @kernel

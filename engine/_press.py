@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 
-from engine._contact_answer import settle, time_to_change
+from engine._contact_answer import keep_still, settle, stopping, time_to_change
 from engine._contact_force import SWEEPS, gap_after, solve
 from engine._geometry import (
     at_rest,
@@ -46,6 +46,7 @@ from engine._state import (
     FORCE,
     FREE,
     MASS,
+    MOVED,
     NEW_AX,
     NEW_AY,
     NEW_BX,
@@ -153,6 +154,9 @@ def press(
     counters[CONTACT_STEPS] += 1
     members = _gather_members(balls, laws, contacts, i, j, t)
     count = _gather_contacts(balls, laws, contacts, members, i, j, t)
+    if count == 0:
+        release(balls, laws, contacts, i, t)
+        return
     _stop_approach(balls, laws, contacts, members, count)
     step = _next_step(balls, contacts, members)
     duration = step
@@ -167,6 +171,8 @@ def press(
         step = duration
     if not solved:
         counters[UNSOLVED_STEPS] += 1
+    for m in range(members):
+        keep_still(balls, contacts, contacts.member[m], duration)
     if not _moves(balls, contacts, members) or not (insist or _any_force(contacts, count)):
         release(balls, laws, contacts, i, t)
         return
@@ -180,6 +186,8 @@ def press(
             balls.state[BX, k] = contacts.motion[NEW_BX, k]
             balls.state[BY, k] = contacts.motion[NEW_BY, k]
             _twist(balls, contacts, k, duration)
+        if not stopping(balls, k):
+            contacts.motion[MOVED, k] = 1.0
         balls.own_kind[k] = OWN_REST if _comes_to_rest(balls, k, duration) else OWN_CONTACT
         predict_cushion(balls, k, laws, duration, True)
         contacts.motion[STEP, k] = step

@@ -127,9 +127,10 @@ NEW_AX = 8  # acceleration of a member [m/s^2]
 NEW_AY = 9
 NEW_BX = 10  # angular acceleration of a member [rad/s^2]
 NEW_BY = 11
-RUB_X = 12  # friction of the cloth on a member that slides, over its mass [m/s^2]
-RUB_Y = 13
-MOTION_ROWS = 14
+YIELD = 12  # acceleration of a member over a force on it [1/kg]; 0: the cloth holds it
+DEEP = 13  # 1: a member that overlaps another by most of the tolerance
+MOVED = 14  # 1: the ball has moved, by more than creeping, since it last came to rest
+MOTION_ROWS = 15
 
 # Rows of `Contacts.ends` and `Contacts.hits`.
 FIRST = 0

@@ -1,7 +1,7 @@
 """Impacts at one instant that share a ball, resolved together.
 
 One after the other, in whatever order, a hit on two touching balls would favour one of them. So all
-contacts of the group act at once: first the impulses along the normals, then friction.
+contacts of the group act at once.
 
 The normal impulses are (1 + e) times those that would just end every approach, e the restitution
 (Moreau 1988). For e = 1 that is one generalised reflection of Smith, Kaufman, Vouga, Tamstorf and
@@ -9,11 +9,14 @@ Grinspun (2012, section 4): energy is kept, nothing approaches, and what the imp
 next, as in a cradle, is the next impact of the same instant. So balls that touch answer like balls
 with vanishing gaps, except where impacts truly coincide.
 
-Friction is found with every ball split among its contacts (mass splitting: Tonge, Benevolenski and
-Voroshilov 2012): each contact sees its part of the mass, all act on the same state, and the parts
-are averaged, which never adds energy. All contacts are treated alike, and every sum over them is
-taken in an order of its own terms, so that the result has the symmetry of the scene to the last
-bit, and doesn't depend on the order of the balls.
+Friction acts against the mean of the slips before and after the normal impulses, which reverse it
+where they throw a ball back. The normal impulses are then found again, so that every contact parts
+at e times its approach, friction included: what friction does against that mean is then all that
+it changes of the energy, and a loss. It is found with every ball split among its contacts (mass
+splitting: Tonge, Benevolenski and Voroshilov 2012): each contact sees its part of the mass, all act
+on the same state, and the parts are averaged. All contacts are treated alike, and every sum over
+them is taken in an order of its own terms, so that the result has the symmetry of the scene to the
+last bit, and doesn't depend on the order of the balls.
 
 A group's friction is Coulomb's, whatever the scene's law for two balls. Each group is counted in
 `work["joint_impacts"]`.
@@ -83,16 +86,26 @@ def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -
         contacts.forces[FORCE, c] = 0.0
         contacts.forces[RATE, c] = _rate(balls, contacts, c)
     _end_approach(balls, contacts, count)
-    factor = 1.0 + laws.ball_restitution
-    for c in range(count):
-        contacts.forces[FORCE, c] *= factor
-        contacts.forces[PUSH_X, c] *= factor
-        contacts.forces[PUSH_Y, c] *= factor
-    _push(balls, contacts, count, laws.slides)
+    restitution = laws.ball_restitution
+    _scale(contacts, count, 1.0 + restitution)
     if laws.slides and (laws.speed_dependent or laws.ball_friction > 0.0):
         _find_friction(balls, laws, contacts, count)
         _push(balls, contacts, count, True)
         _turn(balls, contacts, count)
+        for c in range(count):
+            before = contacts.forces[RATE, c]
+            contacts.forces[RATE, c] = _rate(balls, contacts, c) + restitution * before
+        _end_approach(balls, contacts, count)
+    _push(balls, contacts, count, laws.slides)
+
+
+@kernel
+def _scale(contacts: Contacts, count: int, factor: float) -> None:
+    """Multiply all impulses along the normals."""
+    for c in range(count):
+        contacts.forces[FORCE, c] *= factor
+        contacts.forces[PUSH_X, c] *= factor
+        contacts.forces[PUSH_Y, c] *= factor
 
 
 @kernel
@@ -246,11 +259,15 @@ def _push(balls: Balls, contacts: Contacts, count: int, slides: bool) -> None:
 def _find_friction(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> None:
     """Put each contact's friction in PUSH_X and PUSH_Y, and how it turns both balls in TURN_*.
 
-    The latter as an impulse [N s]: 5 / (2 m R) times it is the change of angular velocity.
+    The latter as an impulse [N s]: 5 / (2 m R) times it is the change of angular velocity. On
+    entry the normal impulses are in PUSH_X and PUSH_Y.
     """
+    for c in range(count):
+        contacts.forces[PRODUCT, c] = _change_of_slip(balls, contacts, count, c)
     for c in range(count):
         nx, ny = contacts.forces[NX, c], contacts.forces[NY, c]
         along, up = _slip(balls, contacts, c)
+        along += 0.5 * contacts.forces[PRODUCT, c]
         size = math.sqrt(along * along + up * up)
         limit = friction_coefficient(laws, size) * contacts.forces[FORCE, c]
         sticking = _split_mass(balls, contacts, c) * size / 3.5
@@ -260,6 +277,18 @@ def _find_friction(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> 
         contacts.forces[TURN_X, c] = -part * up * ny
         contacts.forces[TURN_Y, c] = part * up * nx
         contacts.forces[TURN_Z, c] = -part * along
+
+
+@kernel
+def _change_of_slip(balls: Balls, contacts: Contacts, count: int, c: int) -> float:
+    """Change of the slip of contact c [m/s], along t, by the impulses in PUSH_X and PUSH_Y."""
+    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    gained_x = _gained(balls, contacts, count, a, PUSH_X)
+    gained_y = _gained(balls, contacts, count, a, PUSH_Y)
+    gained_x -= _gained(balls, contacts, count, b, PUSH_X)
+    gained_y -= _gained(balls, contacts, count, b, PUSH_Y)
+    change: float = contacts.forces[NX, c] * gained_y - contacts.forces[NY, c] * gained_x
+    return change
 
 
 @kernel

@@ -65,12 +65,16 @@ CAPTURE_HEIGHT = 2.0**-20
 gap took thousands of events in one of a hundred breaks. What is left out is a gap of at most this
 height while they would last: an impulse that ends the approach is all that the bounces would have
 exchanged, but for what friction changes meanwhile.
+
+Also the way in which the cloth can stop a pressed ball that rolls: one as slow as that is brought
+to rest by the end of its step, unless it is driven. Waiting for less took steps of microseconds, in
+which forces are not told from rounding, and balls of a frozen line crept to and fro for ever.
 """
 
 STOP_WAY = 2.0**-28
-"""Way, in diameters, in which the cloth can stop a pressed ball, or its slip, that is as stopped.
+"""Way, in diameters, in which the cloth can end the slip of a pressed ball, that is as ended.
 
-2e-10 m for pool balls. Slower motion asks for steps so short that the tolerance of a gap leaves the
+2e-10 m for pool balls. Slower slip asks for steps so short that the tolerance of a gap leaves the
 force of a contact undecided.
 """
 
