@@ -193,6 +193,6 @@ def turns_little(balls: Balls, contacts: Contacts, k: int, duration: float) -> b
         duy = duration * (ay + radius * contacts.motion[NEW_BX, k])
         across = abs((ux / size) * duy - (uy / size) * dux)
         left = size + (ux / size) * dux + (uy / size) * duy
-        return across <= _TURN * size and left > 0.25 * size
+        return bool(across <= _TURN * size and left > 0.25 * size)
     speed = speed_of(balls.state[VX, k], balls.state[VY, k])
     return bool(duration * speed_of(ax, ay) <= _TURN * speed or stopping(balls, k))

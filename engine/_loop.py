@@ -320,6 +320,7 @@ def _note_rest(contacts: Contacts, k: int, t: float, log: Log) -> None:
     """Log that ball k came to rest; but not again after what a contact step let it creep."""
     if contacts.cluster[k] == FREE or contacts.motion[MOVED, k] == 1.0:
         _note_event(_ROLL_TO_REST, k, -1, t, log)
+    log.clock[LAST_EVENT] = t
     contacts.motion[MOVED, k] = 0.0
 
 

@@ -157,6 +157,11 @@ def press(
     if count == 0:
         release(balls, laws, contacts, i, t)
         return
+    for m in range(members):
+        k = contacts.member[m]
+        if laws.slides and settle(balls, k):
+            contacts.rolled[k] = True
+            predict_motion(balls, k, laws)
     _stop_approach(balls, laws, contacts, members, count)
     step = _next_step(balls, contacts, members)
     duration = step
@@ -289,8 +294,6 @@ def _stands_before(balls: Balls, i: int, j: int) -> bool:
 @kernel
 def _join(balls: Balls, laws: Laws, contacts: Contacts, k: int, label: int, t: float) -> None:
     advance(balls, k, t)
-    if laws.slides and settle(balls, k):
-        contacts.rolled[k] = True
     predict_motion(balls, k, laws)
     contacts.cluster[k] = label
     contacts.changed[k] = True

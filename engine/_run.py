@@ -9,7 +9,7 @@ import numpy as np
 from engine import _state as s
 from engine._jit import announce_compilation
 from engine._loop import finish, run, start
-from engine._tolerances import position_rounding
+from engine._tolerances import EPS, position_rounding
 from engine.result import EVENT_DTYPE, EventKind, Events, Status
 from engine.scene import Ball, Scene, rolling_angular_velocity
 from engine.trajectory import ExactTrajectory, Samples
@@ -89,7 +89,8 @@ class Run:
         last = float(self._clock[s.LAST_EVENT])
         spins = (state[s.WZ] != 0.0) & (state[s.SPIN] > 0.0)
         ends = state[s.EPOCH][spins] + np.abs(state[s.WZ][spins]) / state[s.SPIN][spins]
-        return float(np.max(ends, initial=last))
+        # Late by more than rounding, so that whoever computes the spin at that instant finds none.
+        return float(np.max(ends * (1.0 + 4.0 * EPS), initial=last))
 
     def _check_resolved(self) -> None:
         """Fail where a ball went so far that doubles no longer resolve a collision there."""

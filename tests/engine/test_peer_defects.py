@@ -143,9 +143,19 @@ class TestFrozenBalls:
         assert struck[0].tolist() == [struck[1, 0], -struck[1, 1]]
         assert np.hypot(*struck[0]) == pytest.approx(2 * ROOT3 / 5 * v, rel=1e-13)
 
-    @pytest.mark.parametrize("e", [1.0, 0.95, 0.5])
-    @pytest.mark.parametrize("offset", [0.0, 0.001])
-    def test_a_frozen_line_of_eight(self, e, offset):
+    @pytest.mark.compiled
+    @pytest.mark.parametrize(
+        ("offset", "e"),
+        [
+            (0.0, 1.0),
+            (0.0, 0.95),
+            (0.0, 0.5),
+            (0.001, 0.95),
+            (0.001, 0.5),
+            pytest.param(0.001, 1.0, marks=pytest.mark.slow),
+        ],
+    )
+    def test_a_frozen_line_of_eight(self, offset, e):
         # pooltool: 11 219 events in 17 s, and balls pass through each other.
         line = [ball((0.5 + 2 * R * k, 0.0)) for k in range(8)]
         scene = scene_of(
@@ -155,7 +165,9 @@ class TestFrozenBalls:
             ball_restitution=e,
             ball_friction="alciatore",
         )
-        result = simulate(scene, record="events", max_events=ENOUGH)
+        # The last of the shots leaves the line all but at rest under the spinning cue ball: its
+        # eight balls take some 30 000 contact steps to get there, the other shots up to 3 000.
+        result = simulate(scene, record="events", max_events=100_000)
         assert result.status is Status.REST
         assert result.work["events"] < 1000
         positions = result.sample(instants(result, 20)).positions
