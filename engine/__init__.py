@@ -25,10 +25,18 @@ in a time known beforehand; then the ball rolls. Spin about the vertical decays 
 `spinning_friction_rate`, in each `Phase`, and moves nothing until an impact. A ball may have
 frictions of its own.
 
-Impacts take no time. `Physics.ball_impact` and `Physics.cushion` name the law of each kind
+Impacts
+-------
+They take no time. `Physics.ball_impact` and `Physics.cushion` name the law of each kind
 (`engine/impact_laws/registry.py` lists them), and `Physics.impacts` says whether several at one
-instant are resolved together, so that no order of balls matters, or one after another. Impulses
-along the vertical turn balls and never lift them: a ball stays on the cloth.
+instant are resolved together, so that no order of balls matters, or one after another; together,
+balls rub by Coulomb's law, whatever `ball_impact` is. Impulses along the vertical turn balls and
+never lift them: a ball stays on the cloth. Laws that act through spin need `motion` = "sliding".
+
+Sustained contact
+-----------------
+Balls that friction presses together don't bounce without end: contact forces hold their gaps closed
+for as long as they push, in steps that keep every gap within a tolerance (`engine/_press.py`).
 """
 
 from engine.errors import GhostballError, SceneError, UnsupportedSceneError

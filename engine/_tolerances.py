@@ -54,17 +54,18 @@ CONTACT_TOLERANCE = 2.0**-37
 """Opening or overlap, in diameters, of a gap that a contact force holds closed (see `_press`).
 
 4e-13 m for pool balls: a thousand roundings of a coordinate on a table, so that the force is not
-made of noise. It is the one approximation in the engine; a run that used it says so in
-`work["contact_steps"]`.
+made of noise. With the two below it is all that is approximate in the engine; a run that used it
+says so in `work["contact_steps"]`.
 """
 
-CAPTURE_HEIGHT = 2.0**-20
+CAPTURE_HEIGHT = 2.0**-18
 """Height of a hop, in diameters, below which two balls that friction presses together don't part.
 
-5e-8 m for pool balls. Bounces die out towards a contact; following them down to the tolerance of a
-gap took thousands of events in one of a hundred breaks. What is left out is a gap of at most this
-height while they would last: an impulse that ends the approach is all that the bounces would have
-exchanged, but for what friction changes meanwhile.
+2e-7 m for pool balls: less than a millisecond on the cloth, some times as long as a real contact of
+two balls lasts. Bounces die out towards a contact; following them down to the tolerance of a gap
+took thousands of events in one of a hundred breaks, down to 2^-20 still 700 in one of a thousand.
+What is left out is a gap of at most this height while they would last: an impulse that ends the
+approach is all that the bounces would have exchanged, but for what friction changes meanwhile.
 
 Also the way in which the cloth can stop a pressed ball that rolls: one as slow as that is brought
 to rest by the end of its step, unless it is driven. Waiting for less took steps of microseconds, in

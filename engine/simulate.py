@@ -29,7 +29,7 @@ MAX_EVENTS = 10_000_000
 
 
 def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVENTS) -> Result:
-    """Simulate `scene` exactly in continuous time, to rest or to its `t_max`.
+    """Simulate `scene` in continuous time, to rest or to its `t_max`.
 
     Parameters
     ----------
@@ -55,7 +55,13 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
     Notes
     -----
     Between events each ball moves in closed form; the next contact is the first entering root of
-    the true gap (`engine/_pairs.py`). There is no time step.
+    the true gap (`engine/_pairs.py`). There is no time step, but for balls that friction presses
+    together: these move in steps that keep their gaps within a stated tolerance
+    (`engine/_press.py`), counted in `work["contact_steps"]`. Impacts at one instant that share a
+    ball, resolved together (`engine/_together.py`), are counted in `work["joint_impacts"]`.
+
+    The run ends when the last centre rests and the last spin about the vertical has decayed; a
+    spin that nothing slows isn't waited for.
     """
     if not isinstance(scene, Scene):
         raise GhostballError(

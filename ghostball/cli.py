@@ -90,15 +90,15 @@ def simulate(
         str,
         typer.Option(
             metavar="NAME[:KEY=VALUE,...]",
-            help="Engine and its settings, as `ghostball engines` lists them; "
+            help="Engine and its settings, as `ghostball engines` lists them, "
             "such as pymunk:dt=1e-4.",
         ),
     ] = "ghostball",
     record: Annotated[
         RecordChoice | None,
         typer.Option(
-            help="What to keep: where the balls end, also each event, or also the whole motion "
-            "(default: rest; with --plot: trajectory)."
+            help="What to keep: where the balls end, also each event (--json prints them), or also "
+            "the whole motion (default: rest; with --plot: trajectory)."
         ),
     ] = None,
     as_json: Annotated[
@@ -109,7 +109,7 @@ def simulate(
         typer.Option(metavar="FILE", help="Draw the paths of the balls (.png, .svg or .pdf)."),
     ] = None,
 ) -> None:
-    """Run one scene on one engine and print where the balls come to rest."""
+    """Run one scene on one engine; print where the balls stop."""
     if plot is not None:
         if record not in (None, RecordChoice.TRAJECTORY):
             raise typer.BadParameter(
@@ -153,8 +153,8 @@ def validate(
         list[str] | None,
         typer.Argument(
             metavar="SCENE|TAG",
-            help="Names or tags of shipped scenes, or TOML files, instead of a suite. The pass "
-            "criteria of shot.toml are in shot.expect.toml beside it.",
+            help="Names or tags of shipped scenes (`ghostball scenes` lists both), or TOML files, "
+            "instead of a suite. The pass criteria of shot.toml are in shot.expect.toml beside it.",
         ),
     ] = None,
     suite: Annotated[
@@ -165,8 +165,9 @@ def validate(
         str | None,
         typer.Option(
             metavar="A,B,...",
-            help="Engines, with settings as in `simulate` "
-            "(default: all that are shipped, pymunk and pybullet in three ways each).",
+            help="Engines, with settings as for `simulate --engine`, such as "
+            "ghostball,pymunk:mode=landed (default: all that are shipped, pymunk and pybullet in "
+            "three ways each).",
         ),
     ] = None,
     out: Annotated[
@@ -189,7 +190,7 @@ def validate(
         bool, typer.Option(help="Write report.md and its figures after the run.")
     ] = True,
 ) -> None:
-    """Run scenes on several engines, compare them and say which is right."""
+    """Run scenes on several engines; say which are right."""
     from ghostball._validate import run  # noqa: PLC0415
 
     if scenes and suite is not None:
@@ -244,7 +245,7 @@ def scenes(
 @app.command()
 @command
 def engines() -> None:
-    """List the engines: settings, and what each can represent."""
+    """List the engines: settings, and what each represents."""
     from ghostball._tables import engines_list  # noqa: PLC0415
 
     for block in engines_list():

@@ -6,10 +6,30 @@ from pathlib import Path
 
 import pytest
 
-from engine import Scene, Status, simulate
+from engine import Ball, Physics, Scene, SceneError, Status, UnsupportedSceneError, simulate
+from engine._tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
+from engine.impact_laws.registry import BALL_LAWS, CUSHION_LAWS
+from validation.library import select
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+MEASURED = json.loads(
+    (ROOT / "benchmarks/results/amd-epyc-2-cores/engine_break.json").read_text(encoding="utf-8")
+)
+
+
+def on_one_line(text: str) -> str:
+    return re.sub(r"\s+", " ", text)
+
+
+def row_of(part: str) -> list[str]:
+    """Return the cells of a row of the table: default and why, other choices, source."""
+    (row,) = (line for line in README.splitlines() if line.startswith(f"| {part} |"))
+    return [cell.strip() for cell in row.strip("|").split("|")][1:]
+
+
+def choices_of(field: str) -> set[str]:
+    return set(Physics.model_json_schema()["properties"][field]["enum"])
 
 
 def test_the_program_runs(capsys):
@@ -44,9 +64,103 @@ def test_it_is_short_and_its_links_lead_somewhere():
 )
 def test_times_are_those_measured(scene, pattern):
     """Rounded to two digits; a new measurement that is not carried over to README fails here."""
-    said = float(re.search(pattern, re.sub(r"\s+", " ", README))[1])
-    stored = json.loads(
-        (ROOT / "benchmarks/results/amd-epyc-2-cores/engine_break.json").read_text()
-    )
-    (row,) = (row for row in stored["rows"] if row["scene"] == scene)
+    said = float(re.search(pattern, on_one_line(README))[1])
+    (row,) = (row for row in MEASURED["rows"] if row["scene"] == scene)
     assert said == float(f"{row['wall_time_us']['median'] / 1000:.2g}")
+
+
+def test_the_revision_measured_is_named():
+    """Times of another state of the engine than the one they are said to be of fail here."""
+    revision = re.search(r"at revision ([0-9a-f]{7,40})", on_one_line(README))[1]
+    assert MEASURED["environment"]["git"]["revision"].startswith(revision)
+    assert not MEASURED["environment"]["git"]["dirty"]
+
+
+def test_the_numbers_of_scenes_are_those_shipped():
+    """A scene that is added, or given a closed form, and not counted in README fails here."""
+    scenes = select()
+    solved = sum("closed-form" in scene.tags for scene in scenes)
+    assert int(re.search(r"`validation/scenes/` has (\d+)", README)[1]) == len(scenes)
+    said = re.search(r"with a closed form .* \((\d+) of (\d+)\)", on_one_line(README))
+    assert (int(said[1]), int(said[2])) == (solved, len(scenes))
+
+
+class TestTheTableOfModels:
+    """A default, preset or law that changes and is not carried over to the table fails here."""
+
+    paper, pool = Physics(), Physics(preset="pool")
+
+    @pytest.mark.parametrize(
+        ("part", "field"),
+        [
+            ("motion", "motion"),
+            ("ball-ball law", "ball_impact"),
+            ("cushion law", "cushion"),
+            ("impacts at one instant", "impacts"),
+        ],
+    )
+    def test_each_choice_stands_in_its_column(self, part, field):
+        default, others, _ = row_of(part)
+        chosen = getattr(self.paper, field)
+        assert default.startswith(f"`{chosen}`")
+        assert set(re.findall(r"`(\w+)`", others)) == choices_of(field) - {chosen}
+        pool = re.findall(r"`(\w+)` \(pool\)", others)
+        assert pool == [getattr(self.pool, field)] * (getattr(self.pool, field) != chosen)
+
+    def test_each_law_names_its_source(self):
+        for part, laws in (("ball-ball law", BALL_LAWS), ("cushion law", CUSHION_LAWS)):
+            years = {year for law in laws for year in re.findall(r"\b\d{4}\b", law.source)}
+            assert set(re.findall(r"\b\d{4}\b", row_of(part)[2])) == years
+
+    def test_its_numbers_are_the_defaults(self):
+        assert f"mu = {self.paper.rolling_friction:g}:" in row_of("motion")[0]
+        rate = re.search(r"by (\d+) rad/s²", row_of("spin about the vertical")[1])[1]
+        assert float(rate) == self.paper.spinning_friction_rate == self.pool.spinning_friction_rate
+        default, others, _ = row_of("ball-ball restitution, friction")
+        assert default.startswith("1 and 0:")
+        assert (self.paper.ball_restitution, self.paper.ball_friction) == (1.0, 0.0)
+        assert f"(pool: {self.pool.ball_restitution:g})" in others
+        assert f"`{self.pool.ball_friction}` (pool)" in others
+
+    def test_the_nose_and_who_uses_it(self):
+        default, others, _ = row_of("height of the nose")
+        height = float(re.match(r"([\d.]+) m", default)[1])
+        assert height == self.paper.cushion_height == self.pool.cushion_height
+        pool_ball = 2 * Ball(id="a", position=(0.0, 0.0)).radius
+        assert height == pytest.approx(5 / 8 * pool_ball, abs=5e-5)  # "5/8", to its digits
+        assert "the last two laws" in others
+        users = {law.name for law in CUSHION_LAWS if "cushion_height" in law.uses}
+        assert users == set(re.findall(r"`(\w+)`", row_of("cushion law")[1])[-2:])
+
+    def test_what_is_not_there_is_refused(self):
+        assert "refused" in row_of("air, flight")[0]
+        balls = [Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0))]
+        for missing in ({"air_drag": 0.01}, {"airborne": True}):
+            with pytest.raises(UnsupportedSceneError):
+                simulate(Scene(name="shot", balls=balls, physics=Physics(**missing)))
+
+    def test_spin_is_refused_where_balls_roll(self):
+        assert row_of("spin about the vertical")[0].startswith("none:")
+        spinning = Ball(id="a", position=(0.0, 0.0), angular_velocity=(0.0, 0.0, 1.0))
+        with pytest.raises(SceneError, match="rolling"):
+            Scene(name="shot", balls=[spinning])
+
+
+@pytest.mark.parametrize(
+    ("pattern", "tolerance"),
+    [
+        (r"within 2\^-(\d+) diameters \(([\d.e-]+) m", CONTACT_TOLERANCE),
+        (r"below 2\^-(\d+) diameters \(([\d.e-]+) m", CAPTURE_HEIGHT),
+    ],
+)
+def test_the_approximations_are_as_large_as_said(pattern, tolerance):
+    said = re.search(pattern, on_one_line(README))
+    assert 2.0 ** -int(said[1]) == tolerance
+    diameter = 2 * Ball(id="a", position=(0.0, 0.0)).radius
+    assert float(said[2]) == float(f"{tolerance * diameter:.0e}")
+
+
+def test_what_it_names_in_work_is_counted():
+    named = set(re.findall(r'`work\["(\w+)"\]`', README))
+    still = simulate(Scene(name="still", balls=[Ball(id="a", position=(0.0, 0.0))]))
+    assert named == {"contact_steps", "joint_impacts"} <= set(still.work)

@@ -26,7 +26,7 @@ def restitution(impact: CushionImpact, laws: Laws) -> CushionBounce:
     Notes
     -----
     Contract: no allocation; two products and a change of sign, so a mirror keeps every bit. The
-    mirror is section 4.1 of the paper.
+    mirror is section 4.2 of the paper.
     """
     return CushionBounce(
         -laws.cushion_restitution * impact.vn,

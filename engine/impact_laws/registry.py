@@ -30,7 +30,7 @@ BALL_LAWS = (
 )
 
 CUSHION_LAWS = (
-    LawEntry("mirror", (), "the normal velocity changes sign (the paper, section 4.1)"),
+    LawEntry("mirror", (), "the normal velocity changes sign (the paper, section 4.2)"),
     LawEntry(
         "restitution",
         ("cushion_restitution", "cushion_tangential_restitution"),
