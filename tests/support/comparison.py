@@ -47,12 +47,12 @@ CHAOS = 1e-6
 RESOLVED = mpf(10) ** -40
 """Differences [SI units] below which the oracle itself, in 50 digits, means nothing."""
 
-LOWEST_HOP = 1e-6
+LOWEST_HOP = 4e-6
 """Height of a hop, in diameters, up to which two balls, or a ball and a cushion, count as pressed.
 
 A ball that friction drives against another comes back to it in ever shorter bounces. No list of
 events tells their end, and the engine has a contact force for it, which takes over at hops of this
-height: 6e-8 m.
+height: 2e-7 m.
 """
 
 
