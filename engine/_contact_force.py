@@ -88,7 +88,8 @@ def solve(
         contacts.forces[ALONG, c] = 0.0
         contacts.forces[UP, c] = 0.0
         _load(contacts, contacts.ends[FIRST, c], contacts.ends[SECOND, c], force * nx, force * ny)
-    steady = True
+    # No friction is in the first guess: that normal forces have settled is not enough.
+    steady = False
     for sweep in range(SWEEPS):
         # The forces of the last sweep turn the velocities at mid-step, and so the friction there.
         for m in range(members):
@@ -103,9 +104,9 @@ def solve(
             c = place if sweep % 2 == 0 else count - 1 - place
             _hold(balls, laws, contacts, c, duration)
             change = _rub(balls, laws, contacts, c, duration)
-            a, _ = _ends(contacts, c)
-            moved = duration * duration * change / balls.state[MASS, a]
-            steady = steady and moved <= slack(balls, a, a, duration)
+            a, b = _ends(contacts, c)
+            moved = duration * duration * change / _mass(balls, contacts, c)
+            steady = steady and moved <= slack(balls, a, b, duration)
     return False
 
 
@@ -202,10 +203,11 @@ def _mass(balls: Balls, contacts: Contacts, c: int) -> float:
 def _rub(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) -> float:
     """Give contact c the friction of its normal force; return the change [N].
 
-    What leaves no slip of the surfaces at the step's end, if that is within Coulomb's limit; else
-    the limit, against the slip at mid-step, or less where that ends it. Reached by projection: to
-    set the direction from the last sweep's slip went round in circles where slip is small. A
-    cushion rubs at the height of the ball's centre.
+    What leaves no slip of the surfaces at the step's end, but for what the cloth takes of the spin
+    about the vertical, if that is within Coulomb's limit; else the limit, against the slip at
+    mid-step, or less where that ends it. Reached by projection: to set the direction from the last
+    sweep's slip went round in circles where slip is small. A cushion rubs at the height of the
+    ball's centre.
     """
     if not laws.slides:
         return 0.0
@@ -292,12 +294,12 @@ def _aim(balls: Balls, a: int, b: int, now: float, duration: float) -> float:
     there is: one of them had else to creep until the next is pushed.
     """
     tolerance = contact_tolerance(balls, a, b)
+    push = 0.25 * max(grip(balls, a), grip(balls, b)) * duration * duration
     if stopping(balls, a) and stopping(balls, b):
         if now >= -_DEEP * tolerance:
             return min(now, 0.5 * tolerance)
-        push = 0.25 * grip(balls, a) * duration * duration
         return now + max(min(push, 0.25 * tolerance), 2.0 * gap_rounding(balls, a, b))
-    return min(0.0, now + 0.25 * grip(balls, a) * duration * duration)
+    return min(0.0, now + push)
 
 
 @kernel

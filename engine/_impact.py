@@ -44,19 +44,19 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
         # No law that is left acts on spin: the paper's section 4.2, times (1 + e) / 2.
         nx, ny = contact_normal(balls, i, j)
         vx, vy = balls.state[VX, j] - balls.state[VX, i], balls.state[VY, j] - balls.state[VY, i]
-        push_apart(balls, i, j, nx, ny, -(1.0 + laws.ball_restitution) * (nx * vx + ny * vy))
+        _push_apart(balls, i, j, nx, ny, -(1.0 + laws.ball_restitution) * (nx * vx + ny * vy))
         return
     loosen(balls, i)
     loosen(balls, j)
     nx, ny = contact_normal(balls, i, j)
     impulse = ball_law(_seen_along(balls, i, j, nx, ny), laws)
-    push_apart(balls, i, j, nx, ny, impulse.normal)
+    _push_apart(balls, i, j, nx, ny, impulse.normal)
     if impulse.along != 0.0 or impulse.up != 0.0:
         # The same impulse along the contact, to and fro, and the turn that it gives: R / I is
         # 5 / (2 m R), so that a turn is 5/2 of the velocity over the radius.
         tx, ty = -ny, nx
-        push_apart(balls, i, j, tx, ty, impulse.along)
-        to_i, to_j = shares(balls, i, j)
+        _push_apart(balls, i, j, tx, ty, impulse.along)
+        to_i, to_j = _shares(balls, i, j)
         for k, share in ((i, to_i), (j, to_j)):
             turn = 2.5 * share / balls.state[RADIUS, k]
             balls.state[WX, k] += turn * impulse.up * tx
@@ -75,7 +75,7 @@ def contact_normal(balls: Balls, i: int, j: int) -> tuple[float, float]:
 
 
 @kernel
-def shares(balls: Balls, i: int, j: int) -> tuple[float, float]:
+def _shares(balls: Balls, i: int, j: int) -> tuple[float, float]:
     """Return what part of a change of their relative velocity balls i and j take; 1 in all.
 
     The larger is what the smaller leaves.
@@ -89,7 +89,7 @@ def shares(balls: Balls, i: int, j: int) -> tuple[float, float]:
 
 
 @kernel
-def push_apart(balls: Balls, i: int, j: int, nx: float, ny: float, exchange: float) -> None:
+def _push_apart(balls: Balls, i: int, j: int, nx: float, ny: float, exchange: float) -> None:
     """Change the velocity of ball j relative to ball i by `exchange` [m/s] along (nx, ny).
 
     Notes

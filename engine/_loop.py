@@ -53,6 +53,7 @@ from engine._state import (
     SLIDE,
     SLIDING,
     STEP,
+    UNSOLVED_JOINT_IMPACTS,
     VX,
     VY,
     WHAT_A,
@@ -154,12 +155,15 @@ def _all_rest(balls: Balls) -> bool:
 def _earliest_own(balls: Balls) -> int:
     """Return the ball whose own event comes first; of several at one instant, one coming to rest.
 
-    So a ball that has all but stopped is at rest before its neighbours are looked at again.
+    So a ball that has all but stopped is at rest before its neighbours are looked at again. A time
+    that is NaN comes before all, so that the run stops there.
     """
     best = 0
     for i in range(1, len(balls.own_kind)):
         earlier = balls.state[OWN_TIME, i] < balls.state[OWN_TIME, best]
         tie = balls.state[OWN_TIME, i] == balls.state[OWN_TIME, best]
+        if math.isnan(balls.state[OWN_TIME, i]):
+            return i
         if earlier or (tie and balls.own_kind[i] < balls.own_kind[best]):
             best = i
     return best
@@ -269,7 +273,8 @@ def _resolve_pairs(
             joint += 1
     if joint > 0:
         log.counters[JOINT_IMPACTS] += 1
-        collide_together(balls, laws, contacts, joint)
+        if not collide_together(balls, laws, contacts, joint):
+            log.counters[UNSOLVED_JOINT_IMPACTS] += 1
     for c in range(count):
         for row in (FIRST, SECOND):
             k = contacts.hits[row, c]
@@ -293,7 +298,7 @@ def _predict_anew(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float
 
 @kernel
 def _full(log: Log, n: int) -> bool:
-    """Whether the next instant might not fit in the log: it may change, and stop, every ball.
+    """Whether the next instant might not fit in the log: any ball may change, roll and stop.
 
     And hit each pair that can touch at once: fewer than 3 n in the plane.
     """
@@ -301,7 +306,7 @@ def _full(log: Log, n: int) -> bool:
         return False
     events_left = len(log.time) - log.counters[LOGGED_EVENTS]
     motions_left = len(log.ball) - log.counters[LOGGED_MOTIONS]
-    return bool(events_left < 2 + 4 * n or motions_left < n)
+    return bool(events_left < 2 + 5 * n or motions_left < n)
 
 
 @kernel

@@ -211,7 +211,7 @@ def _touch(balls: Balls, i: int, j: int, t: float, slack: float) -> tuple[int, f
     opening = across / distance + pull
     pulled = opening < -APPROACH_ROUNDING * (_pull(balls, i) + _pull(balls, j))
     if rate < -noise:
-        # A rebound that slow ends within the tolerance, where friction pulls the balls together
+        # A rebound that slow ends within `CAPTURE_HEIGHT`, where friction pulls the balls together
         # again; the cloth also stops one that was struck at rest.
         struck = at_rest(balls, i) or at_rest(balls, j)
         closing = _stopping(balls, i) + _stopping(balls, j) - opening

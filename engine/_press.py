@@ -14,7 +14,7 @@ Gauss-Seidel on the gaps at the end of the step. No ball is displaced. Impulses 
 force works on a gap that stays within the tolerance: what energy that could add is far below what
 friction takes in the same step.
 
-A ball so slow that the cloth would stop it within the tolerance is brought to rest by the end of
+A ball so slow that the cloth would stop it within `CAPTURE_HEIGHT` is brought to rest by the end of
 its step, unless it is pushed harder than mu m g.
 
 Each step is counted in `work["contact_steps"]`.
@@ -28,6 +28,7 @@ from engine._contact_answer import keep_still, settle, stopping, time_to_change
 from engine._contact_force import SWEEPS, gap_after, solve
 from engine._geometry import (
     at_rest,
+    contact_tolerance,
     cushion_in_contact,
     grip,
     negligible_hop,
@@ -73,7 +74,7 @@ from engine._state import (
     X,
     Y,
 )
-from engine._tolerances import APPROACH_ROUNDING, CONTACT_TOLERANCE, EPS
+from engine._tolerances import APPROACH_ROUNDING, EPS
 
 _HALVINGS = 100
 """Most halvings of a step; a step that none of them makes solvable is taken all the same, and
@@ -86,7 +87,7 @@ _GROWTH = 1.25
 """First step tried, in units of the last good one; a longer one would mostly be tried in vain."""
 
 _FIRST_STEP = 2.0**-6
-"""First step tried, in units of the time to fall one diameter at what the cloth can give."""
+"""First step tried, in units of the time to go one radius at what the cloth can give."""
 
 
 @kernel
@@ -162,7 +163,7 @@ def press(
         if laws.slides and settle(balls, k):
             contacts.rolled[k] = True
             predict_motion(balls, k, laws)
-    _stop_approach(balls, laws, contacts, members, count)
+    stopped = _stop_approach(balls, laws, contacts, members, count)
     step = _next_step(balls, contacts, members)
     duration = step
     for m in range(members):
@@ -174,7 +175,7 @@ def press(
             break
         duration *= 0.5
         step = duration
-    if not solved:
+    if not (solved and stopped):
         counters[UNSOLVED_STEPS] += 1
     for m in range(members):
         keep_still(balls, contacts, contacts.member[m], duration)
@@ -326,15 +327,17 @@ def _gather_contacts(
 
 
 @kernel
-def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int) -> None:
+def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int) -> bool:
     """Take away what approach is left at the contacts, plastically: each is a negligible hop.
 
-    A ball at rest stays so, since the cloth would stop it again within the tolerance; unless that
-    doesn't do, as for a ball that others drive like a wedge.
+    A ball at rest stays so, since the cloth would stop it again within `CAPTURE_HEIGHT`; unless
+    that doesn't do, as for a ball that others drive like a wedge. False where it didn't do either.
     """
     for m in range(members):
         k = contacts.member[m]
-        contacts.stopped[k] = not at_rest(balls, k)  # for now: that it moves
+        # For now: that it moves. It may have been stopped at this very instant before.
+        contacts.stopped[k] = contacts.stopped[k] or not at_rest(balls, k)
+    approaching = True
     for sweep in range(SWEEPS):
         firm = sweep < SWEEPS // 2
         approaching = False
@@ -352,8 +355,9 @@ def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, c
                     mass_a, mass_b = _moved_mass(balls, a), _moved_mass(balls, b)
                     share = mass_b / (mass_a + mass_b)
                 size += abs(balls.state[VX, b]) + abs(balls.state[VY, b])
-            tolerance = CONTACT_TOLERANCE * balls.state[RADIUS, a]
-            residue = negligible_hop(rate, grip(balls, a), _RESIDUE * tolerance)
+            other = b if b >= 0 else a
+            height = _RESIDUE * contact_tolerance(balls, a, other)
+            residue = negligible_hop(rate, max(grip(balls, a), grip(balls, other)), height)
             if rate >= -APPROACH_ROUNDING * size or residue:
                 continue
             approaching = True
@@ -367,13 +371,14 @@ def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, c
     for m in range(members):
         k = contacts.member[m]
         contacts.stopped[k] = contacts.stopped[k] and at_rest(balls, k)
+    return not approaching
 
 
 @kernel
 def _moved_mass(balls: Balls, k: int) -> float:
     """Mass [kg] with which member k answers to a negligible impulse.
 
-    One that rolls goes on rolling: the cloth ends so small a slip within the tolerance of a gap.
+    One that rolls goes on rolling: the cloth ends so small a slip within part of `CAPTURE_HEIGHT`.
     """
     rolls = balls.state[PHASE, k] != SLIDING and balls.state[SLIDE, k] > 0.0
     mass: float = 1.4 * balls.state[MASS, k] if rolls else balls.state[MASS, k]

@@ -71,7 +71,10 @@ class Run:
         if code == s.RUN_T_MAX:
             self.t_end = self._laws.t_max
         elif code == s.RUN_RESTED:
-            self.t_end = min(self._time_at_rest(), self._laws.t_max)
+            self.t_end = self._time_at_rest()
+            if self.t_end > self._laws.t_max:
+                self.t_end = self._laws.t_max
+                self.status = Status.T_MAX  # a ball still spins
         finish(self._balls, self.t_end)
         if self.status is Status.EVENT_LIMIT:
             events, steps = self._counters[s.EVENTS], self._counters[s.CONTACT_STEPS]
@@ -94,6 +97,8 @@ class Run:
 
     def _check_resolved(self) -> None:
         """Fail where a ball went so far that doubles no longer resolve a collision there."""
+        if self.status is Status.FAILED:
+            return
         state = self._balls.state
         farthest = float(np.max(np.abs(state[[s.X, s.Y]])))
         smallest = float(np.min(state[s.RADIUS]))
@@ -159,6 +164,7 @@ class Run:
             "bounds": int(self._counters[s.BOUNDS]),
             "advancement_steps": int(self._counters[s.ADVANCEMENTS]),
             "joint_impacts": int(self._counters[s.JOINT_IMPACTS]),
+            "unsolved_joint_impacts": int(self._counters[s.UNSOLVED_JOINT_IMPACTS]),
             "contact_steps": int(self._counters[s.CONTACT_STEPS]),
             "unsolved_contact_steps": int(self._counters[s.UNSOLVED_STEPS]),
         }

@@ -73,8 +73,8 @@ _RESIDUE = 64.0 * EPS
 
 
 @kernel
-def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> None:
-    """Resolve the first `count` contacts of `contacts.ends` together.
+def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> bool:
+    """Resolve the first `count` contacts of `contacts.ends` together; False where some approach on.
 
     Contract: all their balls are advanced to the instant of the impact, all contacts approach, and
     `contacts.motion[DEGREE]` holds how many of the contacts each ball has.
@@ -85,7 +85,7 @@ def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -
         contacts.forces[NY, c] = ny
         contacts.forces[FORCE, c] = 0.0
         contacts.forces[RATE, c] = _rate(balls, contacts, c)
-    _end_approach(balls, contacts, count)
+    solved = _end_approach(balls, contacts, count)
     restitution = laws.ball_restitution
     _scale(contacts, count, 1.0 + restitution)
     if laws.slides and (laws.speed_dependent or laws.ball_friction > 0.0):
@@ -95,8 +95,9 @@ def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -
         for c in range(count):
             before = contacts.forces[RATE, c]
             contacts.forces[RATE, c] = _rate(balls, contacts, c) + restitution * before
-        _end_approach(balls, contacts, count)
+        solved = _end_approach(balls, contacts, count) and solved
     _push(balls, contacts, count, laws.slides)
+    return solved
 
 
 @kernel
@@ -128,11 +129,12 @@ def _split_mass(balls: Balls, contacts: Contacts, c: int) -> float:
 
 
 @kernel
-def _end_approach(balls: Balls, contacts: Contacts, count: int) -> None:
+def _end_approach(balls: Balls, contacts: Contacts, count: int) -> bool:
     """Find the impulses [N s] after which no contact approaches, and none where one parts.
 
     In FORCE their sizes, in PUSH_X and PUSH_Y the vectors, on the second ball of each contact.
-    Contacts that would have to pull are left out, and come back if they approach without.
+    Contacts that would have to pull are left out, and come back if they approach without. False
+    where no choice of them did; none such has been seen.
     """
     fastest = 0.0
     for c in range(count):
@@ -153,10 +155,11 @@ def _end_approach(balls: Balls, contacts: Contacts, count: int) -> None:
                     contacts.forces[ACTIVE, c] = 1.0
                     changed = True
         if not changed:
-            return
+            return True
     for c in range(count):
         contacts.forces[FORCE, c] = max(0.0, contacts.forces[FORCE, c])
     _apply(balls, contacts, count, FORCE, PRODUCT)
+    return False
 
 
 @kernel

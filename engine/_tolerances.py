@@ -3,7 +3,8 @@
 All but the contact step's are derived from the rounding of double precision and only say when a
 computed sign is noise: free balls have no speed below which they rest, no distance below which they
 touch, no time below which events are simultaneous. A contact step has a tolerance of its own, and
-what counts as touching, slow or negligible within one follows from it. How a step is chosen is no
+what counts as touching, slow or negligible within one follows from it; and a ball that meets one
+at rest more slowly than `CAPTURE_HEIGHT` allows doesn't bounce. How a step is chosen is no
 tolerance: those constants are in `_press` and `_contact_force`.
 """
 
@@ -54,7 +55,7 @@ CONTACT_TOLERANCE = 2.0**-37
 """Opening or overlap, in diameters, of a gap that a contact force holds closed (see `_press`).
 
 4e-13 m for pool balls: a thousand roundings of a coordinate on a table, so that the force is not
-made of noise. With the two below it is all that is approximate in the engine; a run that used it
+made of noise. With those below it is all that is approximate in the engine; a run that used it
 says so in `work["contact_steps"]`.
 """
 
@@ -75,8 +76,8 @@ which forces are not told from rounding, and balls of a frozen line crept to and
 STOP_WAY = 2.0**-28
 """Way, in diameters, in which the cloth can end the slip of a pressed ball, that is as ended.
 
-2e-10 m for pool balls. Slower slip asks for steps so short that the tolerance of a gap leaves the
-force of a contact undecided.
+2e-10 m for pool balls, were it slowed by mu g; slip is slowed 7/2 times that. Slower slip asks for
+steps so short that the tolerance of a gap leaves the force of a contact undecided.
 """
 
 CONTACT_REACH = 4.0

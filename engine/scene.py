@@ -26,7 +26,8 @@ from pydantic import (
 )
 
 from engine import _scene_file
-from engine._scene_checks import check_laws, check_scene
+from engine._law_checks import check_laws
+from engine._scene_checks import check_scene
 from engine._scene_errors import describe
 from engine._scene_fields import (
     BallLaw,

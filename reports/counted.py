@@ -8,6 +8,7 @@ from validation.store import CaseRecord, ResultsFolder
 
 COUNTED = {
     "joint_impacts": "impacts of one instant, resolved together",
+    "unsolved_joint_impacts": "of those, impacts whose impulses were not found",
     "contact_steps": "steps of balls that press each other",
     "unsolved_contact_steps": "steps of pressing balls whose forces were not found",
     "pulls": "overlapping balls pulled apart",
@@ -17,7 +18,7 @@ COUNTED = {
 }
 """Counters of `Result.work` that stand for an approximation or a repair, in words."""
 
-UNSOLVED = "unsolved_contact_steps"
+UNSOLVED = ("unsolved_joint_impacts", "unsolved_contact_steps")
 
 COUNTED_MEANS = """\
 Everything that a run did beyond exact events is counted in `Result.work`. Of `ghostball`: impacts
@@ -56,8 +57,8 @@ def counted_rows(results: ResultsFolder) -> Iterator[tuple[str, str, int, str]]:
 
 
 def unsolved(results: ResultsFolder) -> int:
-    """Return how many contact steps of all runs were left without a solution."""
-    return sum(case.work.get(UNSOLVED, 0) for case in results.cases)
+    """Return how many joint impacts and contact steps of all runs were left without a solution."""
+    return sum(case.work.get(name, 0) for case in results.cases for name in UNSOLVED)
 
 
 def _present(case: CaseRecord) -> Iterator[tuple[str, str]]:

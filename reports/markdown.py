@@ -114,7 +114,7 @@ def _headline(results: ResultsFolder) -> str:
         f"{len(verdicts) - passed - holding - failed - crashed - unable} without a verdict."
     )
     if left := unsolved(results):
-        counts += f" **{many(left, 'contact step')} left unsolved.**"
+        counts += f" **{many(left, 'sustained or joint contact')} left unsolved.**"
     if bad := [case for case in results.cases if verdict_of(case) in BAD]:
         named = [f"[{case.scene}](#{case.scene}) on `{case.label}`" for case in bad[:NAMED]]
         more = [f"{len(bad) - NAMED} more, in the table"] if len(bad) > NAMED else []

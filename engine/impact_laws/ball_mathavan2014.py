@@ -52,23 +52,13 @@ LONGEST_LANDING = 0.1
 MOST_STEPS = 1000
 """A bound on the work of a phase that no impact reaches: one of pool balls takes about 10 steps, or
 100 where the slip ends, and the worst of 55 000 random ones with any coefficients took 480. Beyond
-it friction would end and the normal impulse complete the phase."""
+it the result is NaN, which fails the run."""
 
 MOST_LANDINGS = 4
 """Last steps of a phase, each of which corrects the one before; three reach rounding."""
 
 ROUNDING = 2.0**-51
 """Speed, in units of the approach, that is the rounding of a speed."""
-
-HIGHEST_FRICTION = 1.0
-HIGHEST_CLOTH = 0.7
-"""Coefficients of friction, between balls and of the cloth, above which they count as these.
-
-Balls have 0.05 and cloth 0.2. Far above, the pressed ball could jam between the other and the
-cloth, which a model of balls that stay on the cloth doesn't describe. Below 5/7 the cloth can't
-even keep the ball from slipping, however strongly it is pressed: so the slip passes through zero,
-and the ball never rolls during an impact.
-"""
 
 
 @kernel
@@ -99,7 +89,7 @@ def mathavan2014(impact: BallImpact, laws: Laws) -> BallImpulse:
     Codes of this law often leave it out, which turns the object ball of the paper's shots 0.02
     degrees away from the printed angles.
 
-    Four details are ours:
+    Three details are ours:
 
     - The slip on the cloth is that of the lowest point, v + w x (-R z). The algorithm is usually
       written with the slip of the highest, (v_x + R w_y, v_y - R w_x), on which friction could feed
@@ -107,20 +97,20 @@ def mathavan2014(impact: BallImpact, laws: Laws) -> BallImpulse:
     - Slip between the balls that reaches zero stays zero.
     - A coefficient between the balls that depends on the speed is that of the slip before the
       impact, for which the curve was fitted.
-    - Coefficients above any real ball's or cloth's are cut, see `HIGHEST_FRICTION`.
 
     The cloth keeps the pressed ball from moving down, so that between equal masses vertical slip
     ends after an impulse of 1/3 of it, not 2/7. What the lifted ball has of vertical velocity is
     dropped after the impact, as in `frictional`, which takes energy and never gives any. Without
     vertical slip, or without friction, the cloth takes no part: this is then `frictional`.
 
-    Contract: no allocation; a bounded number of steps. Turning the frame by half a turn and
+    Contract: coefficients within the limits that the registry names; no allocation; a bounded
+    number of steps. Turning the frame by half a turn and
     exchanging the balls gives the same bits, and so does the mirror image.
     """
     approach = impact.a_vn - impact.b_vn
     slip_along, slip_up = contact_slip(impact)
     slip = length(slip_along, slip_up)
-    friction = min(friction_coefficient(laws, slip), HIGHEST_FRICTION)
+    friction = friction_coefficient(laws, slip)
     speeds = slip + abs(impact.a_vn) + abs(impact.b_vn)
     if not friction > NEGLIGIBLE or slip_up == 0.0 or not approach > NEGLIGIBLE * speeds:
         return frictional(impact, laws)
@@ -173,7 +163,7 @@ def _press_b(impact: BallImpact, friction: float, restitution: float) -> BallImp
         share,
         2.5 + impact.b_mass / (impact.a_mass + impact.b_mass),  # both turn, and a rises
         friction,
-        min(impact.b_cloth, HIGHEST_CLOTH) * share,
+        impact.b_cloth * share,
         restitution,
         reach,
         ROLLS * reach + ROLLING_ROUNDING * (own / approach),
@@ -233,6 +223,8 @@ def _run_phase(start: Course, wanted: float, contact: Contact) -> Course:
         if error <= 1.0:
             course = trial
             landings += landing
+    else:
+        return _pushed(course, math.nan)
     return _pushed(course, _left(start, course, wanted, 1.0))
 
 

@@ -14,6 +14,8 @@ class LawEntry(NamedTuple):
     name: str
     uses: tuple[str, ...]
     source: str
+    limits: tuple[tuple[str, float], ...] = ()
+    """Fields that it uses, each with the largest value up to which it describes balls."""
 
 
 BALL_LAWS = (
@@ -26,6 +28,10 @@ BALL_LAWS = (
         "mathavan2014",
         ("ball_restitution", "ball_friction", "sliding_friction"),
         "integrated over the impulse, with the friction of the cloth (Mathavan et al. 2014)",
+        # Far above, the pressed ball could jam between the other and the cloth, and wouldn't stay
+        # on it. Below 5/7 the cloth can't keep the ball from slipping however strongly it is
+        # pressed: so its slip passes through zero, and it never rolls during an impact.
+        limits=(("ball_friction", 1.0), ("sliding_friction", 0.7)),
     ),
 )
 

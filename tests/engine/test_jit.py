@@ -47,7 +47,9 @@ def test_an_edited_callee_in_another_file_is_seen(tmp_path):
     assert "compiling" not in silent  # the cache serves a later process
     motion = tmp_path / "engine" / "_motion.py"
     source = motion.read_text()
-    edited = source.replace("speed / laws.deceleration", "0.5 * speed / laws.deceleration")
+    edited = source.replace(
+        "duration = speed / deceleration", "duration = 0.5 * speed / deceleration"
+    )
     assert edited != source
     motion.write_text(edited)
     changed, _ = run_copy(tmp_path, cache)

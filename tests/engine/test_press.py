@@ -125,6 +125,34 @@ def test_an_instant_with_several_events_fits_in_any_log(first_log, monkeypatch):
         assert np.array_equal(found, expected)
 
 
+def test_a_spinning_ball_that_pushes_another_rubs_it():
+    """Closed form: half the cloth's force goes through the contact, and Coulomb's part of that."""
+    mu, mu_balls, g, spin, t = 0.2, 0.06, 9.81, 60.0, 0.1
+    scene = Scene(
+        name="spinning-push",
+        physics=Physics(
+            motion="sliding",
+            sliding_friction=mu,
+            rolling_friction=0.0,
+            ball_friction=mu_balls,
+            ball_restitution=0.9,
+        ),
+        balls=[
+            Ball(id="free", position=(0.0, 0.0), rolling_friction=0.0, sliding_friction=0.0),
+            Ball(id="push", position=(-2 * R, 0.0), angular_velocity=(0.0, spin, 0.0)),
+        ],
+        t_max=t,
+    )
+    result = simulate(scene, record="events")
+    assert result.work["contact_steps"] > 0
+    end = result.sample([t])
+    rubbed = 2.5 / R * mu_balls * 0.5 * mu * g * t
+    slowed = 2.5 / R * mu * g * t
+    spins = end.angular_velocities[0]
+    assert spins[:, 1] == pytest.approx([-rubbed, spin - slowed - rubbed], rel=1e-9)
+    assert end.velocities[0, :, 0] == pytest.approx(0.5 * mu * g * t, rel=1e-9)
+
+
 def test_no_step_was_left_unsolved():
     for scene in (pressed_pair(0.5), Scene.load(SCENES / "pushed-slow-ball.toml")):
         work = simulate(scene).work

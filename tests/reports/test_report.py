@@ -84,7 +84,7 @@ def test_an_unsolved_contact_step_is_told_at_the_top(small_folder):
     path = small_folder / "results.jsonl"
     path.write_text(path.read_text().replace('"steps":50', '"unsolved_contact_steps":1', 1))
     text = write_report(small_folder).read_text(encoding="utf-8")
-    assert "**1 contact step left unsolved.**" in text[: text.index("## Verdicts")]
+    assert "**1 sustained or joint contact left unsolved.**" in text[: text.index("## Verdicts")]
 
 
 def test_a_case_that_did_not_finish_has_a_column_of_its_own(report):

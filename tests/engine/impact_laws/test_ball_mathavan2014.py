@@ -22,7 +22,7 @@ from published_steps import stepped
 from shots import R
 
 from engine.impact_laws.ball_frictional import frictional
-from engine.impact_laws.ball_mathavan2014 import HIGHEST_CLOTH, HIGHEST_FRICTION, mathavan2014
+from engine.impact_laws.ball_mathavan2014 import mathavan2014
 from engine.impact_laws.friction_curve import alciatore_friction
 from engine.impact_laws.interface import BallImpact
 
@@ -86,15 +86,6 @@ def test_a_speed_dependent_coefficient_is_that_of_the_slip_before():
     slip = math.hypot(i.a_vt, R * i.a_wt)
     constant = mathavan2014(i, laws(0.95, alciatore_friction(slip)))
     assert mathavan2014(i, laws(0.95, "alciatore")) == pytest.approx(constant, rel=1e-12)
-
-
-def test_coefficients_above_any_cloth_s_count_as_the_highest():
-    def with_cloth(cloth: float) -> BallImpact:
-        rough = (R, 0.17, cloth)
-        return impact_of(shot(0.4, 1.0, 1.0), ball_a=rough, ball_b=rough)
-
-    highest = mathavan2014(with_cloth(HIGHEST_CLOTH), laws(0.95, HIGHEST_FRICTION))
-    assert mathavan2014(with_cloth(50.0), laws(0.95, 30.0)) == highest
 
 
 # --- a naive oracle -----------------------------------------------------------------------------
