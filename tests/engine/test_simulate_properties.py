@@ -45,6 +45,7 @@ def test_energy_never_rises(scene):
 
 
 FREE = {"rolling_friction": 0.0, "t_max": 3.0}
+INTEGRATED = {"mathavan2014", "mathavan2010"}
 
 
 @given(
@@ -245,7 +246,8 @@ def assert_alike(base: Scene, other: Scene, back, scale: float) -> None:
     """Assert that two shots are one but for rounding, as far as chaos allows.
 
     `back` takes the other's places to the first's; coordinates are up to `scale` m. Where a contact
-    force held balls together, hops that it took for none, of 4e-13 m, had up to 2e-6 m/s.
+    force held balls together, hops that it took for none, of 4e-13 m, had up to 2e-6 m/s. A law
+    that integrates an impact errs by up to 1e-9 of the speeds, and rounding may change its steps.
     """
     growth = sensitivity(base)
     if growth * EPS > 1e-9:
@@ -255,8 +257,12 @@ def assert_alike(base: Scene, other: Scene, back, scale: float) -> None:
         event[0] for event in collisions(second)
     )
     apart = back(second.rest_positions[:, :2]) - first.rest_positions[:, :2]
-    pressed = first.work["contact_steps"] or second.work["contact_steps"]
-    assert np.max(np.abs(apart)) <= (2e-6 if pressed else 64 * EPS * scale) * growth
+    error = 64 * EPS * scale
+    if INTEGRATED & {base.physics.ball_impact, base.physics.cushion}:
+        error = 1e-8
+    if first.work["contact_steps"] or second.work["contact_steps"]:
+        error = 2e-6
+    assert np.max(np.abs(apart)) <= error * growth
 
 
 @given(
