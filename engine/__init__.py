@@ -28,10 +28,12 @@ frictions of its own.
 Impacts
 -------
 They take no time. `Physics.ball_impact` and `Physics.cushion` name the law of each kind
-(`engine/impact_laws/registry.py` lists them), and `Physics.impacts` says whether several at one
-instant are resolved together, so that no order of balls matters, or one after another; together,
-balls rub by Coulomb's law, whatever `ball_impact` is. Impulses along the vertical turn balls and
-never lift them: a ball stays on the cloth. Laws that act through spin need `motion` = "sliding".
+(`engine/impact_laws/registry.py` lists them), and `Physics.impacts` says whether those of
+balls that share one at one instant are resolved together, so that no order of balls matters, or one
+after another; together, balls rub by Coulomb's law, whatever `ball_impact` is. Both cushions of a
+corner are met together too; a cushion and a ball at one instant, the cushion first. Impulses along
+the vertical turn balls and never lift them: a ball stays on the cloth. Laws that act through spin
+need `motion` = "sliding".
 
 Sustained contact
 -----------------

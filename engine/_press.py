@@ -24,18 +24,17 @@ from __future__ import annotations
 
 import math
 
+from engine._clusters import gather_contacts, gather_members, release
 from engine._contact_answer import keep_still, settle, stopping, time_to_change
 from engine._contact_force import SWEEPS, gap_after, solve
 from engine._geometry import (
     at_rest,
     contact_tolerance,
-    cushion_in_contact,
     grip,
     negligible_hop,
-    pair_in_contact,
 )
 from engine._jit import kernel
-from engine._motion import advance, loosen, predict_cushion, predict_motion, speed_of
+from engine._motion import loosen, predict_cushion, predict_motion, speed_of
 from engine._state import (
     AX,
     AY,
@@ -71,8 +70,6 @@ from engine._state import (
     Contacts,
     IntArray,
     Laws,
-    X,
-    Y,
 )
 from engine._tolerances import APPROACH_ROUNDING, EPS
 
@@ -88,26 +85,6 @@ _GROWTH = 1.25
 
 _FIRST_STEP = 2.0**-6
 """First step tried, in units of the time to go one radius at what the cloth can give."""
-
-
-@kernel
-def release(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> None:
-    """Take the contact forces off every ball of i's cluster at the instant t [s].
-
-    Contract: all of them are advanced to t, predicted anew and marked in `contacts.changed`.
-    """
-    label = contacts.cluster[i]
-    if label == FREE:
-        return
-    for k in range(len(balls.own_kind)):
-        if contacts.cluster[k] == label:
-            contacts.cluster[k] = FREE
-            for other in range(len(balls.own_kind)):
-                contacts.held[k, other] = False
-                contacts.held[other, k] = False
-            advance(balls, k, t)
-            predict_motion(balls, k, laws)
-            contacts.changed[k] = True
 
 
 @kernel
@@ -153,8 +130,8 @@ def press(
     allocation: `contacts` has room.
     """
     counters[CONTACT_STEPS] += 1
-    members = _gather_members(balls, laws, contacts, i, j, t)
-    count = _gather_contacts(balls, laws, contacts, members, i, j, t)
+    members = gather_members(balls, laws, contacts, i, j, t)
+    count = gather_contacts(balls, laws, contacts, members, i, j, t)
     if count == 0:
         release(balls, laws, contacts, i, t)
         return
@@ -247,86 +224,6 @@ def _comes_to_rest(balls: Balls, k: int, duration: float) -> bool:
 
 
 @kernel
-def _gather_members(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float) -> int:
-    """List the pair and all balls in contact with a listed one; return how many."""
-    release(balls, laws, contacts, i, t)
-    if j >= 0:
-        release(balls, laws, contacts, j, t)
-    contacts.member[0] = i
-    members, m = 1, 0
-    _join(balls, laws, contacts, i, i, t)
-    if j != i and j >= 0:
-        contacts.member[1] = j
-        members = 2
-        _join(balls, laws, contacts, j, i, t)
-    while m < members:
-        k = contacts.member[m]
-        for other in range(len(balls.own_kind)):
-            if contacts.cluster[other] == i:
-                continue
-            if pair_in_contact(balls, k, other, t):
-                release(balls, laws, contacts, other, t)
-                _join(balls, laws, contacts, other, i, t)
-                contacts.member[members] = other
-                members += 1
-        m += 1
-    _sort(balls, contacts, members)
-    return members
-
-
-@kernel
-def _sort(balls: Balls, contacts: Contacts, members: int) -> None:
-    """Put the members in the order of their places, so that their numbering doesn't matter."""
-    for m in range(1, members):
-        k, place = contacts.member[m], m
-        while place > 0 and _stands_before(balls, k, contacts.member[place - 1]):
-            contacts.member[place] = contacts.member[place - 1]
-            place -= 1
-        contacts.member[place] = k
-
-
-@kernel
-def _stands_before(balls: Balls, i: int, j: int) -> bool:
-    same = balls.state[X, i] == balls.state[X, j]
-    below = same and balls.state[Y, i] < balls.state[Y, j]
-    return bool(balls.state[X, i] < balls.state[X, j] or below)
-
-
-@kernel
-def _join(balls: Balls, laws: Laws, contacts: Contacts, k: int, label: int, t: float) -> None:
-    advance(balls, k, t)
-    predict_motion(balls, k, laws)
-    contacts.cluster[k] = label
-    contacts.changed[k] = True
-
-
-@kernel
-def _gather_contacts(
-    balls: Balls, laws: Laws, contacts: Contacts, members: int, i: int, j: int, t: float
-) -> int:
-    """List the contacts of the members with each other and with cushions; return how many."""
-    count = 0
-    for m in range(members):
-        k = contacts.member[m]
-        for other in range(m + 1, members):
-            partner = contacts.member[other]
-            seed = (k == i and partner == j) or (k == j and partner == i)
-            if seed or pair_in_contact(balls, k, partner, t):
-                contacts.ends[FIRST, count] = k
-                contacts.ends[SECOND, count] = partner
-                contacts.held[k, partner] = True
-                contacts.held[partner, k] = True
-                count += 1
-        for cushion in range(4):
-            seed = k == i and j == -1 - cushion
-            if seed or cushion_in_contact(balls, k, laws, cushion):
-                contacts.ends[FIRST, count] = k
-                contacts.ends[SECOND, count] = -1 - cushion
-                count += 1
-    return count
-
-
-@kernel
 def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int) -> bool:
     """Take away what approach is left at the contacts, plastically: each is a negligible hop.
 
@@ -387,13 +284,16 @@ def _moved_mass(balls: Balls, k: int) -> float:
 
 @kernel
 def _next_step(balls: Balls, contacts: Contacts, members: int) -> float:
-    """Return the step to try [s]: somewhat more than the members' last one was good for."""
+    """Return the step to try [s]: somewhat more than the members' last one was good for.
+
+    Finite: without friction on the cloth no ball would press another.
+    """
     step = math.inf
     for m in range(members):
         k = contacts.member[m]
         if contacts.motion[STEP, k] > 0.0:
             step = min(step, _GROWTH * contacts.motion[STEP, k])
-        else:
+        elif grip(balls, k) > 0.0:
             fall = math.sqrt(2.0 * balls.state[RADIUS, k] / grip(balls, k))
             step = min(step, _FIRST_STEP * fall)
     return step

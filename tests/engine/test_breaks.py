@@ -31,7 +31,6 @@ def test_every_law_comes_round():
 def test_a_break_ends_at_rest_without_overlap_or_gain(seed):
     result = simulate(break_scene(seed), record="events", max_events=ENOUGH_EVENTS)
     assert_sound(result, between=12)
-    assert result.work["unsolved_contact_steps"] == 0
 
 
 @pytest.mark.slow

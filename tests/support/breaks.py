@@ -144,6 +144,8 @@ def momentum_error(result: Result) -> float:
 def assert_sound(result: Result, between: int) -> None:
     """Assert that a break ended by itself, that nothing overlapped and no energy came in."""
     assert result.status is Status.REST, f"{result.status}: {result.reason}"
+    for unsolved in ("unsolved_contact_steps", "unsolved_joint_impacts"):
+        assert result.work[unsolved] == 0, unsolved
     worst = soundness(result, between)
     assert worst.depth <= DEEPEST, worst
     assert worst.energy_rise <= ENERGY_ROUNDING, worst

@@ -1,0 +1,108 @@
+"""Clusters: which balls press each other, and where they touch each other and cushions."""
+
+from __future__ import annotations
+
+from engine._geometry import cushion_in_contact, pair_in_contact
+from engine._jit import kernel
+from engine._motion import advance, predict_motion
+from engine._state import FIRST, FREE, SECOND, Balls, Contacts, Laws, X, Y
+
+
+@kernel
+def release(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> None:
+    """Take the contact forces off every ball of i's cluster at the instant t [s].
+
+    Contract: all of them are advanced to t, predicted anew and marked in `contacts.changed`.
+    """
+    label = contacts.cluster[i]
+    if label == FREE:
+        return
+    for k in range(len(balls.own_kind)):
+        if contacts.cluster[k] == label:
+            contacts.cluster[k] = FREE
+            for other in range(len(balls.own_kind)):
+                contacts.held[k, other] = False
+                contacts.held[other, k] = False
+            advance(balls, k, t)
+            predict_motion(balls, k, laws)
+            contacts.changed[k] = True
+
+
+@kernel
+def gather_members(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float) -> int:
+    """List the pair and all balls in contact with a listed one; return how many."""
+    release(balls, laws, contacts, i, t)
+    if j >= 0:
+        release(balls, laws, contacts, j, t)
+    contacts.member[0] = i
+    members, m = 1, 0
+    _join(balls, laws, contacts, i, i, t)
+    if j != i and j >= 0:
+        contacts.member[1] = j
+        members = 2
+        _join(balls, laws, contacts, j, i, t)
+    while m < members:
+        k = contacts.member[m]
+        for other in range(len(balls.own_kind)):
+            if contacts.cluster[other] == i:
+                continue
+            if pair_in_contact(balls, k, other, t):
+                release(balls, laws, contacts, other, t)
+                _join(balls, laws, contacts, other, i, t)
+                contacts.member[members] = other
+                members += 1
+        m += 1
+    _sort(balls, contacts, members)
+    return members
+
+
+@kernel
+def _sort(balls: Balls, contacts: Contacts, members: int) -> None:
+    """Put the members in the order of their places, so that their numbering doesn't matter."""
+    for m in range(1, members):
+        k, place = contacts.member[m], m
+        while place > 0 and _stands_before(balls, k, contacts.member[place - 1]):
+            contacts.member[place] = contacts.member[place - 1]
+            place -= 1
+        contacts.member[place] = k
+
+
+@kernel
+def _stands_before(balls: Balls, i: int, j: int) -> bool:
+    same = balls.state[X, i] == balls.state[X, j]
+    below = same and balls.state[Y, i] < balls.state[Y, j]
+    return bool(balls.state[X, i] < balls.state[X, j] or below)
+
+
+@kernel
+def _join(balls: Balls, laws: Laws, contacts: Contacts, k: int, label: int, t: float) -> None:
+    advance(balls, k, t)
+    predict_motion(balls, k, laws)
+    contacts.cluster[k] = label
+    contacts.changed[k] = True
+
+
+@kernel
+def gather_contacts(
+    balls: Balls, laws: Laws, contacts: Contacts, members: int, i: int, j: int, t: float
+) -> int:
+    """List the contacts of the members with each other and with cushions; return how many."""
+    count = 0
+    for m in range(members):
+        k = contacts.member[m]
+        for other in range(m + 1, members):
+            partner = contacts.member[other]
+            seed = (k == i and partner == j) or (k == j and partner == i)
+            if seed or pair_in_contact(balls, k, partner, t):
+                contacts.ends[FIRST, count] = k
+                contacts.ends[SECOND, count] = partner
+                contacts.held[k, partner] = True
+                contacts.held[partner, k] = True
+                count += 1
+        for cushion in range(4):
+            seed = k == i and j == -1 - cushion
+            if seed or cushion_in_contact(balls, k, laws, cushion):
+                contacts.ends[FIRST, count] = k
+                contacts.ends[SECOND, count] = -1 - cushion
+                count += 1
+    return count
