@@ -43,13 +43,14 @@ test: $(READY)  ## fast tests, compiled
 	$(PYTEST)
 
 test-slow: $(READY)  ## the tests that take long
-	$(PYTEST) -m slow
+	$(PYTEST) -m slow --numprocesses $(JOBS)
 
 test-nojit: $(READY)  ## fast tests without compilation, with coverage
-	NUMBA_DISABLE_JIT=1 $(PYTEST) -m "not slow and not compiled" --cov --cov-report=term
+	NUMBA_DISABLE_JIT=1 $(PYTEST) --numprocesses $(JOBS) --dist loadfile \
+		-m "not slow and not compiled" --cov --cov-report=term
 
 test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
-	NUMBA_BOUNDSCHECK=1 $(PYTEST) tests/engine tests/reference_adapters
+	NUMBA_BOUNDSCHECK=1 $(PYTEST) --numprocesses $(JOBS) tests/engine tests/reference_adapters
 
 lint: $(READY)  ## ruff: rules and format
 	$(BIN)/ruff check
