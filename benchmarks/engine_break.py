@@ -22,7 +22,16 @@ from validation.environment import describe_environment
 from validation.library import find_scene
 
 RESULTS = Path(__file__).parent / "results"
-DEFAULT_SCENES = ("break-16", "break-16@8", "break-8", "break-7", "galperin-3")
+DEFAULT_SCENES = (
+    "break-16",
+    "break-16@8",
+    "break-8",
+    "break-7",
+    "galperin-3",
+    "pool-break-9",
+    "frozen-break",
+    "push",
+)
 ROUNDS = 200
 
 
