@@ -8,7 +8,14 @@ from __future__ import annotations
 import math
 
 from engine._contact_answer import accelerate, slack, stopping, turns_little
-from engine._geometry import contact_tolerance, cushion_gap, cushion_side, gap_rounding, grip
+from engine._geometry import (
+    contact_tolerance,
+    cushion_gap,
+    cushion_side,
+    gap_rounding,
+    grip,
+    reduced_mass,
+)
 from engine._jit import kernel
 from engine._state import (
     ALONG,
@@ -194,9 +201,7 @@ def _mass(balls: Balls, contacts: Contacts, c: int) -> float:
     """Reduced mass of contact c [kg]; a cushion's is infinite."""
     a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
     mass: float = balls.state[MASS, a]
-    if b >= 0:
-        mass *= balls.state[MASS, b] / (balls.state[MASS, a] + balls.state[MASS, b])
-    return mass
+    return reduced_mass(mass, balls.state[MASS, b]) if b >= 0 else mass
 
 
 @kernel

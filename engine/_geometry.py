@@ -59,6 +59,12 @@ def relative_motion(
 
 
 @kernel
+def reduced_mass(a: float, b: float) -> float:
+    """Return a b / (a + b) [kg]: the same bits for (b, a), and neither over- nor underflow."""
+    return min(a, b) * (max(a, b) / (a + b))
+
+
+@kernel
 def at_rest(balls: Balls, i: int) -> bool:
     """Whether the centre of ball i rests, and stays so if nothing hits it."""
     slides = balls.state[PHASE, i] == SLIDING and balls.state[SLIDE, i] > 0.0

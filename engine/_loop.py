@@ -18,7 +18,7 @@ from engine._impact import bounce, bounce_in_corner, collide_balls
 from engine._jit import kernel
 from engine._motion import advance, come_to_rest, predict_motion, start_rolling
 from engine._pairs import IMPACT, NOT_YET, earliest, touching, update_ball
-from engine._press import press, press_on
+from engine._press import end_step, press, press_again
 from engine._state import (
     AX,
     AY,
@@ -184,7 +184,8 @@ def _resolve_own(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float,
         else:
             _note_event(_SLIDE_TO_ROLL, i, -1, t, log)
     elif kind == OWN_CONTACT:
-        press_on(balls, laws, contacts, i, t, log.counters)
+        end_step(contacts, i)
+        press_again(balls, laws, contacts, t, log.counters)
         return
     else:
         cushion = kind - OWN_CUSHION
@@ -194,7 +195,8 @@ def _resolve_own(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float,
             press(balls, laws, contacts, i, partner, t, True, log.counters)
             return
         _resolve_cushion(balls, laws, i, cushion, t, log)
-    _predict_anew(balls, laws, contacts, i, t, log)
+    _predict_anew(balls, laws, contacts, i)
+    press_again(balls, laws, contacts, t, log.counters)
 
 
 @kernel
@@ -280,12 +282,16 @@ def _resolve_pairs(
             k = contacts.hits[row, c]
             if contacts.motion[DEGREE, k] > 0.0:
                 contacts.motion[DEGREE, k] = 0.0
-                _predict_anew(balls, laws, contacts, k, t, log)
+                _predict_anew(balls, laws, contacts, k)
+    press_again(balls, laws, contacts, t, log.counters)
 
 
 @kernel
-def _predict_anew(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float, log: Log) -> None:
-    """Predict ball i, whose velocity an event set; so the contact step that it was in ends."""
+def _predict_anew(balls: Balls, laws: Laws, contacts: Contacts, i: int) -> None:
+    """Predict ball i, whose velocity an event set; so the contact step that it was in ends.
+
+    Contract: `press_again` follows, after all balls of the event.
+    """
     contacts.motion[STEP, i] = 0.0
     if not at_rest(balls, i):
         contacts.motion[MOVED, i] = 1.0
@@ -293,7 +299,7 @@ def _predict_anew(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float
         predict_motion(balls, i, laws)
         contacts.changed[i] = True
     else:
-        press_on(balls, laws, contacts, i, t, log.counters)
+        end_step(contacts, i)
 
 
 @kernel

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from engine._geometry import cushion_gap, cushion_in_contact, cushion_side
+from engine._geometry import cushion_gap, cushion_side
 from engine._jit import kernel
 from engine._state import (
     AX,
@@ -204,7 +204,7 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
     balls.state[PHASE, i] = ROLLING
     duration = speed / deceleration if deceleration > 0.0 else math.inf
     balls.own_kind[i] = OWN_REST
-    predict_cushion(balls, i, laws, duration, False)
+    predict_cushion(balls, i, laws, duration, 0)
 
 
 @kernel
@@ -224,24 +224,24 @@ def _predict_slide(balls: Balls, i: int, laws: Laws) -> bool:
     balls.state[BY, i] = -2.5 * ax / radius
     balls.own_kind[i] = OWN_ROLL
     duration = size / (3.5 * balls.state[SLIDE, i]) if balls.state[SLIDE, i] > 0.0 else math.inf
-    predict_cushion(balls, i, laws, duration, False)
+    predict_cushion(balls, i, laws, duration, 0)
     return True
 
 
 @kernel
-def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, pressed: bool) -> None:
+def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, held: int) -> None:
     """Set the own event of ball i: a cushion reached within `duration` [s], else that end.
 
-    Contract: `own_kind` holds what happens at the end of `duration`. For a ball that a contact step
-    presses, a cushion that it is in contact with is left out: the step holds it. An end that the
-    clock can't tell from now comes first, so that a ball that has all but stopped does stop.
+    Contract: `own_kind` holds what happens at the end of `duration`. A cushion whose bit is set in
+    `held` is left out: a contact step holds the ball off it. An end that the clock can't tell from
+    now comes first, so that a ball that has all but stopped does stop.
     """
     if duration <= TIME_ROUNDING * balls.state[EPOCH, i]:
         balls.state[OWN_TIME, i] = balls.state[EPOCH, i]
         return
     for cushion in range(4):
         nx, ny, line = cushion_side(laws, cushion)
-        if math.isinf(line) or (pressed and cushion_in_contact(balls, i, laws, cushion)):
+        if math.isinf(line) or held >> cushion & 1:
             continue
         gap = cushion_gap(
             balls.state[X, i], balls.state[Y, i], balls.state[RADIUS, i], laws, cushion

@@ -44,7 +44,6 @@ from engine._state import (
     CONTACT_STEPS,
     FIRST,
     FORCE,
-    FREE,
     MASS,
     MOVED,
     NEW_AX,
@@ -88,22 +87,29 @@ _FIRST_STEP = 2.0**-6
 
 
 @kernel
-def press_on(
-    balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float, counters: IntArray
-) -> None:
-    """End the contact step of ball i's cluster at the instant t [s]; start another if it presses.
-
-    The cluster is judged as a whole: in a chain, the ball behind may be all that presses the two in
-    front together, so that no pair of free balls would show it.
-
-    Contract: as `press`, for every ball that belonged to the cluster.
-    """
+def end_step(contacts: Contacts, i: int) -> None:
+    """Mark in `contacts.again` every ball of ball i's cluster, whose contact step ends."""
     label = contacts.cluster[i]
+    for k in range(len(contacts.cluster)):
+        if contacts.cluster[k] == label:
+            contacts.again[k] = True
+
+
+@kernel
+def press_again(balls: Balls, laws: Laws, contacts: Contacts, t: float, counters: IntArray) -> None:
+    """End the contact steps of all balls marked in `contacts.again`; start others if they press.
+
+    Clusters are judged as wholes, and all of them that an event changed at once: in a chain, the
+    ball behind may be all that presses the two in front together, so that no pair of free balls
+    would show it; and of two balls that hit each other, both may belong to a cluster.
+
+    Contract: as `press`, for every ball that is marked, and unmarks it.
+    """
     for k in range(len(balls.own_kind)):
-        contacts.again[k] = contacts.cluster[k] == label
-    release(balls, laws, contacts, i, t)
+        if contacts.again[k]:
+            release(balls, laws, contacts, k, t)
     for k in range(len(balls.own_kind)):
-        if contacts.again[k] and contacts.cluster[k] == FREE:
+        if contacts.again[k]:
             press(balls, laws, contacts, k, k, t, False, counters)
 
 
@@ -125,12 +131,14 @@ def press(
     contact of i and j be held.
 
     Contract: every member is advanced to t, given its accelerations and an own event no later than
-    the step's end, and marked in `contacts.changed`; one whose slip or speed ends here because
-    what is left of it is negligible is marked in `contacts.rolled` or `contacts.stopped`. No
-    allocation: `contacts` has room.
+    the step's end, marked in `contacts.changed` and unmarked in `contacts.again`; one whose slip or
+    speed ends here because what is left of it is negligible is marked in `contacts.rolled` or
+    `contacts.stopped`. No allocation: `contacts` has room.
     """
     counters[CONTACT_STEPS] += 1
     members = gather_members(balls, laws, contacts, i, j, t)
+    for m in range(members):
+        contacts.again[contacts.member[m]] = False
     count = gather_contacts(balls, laws, contacts, members, i, j, t)
     if count == 0:
         release(balls, laws, contacts, i, t)
@@ -172,9 +180,19 @@ def press(
         if not stopping(balls, k):
             contacts.motion[MOVED, k] = 1.0
         balls.own_kind[k] = OWN_REST if _comes_to_rest(balls, k, duration) else OWN_CONTACT
-        predict_cushion(balls, k, laws, duration, True)
+        predict_cushion(balls, k, laws, duration, _held_cushions(contacts, count, k))
         contacts.motion[STEP, k] = step
         contacts.changed[k] = True
+
+
+@kernel
+def _held_cushions(contacts: Contacts, count: int, k: int) -> int:
+    """Return the cushions that the step holds ball k off, one bit each."""
+    held = 0
+    for c in range(count):
+        if contacts.ends[FIRST, c] == k and contacts.ends[SECOND, c] < 0:
+            held |= 1 << (-1 - contacts.ends[SECOND, c])
+    return held
 
 
 @kernel

@@ -105,7 +105,7 @@ class Contacts(NamedTuple):
     pressure: FloatArray  # (n, n + 4) last force of each contact with a ball or cushion [N]
     changed: BoolArray  # (n,) whether this event changed the ball's motion
     stopped: BoolArray  # (n,) whether a contact step's start stopped the ball
-    again: BoolArray  # (n,) whether the ball belonged to the cluster whose contact step ends
+    again: BoolArray  # (n,) whether the ball's cluster is to be pressed anew
     rolled: BoolArray  # (n,) whether a contact step's start ended the ball's slide
     member: IntArray  # (n,) balls of the cluster at hand
     motion: FloatArray  # (MOTION_ROWS, n): rows STEP ... below, by ball

@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import math
 
+from engine._geometry import reduced_mass
 from engine._impact import contact_normal
 from engine._jit import kernel
 from engine._motion import loosen
@@ -79,6 +80,10 @@ def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -
     Contract: all their balls are advanced to the instant of the impact, all contacts approach, and
     `contacts.motion[DEGREE]` holds how many of the contacts each ball has.
     """
+    if laws.slides:
+        for k in range(len(balls.own_kind)):
+            if contacts.motion[DEGREE, k] > 0.0:
+                loosen(balls, k)  # before anything asks how it turns
     for c in range(count):
         nx, ny = contact_normal(balls, contacts.ends[FIRST, c], contacts.ends[SECOND, c])
         contacts.forces[NX, c] = nx
@@ -90,13 +95,13 @@ def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -
     _scale(contacts, count, 1.0 + restitution)
     if laws.slides and (laws.speed_dependent or laws.ball_friction > 0.0):
         _find_friction(balls, laws, contacts, count)
-        _push(balls, contacts, count, True)
+        _push(balls, contacts, count)
         _turn(balls, contacts, count)
         for c in range(count):
             before = contacts.forces[RATE, c]
             contacts.forces[RATE, c] = _rate(balls, contacts, c) + restitution * before
         solved = _end_approach(balls, contacts, count) and solved
-    _push(balls, contacts, count, laws.slides)
+    _push(balls, contacts, count)
     return solved
 
 
@@ -124,8 +129,7 @@ def _split_mass(balls: Balls, contacts: Contacts, c: int) -> float:
     a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
     part_a = balls.state[MASS, a] / contacts.motion[DEGREE, a]
     part_b = balls.state[MASS, b] / contacts.motion[DEGREE, b]
-    mass: float = part_a * (part_b / (part_a + part_b))
-    return mass
+    return reduced_mass(part_a, part_b)
 
 
 @kernel
@@ -221,8 +225,7 @@ def _reduced_mass(balls: Balls, contacts: Contacts, c: int) -> float:
     """Reduced mass [kg] of the two balls of contact c."""
     mass_a = balls.state[MASS, contacts.ends[FIRST, c]]
     mass_b = balls.state[MASS, contacts.ends[SECOND, c]]
-    mass: float = mass_a * (mass_b / (mass_a + mass_b))
-    return mass
+    return reduced_mass(mass_a, mass_b)
 
 
 @kernel
@@ -248,12 +251,10 @@ def _gained(balls: Balls, contacts: Contacts, count: int, k: int, row: int) -> f
 
 
 @kernel
-def _push(balls: Balls, contacts: Contacts, count: int, slides: bool) -> None:
+def _push(balls: Balls, contacts: Contacts, count: int) -> None:
     """Give every ball of the group the impulses in PUSH_X and PUSH_Y."""
     for k in range(len(balls.own_kind)):
         if contacts.motion[DEGREE, k] > 0.0:
-            if slides:
-                loosen(balls, k)
             balls.state[VX, k] += _gained(balls, contacts, count, k, PUSH_X)
             balls.state[VY, k] += _gained(balls, contacts, count, k, PUSH_Y)
 

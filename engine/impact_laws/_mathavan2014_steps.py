@@ -15,6 +15,9 @@ from engine._jit import kernel
 ACCURACY = 1e-10
 """Error of one step, in units of the largest impulse that friction can reach in this impact."""
 
+SLIP_ROUNDING = 2.0**-48
+"""Error of one step, in units of the slips: their rounding, which no shorter step escapes."""
+
 
 class Contact(NamedTuple):
     """What doesn't change during the impact; b is the pressed ball; speeds over the approach."""
@@ -28,7 +31,8 @@ class Contact(NamedTuple):
     friction: float  # coefficient between the balls
     cloth: float  # coefficient between b and the cloth, times `share`
     restitution: float
-    reach: float  # the largest impulse that friction can reach; unit of the errors
+    reach: float  # the largest impulse that friction can reach
+    error: float  # that one step may make
     rolls: float  # slip on the cloth that counts as none
 
 
@@ -192,7 +196,7 @@ def _reversal(course: Course, end: Course, contact: Contact) -> float:
     if n * end_n + t * end_t >= 0.0:
         return 0.0
     jump = max(abs(end_n - n), abs(end_t - t))
-    return jump * abs(end.normal - course.normal) / (ACCURACY * contact.reach)
+    return jump * abs(end.normal - course.normal) / contact.error
 
 
 @kernel
@@ -210,4 +214,4 @@ def _relative(error: Course, end: Course, contact: Contact) -> float:
     )
     holding = max(abs(error.cloth_n), abs(error.cloth_t), abs(error.cloth_work))
     shifting = contact.friction * abs(error.normal)
-    return max(slipping, holding, shifting) / (ACCURACY * contact.reach)
+    return max(slipping, holding, shifting) / contact.error

@@ -18,6 +18,7 @@ from engine._jit import kernel
 from engine._state import Laws
 from engine.impact_laws._mathavan2014_steps import (
     ACCURACY,
+    SLIP_ROUNDING,
     Contact,
     Course,
     cloth_rates,
@@ -154,7 +155,8 @@ def _press_b(impact: BallImpact, friction: float, restitution: float) -> BallImp
     share = impact.a_mass / (impact.a_mass + impact.b_mass)
     turning_n, turning_t = impact.b_radius * impact.b_wn, impact.b_radius * impact.b_wt
     own = abs(impact.b_vn) + abs(impact.b_vt) + abs(turning_n) + abs(turning_t)
-    reach = min(friction * (1.0 + restitution), length(slip_along, slip_up) / approach)
+    slip = length(slip_along, slip_up)
+    reach = min(friction * (1.0 + restitution), slip / approach)
     contact = Contact(
         slip_along / approach,
         -slip_up / approach,
@@ -166,6 +168,7 @@ def _press_b(impact: BallImpact, friction: float, restitution: float) -> BallImp
         impact.b_cloth * share,
         restitution,
         reach,
+        ACCURACY * reach + SLIP_ROUNDING * ((slip + own) / approach),
         ROLLS * reach + ROLLING_ROUNDING * (own / approach),
     )
     course = _collide(contact)
