@@ -29,24 +29,23 @@ def release(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> N
 
 
 @kernel
-def gather_members(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int, t: float) -> int:
-    """List the pair and all balls in contact with a listed one; return how many."""
+def gather_members(
+    balls: Balls, laws: Laws, contacts: Contacts, i: int, listed: int, t: float
+) -> int:
+    """List ball i and all balls in contact with a listed one; return how many.
+
+    The first `listed` columns of `contacts.hits` are contacts too.
+    """
     release(balls, laws, contacts, i, t)
-    if j >= 0:
-        release(balls, laws, contacts, j, t)
     contacts.member[0] = i
     members, m = 1, 0
     _join(balls, laws, contacts, i, i, t)
-    if j != i and j >= 0:
-        contacts.member[1] = j
-        members = 2
-        _join(balls, laws, contacts, j, i, t)
     while m < members:
         k = contacts.member[m]
         for other in range(len(balls.own_kind)):
             if contacts.cluster[other] == i:
                 continue
-            if pair_in_contact(balls, k, other, t):
+            if pair_in_contact(balls, k, other, t) or _is_listed(contacts, listed, k, other):
                 release(balls, laws, contacts, other, t)
                 _join(balls, laws, contacts, other, i, t)
                 contacts.member[members] = other
@@ -54,6 +53,16 @@ def gather_members(balls: Balls, laws: Laws, contacts: Contacts, i: int, j: int,
         m += 1
     _sort(balls, contacts, members)
     return members
+
+
+@kernel
+def _is_listed(contacts: Contacts, listed: int, i: int, j: int) -> bool:
+    """Whether ball i and j, a ball or -1 minus a cushion's index, are in `contacts.hits`."""
+    for c in range(listed):
+        a, b = contacts.hits[FIRST, c], contacts.hits[SECOND, c]
+        if (a == i and b == j) or (a == j and b == i):
+            return True
+    return False
 
 
 @kernel
@@ -84,7 +93,7 @@ def _join(balls: Balls, laws: Laws, contacts: Contacts, k: int, label: int, t: f
 
 @kernel
 def gather_contacts(
-    balls: Balls, laws: Laws, contacts: Contacts, members: int, i: int, j: int, t: float
+    balls: Balls, laws: Laws, contacts: Contacts, members: int, listed: int, t: float
 ) -> int:
     """List the contacts of the members with each other and with cushions; return how many."""
     count = 0
@@ -92,16 +101,15 @@ def gather_contacts(
         k = contacts.member[m]
         for other in range(m + 1, members):
             partner = contacts.member[other]
-            seed = (k == i and partner == j) or (k == j and partner == i)
-            if seed or pair_in_contact(balls, k, partner, t):
+            if _is_listed(contacts, listed, k, partner) or pair_in_contact(balls, k, partner, t):
                 contacts.ends[FIRST, count] = k
                 contacts.ends[SECOND, count] = partner
                 contacts.held[k, partner] = True
                 contacts.held[partner, k] = True
                 count += 1
         for cushion in range(4):
-            seed = k == i and j == -1 - cushion
-            if seed or cushion_in_contact(balls, k, laws, cushion):
+            listed_here = _is_listed(contacts, listed, k, -1 - cushion)
+            if listed_here or cushion_in_contact(balls, k, laws, cushion):
                 contacts.ends[FIRST, count] = k
                 contacts.ends[SECOND, count] = -1 - cushion
                 count += 1

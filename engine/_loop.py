@@ -18,7 +18,7 @@ from engine._impact import bounce, bounce_in_corner, collide_balls
 from engine._jit import kernel
 from engine._motion import advance, come_to_rest, predict_motion, start_rolling
 from engine._pairs import IMPACT, NOT_YET, earliest, touching, update_ball
-from engine._press import end_step, press, press_again
+from engine._press import end_step, press_again, press_listed
 from engine._state import (
     AX,
     AY,
@@ -123,8 +123,7 @@ def run(balls: Balls, laws: Laws, contacts: Contacts, pairs: Pairs, log: Log, li
             if verdict == IMPACT:
                 _resolve_pairs(balls, laws, contacts, count, t, log)
             else:
-                first, second = contacts.hits[FIRST, 0], contacts.hits[SECOND, 0]
-                press(balls, laws, contacts, first, second, t, True, log.counters)
+                press_listed(balls, laws, contacts, count, t, log.counters)
         log.clock[NOW] = t
 
         # Predict anew: every bound of a ball whose motion changed is void.
@@ -192,7 +191,9 @@ def _resolve_own(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float,
         advance(balls, i, t)
         partner = _pressed_against(balls, laws, i, cushion, t)
         if partner != i:
-            press(balls, laws, contacts, i, partner, t, True, log.counters)
+            contacts.hits[FIRST, 0] = i
+            contacts.hits[SECOND, 0] = partner
+            press_listed(balls, laws, contacts, 1, t, log.counters)
             return
         _resolve_cushion(balls, laws, i, cushion, t, log)
     _predict_anew(balls, laws, contacts, i)

@@ -93,8 +93,8 @@ def touching(
     """Judge every pair whose bound is the instant t [s]: a verdict, and how many pairs it is about.
 
     IMPACT, for all pairs that approach, or for the fastest of them where impacts are sequential;
-    else PRESSED, for one pair; else NOT_YET, when all those bounds have moved on. The pairs are in
-    the first columns of `contacts.hits`, the lower index first.
+    else PRESSED; else NOT_YET, when all those bounds have moved on. The pairs are in the first
+    columns of `contacts.hits`, the lower index first.
 
     Notes
     -----
@@ -102,8 +102,7 @@ def touching(
     plastic hit on a frozen line) then die out like a relaxation of the whole line, not of its end
     over and over.
     """
-    count, fastest = 0, 0.0
-    pressed_i, pressed_j = -1, -1
+    count, pressed, fastest = 0, 0, 0.0
     n = len(pairs.row_least)
     for i in range(n):
         if pairs.row_least[i] > t:
@@ -117,22 +116,28 @@ def touching(
                 own = min(balls.state[OWN_TIME, i], balls.state[OWN_TIME, j])
                 pairs.bound[i, j] = bound if bound <= own else math.inf
             elif verdict == PRESSED:
-                pressed_i, pressed_j = i, j
+                # From the other end, out of the way of impacts.
+                pressed += 1
+                _list_hit(contacts, contacts.hits.shape[1] - pressed, i, j)
             elif laws.simultaneous or speed > fastest:
                 count = count + 1 if laws.simultaneous else 1
                 fastest = max(speed, fastest)
-                contacts.hits[FIRST, count - 1] = min(i, j)
-                contacts.hits[SECOND, count - 1] = max(i, j)
+                _list_hit(contacts, count - 1, i, j)
         _rescan(pairs, i)
     if count > 0:
         if laws.simultaneous:
             count = _join_ties(balls, contacts, pairs, t, fastest, count)
         return IMPACT, count
-    if pressed_i >= 0:
-        contacts.hits[FIRST, 0] = min(pressed_i, pressed_j)
-        contacts.hits[SECOND, 0] = max(pressed_i, pressed_j)
-        return PRESSED, 1
-    return NOT_YET, 0
+    for c in range(pressed):
+        last = contacts.hits.shape[1] - 1 - c
+        _list_hit(contacts, c, contacts.hits[FIRST, last], contacts.hits[SECOND, last])
+    return (PRESSED, pressed) if pressed > 0 else (NOT_YET, 0)
+
+
+@kernel
+def _list_hit(contacts: Contacts, c: int, i: int, j: int) -> None:
+    contacts.hits[FIRST, c] = min(i, j)
+    contacts.hits[SECOND, c] = max(i, j)
 
 
 @kernel
@@ -161,8 +166,7 @@ def _join_ties(
                 continue
             verdict, _, _ = _touch(balls, i, j, t, tie_rounding(balls, i, j, t))
             if verdict == IMPACT:
-                contacts.hits[FIRST, count] = min(i, j)
-                contacts.hits[SECOND, count] = max(i, j)
+                _list_hit(contacts, count, i, j)
                 count += 1
     return count
 

@@ -26,16 +26,19 @@ import math
 
 from engine._clusters import gather_contacts, gather_members, release
 from engine._contact_answer import keep_still, settle, stopping, time_to_change
-from engine._contact_force import SWEEPS, gap_after, solve
+from engine._contact_force import gap_after, solve
 from engine._geometry import (
     at_rest,
+    capture_height,
     contact_tolerance,
     grip,
     negligible_hop,
 )
 from engine._jit import kernel
 from engine._motion import loosen, predict_cushion, predict_motion, speed_of
+from engine._plastic import end_approach, gained, gap_rate, sum_at
 from engine._state import (
+    ANSWERING,
     AX,
     AY,
     BX,
@@ -50,10 +53,15 @@ from engine._state import (
     NEW_AY,
     NEW_BX,
     NEW_BY,
+    NX,
+    NY,
     OWN_CONTACT,
     OWN_REST,
     PHASE,
+    PUSH_X,
+    PUSH_Y,
     RADIUS,
+    RATE,
     SECOND,
     SLIDE,
     SLIDING,
@@ -103,32 +111,47 @@ def press_again(balls: Balls, laws: Laws, contacts: Contacts, t: float, counters
     ball behind may be all that presses the two in front together, so that no pair of free balls
     would show it; and of two balls that hit each other, both may belong to a cluster.
 
-    Contract: as `press`, for every ball that is marked, and unmarks it.
+    Contract: as `_press`, for every ball that is marked.
     """
     for k in range(len(balls.own_kind)):
         if contacts.again[k]:
             release(balls, laws, contacts, k, t)
     for k in range(len(balls.own_kind)):
         if contacts.again[k]:
-            press(balls, laws, contacts, k, k, t, False, counters)
+            _press(balls, laws, contacts, k, 0, t, counters)
 
 
 @kernel
-def press(
+def press_listed(
+    balls: Balls, laws: Laws, contacts: Contacts, listed: int, t: float, counters: IntArray
+) -> None:
+    """Press the first `listed` contacts of `contacts.hits`, together with all that they belong to.
+
+    FIRST is a ball, SECOND a ball or -1 minus the index of a cushion.
+
+    Contract: as `press_again`, for every ball in contact with them.
+    """
+    for c in range(listed):
+        contacts.again[contacts.hits[FIRST, c]] = True
+    for c in range(listed):
+        if contacts.again[contacts.hits[FIRST, c]]:
+            _press(balls, laws, contacts, contacts.hits[FIRST, c], listed, t, counters)
+
+
+@kernel
+def _press(
     balls: Balls,
     laws: Laws,
     contacts: Contacts,
     i: int,
-    j: int,
+    listed: int,
     t: float,
-    insist: bool,
     counters: IntArray,
 ) -> None:
-    """Start a contact step, at the instant t [s], for the cluster that balls i and j belong to.
+    """Start a contact step, at the instant t [s], for the cluster that ball i belongs to.
 
-    j may be -1 minus the index of a cushion, or i: whatever ball i is in contact with. Where no
-    force turns out to be needed, the balls are free again, unless the caller insists that the
-    contact of i and j be held.
+    The first `listed` contacts of `contacts.hits` are held, close or not. Where none is listed, and
+    no force turns out to be needed, the balls are free again.
 
     Contract: every member is advanced to t, given its accelerations and an own event no later than
     the step's end, marked in `contacts.changed` and unmarked in `contacts.again`; one whose slip or
@@ -136,10 +159,10 @@ def press(
     `contacts.stopped`. No allocation: `contacts` has room.
     """
     counters[CONTACT_STEPS] += 1
-    members = gather_members(balls, laws, contacts, i, j, t)
+    members = gather_members(balls, laws, contacts, i, listed, t)
     for m in range(members):
         contacts.again[contacts.member[m]] = False
-    count = gather_contacts(balls, laws, contacts, members, i, j, t)
+    count = gather_contacts(balls, laws, contacts, members, listed, t)
     if count == 0:
         release(balls, laws, contacts, i, t)
         return
@@ -164,7 +187,7 @@ def press(
         counters[UNSOLVED_STEPS] += 1
     for m in range(members):
         keep_still(balls, contacts, contacts.member[m], duration)
-    if not _moves(balls, contacts, members) or not (insist or _any_force(contacts, count)):
+    if not _moves(balls, contacts, members) or not (listed > 0 or _any_force(contacts, count)):
         release(balls, laws, contacts, i, t)
         return
     for m in range(members):
@@ -245,48 +268,75 @@ def _comes_to_rest(balls: Balls, k: int, duration: float) -> bool:
 def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int) -> bool:
     """Take away what approach is left at the contacts, plastically: each is a negligible hop.
 
-    A ball at rest stays so, since the cloth would stop it again within `CAPTURE_HEIGHT`; unless
-    that doesn't do, as for a ball that others drive like a wedge. False where it didn't do either.
+    A ball at rest stays so if the cloth would stop it again within `CAPTURE_HEIGHT`. False where no
+    impulses did it.
     """
     for m in range(members):
         k = contacts.member[m]
         # For now: that it moves. It may have been stopped at this very instant before.
         contacts.stopped[k] = contacts.stopped[k] or not at_rest(balls, k)
-    approaching = True
-    for sweep in range(SWEEPS):
-        firm = sweep < SWEEPS // 2
-        approaching = False
-        for c in range(count):
-            a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
-            nx, ny, _ = gap_after(balls, laws, contacts, c, 0.0)
-            rate = -(nx * balls.state[VX, a] + ny * balls.state[VY, a])
-            size = abs(balls.state[VX, a]) + abs(balls.state[VY, a])
-            share = 1.0  # of the change of rate, that ball a takes
-            if b >= 0:
-                rate += nx * balls.state[VX, b] + ny * balls.state[VY, b]
-                if firm and at_rest(balls, a):
-                    share = 0.0
-                elif not (firm and at_rest(balls, b)):
-                    mass_a, mass_b = _moved_mass(balls, a), _moved_mass(balls, b)
-                    share = mass_b / (mass_a + mass_b)
-                size += abs(balls.state[VX, b]) + abs(balls.state[VY, b])
-            other = b if b >= 0 else a
-            height = _RESIDUE * contact_tolerance(balls, a, other)
-            residue = negligible_hop(rate, max(grip(balls, a), grip(balls, other)), height)
-            if rate >= -APPROACH_ROUNDING * size or residue:
-                continue
-            approaching = True
-            balls.state[VX, a] += share * rate * nx
-            balls.state[VY, a] += share * rate * ny
-            if b >= 0:
-                balls.state[VX, b] -= (1.0 - share) * rate * nx
-                balls.state[VY, b] -= (1.0 - share) * rate * ny
-        if not approaching:
-            break
+    if not _approaches(balls, laws, contacts, count):
+        solved = True
+    else:
+        _let_answer(balls, contacts, members, True)
+        solved = end_approach(contacts, count)
+        if not _absorbs(balls, contacts, members, count):
+            _let_answer(balls, contacts, members, False)
+            solved = end_approach(contacts, count)
+        for m in range(members):
+            k = contacts.member[m]
+            balls.state[VX, k] += gained(contacts, count, k, PUSH_X)
+            balls.state[VY, k] += gained(contacts, count, k, PUSH_Y)
     for m in range(members):
         k = contacts.member[m]
         contacts.stopped[k] = contacts.stopped[k] and at_rest(balls, k)
-    return not approaching
+    return solved
+
+
+@kernel
+def _approaches(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> bool:
+    """Whether any contact approaches by more than is left to its force; set normals and rates."""
+    found = False
+    for c in range(count):
+        a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+        nx, ny, _ = gap_after(balls, laws, contacts, c, 0.0)
+        contacts.forces[NX, c] = nx
+        contacts.forces[NY, c] = ny
+        rate = gap_rate(balls, contacts, c)
+        contacts.forces[RATE, c] = rate
+        size = abs(balls.state[VX, a]) + abs(balls.state[VY, a])
+        if b >= 0:
+            size += abs(balls.state[VX, b]) + abs(balls.state[VY, b])
+        other = b if b >= 0 else a
+        height = _RESIDUE * contact_tolerance(balls, a, other)
+        residue = negligible_hop(rate, max(grip(balls, a), grip(balls, other)), height)
+        found = found or (rate < -APPROACH_ROUNDING * size and not residue)
+    return found
+
+
+@kernel
+def _let_answer(balls: Balls, contacts: Contacts, members: int, firm: bool) -> None:
+    """Set with which mass each member answers to impulses; `firm`: one at rest doesn't."""
+    for m in range(members):
+        k = contacts.member[m]
+        stays = firm and at_rest(balls, k)
+        contacts.motion[ANSWERING, k] = math.inf if stays else _moved_mass(balls, k)
+
+
+@kernel
+def _absorbs(balls: Balls, contacts: Contacts, members: int, count: int) -> bool:
+    """Whether the cloth takes the impulses on members at rest, each within `CAPTURE_HEIGHT`."""
+    for m in range(members):
+        k = contacts.member[m]
+        if not at_rest(balls, k):
+            continue
+        pushed = speed_of(
+            sum_at(contacts, count, k, PUSH_X, -1.0), sum_at(contacts, count, k, PUSH_Y, -1.0)
+        )
+        height = capture_height(balls, k, k)
+        if not negligible_hop(pushed / balls.state[MASS, k], grip(balls, k), height):
+            return False
+    return True
 
 
 @kernel

@@ -130,7 +130,8 @@ NEW_BY = 11
 YIELD = 12  # acceleration of a member over a force on it [1/kg]; 0: the cloth holds it
 DEEP = 13  # 1: a member that overlaps another by most of the tolerance
 MOVED = 14  # 1: the ball has moved, by more than creeping, since it last came to rest
-MOTION_ROWS = 15
+ANSWERING = 15  # mass with which the ball answers to an impulse [kg]; inf: it stays
+MOTION_ROWS = 16
 
 # Rows of `Contacts.ends` and `Contacts.hits`.
 FIRST = 0
