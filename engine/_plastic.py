@@ -1,0 +1,209 @@
+"""Plastic impulses: the least that end every approach of a group of contacts at once.
+
+Those of joint impacts (`_together`), and of what approach is left where a contact step starts
+(`_press`). All contacts are treated alike, and every sum over them is taken in an order of its own
+terms, so that the result has the symmetry of the scene to the last bit, and doesn't depend on the
+order of the balls.
+"""
+
+from __future__ import annotations
+
+import math
+
+from engine._geometry import reduced_mass
+from engine._jit import kernel
+from engine._state import (
+    ACTIVE,
+    ANSWERING,
+    DIRECTION,
+    FIRST,
+    FORCE,
+    LEFT_OVER,
+    NX,
+    NY,
+    PRODUCT,
+    PUSH_X,
+    PUSH_Y,
+    RATE,
+    SCALED,
+    SECOND,
+    TERM,
+    VX,
+    VY,
+    Balls,
+    Contacts,
+)
+from engine._tolerances import EPS
+
+_ROUNDS = 32
+"""Most choices of the contacts that have to push; two or three do."""
+
+_STEPS_PER_CONTACT = 4
+"""Most steps of conjugate gradients, in units of the contacts; one each does but for rounding."""
+
+_RESIDUE = 64.0 * EPS
+"""Approach, in units of the fastest, that rounding may leave a contact that doesn't push."""
+
+
+@kernel
+def end_approach(contacts: Contacts, count: int) -> bool:
+    """Find the impulses [N s] after which no contact approaches, and none where one parts.
+
+    In FORCE their sizes, in PUSH_X and PUSH_Y the vectors, on the second ball of each contact.
+    Contacts that would have to pull are left out, and come back if they approach without. False
+    where no choice of them did; none such has been seen.
+
+    Contract: the contacts are the first `count` of `contacts.ends`, with NX, NY and RATE set, and
+    ANSWERING of each of their balls.
+    """
+    fastest = 0.0
+    for c in range(count):
+        contacts.forces[ACTIVE, c] = 1.0
+        fastest = max(fastest, -contacts.forces[RATE, c])
+    for _ in range(_ROUNDS):
+        _end_active_approach(contacts, count, fastest)
+        changed = False
+        for c in range(count):
+            if contacts.forces[FORCE, c] < 0.0:
+                contacts.forces[ACTIVE, c] = 0.0
+                changed = True
+        if not changed:
+            _apply(contacts, count, FORCE, PRODUCT)
+            for c in range(count):
+                left = contacts.forces[RATE, c] + contacts.forces[PRODUCT, c]
+                if contacts.forces[ACTIVE, c] == 0.0 and left < -_RESIDUE * fastest:
+                    contacts.forces[ACTIVE, c] = 1.0
+                    changed = True
+        if not changed:
+            return True
+    for c in range(count):
+        contacts.forces[FORCE, c] = max(0.0, contacts.forces[FORCE, c])
+    _apply(contacts, count, FORCE, PRODUCT)
+    return False
+
+
+@kernel
+def _end_active_approach(contacts: Contacts, count: int, fastest: float) -> None:
+    """Find in FORCE the impulses that end the approach of just the active contacts.
+
+    Conjugate gradients (Hestenes and Stiefel 1952), scaled by each contact's own mass: few steps
+    whatever the masses, and the same arithmetic for every contact.
+    """
+    for c in range(count):
+        active = contacts.forces[ACTIVE, c]
+        contacts.forces[FORCE, c] = 0.0
+        contacts.forces[LEFT_OVER, c] = -active * contacts.forces[RATE, c]
+        scaled = _reduced_mass(contacts, c) * contacts.forces[LEFT_OVER, c]
+        contacts.forces[SCALED, c] = scaled
+        contacts.forces[DIRECTION, c] = scaled
+    gain = _dot(contacts, count, LEFT_OVER, SCALED)
+    for _ in range(_STEPS_PER_CONTACT * count):
+        _apply(contacts, count, DIRECTION, PRODUCT)
+        curvature = _dot(contacts, count, DIRECTION, PRODUCT)
+        if not curvature > 0.0:
+            return
+        step = gain / curvature
+        worst = 0.0
+        for c in range(count):
+            if contacts.forces[ACTIVE, c] == 1.0:
+                contacts.forces[FORCE, c] += step * contacts.forces[DIRECTION, c]
+                contacts.forces[LEFT_OVER, c] -= step * contacts.forces[PRODUCT, c]
+                worst = max(worst, abs(contacts.forces[LEFT_OVER, c]))
+        if worst <= EPS * fastest:
+            return
+        for c in range(count):
+            mass = _reduced_mass(contacts, c)
+            contacts.forces[SCALED, c] = mass * contacts.forces[LEFT_OVER, c]
+        previous, gain = gain, _dot(contacts, count, LEFT_OVER, SCALED)
+        for c in range(count):
+            onward = gain / previous * contacts.forces[DIRECTION, c]
+            contacts.forces[DIRECTION, c] = contacts.forces[SCALED, c] + onward
+
+
+@kernel
+def _apply(contacts: Contacts, count: int, row: int, result: int) -> None:
+    """Put in `result` how impulses in `row` change each contact's rate; their vectors in PUSH_*."""
+    for c in range(count):
+        contacts.forces[PUSH_X, c] = contacts.forces[row, c] * contacts.forces[NX, c]
+        contacts.forces[PUSH_Y, c] = contacts.forces[row, c] * contacts.forces[NY, c]
+    for c in range(count):
+        a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+        gained_x = gained(contacts, count, b, PUSH_X)
+        gained_y = gained(contacts, count, b, PUSH_Y)
+        gained_x -= gained(contacts, count, a, PUSH_X)
+        gained_y -= gained(contacts, count, a, PUSH_Y)
+        change = contacts.forces[NX, c] * gained_x + contacts.forces[NY, c] * gained_y
+        contacts.forces[result, c] = change
+
+
+@kernel
+def _reduced_mass(contacts: Contacts, c: int) -> float:
+    """Reduced mass [kg] of what answers at contact c; 0 where nothing does."""
+    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    mass_a = contacts.motion[ANSWERING, a]
+    mass_b = contacts.motion[ANSWERING, b] if b >= 0 else math.inf
+    if math.isinf(mass_a):
+        mass_a, mass_b = mass_b, mass_a
+    if math.isinf(mass_a):
+        return 0.0
+    return mass_a if math.isinf(mass_b) else reduced_mass(mass_a, mass_b)
+
+
+@kernel
+def _dot(contacts: Contacts, count: int, row: int, other: int) -> float:
+    """Sum of the products of two rows, from small to large: in no order of the contacts."""
+    for c in range(count):
+        term, place = contacts.forces[row, c] * contacts.forces[other, c], c
+        while place > 0 and contacts.forces[TERM, place - 1] > term:
+            contacts.forces[TERM, place] = contacts.forces[TERM, place - 1]
+            place -= 1
+        contacts.forces[TERM, place] = term
+    total = 0.0
+    for place in range(count):
+        total += contacts.forces[TERM, place]
+    return total
+
+
+@kernel
+def gained(contacts: Contacts, count: int, k: int, row: int) -> float:
+    """Velocity [m/s] that the impulses in `row` give ball k; a cushion, k < 0, stays."""
+    if k < 0:
+        return 0.0
+    gain: float = sum_at(contacts, count, k, row, -1.0) / contacts.motion[ANSWERING, k]
+    return gain
+
+
+@kernel
+def gap_rate(balls: Balls, contacts: Contacts, c: int) -> float:
+    """Rate of the gap of contact c [m/s]: negative where the two approach."""
+    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    vx, vy = -balls.state[VX, a], -balls.state[VY, a]
+    if b >= 0:
+        vx, vy = balls.state[VX, b] + vx, balls.state[VY, b] + vy
+    rate: float = contacts.forces[NX, c] * vx + contacts.forces[NY, c] * vy
+    return rate
+
+
+@kernel
+def sum_at(contacts: Contacts, count: int, k: int, row: int, on_first: float) -> float:
+    """Sum a row of `contacts.forces` over the contacts of ball k, where it is first, `on_first` x.
+
+    The terms of each sign are added from small to large, and then both sums: that doesn't depend on
+    the order of the contacts, and if all terms change sign, so does the sum.
+    """
+    terms = 0
+    for c in range(count):
+        if contacts.ends[FIRST, c] == k or contacts.ends[SECOND, c] == k:
+            first = contacts.ends[FIRST, c] == k
+            term = on_first * contacts.forces[row, c] if first else contacts.forces[row, c]
+            place = terms
+            while place > 0 and abs(contacts.forces[TERM, place - 1]) > abs(term):
+                contacts.forces[TERM, place] = contacts.forces[TERM, place - 1]
+                place -= 1
+            contacts.forces[TERM, place] = term
+            terms += 1
+    positive, negative = 0.0, 0.0
+    for place in range(terms):
+        positive += max(contacts.forces[TERM, place], 0.0)
+        negative += min(contacts.forces[TERM, place], 0.0)
+    return positive + negative
