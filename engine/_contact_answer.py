@@ -1,8 +1,9 @@
 """How a member of a pressed cluster answers to the forces on it, over one contact step.
 
 The cloth acts too. A member that rolls is given the friction with which it goes on rolling, so that
-it reacts with 7/5 of its mass, for as long as that is within the limit of sliding friction; beyond,
-and where it slides, that limit acts against the slip at mid-step.
+it reacts with 7/5 of its mass, for as long as that is within the limit of sliding friction (or of
+rolling friction, if that is greater: what resists rolling also keeps the ball from slipping);
+beyond, and where it slides, sliding friction acts against the slip at mid-step.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: f
     dux, duy = fx - radius * gy, fy + radius * gx
     cx, cy = -(ux / duration + dux) / 3.5, -(uy / duration + duy) / 3.5
     size = speed_of(cx, cy)
-    rolls = ux == 0.0 and uy == 0.0 and size <= balls.state[SLIDE, k]
+    rolls = ux == 0.0 and uy == 0.0 and size <= grip(balls, k)
     contacts.motion[SLIPS, k] = 0.0 if rolls else 1.0
     if rolls:
         contacts.motion[YIELD, k] /= 1.4

@@ -72,11 +72,18 @@ _RUBBING_CUSHIONS = CUSHION_LAW_NAMES.index("frictional")
 
 @kernel
 def solve(
-    balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int, duration: float
+    balls: Balls,
+    laws: Laws,
+    contacts: Contacts,
+    members: int,
+    count: int,
+    duration: float,
+    rubs: bool,
 ) -> bool:
     """Find forces that close every gap at the end of a step; False where the step is too long.
 
-    Complementarity: a force is never negative, and is 0 where the gap opens. Friction follows it.
+    Complementarity: a force is never negative, and is 0 where the gap opens. Friction follows it,
+    unless the contacts don't rub.
     """
     for m in range(members):
         k = contacts.member[m]
@@ -110,7 +117,7 @@ def solve(
             # To and fro, so that a push runs down a whole line of balls in a sweep, and back.
             c = place if sweep % 2 == 0 else count - 1 - place
             _hold(balls, laws, contacts, c, duration)
-            change = _rub(balls, laws, contacts, c, duration)
+            change = _rub(balls, laws, contacts, c, duration) if rubs else 0.0
             a, b = _ends(contacts, c)
             moved = duration * duration * change / _mass(balls, contacts, c)
             steady = steady and moved <= slack(balls, a, b, duration)

@@ -78,11 +78,16 @@ from engine._state import (
     IntArray,
     Laws,
 )
-from engine._tolerances import APPROACH_ROUNDING, EPS
+from engine._tolerances import APPROACH_ROUNDING, EPS, TIME_ROUNDING
 
-_HALVINGS = 100
-"""Most halvings of a step; a step that none of them makes solvable is taken all the same, and
-counted in `work["unsolved_contact_steps"]`. None has been seen."""
+_SHORTEST = 2.0**-26
+"""Shortest step, in units of the time to go one radius at what the cloth can give.
+
+About 2 ns for pool balls. A contact that rubs by much, where masses differ by much, may jam: no
+forces but shocks are then a solution. Shorter steps only make the forces greater, and the work that
+they do on what rounding leaves of the gaps. The friction of the contacts is left out of such a step
+and it is counted in `work["unsolved_contact_steps"]`.
+"""
 
 _RESIDUE = 2.0**-20
 """Hop, in units of a negligible one, left to the contact force: a thousandth of its speed."""
@@ -172,16 +177,18 @@ def _press(
             contacts.rolled[k] = True
             predict_motion(balls, k, laws)
     stopped = _stop_approach(balls, laws, contacts, members, count)
-    step = _next_step(balls, contacts, members)
-    duration = step
+    fresh = _FIRST_STEP * _own_time(balls, contacts, members)
+    shortest = max(_SHORTEST * _own_time(balls, contacts, members), 4.0 * TIME_ROUNDING * t)
+    change = math.inf
     for m in range(members):
-        duration = min(duration, time_to_change(balls, contacts.member[m]))
-    solved = False
-    for _ in range(_HALVINGS):
-        solved = solve(balls, laws, contacts, members, count, duration)
-        if solved:
-            break
-        duration *= 0.5
+        change = min(change, time_to_change(balls, contacts.member[m]))
+    step = _next_step(contacts, members, fresh)
+    longest = min(step, change)
+    solved, duration = _halve(balls, laws, contacts, members, count, longest, shortest, True)
+    if not solved and laws.slides:
+        longest = min(fresh, change)
+        _, duration = _halve(balls, laws, contacts, members, count, longest, shortest, False)
+    if duration < longest:
         step = duration
     if not (solved and stopped):
         counters[UNSOLVED_STEPS] += 1
@@ -206,6 +213,27 @@ def _press(
         predict_cushion(balls, k, laws, duration, _held_cushions(contacts, count, k))
         contacts.motion[STEP, k] = step
         contacts.changed[k] = True
+
+
+@kernel
+def _halve(
+    balls: Balls,
+    laws: Laws,
+    contacts: Contacts,
+    members: int,
+    count: int,
+    longest: float,
+    shortest: float,
+    rubs: bool,
+) -> tuple[bool, float]:
+    """Halve a step until it is solved, or too short; return whether it is solved, and the step."""
+    duration = longest
+    while True:
+        if solve(balls, laws, contacts, members, count, duration, rubs):
+            return True, duration
+        if duration <= shortest:
+            return False, duration
+        duration *= 0.5
 
 
 @kernel
@@ -351,17 +379,24 @@ def _moved_mass(balls: Balls, k: int) -> float:
 
 
 @kernel
-def _next_step(balls: Balls, contacts: Contacts, members: int) -> float:
-    """Return the step to try [s]: somewhat more than the members' last one was good for.
+def _next_step(contacts: Contacts, members: int, fresh: float) -> float:
+    """Return the step to try [s]: somewhat more than the members' last one was good for."""
+    step = math.inf
+    for m in range(members):
+        last = contacts.motion[STEP, contacts.member[m]]
+        step = min(step, _GROWTH * last if last > 0.0 else fresh)
+    return step
+
+
+@kernel
+def _own_time(balls: Balls, contacts: Contacts, members: int) -> float:
+    """Return the least time [s] in which the cloth can move a member by its radius.
 
     Finite: without friction on the cloth no ball would press another.
     """
-    step = math.inf
+    least = math.inf
     for m in range(members):
         k = contacts.member[m]
-        if contacts.motion[STEP, k] > 0.0:
-            step = min(step, _GROWTH * contacts.motion[STEP, k])
-        elif grip(balls, k) > 0.0:
-            fall = math.sqrt(2.0 * balls.state[RADIUS, k] / grip(balls, k))
-            step = min(step, _FIRST_STEP * fall)
-    return step
+        if grip(balls, k) > 0.0:
+            least = min(least, math.sqrt(2.0 * balls.state[RADIUS, k] / grip(balls, k)))
+    return least
