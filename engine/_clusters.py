@@ -70,14 +70,15 @@ def _sort(balls: Balls, contacts: Contacts, members: int) -> None:
     """Put the members in the order of their places, so that their numbering doesn't matter."""
     for m in range(1, members):
         k, place = contacts.member[m], m
-        while place > 0 and _stands_before(balls, k, contacts.member[place - 1]):
+        while place > 0 and stands_before(balls, k, contacts.member[place - 1]):
             contacts.member[place] = contacts.member[place - 1]
             place -= 1
         contacts.member[place] = k
 
 
 @kernel
-def _stands_before(balls: Balls, i: int, j: int) -> bool:
+def stands_before(balls: Balls, i: int, j: int) -> bool:
+    """Whether ball i is before ball j in the order of places; both at one instant."""
     same = balls.state[X, i] == balls.state[X, j]
     below = same and balls.state[Y, i] < balls.state[Y, j]
     return bool(balls.state[X, i] < balls.state[X, j] or below)

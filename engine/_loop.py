@@ -18,7 +18,7 @@ from engine._impact import bounce, bounce_in_corner, collide_balls
 from engine._jit import kernel
 from engine._motion import advance, come_to_rest, predict_motion, start_rolling
 from engine._pairs import IMPACT, NOT_YET, earliest, touching, update_ball
-from engine._press import end_step, press_again, press_listed
+from engine._press import end_step, press_again
 from engine._state import (
     AX,
     AY,
@@ -123,7 +123,7 @@ def run(balls: Balls, laws: Laws, contacts: Contacts, pairs: Pairs, log: Log, li
             if verdict == IMPACT:
                 _resolve_pairs(balls, laws, contacts, count, t, log)
             else:
-                press_listed(balls, laws, contacts, count, t, log.counters)
+                press_again(balls, laws, contacts, count, t, log.counters)
         log.clock[NOW] = t
 
         # Predict anew: every bound of a ball whose motion changed is void.
@@ -172,32 +172,44 @@ def _earliest_own(balls: Balls) -> int:
 def _resolve_own(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float, log: Log) -> None:
     """Resolve what ball i does alone at the instant t: rest, roll, meet a cushion, end a step."""
     kind = balls.own_kind[i]
-    if kind == OWN_REST:
-        come_to_rest(balls, i, t)
-        _note_rest(contacts, i, t, log)
+    listed = 0
+    if kind == OWN_CONTACT:
+        end_step(contacts, i)
+    elif kind == OWN_REST:
+        for k in range(len(balls.own_kind)):
+            if k == i or _rests_with(balls, contacts, i, k, t):
+                come_to_rest(balls, k, t)
+                _note_rest(contacts, k, t, log)
+                _predict_anew(balls, laws, contacts, k)
     elif kind == OWN_ROLL:
         start_rolling(balls, i, t)
-        stops = balls.state[VX, i] == 0.0 and balls.state[VY, i] == 0.0
-        if stops:
+        if balls.state[VX, i] == 0.0 and balls.state[VY, i] == 0.0:
             _note_rest(contacts, i, t, log)
         else:
             _note_event(_SLIDE_TO_ROLL, i, -1, t, log)
-    elif kind == OWN_CONTACT:
-        end_step(contacts, i)
-        press_again(balls, laws, contacts, t, log.counters)
-        return
+        _predict_anew(balls, laws, contacts, i)
     else:
         cushion = kind - OWN_CUSHION
         advance(balls, i, t)
         partner = _pressed_against(balls, laws, i, cushion, t)
-        if partner != i:
+        if partner == i:
+            _resolve_cushion(balls, laws, i, cushion, t, log)
+            _predict_anew(balls, laws, contacts, i)
+        else:
             contacts.hits[FIRST, 0] = i
             contacts.hits[SECOND, 0] = partner
-            press_listed(balls, laws, contacts, 1, t, log.counters)
-            return
-        _resolve_cushion(balls, laws, i, cushion, t, log)
-    _predict_anew(balls, laws, contacts, i)
-    press_again(balls, laws, contacts, t, log.counters)
+            listed = 1
+    press_again(balls, laws, contacts, listed, t, log.counters)
+
+
+@kernel
+def _rests_with(balls: Balls, contacts: Contacts, i: int, k: int, t: float) -> bool:
+    """Whether ball k comes to rest at the instant t too, by the contact step that stops ball i.
+
+    One after the other, the second would be moved there with what rounding leaves of its speed.
+    """
+    together = contacts.cluster[i] != FREE and contacts.cluster[k] == contacts.cluster[i]
+    return bool(together and balls.own_kind[k] == OWN_REST and balls.state[OWN_TIME, k] <= t)
 
 
 @kernel
@@ -284,7 +296,7 @@ def _resolve_pairs(
             if contacts.motion[DEGREE, k] > 0.0:
                 contacts.motion[DEGREE, k] = 0.0
                 _predict_anew(balls, laws, contacts, k)
-    press_again(balls, laws, contacts, t, log.counters)
+    press_again(balls, laws, contacts, 0, t, log.counters)
 
 
 @kernel

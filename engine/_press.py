@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 
-from engine._clusters import gather_contacts, gather_members, release
+from engine._clusters import gather_contacts, gather_members, release, stands_before
 from engine._contact_answer import keep_still, settle, stopping, time_to_change
 from engine._contact_force import gap_after, solve
 from engine._geometry import (
@@ -35,7 +35,7 @@ from engine._geometry import (
     negligible_hop,
 )
 from engine._jit import kernel
-from engine._motion import loosen, predict_cushion, predict_motion, speed_of
+from engine._motion import advance, loosen, predict_cushion, predict_motion, speed_of
 from engine._plastic import end_approach, gained, gap_rate, sum_at
 from engine._state import (
     ANSWERING,
@@ -109,38 +109,37 @@ def end_step(contacts: Contacts, i: int) -> None:
 
 
 @kernel
-def press_again(balls: Balls, laws: Laws, contacts: Contacts, t: float, counters: IntArray) -> None:
+def press_again(
+    balls: Balls, laws: Laws, contacts: Contacts, listed: int, t: float, counters: IntArray
+) -> None:
     """End the contact steps of all balls marked in `contacts.again`; start others if they press.
+
+    And start those of the first `listed` contacts of `contacts.hits`, whether they press or not:
+    FIRST is a ball, SECOND a ball or -1 minus the index of a cushion.
 
     Clusters are judged as wholes, and all of them that an event changed at once: in a chain, the
     ball behind may be all that presses the two in front together, so that no pair of free balls
-    would show it; and of two balls that hit each other, both may belong to a cluster.
+    would show it; and of two balls that hit each other, both may belong to a cluster. What one
+    cluster does may bring another in contact: so they take turns by place, not by number.
 
-    Contract: as `_press`, for every ball that is marked.
+    Contract: as `_press`, for every ball that is marked or listed.
     """
+    for c in range(listed):
+        for row in (FIRST, SECOND):
+            if contacts.hits[row, c] >= 0:
+                contacts.again[contacts.hits[row, c]] = True
     for k in range(len(balls.own_kind)):
         if contacts.again[k]:
             release(balls, laws, contacts, k, t)
-    for k in range(len(balls.own_kind)):
-        if contacts.again[k]:
-            _press(balls, laws, contacts, k, 0, t, counters)
-
-
-@kernel
-def press_listed(
-    balls: Balls, laws: Laws, contacts: Contacts, listed: int, t: float, counters: IntArray
-) -> None:
-    """Press the first `listed` contacts of `contacts.hits`, together with all that they belong to.
-
-    FIRST is a ball, SECOND a ball or -1 minus the index of a cushion.
-
-    Contract: as `press_again`, for every ball in contact with them.
-    """
-    for c in range(listed):
-        contacts.again[contacts.hits[FIRST, c]] = True
-    for c in range(listed):
-        if contacts.again[contacts.hits[FIRST, c]]:
-            _press(balls, laws, contacts, contacts.hits[FIRST, c], listed, t, counters)
+            advance(balls, k, t)
+    while True:
+        first = -1
+        for k in range(len(balls.own_kind)):
+            if contacts.again[k] and (first < 0 or stands_before(balls, k, first)):
+                first = k
+        if first < 0:
+            return
+        _press(balls, laws, contacts, first, listed, t, counters)
 
 
 @kernel
