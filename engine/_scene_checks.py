@@ -67,7 +67,7 @@ def _check_on_cloth(scene: Scene) -> None:
             raise problem(
                 "off_cloth",
                 "`balls[{i}].position` z must be the radius, {radius} m, got {z} m: the ball must "
-                "lie on the cloth. Leave z out, or set `airborne` = true",
+                "lie on the cloth. Leave z out",
                 at=("balls", i, "position"),
                 i=i,
                 radius=ball.radius,
@@ -76,8 +76,8 @@ def _check_on_cloth(scene: Scene) -> None:
         if ball.velocity[2] != 0.0:
             raise problem(
                 "off_cloth",
-                "`balls[{i}].velocity` z must be 0, got {z} m/s. Leave z out, or set "
-                "`airborne` = true",
+                "`balls[{i}].velocity` z must be 0, got {z} m/s: the ball must stay on the cloth. "
+                "Leave z out",
                 at=("balls", i, "velocity"),
                 i=i,
                 z=ball.velocity[2],

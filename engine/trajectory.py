@@ -133,6 +133,8 @@ class ExactTrajectory:
                 start, end = knots[row, _state.EPOCH], ends[row]
                 # A parabola leaves the chord of a duration s by at most a s^2 / 8.
                 longest = math.hypot(*knots[row, 5:7]) * (end - start) ** 2 / 8.0
+                if not math.isfinite(longest):
+                    continue  # where a run failed
                 chords = min(max(math.ceil(math.sqrt(longest / deviation)), 1), limit)
                 times.append(np.linspace(start, end, chords + 1))
         return np.unique(np.concatenate(times))

@@ -352,3 +352,30 @@ class TestSequential:
         ]
         assert len(collisions(runs[0])) > 5
         assert log_bits(runs[0]) == log_bits(runs[1])
+
+
+class TestSpin:
+    @every_physics
+    def test_of_a_ball_that_rolled_before_it_hit(self, physics):
+        """It hits with the spin of the moment, not with that of its last slide."""
+        there, physics = 1.0, {**physics, "motion": "sliding"}
+        pair = [ball((there + ROOT3 * R, R)), ball((there + ROOT3 * R, -R))]
+        far = scene_of(
+            ball((0.0, 0.0), (2.0, 0.0), angular_velocity=(0.0, -100.0, 0.0)), *pair, **physics
+        )
+        result = simulate(far, record="events")
+        t = times_of(result, HIT)[0]
+        before = state_before(result, t)
+        near = scene_of(
+            ball(
+                before.positions[0, :2],
+                before.velocities[0, :2],
+                angular_velocity=before.angular_velocities[0],
+            ),
+            *pair,
+            **physics,
+        )
+        hit = state_at(simulate(near, record="events"), EPS)
+        after = state_at(result, t)
+        assert after.velocities == pytest.approx(hit.velocities, abs=1e-12)
+        assert after.angular_velocities == pytest.approx(hit.angular_velocities, abs=1e-10)

@@ -10,7 +10,9 @@ from ball_impacts import (
     SNOOKER_BALL,
     Motion,
     after,
+    energy,
     frictions,
+    gained,
     impact_of,
     impacts,
     laws,
@@ -86,6 +88,16 @@ def test_a_speed_dependent_coefficient_is_that_of_the_slip_before():
     slip = math.hypot(i.a_vt, R * i.a_wt)
     constant = mathavan2014(i, laws(0.95, alciatore_friction(slip)))
     assert mathavan2014(i, laws(0.95, "alciatore")) == pytest.approx(constant, rel=1e-12)
+
+
+@pytest.mark.parametrize("approach", [10.0**-k for k in range(18)])
+def test_however_slow_the_approach_beside_the_spin(approach):
+    """Slips a billion times the approach are known to their rounding, no better."""
+    i = impact_of((approach, 0.3, -4.0, 7.0, 131.0), (0.0, 0.3, -4.0, 6.0, 0.0))
+    p = mathavan2014(i, laws(0.4, 0.06))
+    assert 1.3 * approach <= p.normal <= 1.5 * approach
+    assert math.hypot(p.along, p.up) <= 0.06 * p.normal + 1e-14
+    assert gained(i, p) <= 8.0 * EPS * energy(i, i[:5], i[8:13])
 
 
 # --- a naive oracle -----------------------------------------------------------------------------
