@@ -107,7 +107,7 @@ STORED = {
     "gas": "a941d6f93975c6f709d03ce386f7ad67b807fc290f506ea0ab7c4b3d03a10c82",
     "cloth-break": "7a4e4ca811fb55da08014f508167109542d876fbd40ab45a0bca28470602431b",
     "integrated-laws": "cf7196cd6d8deaba22a5868954b09dbb3e598cb284211958cab0f78af83cbf52",
-    "frozen-pair": "27de2eceddd88808ff557ad024f1b49da388b526af3b839e01e6e79746095ec7",
+    "frozen-pair": "92686b3d6d51b11dd84d22cc0f6b6476457b091b1a08b5704a45575baf55cc78",
 }
 
 
