@@ -161,7 +161,7 @@ def settle(balls: Balls, k: int) -> bool:
     """
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
-    if size == 0.0 or not _ends_at_once(balls, k, size):
+    if size == 0.0 or not negligible_hop(size, balls.state[SLIDE, k], stop_way(balls, k)):
         return False
     balls.state[VX, k] -= ux / 3.5
     balls.state[VY, k] -= uy / 3.5
@@ -170,22 +170,11 @@ def settle(balls: Balls, k: int) -> bool:
 
 
 @kernel
-def _ends_at_once(balls: Balls, k: int, slip_size: float) -> bool:
-    """Whether the cloth alone would end ball k's slip within `STOP_WAY`."""
-    return negligible_hop(slip_size, balls.state[SLIDE, k], stop_way(balls, k))
-
-
-@kernel
 def time_to_change(balls: Balls, k: int) -> float:
-    """Return how long a step may be [s] so that the cloth takes half of k's slip, or speed.
-
-    What the cloth would end at once, as impulses may leave it, sets no limit.
-    """
+    """Return how long a step may be [s] so that the cloth takes half of k's slip, or speed."""
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
     if size > 0.0:
-        if _ends_at_once(balls, k, size):
-            return math.inf
         friction = balls.state[SLIDE, k]
         return 0.5 * size / (3.5 * friction) if friction > 0.0 else math.inf
     speed = speed_of(balls.state[VX, k], balls.state[VY, k])
@@ -205,7 +194,6 @@ def turns_little(balls: Balls, contacts: Contacts, k: int, duration: float) -> b
         duy = duration * (ay + radius * contacts.motion[NEW_BX, k])
         across = abs((ux / size) * duy - (uy / size) * dux)
         left = size + (ux / size) * dux + (uy / size) * duy
-        kept = across <= _TURN * size and left > 0.25 * size
-        return bool(kept or _ends_at_once(balls, k, size))
+        return bool(across <= _TURN * size and left > 0.25 * size)
     speed = speed_of(balls.state[VX, k], balls.state[VY, k])
     return bool(duration * speed_of(ax, ay) <= _TURN * speed or stopping(balls, k))

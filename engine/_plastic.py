@@ -14,6 +14,7 @@ from engine._geometry import reduced_mass
 from engine._jit import kernel
 from engine._state import (
     ACTIVE,
+    ALONE,
     ANSWERING,
     DIRECTION,
     FIRST,
@@ -35,14 +36,30 @@ from engine._state import (
 )
 from engine._tolerances import EPS
 
-_ROUNDS = 32
-"""Most choices of the contacts that have to push; two or three do."""
+_ROUNDS = 96
+"""Most choices of the contacts that have to push; two or three mostly do."""
+
+_BLOCK_ROUNDS = 16
+"""From then on only the worst contact changes sides: all at once may go round in circles."""
 
 _STEPS_PER_CONTACT = 4
 """Most steps of conjugate gradients, in units of the contacts; one each does but for rounding."""
 
 _RESIDUE = 64.0 * EPS
-"""Approach, in units of the fastest, that rounding may leave a contact that doesn't push."""
+"""Approach, in units of the fastest, that rounding leaves a contact that doesn't push, at least."""
+
+_ENDED = 8.0 * EPS
+"""Approach, in the same units, at which the search for the impulses ends: its own rounding."""
+
+_NULL = 2.0**-40
+"""Curvature, in units of that of contacts which share no ball, that is rounding.
+
+Where more contacts push than needed, as on balls between two cushions, some impulses do nothing.
+Going on along those made them, and then everything, arbitrarily large.
+"""
+
+_UNSOLVED = 2.0**-30
+"""Approach left, in the same units, at which impulses are no solution."""
 
 
 @kernel
@@ -51,7 +68,7 @@ def end_approach(contacts: Contacts, count: int) -> bool:
 
     In FORCE their sizes, in PUSH_X and PUSH_Y the vectors, on the second ball of each contact.
     Contacts that would have to pull are left out, and come back if they approach without. False
-    where no choice of them did; none such has been seen.
+    where some approach is left; the impulses then take energy, as far as they can.
 
     Contract: the contacts are the first `count` of `contacts.ends`, with NX, NY and RATE set, and
     ANSWERING of each of their balls.
@@ -60,26 +77,78 @@ def end_approach(contacts: Contacts, count: int) -> bool:
     for c in range(count):
         contacts.forces[ACTIVE, c] = 1.0
         fastest = max(fastest, -contacts.forces[RATE, c])
-    for _ in range(_ROUNDS):
+    for turn in range(_ROUNDS):
         _end_active_approach(contacts, count, fastest)
-        changed = False
-        for c in range(count):
-            if contacts.forces[FORCE, c] < 0.0:
-                contacts.forces[ACTIVE, c] = 0.0
-                changed = True
-        if not changed:
-            _apply(contacts, count, FORCE, PRODUCT)
-            for c in range(count):
-                left = contacts.forces[RATE, c] + contacts.forces[PRODUCT, c]
-                if contacts.forces[ACTIVE, c] == 0.0 and left < -_RESIDUE * fastest:
-                    contacts.forces[ACTIVE, c] = 1.0
-                    changed = True
-        if not changed:
+        if _leave_out(contacts, count, turn):
+            continue
+        _apply(contacts, count, FORCE, PRODUCT)
+        if _take_back(contacts, count, turn, fastest):
+            continue
+        approach = min(_worst_approach(contacts, count, 0.0), _worst_approach(contacts, count, 1.0))
+        if approach >= -_UNSOLVED * fastest:
             return True
+        break
+    _take_energy(contacts, count)
+    return False
+
+
+@kernel
+def _leave_out(contacts: Contacts, count: int, turn: int) -> bool:
+    """Leave out contacts that would have to pull, if any: all, or later those that would most."""
+    worst = 0.0
+    for c in range(count):
+        worst = min(worst, contacts.forces[FORCE, c])
+    for c in range(count):
+        force = contacts.forces[FORCE, c]
+        if force < 0.0 and (turn < _BLOCK_ROUNDS or force == worst):
+            contacts.forces[ACTIVE, c] = 0.0
+    return worst < 0.0
+
+
+@kernel
+def _take_back(contacts: Contacts, count: int, turn: int, fastest: float) -> bool:
+    """Take back contacts that approach, if any: all, or later those that do it fastest.
+
+    By more than rounding, which is at least what is left of the rates that should be 0.
+    """
+    residue = _RESIDUE * fastest
+    for c in range(count):
+        if contacts.forces[ACTIVE, c] == 1.0:
+            left = contacts.forces[RATE, c] + contacts.forces[PRODUCT, c]
+            residue = max(residue, 4.0 * abs(left))
+    worst = _worst_approach(contacts, count, 0.0)
+    found = worst < -residue
+    for c in range(count):
+        left = contacts.forces[RATE, c] + contacts.forces[PRODUCT, c]
+        enough = left < -residue if turn < _BLOCK_ROUNDS else left == worst
+        if found and contacts.forces[ACTIVE, c] == 0.0 and enough:
+            contacts.forces[ACTIVE, c] = 1.0
+    return found
+
+
+@kernel
+def _worst_approach(contacts: Contacts, count: int, active: float) -> float:
+    """Return the least rate of the active contacts, or of the others, after the impulses; or 0."""
+    worst = 0.0
+    for c in range(count):
+        if contacts.forces[ACTIVE, c] == active:
+            worst = min(worst, contacts.forces[RATE, c] + contacts.forces[PRODUCT, c])
+    return worst
+
+
+@kernel
+def _take_energy(contacts: Contacts, count: int) -> None:
+    """Scale impulses, none of which may pull, so that they take as much energy as they can."""
     for c in range(count):
         contacts.forces[FORCE, c] = max(0.0, contacts.forces[FORCE, c])
     _apply(contacts, count, FORCE, PRODUCT)
-    return False
+    work = -_dot(contacts, count, FORCE, RATE)
+    curvature = _dot(contacts, count, FORCE, PRODUCT)
+    scale = work / curvature if work > 0.0 and curvature > 0.0 else 0.0
+    for c in range(count):
+        contacts.forces[FORCE, c] *= scale
+        contacts.forces[PUSH_X, c] *= scale
+        contacts.forces[PUSH_Y, c] *= scale
 
 
 @kernel
@@ -100,7 +169,11 @@ def _end_active_approach(contacts: Contacts, count: int, fastest: float) -> None
     for _ in range(_STEPS_PER_CONTACT * count):
         _apply(contacts, count, DIRECTION, PRODUCT)
         curvature = _dot(contacts, count, DIRECTION, PRODUCT)
-        if not curvature > 0.0:
+        for c in range(count):
+            mass = _reduced_mass(contacts, c)
+            alone = contacts.forces[DIRECTION, c] / mass if mass > 0.0 else 0.0
+            contacts.forces[ALONE, c] = alone
+        if not curvature > _NULL * _dot(contacts, count, DIRECTION, ALONE):
             return
         step = gain / curvature
         worst = 0.0
@@ -109,7 +182,7 @@ def _end_active_approach(contacts: Contacts, count: int, fastest: float) -> None
                 contacts.forces[FORCE, c] += step * contacts.forces[DIRECTION, c]
                 contacts.forces[LEFT_OVER, c] -= step * contacts.forces[PRODUCT, c]
                 worst = max(worst, abs(contacts.forces[LEFT_OVER, c]))
-        if worst <= EPS * fastest:
+        if worst <= _ENDED * fastest:
             return
         for c in range(count):
             mass = _reduced_mass(contacts, c)

@@ -26,19 +26,15 @@ import math
 
 from engine._clusters import gather_contacts, gather_members, release, stands_before
 from engine._contact_answer import keep_still, settle, stopping, time_to_change
-from engine._contact_force import gap_after, solve
+from engine._contact_force import solve
 from engine._geometry import (
     at_rest,
-    capture_height,
-    contact_tolerance,
     grip,
-    negligible_hop,
 )
 from engine._jit import kernel
+from engine._landing import stop_approach
 from engine._motion import advance, loosen, predict_cushion, predict_motion, speed_of
-from engine._plastic import end_approach, gained, gap_rate, sum_at
 from engine._state import (
-    ANSWERING,
     AX,
     AY,
     BX,
@@ -47,23 +43,18 @@ from engine._state import (
     CONTACT_STEPS,
     FIRST,
     FORCE,
+    FREE,
     MASS,
     MOVED,
     NEW_AX,
     NEW_AY,
     NEW_BX,
     NEW_BY,
-    NX,
-    NY,
     OWN_CONTACT,
     OWN_REST,
     PHASE,
-    PUSH_X,
-    PUSH_Y,
     RADIUS,
-    RATE,
     SECOND,
-    SLIDE,
     SLIDING,
     SLIPS,
     SPIN,
@@ -78,7 +69,7 @@ from engine._state import (
     IntArray,
     Laws,
 )
-from engine._tolerances import APPROACH_ROUNDING, EPS, TIME_ROUNDING
+from engine._tolerances import EPS, TIME_ROUNDING
 
 _SHORTEST = 2.0**-26
 """Shortest step, in units of the time to go one radius at what the cloth can give.
@@ -88,9 +79,6 @@ forces but shocks are then a solution. Shorter steps only make the forces greate
 they do on what rounding leaves of the gaps. The friction of the contacts is left out of such a step
 and it is counted in `work["unsolved_contact_steps"]`.
 """
-
-_RESIDUE = 2.0**-20
-"""Hop, in units of a negligible one, left to the contact force: a thousandth of its speed."""
 
 _GROWTH = 1.25
 """First step tried, in units of the last good one; a longer one would mostly be tried in vain."""
@@ -126,8 +114,11 @@ def press_again(
     """
     for c in range(listed):
         for row in (FIRST, SECOND):
-            if contacts.hits[row, c] >= 0:
-                contacts.again[contacts.hits[row, c]] = True
+            k = contacts.hits[row, c]
+            if k >= 0:
+                contacts.again[k] = True
+                if contacts.cluster[k] != FREE:
+                    end_step(contacts, k)
     for k in range(len(balls.own_kind)):
         if contacts.again[k]:
             release(balls, laws, contacts, k, t)
@@ -154,8 +145,8 @@ def _press(
 ) -> None:
     """Start a contact step, at the instant t [s], for the cluster that ball i belongs to.
 
-    The first `listed` contacts of `contacts.hits` are held, close or not. Where none is listed, and
-    no force turns out to be needed, the balls are free again.
+    The first `listed` contacts of `contacts.hits` are held, close or not. Where the cluster has
+    none of them, and no force turns out to be needed, or nothing moves, the balls are free again.
 
     Contract: every member is advanced to t, given its accelerations and an own event no later than
     the step's end, marked in `contacts.changed` and unmarked in `contacts.again`; one whose slip or
@@ -170,12 +161,9 @@ def _press(
     if count == 0:
         release(balls, laws, contacts, i, t)
         return
-    for m in range(members):
-        k = contacts.member[m]
-        if laws.slides and settle(balls, k):
-            contacts.rolled[k] = True
-            predict_motion(balls, k, laws)
-    stopped = _stop_approach(balls, laws, contacts, members, count)
+    _settle_all(balls, laws, contacts, members)
+    stopped = stop_approach(balls, laws, contacts, members, count)
+    _settle_all(balls, laws, contacts, members)
     fresh = _FIRST_STEP * _own_time(balls, contacts, members)
     shortest = max(_SHORTEST * _own_time(balls, contacts, members), 4.0 * TIME_ROUNDING * t)
     change = math.inf
@@ -186,14 +174,17 @@ def _press(
     solved, duration = _halve(balls, laws, contacts, members, count, longest, shortest, True)
     if not solved and laws.slides:
         longest = min(fresh, change)
-        _, duration = _halve(balls, laws, contacts, members, count, longest, shortest, False)
+        some, duration = _halve(balls, laws, contacts, members, count, longest, shortest, False)
+        if not some:
+            solve(balls, laws, contacts, members, 0, duration, False)  # no forces at all
     if duration < longest:
         step = duration
     if not (solved and stopped):
         counters[UNSOLVED_STEPS] += 1
     for m in range(members):
         keep_still(balls, contacts, contacts.member[m], duration)
-    if not _moves(balls, contacts, members) or not (listed > 0 or _any_force(contacts, count)):
+    needed = _holds_listed(contacts, i, listed) or _any_force(contacts, count)
+    if not needed or not _moves(balls, contacts, members):
         release(balls, laws, contacts, i, t)
         return
     for m in range(members):
@@ -246,6 +237,25 @@ def _held_cushions(contacts: Contacts, count: int, k: int) -> int:
 
 
 @kernel
+def _settle_all(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> None:
+    """End the slips that the cloth ends at once; mark whose."""
+    for m in range(members):
+        k = contacts.member[m]
+        if laws.slides and settle(balls, k):
+            contacts.rolled[k] = True
+            predict_motion(balls, k, laws)
+
+
+@kernel
+def _holds_listed(contacts: Contacts, i: int, listed: int) -> bool:
+    """Whether one of the first `listed` contacts of `contacts.hits` is of ball i's cluster."""
+    for c in range(listed):
+        if contacts.cluster[contacts.hits[FIRST, c]] == contacts.cluster[i]:
+            return True
+    return False
+
+
+@kernel
 def _moves(balls: Balls, contacts: Contacts, members: int) -> bool:
     """Whether any member moves: what rests may be under pressure, but nothing comes of it."""
     for m in range(members):
@@ -292,95 +302,9 @@ def _comes_to_rest(balls: Balls, k: int, duration: float) -> bool:
 
 
 @kernel
-def _stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int) -> bool:
-    """Take away what approach is left at the contacts, plastically: each is a negligible hop.
-
-    A ball at rest stays so if the cloth would stop it again within `CAPTURE_HEIGHT`. False where no
-    impulses did it.
-    """
-    for m in range(members):
-        k = contacts.member[m]
-        # For now: that it moves. It may have been stopped at this very instant before.
-        contacts.stopped[k] = contacts.stopped[k] or not at_rest(balls, k)
-    if not _approaches(balls, laws, contacts, count):
-        solved = True
-    else:
-        _let_answer(balls, contacts, members, True)
-        solved = end_approach(contacts, count)
-        if not _absorbs(balls, contacts, members, count):
-            _let_answer(balls, contacts, members, False)
-            solved = end_approach(contacts, count)
-        for m in range(members):
-            k = contacts.member[m]
-            balls.state[VX, k] += gained(contacts, count, k, PUSH_X)
-            balls.state[VY, k] += gained(contacts, count, k, PUSH_Y)
-    for m in range(members):
-        k = contacts.member[m]
-        contacts.stopped[k] = contacts.stopped[k] and at_rest(balls, k)
-    return solved
-
-
-@kernel
-def _approaches(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> bool:
-    """Whether any contact approaches by more than is left to its force; set normals and rates."""
-    found = False
-    for c in range(count):
-        a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
-        nx, ny, _ = gap_after(balls, laws, contacts, c, 0.0)
-        contacts.forces[NX, c] = nx
-        contacts.forces[NY, c] = ny
-        rate = gap_rate(balls, contacts, c)
-        contacts.forces[RATE, c] = rate
-        size = abs(balls.state[VX, a]) + abs(balls.state[VY, a])
-        if b >= 0:
-            size += abs(balls.state[VX, b]) + abs(balls.state[VY, b])
-        other = b if b >= 0 else a
-        height = _RESIDUE * contact_tolerance(balls, a, other)
-        residue = negligible_hop(rate, max(grip(balls, a), grip(balls, other)), height)
-        found = found or (rate < -APPROACH_ROUNDING * size and not residue)
-    return found
-
-
-@kernel
-def _let_answer(balls: Balls, contacts: Contacts, members: int, firm: bool) -> None:
-    """Set with which mass each member answers to impulses; `firm`: one at rest doesn't."""
-    for m in range(members):
-        k = contacts.member[m]
-        stays = firm and at_rest(balls, k)
-        contacts.motion[ANSWERING, k] = math.inf if stays else _moved_mass(balls, k)
-
-
-@kernel
-def _absorbs(balls: Balls, contacts: Contacts, members: int, count: int) -> bool:
-    """Whether the cloth takes the impulses on members at rest, each within `CAPTURE_HEIGHT`."""
-    for m in range(members):
-        k = contacts.member[m]
-        if not at_rest(balls, k):
-            continue
-        pushed = speed_of(
-            sum_at(contacts, count, k, PUSH_X, -1.0), sum_at(contacts, count, k, PUSH_Y, -1.0)
-        )
-        height = capture_height(balls, k, k)
-        if not negligible_hop(pushed / balls.state[MASS, k], grip(balls, k), height):
-            return False
-    return True
-
-
-@kernel
-def _moved_mass(balls: Balls, k: int) -> float:
-    """Mass [kg] with which member k answers to a negligible impulse.
-
-    One that rolls goes on rolling: the cloth ends so small a slip within part of `CAPTURE_HEIGHT`.
-    """
-    rolls = balls.state[PHASE, k] != SLIDING and balls.state[SLIDE, k] > 0.0
-    mass: float = 1.4 * balls.state[MASS, k] if rolls else balls.state[MASS, k]
-    return mass
-
-
-@kernel
 def _next_step(contacts: Contacts, members: int, fresh: float) -> float:
     """Return the step to try [s]: somewhat more than the members' last one was good for."""
-    step = math.inf
+    step = fresh / _FIRST_STEP
     for m in range(members):
         last = contacts.motion[STEP, contacts.member[m]]
         step = min(step, _GROWTH * last if last > 0.0 else fresh)

@@ -109,7 +109,7 @@ class Contacts(NamedTuple):
     rolled: BoolArray  # (n,) whether a contact step's start ended the ball's slide
     member: IntArray  # (n,) balls of the cluster at hand
     motion: FloatArray  # (MOTION_ROWS, n): rows STEP ... below, by ball
-    hits: IntArray  # (2, m) the pairs of the impacts at hand, in rows FIRST and SECOND
+    hits: IntArray  # (2, m) rows FIRST and SECOND: the pairs that hit now, or contacts to be held
     ends: IntArray  # (2, m) FIRST: a ball; SECOND: the other, or -1 minus a cushion's index
     forces: FloatArray  # (FORCE_ROWS, m): rows FORCE ... below
 
@@ -150,12 +150,13 @@ TURN_Y = 8
 TURN_Z = 9
 ALONG = 10  # friction of a pressed contact: along t = (-ny, nx), and up
 UP = 11
-ACTIVE = 12  # 1: a contact that pushes, while joint impulses are found
-LEFT_OVER = 13  # and what conjugate gradients keep of each contact: see `_together`
+ACTIVE = 12  # 1: a contact that pushes, while plastic impulses are found
+LEFT_OVER = 13  # and what conjugate gradients keep of each contact: see `_plastic`
 SCALED = 14
 DIRECTION = 15
 PRODUCT = 16
-FORCE_ROWS = 17
+ALONE = 17
+FORCE_ROWS = 18
 
 
 class Log(NamedTuple):

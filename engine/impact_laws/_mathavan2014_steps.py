@@ -15,8 +15,9 @@ from engine._jit import kernel
 ACCURACY = 1e-10
 """Error of one step, in units of the largest impulse that friction can reach in this impact."""
 
-SLIP_ROUNDING = 2.0**-48
-"""Error of one step, in units of the slips: their rounding, which no shorter step escapes."""
+STEP_ROUNDING = 2.0**-48
+"""Error of one step, in units of the slip and the pressed ball's own speeds: their rounding, which
+no shorter step escapes."""
 
 
 class Contact(NamedTuple):

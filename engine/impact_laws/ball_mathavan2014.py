@@ -18,7 +18,7 @@ from engine._jit import kernel
 from engine._state import Laws
 from engine.impact_laws._mathavan2014_steps import (
     ACCURACY,
-    SLIP_ROUNDING,
+    STEP_ROUNDING,
     Contact,
     Course,
     cloth_rates,
@@ -168,7 +168,7 @@ def _press_b(impact: BallImpact, friction: float, restitution: float) -> BallImp
         impact.b_cloth * share,
         restitution,
         reach,
-        ACCURACY * reach + SLIP_ROUNDING * ((slip + own) / approach),
+        ACCURACY * reach + STEP_ROUNDING * ((slip + own) / approach),
         ROLLS * reach + ROLLING_ROUNDING * (own / approach),
     )
     course = _collide(contact)
