@@ -60,7 +60,7 @@ def stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, co
             contacts.motion[ANSWERING, k] = math.inf if firm else _moved_mass(balls, laws, k)
         solved = end_approach(contacts, count)
         for _ in range(members):
-            if not _loosen_pushed(balls, laws, contacts, members, count):
+            if not _loosen_pushed(balls, laws, contacts, members, count, solved):
                 break
             solved = end_approach(contacts, count)
         for m in range(members):
@@ -95,10 +95,13 @@ def _approaches(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> boo
 
 
 @kernel
-def _loosen_pushed(balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int) -> bool:
+def _loosen_pushed(
+    balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int, solved: bool
+) -> bool:
     """Let members at rest answer to their impulses if the cloth doesn't stop them at once.
 
-    That is, each within `CAPTURE_HEIGHT`. Return whether there was one.
+    That is, each within `CAPTURE_HEIGHT`; all of them where no impulses were found. Return whether
+    there was one.
     """
     found = False
     for m in range(members):
@@ -109,7 +112,8 @@ def _loosen_pushed(balls: Balls, laws: Laws, contacts: Contacts, members: int, c
             sum_at(contacts, count, k, PUSH_X, -1.0), sum_at(contacts, count, k, PUSH_Y, -1.0)
         )
         mass = _moved_mass(balls, laws, k)
-        if not negligible_hop(pushed / mass, balls.state[ROLL, k], capture_height(balls, k, k)):
+        height = capture_height(balls, k, k)
+        if not (solved and negligible_hop(pushed / mass, balls.state[ROLL, k], height)):
             contacts.motion[ANSWERING, k] = mass
             found = True
     return found

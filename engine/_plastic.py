@@ -109,9 +109,10 @@ def _leave_out(contacts: Contacts, count: int, turn: int) -> bool:
 def _take_back(contacts: Contacts, count: int, turn: int, fastest: float) -> bool:
     """Take back contacts that approach, if any: all, or later those that do it fastest.
 
-    By more than rounding, which is at least what is left of the rates that should be 0.
+    By more than rounding, which is at least what is left of the rates that should be 0. Later by
+    more than counts: to take the rest from a ball all but wedged, it would have to be stopped.
     """
-    residue = _RESIDUE * fastest
+    residue = _RESIDUE * fastest if turn < _BLOCK_ROUNDS else _UNSOLVED * fastest
     for c in range(count):
         if contacts.forces[ACTIVE, c] == 1.0:
             left = contacts.forces[RATE, c] + contacts.forces[PRODUCT, c]

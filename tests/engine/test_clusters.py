@@ -66,6 +66,8 @@ def test_the_numbering_of_the_balls_does_not_matter(name):
         "thrown-back-to-cushion",  # by the impulse that ends the cluster's approach
         "hard-to-roll",  # rolling friction above sliding friction
         "slip-ended-by-impulse",
+        "all-but-wedged",
+        "wedged-by-a-millionth",
     ],
 )
 def test_a_cluster_is_solved_without_overlap(name):
