@@ -10,9 +10,9 @@ PYTHON ?= $(shell for python in $(CANDIDATES); do \
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
-PYTEST := $(BIN)/python -m pytest --quiet
 OUT ?= out
 JOBS ?= 2
+PYTEST := $(BIN)/python -m pytest --quiet --numprocesses $(JOBS)
 
 .DEFAULT_GOAL := help
 # Two test runs at once would time each other, and mix their output.
@@ -43,14 +43,13 @@ test: $(READY)  ## fast tests, compiled
 	$(PYTEST)
 
 test-slow: $(READY)  ## the tests that take long
-	$(PYTEST) -m slow --numprocesses $(JOBS)
+	$(PYTEST) -m slow
 
 test-nojit: $(READY)  ## fast tests without compilation, with coverage
-	NUMBA_DISABLE_JIT=1 $(PYTEST) --numprocesses $(JOBS) --dist loadfile \
-		-m "not slow and not compiled" --cov --cov-report=term
+	NUMBA_DISABLE_JIT=1 $(PYTEST) --dist loadfile -m "not slow and not compiled" --cov --cov-report=term
 
 test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
-	NUMBA_BOUNDSCHECK=1 $(PYTEST) --numprocesses $(JOBS) tests/engine tests/reference_adapters
+	NUMBA_BOUNDSCHECK=1 $(PYTEST) tests/engine tests/reference_adapters
 
 lint: $(READY)  ## ruff: rules and format
 	$(BIN)/ruff check
