@@ -12,6 +12,7 @@ from engine._geometry import (
     cushion_gap,
     cushion_side,
     negligible_hop,
+    relative_motion,
     tie_rounding,
 )
 from engine._impact import bounce, bounce_in_corner, collide_balls
@@ -154,8 +155,9 @@ def _all_rest(balls: Balls) -> bool:
 def _earliest_own(balls: Balls) -> int:
     """Return the ball whose own event comes first; of several at one instant, one coming to rest.
 
-    So a ball that has all but stopped is at rest before its neighbours are looked at again. A time
-    that is NaN comes before all, so that the run stops there.
+    So a ball that has all but stopped is at rest before its neighbours are looked at again. Of
+    several of one kind, as balls that meet a cushion together, the first by place, not by number. A
+    time that is NaN comes before all, so that the run stops there.
     """
     best = 0
     for i in range(1, len(balls.own_kind)):
@@ -163,9 +165,21 @@ def _earliest_own(balls: Balls) -> int:
         tie = balls.state[OWN_TIME, i] == balls.state[OWN_TIME, best]
         if math.isnan(balls.state[OWN_TIME, i]):
             return i
-        if earlier or (tie and balls.own_kind[i] < balls.own_kind[best]):
+        if earlier or (tie and _takes_precedence(balls, i, best)):
             best = i
     return best
+
+
+@kernel
+def _takes_precedence(balls: Balls, i: int, j: int) -> bool:
+    """Whether ball i's own event is resolved before ball j's, which is at the same instant."""
+    if balls.own_kind[i] != balls.own_kind[j]:
+        return bool(balls.own_kind[i] < balls.own_kind[j])
+    t = balls.state[OWN_TIME, i]
+    if math.isinf(t):
+        return False
+    dx, dy, _, _, _, _ = relative_motion(balls, i, j, t)
+    return bool(dx > 0.0 or (dx == 0.0 and dy > 0.0))
 
 
 @kernel

@@ -46,6 +46,7 @@ def deepest(result: Result) -> float:
         "three-in-a-corner",  # two pairs pressed at one instant
         "five-crowded",  # a cushion hit parts a cluster, and two of it stop at one instant
         "unequal-joint-impact",
+        "two-at-one-cushion",
     ],
 )
 @pytest.mark.compiled
