@@ -156,8 +156,8 @@ def _earliest_own(balls: Balls) -> int:
     """Return the ball whose own event comes first; of several at one instant, one coming to rest.
 
     So a ball that has all but stopped is at rest before its neighbours are looked at again. Of
-    several of one kind, as balls that meet a cushion together, the first by place, not by number. A
-    time that is NaN comes before all, so that the run stops there.
+    two that touch each other and meet a cushion together, the first by place, not by number. A time
+    that is NaN comes before all, so that the run stops there.
     """
     best = 0
     for i in range(1, len(balls.own_kind)):
@@ -175,11 +175,12 @@ def _takes_precedence(balls: Balls, i: int, j: int) -> bool:
     """Whether ball i's own event is resolved before ball j's, which is at the same instant."""
     if balls.own_kind[i] != balls.own_kind[j]:
         return bool(balls.own_kind[i] < balls.own_kind[j])
-    t = balls.state[OWN_TIME, i]
-    if math.isinf(t):
+    if balls.own_kind[i] < OWN_CUSHION:
         return False
-    dx, dy, _, _, _, _ = relative_motion(balls, i, j, t)
-    return bool(dx > 0.0 or (dx == 0.0 and dy > 0.0))
+    dx, dy, _, _, _, _ = relative_motion(balls, i, j, balls.state[OWN_TIME, i])
+    gap = math.sqrt(dx * dx + dy * dy) - (balls.state[RADIUS, i] + balls.state[RADIUS, j])
+    apart = gap > capture_height(balls, i, j)
+    return bool(not apart and (dx > 0.0 or (dx == 0.0 and dy > 0.0)))
 
 
 @kernel
