@@ -32,9 +32,9 @@ def release(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> N
 def gather_members(
     balls: Balls, laws: Laws, contacts: Contacts, i: int, listed: int, t: float
 ) -> int:
-    """List ball i and all balls in contact with a listed one; return how many.
+    """Put in `contacts.member` ball i and all in contact with a member; return how many.
 
-    The first `listed` columns of `contacts.hits` are contacts too.
+    The first `listed` columns of `contacts.hits` are contacts, close or not.
     """
     release(balls, laws, contacts, i, t)
     contacts.member[0] = i

@@ -145,11 +145,16 @@ def _take_energy(contacts: Contacts, count: int) -> None:
     _apply(contacts, count, FORCE, PRODUCT)
     work = -_dot(contacts, count, FORCE, RATE)
     curvature = _dot(contacts, count, FORCE, PRODUCT)
-    scale = work / curvature if work > 0.0 and curvature > 0.0 else 0.0
+    scale(contacts, count, work / curvature if work > 0.0 and curvature > 0.0 else 0.0)
+
+
+@kernel
+def scale(contacts: Contacts, count: int, factor: float) -> None:
+    """Multiply the impulses of `end_approach`."""
     for c in range(count):
-        contacts.forces[FORCE, c] *= scale
-        contacts.forces[PUSH_X, c] *= scale
-        contacts.forces[PUSH_Y, c] *= scale
+        contacts.forces[FORCE, c] *= factor
+        contacts.forces[PUSH_X, c] *= factor
+        contacts.forces[PUSH_Y, c] *= factor
 
 
 @kernel

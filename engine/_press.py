@@ -27,10 +27,7 @@ import math
 from engine._clusters import gather_contacts, gather_members, release, stands_before
 from engine._contact_answer import keep_still, settle, stopping, time_to_change
 from engine._contact_force import solve
-from engine._geometry import (
-    at_rest,
-    grip,
-)
+from engine._geometry import at_rest, grip
 from engine._jit import kernel
 from engine._landing import stop_approach
 from engine._motion import advance, loosen, predict_cushion, predict_motion, speed_of
@@ -164,19 +161,21 @@ def _press(
     _settle_all(balls, laws, contacts, members)
     stopped = stop_approach(balls, laws, contacts, members, count)
     _settle_all(balls, laws, contacts, members)
-    fresh = _FIRST_STEP * _own_time(balls, contacts, members)
-    shortest = max(_SHORTEST * _own_time(balls, contacts, members), 4.0 * TIME_ROUNDING * t)
+    own_time = _own_time(balls, contacts, members)
+    fresh = _FIRST_STEP * own_time
+    shortest = max(_SHORTEST * own_time, 4.0 * TIME_ROUNDING * t)
     change = math.inf
     for m in range(members):
         change = min(change, time_to_change(balls, contacts.member[m]))
-    step = _next_step(contacts, members, fresh)
+    step = _next_step(contacts, members, fresh, own_time)
     longest = min(step, change)
     solved, duration = _halve(balls, laws, contacts, members, count, longest, shortest, True)
-    if not solved and laws.slides:
+    found = solved
+    if not found and laws.slides:
         longest = min(fresh, change)
-        some, duration = _halve(balls, laws, contacts, members, count, longest, shortest, False)
-        if not some:
-            solve(balls, laws, contacts, members, 0, duration, False)  # no forces at all
+        found, duration = _halve(balls, laws, contacts, members, count, longest, shortest, False)
+    if not found:
+        solve(balls, laws, contacts, members, 0, duration, False)  # no forces at all
     if duration < longest:
         step = duration
     if not (solved and stopped):
@@ -302,9 +301,9 @@ def _comes_to_rest(balls: Balls, k: int, duration: float) -> bool:
 
 
 @kernel
-def _next_step(contacts: Contacts, members: int, fresh: float) -> float:
+def _next_step(contacts: Contacts, members: int, fresh: float, most: float) -> float:
     """Return the step to try [s]: somewhat more than the members' last one was good for."""
-    step = fresh / _FIRST_STEP
+    step = most
     for m in range(members):
         last = contacts.motion[STEP, contacts.member[m]]
         step = min(step, _GROWTH * last if last > 0.0 else fresh)

@@ -97,7 +97,7 @@ class Pairs(NamedTuple):
 class Contacts(NamedTuple):
     """Contacts that act together: impacts of one instant, and clusters of balls that are pressed.
 
-    See `_together` and `_press`. m is enough for every pair and cushion.
+    See `_together`, `_press` and `_plastic`. m is enough for every pair and cushion.
     """
 
     cluster: IntArray  # (n,) label of the ball's cluster, or FREE
@@ -155,7 +155,7 @@ LEFT_OVER = 13  # and what conjugate gradients keep of each contact: see `_plast
 SCALED = 14
 DIRECTION = 15
 PRODUCT = 16
-ALONE = 17
+ALONE = 17  # and of each contact as if it shared no ball
 FORCE_ROWS = 18
 
 

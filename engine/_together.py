@@ -29,7 +29,7 @@ from engine._geometry import reduced_mass
 from engine._impact import contact_normal
 from engine._jit import kernel
 from engine._motion import loosen
-from engine._plastic import end_approach, gained, gap_rate, sum_at
+from engine._plastic import end_approach, gained, gap_rate, scale, sum_at
 from engine._state import (
     ANSWERING,
     DEGREE,
@@ -79,7 +79,7 @@ def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -
         contacts.forces[RATE, c] = gap_rate(balls, contacts, c)
     solved = end_approach(contacts, count)
     restitution = laws.ball_restitution
-    _scale(contacts, count, 1.0 + restitution)
+    scale(contacts, count, 1.0 + restitution)
     if laws.slides and (laws.speed_dependent or laws.ball_friction > 0.0):
         _find_friction(balls, laws, contacts, count)
         _push(balls, contacts, count)
@@ -99,15 +99,6 @@ def _push(balls: Balls, contacts: Contacts, count: int) -> None:
         if contacts.motion[DEGREE, k] > 0.0:
             balls.state[VX, k] += gained(contacts, count, k, PUSH_X)
             balls.state[VY, k] += gained(contacts, count, k, PUSH_Y)
-
-
-@kernel
-def _scale(contacts: Contacts, count: int, factor: float) -> None:
-    """Multiply all impulses along the normals."""
-    for c in range(count):
-        contacts.forces[FORCE, c] *= factor
-        contacts.forces[PUSH_X, c] *= factor
-        contacts.forces[PUSH_Y, c] *= factor
 
 
 @kernel

@@ -7,9 +7,10 @@ import subprocess
 import sys
 
 import pytest
+from refusals import loading, refusal
 from shots import POOL_TABLE, R, ball, scene_of
 
-from engine import Physics, Scene, SceneError, Table
+from engine import Physics, SceneError, Table
 from engine.impact_laws.registry import (
     BALL_LAW_NAMES,
     BALL_LAWS,
@@ -20,7 +21,6 @@ from engine.impact_laws.registry import (
 SPIN_LAWS = ("frictional", "han2005", "mathavan2010")
 PLAIN_LAWS = ("mirror", "restitution")
 HEIGHT_LAWS = ("han2005", "mathavan2010")
-SLIDE = {"motion": "sliding"}
 
 CUSHION_FIELDS = sorted(
     {field for law in CUSHION_LAWS for field in law.uses} - {"sliding_friction"}
@@ -29,18 +29,6 @@ UNUSED = [
     (law.name, field) for law in CUSHION_LAWS for field in CUSHION_FIELDS if field not in law.uses
 ]
 USED = [(law.name, field) for law in CUSHION_LAWS for field in law.uses]
-
-
-def refusal(*balls, **fields) -> str:
-    with pytest.raises(SceneError) as caught:
-        scene_of(*balls, **fields)
-    return str(caught.value)
-
-
-def loading(text: str) -> str:
-    with pytest.raises(SceneError) as caught:
-        Scene.loads(text, "shot.toml")
-    return str(caught.value)
 
 
 class TestLawNames:

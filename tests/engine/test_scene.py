@@ -8,16 +8,11 @@ import pickle
 
 import numpy as np
 import pytest
+from refusals import refusal
 from shots import POOL_TABLE, R, ball, rack, scene_of
 
 from engine import CUSHIONS, Ball, GhostballError, Physics, Scene, SceneError, Table
 from engine.scene import rolling_angular_velocity
-
-
-def refusal(*balls, **fields) -> str:
-    with pytest.raises(SceneError) as caught:
-        scene_of(*balls, **fields)
-    return str(caught.value)
 
 
 def test_scene_error_is_a_ghostball_error_and_a_value_error():

@@ -1,39 +1,14 @@
-"""The rules between the fields of a scene: laws and their fields, spin, and whether a shot ends."""
+"""The rules between the fields of a scene: spin, and whether a shot ends."""
 
 from __future__ import annotations
 
 import pytest
+from refusals import refusal
 from shots import ball, scene_of
 
-from engine import Scene, SceneError
-from engine.impact_laws.registry import (
-    CUSHION_LAWS,
-)
+from engine import SceneError
 
-SPIN_LAWS = ("frictional", "han2005", "mathavan2010")
-PLAIN_LAWS = ("mirror", "restitution")
-HEIGHT_LAWS = ("han2005", "mathavan2010")
 SLIDE = {"motion": "sliding"}
-
-CUSHION_FIELDS = sorted(
-    {field for law in CUSHION_LAWS for field in law.uses} - {"sliding_friction"}
-)
-UNUSED = [
-    (law.name, field) for law in CUSHION_LAWS for field in CUSHION_FIELDS if field not in law.uses
-]
-USED = [(law.name, field) for law in CUSHION_LAWS for field in law.uses]
-
-
-def refusal(*balls, **fields) -> str:
-    with pytest.raises(SceneError) as caught:
-        scene_of(*balls, **fields)
-    return str(caught.value)
-
-
-def loading(text: str) -> str:
-    with pytest.raises(SceneError) as caught:
-        Scene.loads(text, "shot.toml")
-    return str(caught.value)
 
 
 class TestEnds:

@@ -8,6 +8,7 @@ import pytest
 import tomli_w
 from hypothesis import given
 from hypothesis import strategies as st
+from refusals import loading as refusal
 from shots import POOL_TABLE
 
 from engine import Scene, SceneError
@@ -37,12 +38,6 @@ velocity = [2.0, 0.0]
 id = "object"
 position = [1.2, 0.66]
 """
-
-
-def refusal(text: str) -> str:
-    with pytest.raises(SceneError) as caught:
-        Scene.loads(text, "shot.toml")
-    return str(caught.value)
 
 
 def edited(old: str, new: str) -> str:

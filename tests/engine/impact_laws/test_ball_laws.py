@@ -13,9 +13,9 @@ from ball_impacts import (
     EPS,
     POOL_BALL,
     after,
+    any_frictions,
     energy,
     exchanged,
-    frictions,
     gained,
     impact_of,
     impacts,
@@ -24,7 +24,7 @@ from ball_impacts import (
     restitutions,
     shot,
 )
-from hypothesis import given
+from hypothesis import assume, given
 from shots import R
 
 from engine._state import Laws
@@ -135,14 +135,16 @@ def test_slip_too_small_to_square_is_still_ended(law: Law):
 
 
 @both_laws
-@given(i=impacts, e=restitutions, mu=frictions)
+@given(i=impacts, e=restitutions, mu=any_frictions)
 def test_energy_never_rises(law: Law, i: BallImpact, e: float, mu: float | str):
+    assume(law is frictional or mu != 5.0)  # mathavan2014 does not describe it
     assert gained(i, law(i, laws(e, mu))) <= 8.0 * EPS * energy(i, i[:5], i[8:13])
 
 
 @both_laws
-@given(i=impacts, e=restitutions, mu=frictions)
+@given(i=impacts, e=restitutions, mu=any_frictions)
 def test_the_balls_never_approach_afterwards(law: Law, i: BallImpact, e: float, mu: float | str):
+    assume(law is frictional or mu != 5.0)  # mathavan2014 does not describe it
     p = law(i, laws(e, mu))
     a, b = after(i, p)
     assert p.normal >= 0.0
@@ -150,17 +152,19 @@ def test_the_balls_never_approach_afterwards(law: Law, i: BallImpact, e: float, 
 
 
 @both_laws
-@given(i=impacts, e=restitutions, mu=frictions)
+@given(i=impacts, e=restitutions, mu=any_frictions)
 def test_a_mirror_image_behaves_as_one_bit_for_bit(law: Law, i: BallImpact, e: float, mu):
+    assume(law is frictional or mu != 5.0)  # mathavan2014 does not describe it
     p, image = law(i, laws(e, mu)), law(mirrored(i), laws(e, mu))
     signs = (1, -1, 1, 1, -1, 1, -1)
     assert image == tuple(sign * x for sign, x in zip(signs, p, strict=True))
 
 
 @both_laws
-@given(i=impacts, e=restitutions, mu=frictions)
+@given(i=impacts, e=restitutions, mu=any_frictions)
 def test_it_does_not_matter_which_ball_is_called_a(law: Law, i: BallImpact, e: float, mu):
     """Bit for bit; fails if only one of the balls can be the pressed one."""
+    assume(law is frictional or mu != 5.0)  # mathavan2014 does not describe it
     p, other = law(i, laws(e, mu)), law(exchanged(i), laws(e, mu))
     cloth = (-p.b_cloth_n, -p.b_cloth_t, -p.a_cloth_n, -p.a_cloth_t)
     assert other == (p.normal, p.along, -p.up, *cloth)
