@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from engine._geometry import cushion_in_contact, pair_in_contact
 from engine._jit import kernel
-from engine._motion import advance, predict_motion
+from engine._motion import advance, mark, predict_motion
 from engine._state import FIRST, FREE, SECOND, Balls, Contacts, Laws, X, Y
 
 
@@ -12,7 +12,7 @@ from engine._state import FIRST, FREE, SECOND, Balls, Contacts, Laws, X, Y
 def release(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> None:
     """Take the contact forces off every ball of i's cluster at the instant t [s].
 
-    Contract: all of them are advanced to t, predicted anew and marked in `contacts.changed`.
+    Contract: all of them are advanced to t, predicted anew and marked in `balls.changed`.
     """
     label = contacts.cluster[i]
     if label == FREE:
@@ -25,7 +25,7 @@ def release(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> N
                 contacts.held[other, k] = False
             advance(balls, k, t)
             predict_motion(balls, k, laws)
-            contacts.changed[k] = True
+            mark(balls, k)
 
 
 @kernel
@@ -34,7 +34,7 @@ def gather_members(
 ) -> int:
     """Put in `contacts.member` ball i and all in contact with a member; return how many.
 
-    The first `listed` columns of `contacts.hits` are contacts, close or not.
+    The first `listed` rows of `balls.hits` are contacts, close or not.
     """
     release(balls, laws, contacts, i, t)
     contacts.member[0] = i
@@ -45,7 +45,7 @@ def gather_members(
         for other in range(len(balls.own_kind)):
             if contacts.cluster[other] == i:
                 continue
-            if pair_in_contact(balls, k, other, t) or _is_listed(contacts, listed, k, other):
+            if pair_in_contact(balls, k, other, t) or _is_listed(balls, listed, k, other):
                 release(balls, laws, contacts, other, t)
                 _join(balls, laws, contacts, other, i, t)
                 contacts.member[members] = other
@@ -56,10 +56,10 @@ def gather_members(
 
 
 @kernel
-def _is_listed(contacts: Contacts, listed: int, i: int, j: int) -> bool:
-    """Whether ball i and j, a ball or -1 minus a cushion's index, are in `contacts.hits`."""
+def _is_listed(balls: Balls, listed: int, i: int, j: int) -> bool:
+    """Whether ball i and j, a ball or -1 minus a cushion's index, are in `balls.hits`."""
     for c in range(listed):
-        a, b = contacts.hits[FIRST, c], contacts.hits[SECOND, c]
+        a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
         if (a == i and b == j) or (a == j and b == i):
             return True
     return False
@@ -79,9 +79,9 @@ def _sort(balls: Balls, contacts: Contacts, members: int) -> None:
 @kernel
 def stands_before(balls: Balls, i: int, j: int) -> bool:
     """Whether ball i is before ball j in the order of places; both at one instant."""
-    same = balls.state[X, i] == balls.state[X, j]
-    below = same and balls.state[Y, i] < balls.state[Y, j]
-    return bool(balls.state[X, i] < balls.state[X, j] or below)
+    same = balls.state[i, X] == balls.state[j, X]
+    below = same and balls.state[i, Y] < balls.state[j, Y]
+    return bool(balls.state[i, X] < balls.state[j, X] or below)
 
 
 @kernel
@@ -89,7 +89,7 @@ def _join(balls: Balls, laws: Laws, contacts: Contacts, k: int, label: int, t: f
     advance(balls, k, t)
     predict_motion(balls, k, laws)
     contacts.cluster[k] = label
-    contacts.changed[k] = True
+    mark(balls, k)
 
 
 @kernel
@@ -102,16 +102,16 @@ def gather_contacts(
         k = contacts.member[m]
         for other in range(m + 1, members):
             partner = contacts.member[other]
-            if _is_listed(contacts, listed, k, partner) or pair_in_contact(balls, k, partner, t):
-                contacts.ends[FIRST, count] = k
-                contacts.ends[SECOND, count] = partner
+            if _is_listed(balls, listed, k, partner) or pair_in_contact(balls, k, partner, t):
+                contacts.ends[count, FIRST] = k
+                contacts.ends[count, SECOND] = partner
                 contacts.held[k, partner] = True
                 contacts.held[partner, k] = True
                 count += 1
         for cushion in range(4):
-            listed_here = _is_listed(contacts, listed, k, -1 - cushion)
+            listed_here = _is_listed(balls, listed, k, -1 - cushion)
             if listed_here or cushion_in_contact(balls, k, laws, cushion):
-                contacts.ends[FIRST, count] = k
-                contacts.ends[SECOND, count] = -1 - cushion
+                contacts.ends[count, FIRST] = k
+                contacts.ends[count, SECOND] = -1 - cushion
                 count += 1
     return count

@@ -51,15 +51,15 @@ _TURN = 0.125
 @kernel
 def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: float) -> None:
     """Set member k's accelerations from LOAD_* and TWIST_*, and the cloth's answer to them."""
-    mass = balls.state[MASS, k]
-    fx, fy = contacts.motion[LOAD_X, k] / mass, contacts.motion[LOAD_Y, k] / mass
-    contacts.motion[YIELD, k] = 1.0 / mass
+    mass = balls.state[k, MASS]
+    fx, fy = contacts.motion[k, LOAD_X] / mass, contacts.motion[k, LOAD_Y] / mass
+    contacts.motion[k, YIELD] = 1.0 / mass
     if not laws.slides:
         _roll(balls, contacts, k, duration, fx, fy)
         return
-    radius = balls.state[RADIUS, k]
-    gx = 2.5 * contacts.motion[TWIST_X, k] / (mass * radius)
-    gy = 2.5 * contacts.motion[TWIST_Y, k] / (mass * radius)
+    radius = balls.state[k, RADIUS]
+    gx = 2.5 * contacts.motion[k, TWIST_X] / (mass * radius)
+    gy = 2.5 * contacts.motion[k, TWIST_Y] / (mass * radius)
     ux, uy = slip(balls, k)
     # Without the cloth the slip would change so [m/s^2]; its friction over the mass changes it by
     # 7/2 of itself.
@@ -67,44 +67,44 @@ def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: f
     cx, cy = -(ux / duration + dux) / 3.5, -(uy / duration + duy) / 3.5
     size = speed_of(cx, cy)
     rolls = ux == 0.0 and uy == 0.0 and size <= grip(balls, k)
-    contacts.motion[SLIPS, k] = 0.0 if rolls else 1.0
+    contacts.motion[k, SLIPS] = 0.0 if rolls else 1.0
     if rolls:
-        contacts.motion[YIELD, k] /= 1.4
+        contacts.motion[k, YIELD] /= 1.4
         _roll(balls, contacts, k, duration, fx + cx, fy + cy)
-        contacts.motion[NEW_BX, k] = -contacts.motion[NEW_AY, k] / radius
-        contacts.motion[NEW_BY, k] = contacts.motion[NEW_AX, k] / radius
+        contacts.motion[k, NEW_BX] = -contacts.motion[k, NEW_AY] / radius
+        contacts.motion[k, NEW_BY] = contacts.motion[k, NEW_AX] / radius
         return
-    if size > balls.state[SLIDE, k]:
+    if size > balls.state[k, SLIDE]:
         mid_x, mid_y = ux + 0.5 * duration * dux, uy + 0.5 * duration * duy
-        cx, cy = _resist(mid_x, mid_y, balls.state[SLIDE, k], 1.75 * duration)
-    contacts.motion[NEW_AX, k] = fx + cx
-    contacts.motion[NEW_AY, k] = fy + cy
-    contacts.motion[NEW_BX, k] = gx + 2.5 * cy / radius
-    contacts.motion[NEW_BY, k] = gy - 2.5 * cx / radius
+        cx, cy = _resist(mid_x, mid_y, balls.state[k, SLIDE], 1.75 * duration)
+    contacts.motion[k, NEW_AX] = fx + cx
+    contacts.motion[k, NEW_AY] = fy + cy
+    contacts.motion[k, NEW_BX] = gx + 2.5 * cy / radius
+    contacts.motion[k, NEW_BY] = gy - 2.5 * cx / radius
 
 
 @kernel
 def _roll(balls: Balls, contacts: Contacts, k: int, duration: float, fx: float, fy: float) -> None:
     """Set the acceleration of a member that rolls or rests: drive less rolling friction."""
-    vx, vy = balls.state[VX, k], balls.state[VY, k]
-    limit = balls.state[ROLL, k]
+    vx, vy = balls.state[k, VX], balls.state[k, VY]
+    limit = balls.state[k, ROLL]
     if stopping(balls, k):
         # So slow, or at rest: the cloth brings it to rest by the end of the step if mu m g can,
         # else it resists with that.
         ux, uy = vx / duration + fx, vy / duration + fy
         size = speed_of(ux, uy)
         if size <= limit:
-            contacts.motion[NEW_AX, k] = -vx / duration
-            contacts.motion[NEW_AY, k] = -vy / duration
-            contacts.motion[YIELD, k] = 0.0
+            contacts.motion[k, NEW_AX] = -vx / duration
+            contacts.motion[k, NEW_AY] = -vy / duration
+            contacts.motion[k, YIELD] = 0.0
         else:
-            contacts.motion[NEW_AX, k] = fx - limit * (ux / size)
-            contacts.motion[NEW_AY, k] = fy - limit * (uy / size)
+            contacts.motion[k, NEW_AX] = fx - limit * (ux / size)
+            contacts.motion[k, NEW_AY] = fy - limit * (uy / size)
         return
     mid_x, mid_y = vx + 0.5 * duration * fx, vy + 0.5 * duration * fy
     rx, ry = _resist(mid_x, mid_y, limit, 0.5 * duration)
-    contacts.motion[NEW_AX, k] = fx + rx
-    contacts.motion[NEW_AY, k] = fy + ry
+    contacts.motion[k, NEW_AX] = fx + rx
+    contacts.motion[k, NEW_AY] = fy + ry
 
 
 @kernel
@@ -126,8 +126,8 @@ def stopping(balls: Balls, k: int) -> bool:
     ux, uy = slip(balls, k)
     if ux != 0.0 or uy != 0.0:
         return False
-    speed = speed_of(balls.state[VX, k], balls.state[VY, k])
-    return negligible_hop(speed, balls.state[ROLL, k], capture_height(balls, k, k))
+    speed = speed_of(balls.state[k, VX], balls.state[k, VY])
+    return negligible_hop(speed, balls.state[k, ROLL], capture_height(balls, k, k))
 
 
 @kernel
@@ -144,13 +144,13 @@ def slack(balls: Balls, i: int, j: int, duration: float) -> float:
 @kernel
 def keep_still(balls: Balls, contacts: Contacts, k: int, duration: float) -> None:
     """Bring member k to rest, or leave it there, where what moves it is what forces are off by."""
-    if contacts.motion[DEEP, k] == 1.0 or not stopping(balls, k):
+    if contacts.motion[k, DEEP] == 1.0 or not stopping(balls, k):
         return
-    x = balls.state[VX, k] + duration * contacts.motion[NEW_AX, k]
-    y = balls.state[VY, k] + duration * contacts.motion[NEW_AY, k]
+    x = balls.state[k, VX] + duration * contacts.motion[k, NEW_AX]
+    y = balls.state[k, VY] + duration * contacts.motion[k, NEW_AY]
     if duration * speed_of(x, y) <= 2.0 * slack(balls, k, k, duration):
-        contacts.motion[NEW_AX, k] = -balls.state[VX, k] / duration
-        contacts.motion[NEW_AY, k] = -balls.state[VY, k] / duration
+        contacts.motion[k, NEW_AX] = -balls.state[k, VX] / duration
+        contacts.motion[k, NEW_AY] = -balls.state[k, VY] / duration
 
 
 @kernel
@@ -161,11 +161,11 @@ def settle(balls: Balls, k: int) -> bool:
     """
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
-    if size == 0.0 or not negligible_hop(size, balls.state[SLIDE, k], stop_way(balls, k)):
+    if size == 0.0 or not negligible_hop(size, balls.state[k, SLIDE], stop_way(balls, k)):
         return False
-    balls.state[VX, k] -= ux / 3.5
-    balls.state[VY, k] -= uy / 3.5
-    balls.state[PHASE, k] = ROLLING
+    balls.state[k, VX] -= ux / 3.5
+    balls.state[k, VY] -= uy / 3.5
+    balls.state[k, PHASE] = ROLLING
     return True
 
 
@@ -175,25 +175,25 @@ def time_to_change(balls: Balls, k: int) -> float:
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
     if size > 0.0:
-        friction = balls.state[SLIDE, k]
+        friction = balls.state[k, SLIDE]
         return 0.5 * size / (3.5 * friction) if friction > 0.0 else math.inf
-    speed = speed_of(balls.state[VX, k], balls.state[VY, k])
-    free = stopping(balls, k) or balls.state[ROLL, k] == 0.0
-    return math.inf if free else 0.5 * speed / balls.state[ROLL, k]
+    speed = speed_of(balls.state[k, VX], balls.state[k, VY])
+    free = stopping(balls, k) or balls.state[k, ROLL] == 0.0
+    return math.inf if free else 0.5 * speed / balls.state[k, ROLL]
 
 
 @kernel
 def turns_little(balls: Balls, contacts: Contacts, k: int, duration: float) -> bool:
     """Whether member k's friction keeps its direction over a step of this length."""
-    ax, ay = contacts.motion[NEW_AX, k], contacts.motion[NEW_AY, k]
+    ax, ay = contacts.motion[k, NEW_AX], contacts.motion[k, NEW_AY]
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
     if size > 0.0:
-        radius = balls.state[RADIUS, k]
-        dux = duration * (ax - radius * contacts.motion[NEW_BY, k])
-        duy = duration * (ay + radius * contacts.motion[NEW_BX, k])
+        radius = balls.state[k, RADIUS]
+        dux = duration * (ax - radius * contacts.motion[k, NEW_BY])
+        duy = duration * (ay + radius * contacts.motion[k, NEW_BX])
         across = abs((ux / size) * duy - (uy / size) * dux)
         left = size + (ux / size) * dux + (uy / size) * duy
         return bool(across <= _TURN * size and left > 0.25 * size)
-    speed = speed_of(balls.state[VX, k], balls.state[VY, k])
+    speed = speed_of(balls.state[k, VX], balls.state[k, VY])
     return bool(duration * speed_of(ax, ay) <= _TURN * speed or stopping(balls, k))

@@ -88,20 +88,20 @@ def solve(
     for m in range(members):
         k = contacts.member[m]
         for row in (LOAD_X, LOAD_Y, TWIST_X, TWIST_Y, TWIST_Z, NEW_BX, NEW_BY):
-            contacts.motion[row, k] = 0.0
-        contacts.motion[NEW_AX, k] = balls.state[AX, k]
-        contacts.motion[NEW_AY, k] = balls.state[AY, k]
+            contacts.motion[k, row] = 0.0
+        contacts.motion[k, NEW_AX] = balls.state[k, AX]
+        contacts.motion[k, NEW_AY] = balls.state[k, AY]
         accelerate(balls, laws, contacts, k, duration)
     for c in range(count):
         nx, ny, _ = gap_after(balls, laws, contacts, c, 0.5 * duration)
-        contacts.forces[NX, c] = nx
-        contacts.forces[NY, c] = ny
+        contacts.forces[c, NX] = nx
+        contacts.forces[c, NY] = ny
         # The last step's force is the first guess.
         force = _pressure(contacts, c)
-        contacts.forces[FORCE, c] = force
-        contacts.forces[ALONG, c] = 0.0
-        contacts.forces[UP, c] = 0.0
-        _load(contacts, contacts.ends[FIRST, c], contacts.ends[SECOND, c], force * nx, force * ny)
+        contacts.forces[c, FORCE] = force
+        contacts.forces[c, ALONG] = 0.0
+        contacts.forces[c, UP] = 0.0
+        _load(contacts, contacts.ends[c, FIRST], contacts.ends[c, SECOND], force * nx, force * ny)
     # No friction is in the first guess: that normal forces have settled is not enough.
     steady = False
     for sweep in range(SWEEPS):
@@ -127,7 +127,7 @@ def solve(
 @kernel
 def _pressure(contacts: Contacts, c: int) -> float:
     """Force that contact c had in the last step that held it [N]."""
-    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
     n = contacts.pressure.shape[0]
     force: float = (
         contacts.pressure[min(a, b), max(a, b)] if b >= 0 else contacts.pressure[a, n - 1 - b]
@@ -139,45 +139,45 @@ def _pressure(contacts: Contacts, c: int) -> float:
 def _keep_pressures(contacts: Contacts, count: int) -> None:
     n = contacts.pressure.shape[0]
     for c in range(count):
-        a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+        a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
         if b >= 0:
-            contacts.pressure[min(a, b), max(a, b)] = contacts.forces[FORCE, c]
+            contacts.pressure[min(a, b), max(a, b)] = contacts.forces[c, FORCE]
         else:
-            contacts.pressure[a, n - 1 - b] = contacts.forces[FORCE, c]
+            contacts.pressure[a, n - 1 - b] = contacts.forces[c, FORCE]
 
 
 @kernel
 def _mark_deep(balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int) -> None:
     for m in range(members):
-        contacts.motion[DEEP, contacts.member[m]] = 0.0
+        contacts.motion[contacts.member[m], DEEP] = 0.0
     for c in range(count):
         a, b = _ends(contacts, c)
         _, _, now = gap_after(balls, laws, contacts, c, 0.0)
         if now < -_DEEP * contact_tolerance(balls, a, b):
-            contacts.motion[DEEP, a] = 1.0
-            contacts.motion[DEEP, b] = 1.0
+            contacts.motion[a, DEEP] = 1.0
+            contacts.motion[b, DEEP] = 1.0
 
 
 @kernel
 def _hold(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) -> None:
     """Change the normal force of contact c so that its gap ends where the step aims at."""
-    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
     excess = _excess(balls, laws, contacts, c, duration)
-    force = contacts.forces[FORCE, c]
+    force = contacts.forces[c, FORCE]
     answer = _yield(contacts, c)
     if answer > 0.0:
         # A member that the cloth holds may give way: with a part of its answer then.
-        if contacts.motion[YIELD, a] == 0.0:
-            answer += _SHARE / balls.state[MASS, a]
-        if b >= 0 and contacts.motion[YIELD, b] == 0.0:
-            answer += _SHARE / balls.state[MASS, b]
+        if contacts.motion[a, YIELD] == 0.0:
+            answer += _SHARE / balls.state[a, MASS]
+        if b >= 0 and contacts.motion[b, YIELD] == 0.0:
+            answer += _SHARE / balls.state[b, MASS]
         change = max(-force, -2.0 * excess / (answer * duration * duration))
     elif excess > 0.0:
         change = -force
     else:
         return  # no force moves two that the cloth holds
-    contacts.forces[FORCE, c] = force + change
-    _load(contacts, a, b, change * contacts.forces[NX, c], change * contacts.forces[NY, c])
+    contacts.forces[c, FORCE] = force + change
+    _load(contacts, a, b, change * contacts.forces[c, NX], change * contacts.forces[c, NY])
     accelerate(balls, laws, contacts, a, duration)
     if b >= 0:
         accelerate(balls, laws, contacts, b, duration)
@@ -186,29 +186,29 @@ def _hold(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float)
 @kernel
 def _load(contacts: Contacts, a: int, b: int, fx: float, fy: float) -> None:
     """Add a force to ball b, unless it is a cushion, and its opposite to ball a [N]."""
-    contacts.motion[LOAD_X, a] -= fx
-    contacts.motion[LOAD_Y, a] -= fy
+    contacts.motion[a, LOAD_X] -= fx
+    contacts.motion[a, LOAD_Y] -= fy
     if b >= 0:
-        contacts.motion[LOAD_X, b] += fx
-        contacts.motion[LOAD_Y, b] += fy
+        contacts.motion[b, LOAD_X] += fx
+        contacts.motion[b, LOAD_Y] += fy
 
 
 @kernel
 def _yield(contacts: Contacts, c: int) -> float:
     """Acceleration of the gap of contact c over its force [1/kg], as the members answer now."""
-    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
-    both: float = contacts.motion[YIELD, a]
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    both: float = contacts.motion[a, YIELD]
     if b >= 0:
-        both += contacts.motion[YIELD, b]
+        both += contacts.motion[b, YIELD]
     return both
 
 
 @kernel
 def _mass(balls: Balls, contacts: Contacts, c: int) -> float:
     """Reduced mass of contact c [kg]; a cushion's is infinite."""
-    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
-    mass: float = balls.state[MASS, a]
-    return reduced_mass(mass, balls.state[MASS, b]) if b >= 0 else mass
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    mass: float = balls.state[a, MASS]
+    return reduced_mass(mass, balls.state[b, MASS]) if b >= 0 else mass
 
 
 @kernel
@@ -223,7 +223,7 @@ def _rub(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) 
     """
     if not laws.slides:
         return 0.0
-    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
     if b < 0 and laws.cushion_law < _RUBBING_CUSHIONS:
         return 0.0
     along, up, change_along, change_up = _slip(balls, contacts, c)
@@ -232,27 +232,27 @@ def _rub(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) 
         coefficient = friction_coefficient(laws, math.sqrt(along * along + up * up))
     if coefficient == 0.0:
         return 0.0
-    limit = coefficient * contacts.forces[FORCE, c]
+    limit = coefficient * contacts.forces[c, FORCE]
     gain = _mass(balls, contacts, c) / (3.5 * duration)
-    new_along = contacts.forces[ALONG, c] + gain * (along + duration * change_along)
-    new_up = contacts.forces[UP, c] + gain * (up + duration * change_up)
+    new_along = contacts.forces[c, ALONG] + gain * (along + duration * change_along)
+    new_up = contacts.forces[c, UP] + gain * (up + duration * change_up)
     if not _within(new_along, new_up, limit):
-        new_along = contacts.forces[ALONG, c] + gain * (2.0 * along + duration * change_along)
-        new_up = contacts.forces[UP, c] + gain * (2.0 * up + duration * change_up)
+        new_along = contacts.forces[c, ALONG] + gain * (2.0 * along + duration * change_along)
+        new_up = contacts.forces[c, UP] + gain * (2.0 * up + duration * change_up)
         if not _within(new_along, new_up, limit):
             size = math.sqrt(new_along * new_along + new_up * new_up)
             new_along, new_up = limit * (new_along / size), limit * (new_up / size)
-    more_along = new_along - contacts.forces[ALONG, c]
-    more_up = new_up - contacts.forces[UP, c]
-    contacts.forces[ALONG, c] = new_along
-    contacts.forces[UP, c] = new_up
-    tx, ty = -contacts.forces[NY, c], contacts.forces[NX, c]
+    more_along = new_along - contacts.forces[c, ALONG]
+    more_up = new_up - contacts.forces[c, UP]
+    contacts.forces[c, ALONG] = new_along
+    contacts.forces[c, UP] = new_up
+    tx, ty = -contacts.forces[c, NY], contacts.forces[c, NX]
     _load(contacts, a, b, more_along * tx, more_along * ty)
     for k in (a, b):
         if k >= 0:
-            contacts.motion[TWIST_X, k] += more_up * tx
-            contacts.motion[TWIST_Y, k] += more_up * ty
-            contacts.motion[TWIST_Z, k] -= more_along
+            contacts.motion[k, TWIST_X] += more_up * tx
+            contacts.motion[k, TWIST_Y] += more_up * ty
+            contacts.motion[k, TWIST_Z] -= more_along
             accelerate(balls, laws, contacts, k, duration)
     change: float = abs(more_along) + abs(more_up)
     return change
@@ -266,14 +266,14 @@ def _within(x: float, y: float, limit: float) -> bool:
 @kernel
 def _slip(balls: Balls, contacts: Contacts, c: int) -> tuple[float, float, float, float]:
     """Velocity of a's surface over the other's [m/s], along and up; and how both change [m/s^2]."""
-    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
     along, up, change_along, change_up = _surface(balls, contacts, c, a)
     if b >= 0:
         # Its surface is on the other side of its centre.
         b_along, b_up, b_change_along, b_change_up = _surface(balls, contacts, c, b)
-        vx, vy = balls.state[VX, b], balls.state[VY, b]
-        ax, ay = contacts.motion[NEW_AX, b], contacts.motion[NEW_AY, b]
-        nx, ny = contacts.forces[NX, c], contacts.forces[NY, c]
+        vx, vy = balls.state[b, VX], balls.state[b, VY]
+        ax, ay = contacts.motion[b, NEW_AX], contacts.motion[b, NEW_AY]
+        nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
         along += b_along - 2.0 * (nx * vy - ny * vx)
         up += b_up
         change_along += b_change_along - 2.0 * (nx * ay - ny * ax)
@@ -284,16 +284,16 @@ def _slip(balls: Balls, contacts: Contacts, c: int) -> tuple[float, float, float
 @kernel
 def _surface(balls: Balls, contacts: Contacts, c: int, k: int) -> tuple[float, float, float, float]:
     """Velocity of ball k's surface where it faces along the normal of contact c; and its change."""
-    nx, ny = contacts.forces[NX, c], contacts.forces[NY, c]
-    radius = balls.state[RADIUS, k]
-    wx, wy = balls.state[WX, k], balls.state[WY, k]
-    if balls.state[PHASE, k] != SLIDING:
-        wx, wy = -balls.state[VY, k] / radius, balls.state[VX, k] / radius
-    along = nx * balls.state[VY, k] - ny * balls.state[VX, k] + radius * balls.state[WZ, k]
+    nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
+    radius = balls.state[k, RADIUS]
+    wx, wy = balls.state[k, WX], balls.state[k, WY]
+    if balls.state[k, PHASE] != SLIDING:
+        wx, wy = -balls.state[k, VY] / radius, balls.state[k, VX] / radius
+    along = nx * balls.state[k, VY] - ny * balls.state[k, VX] + radius * balls.state[k, WZ]
     up = -radius * (nx * wy - ny * wx)
-    twist = 2.5 * contacts.motion[TWIST_Z, k] / balls.state[MASS, k]
-    change_along = nx * contacts.motion[NEW_AY, k] - ny * contacts.motion[NEW_AX, k] + twist
-    change_up = -radius * (nx * contacts.motion[NEW_BY, k] - ny * contacts.motion[NEW_BX, k])
+    twist = 2.5 * contacts.motion[k, TWIST_Z] / balls.state[k, MASS]
+    change_along = nx * contacts.motion[k, NEW_AY] - ny * contacts.motion[k, NEW_AX] + twist
+    change_up = -radius * (nx * contacts.motion[k, NEW_BY] - ny * contacts.motion[k, NEW_BX])
     return along, up, change_along, change_up
 
 
@@ -337,7 +337,7 @@ def _settled(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration:
         if _yield(contacts, c) == 0.0 and excess < 0.0:
             # An overlap between two that the cloth holds, which no force pushes apart.
             excess = min(0.0, excess + _aim(balls, a, b, now, duration) - now)
-        if (contacts.forces[FORCE, c] > 0.0 or excess < 0.0) and abs(excess) > left:
+        if (contacts.forces[c, FORCE] > 0.0 or excess < 0.0) and abs(excess) > left:
             return False
     return True
 
@@ -353,7 +353,7 @@ def _stays_closed(
             _, _, gap = gap_after(balls, laws, contacts, c, part * duration)
             _, _, now = gap_after(balls, laws, contacts, c, 0.0)
             allowed = max(contact_tolerance(balls, a, b), gap_rounding(balls, a, b) - now)
-            if gap < -allowed or (contacts.forces[FORCE, c] > 0.0 and gap > max(allowed, now)):
+            if gap < -allowed or (contacts.forces[c, FORCE] > 0.0 and gap > max(allowed, now)):
                 return False
     return True
 
@@ -374,7 +374,7 @@ def _is_short(
 @kernel
 def _ends(contacts: Contacts, c: int) -> tuple[int, int]:
     """Return the balls of contact c; for a cushion, the ball twice."""
-    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
     return a, b if b >= 0 else a
 
 
@@ -383,19 +383,19 @@ def gap_after(
     balls: Balls, laws: Laws, contacts: Contacts, c: int, s: float
 ) -> tuple[float, float, float]:
     """Return contact c's normal (outward from its first member) and its gap, in s seconds."""
-    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
-    xa = balls.state[X, a] + s * (balls.state[VX, a] + 0.5 * s * contacts.motion[NEW_AX, a])
-    ya = balls.state[Y, a] + s * (balls.state[VY, a] + 0.5 * s * contacts.motion[NEW_AY, a])
-    radius = balls.state[RADIUS, a]
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    xa = balls.state[a, X] + s * (balls.state[a, VX] + 0.5 * s * contacts.motion[a, NEW_AX])
+    ya = balls.state[a, Y] + s * (balls.state[a, VY] + 0.5 * s * contacts.motion[a, NEW_AY])
+    radius = balls.state[a, RADIUS]
     if b >= 0:
         rx = (
-            balls.state[X, b] + s * (balls.state[VX, b] + 0.5 * s * contacts.motion[NEW_AX, b]) - xa
+            balls.state[b, X] + s * (balls.state[b, VX] + 0.5 * s * contacts.motion[b, NEW_AX]) - xa
         )
         ry = (
-            balls.state[Y, b] + s * (balls.state[VY, b] + 0.5 * s * contacts.motion[NEW_AY, b]) - ya
+            balls.state[b, Y] + s * (balls.state[b, VY] + 0.5 * s * contacts.motion[b, NEW_AY]) - ya
         )
         distance = math.sqrt(rx * rx + ry * ry)
-        return rx / distance, ry / distance, distance - (radius + balls.state[RADIUS, b])
+        return rx / distance, ry / distance, distance - (radius + balls.state[b, RADIUS])
     cushion = -1 - b
     nx, ny, _ = cushion_side(laws, cushion)
     return -nx, -ny, cushion_gap(xa, ya, radius, laws, cushion)

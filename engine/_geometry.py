@@ -39,22 +39,22 @@ def relative_motion(
     balls: Balls, i: int, j: int, t: float
 ) -> tuple[float, float, float, float, float, float]:
     """Position, velocity and acceleration of ball j relative to ball i at the instant t [s]."""
-    si, sj = t - balls.state[EPOCH, i], t - balls.state[EPOCH, j]
-    xi = balls.state[X, i] + si * (balls.state[VX, i] + 0.5 * balls.state[AX, i] * si)
-    yi = balls.state[Y, i] + si * (balls.state[VY, i] + 0.5 * balls.state[AY, i] * si)
-    xj = balls.state[X, j] + sj * (balls.state[VX, j] + 0.5 * balls.state[AX, j] * sj)
-    yj = balls.state[Y, j] + sj * (balls.state[VY, j] + 0.5 * balls.state[AY, j] * sj)
-    vxi = balls.state[VX, i] + balls.state[AX, i] * si
-    vyi = balls.state[VY, i] + balls.state[AY, i] * si
-    vxj = balls.state[VX, j] + balls.state[AX, j] * sj
-    vyj = balls.state[VY, j] + balls.state[AY, j] * sj
+    si, sj = t - balls.state[i, EPOCH], t - balls.state[j, EPOCH]
+    xi = balls.state[i, X] + si * (balls.state[i, VX] + 0.5 * balls.state[i, AX] * si)
+    yi = balls.state[i, Y] + si * (balls.state[i, VY] + 0.5 * balls.state[i, AY] * si)
+    xj = balls.state[j, X] + sj * (balls.state[j, VX] + 0.5 * balls.state[j, AX] * sj)
+    yj = balls.state[j, Y] + sj * (balls.state[j, VY] + 0.5 * balls.state[j, AY] * sj)
+    vxi = balls.state[i, VX] + balls.state[i, AX] * si
+    vyi = balls.state[i, VY] + balls.state[i, AY] * si
+    vxj = balls.state[j, VX] + balls.state[j, AX] * sj
+    vyj = balls.state[j, VY] + balls.state[j, AY] * sj
     return (
         xj - xi,
         yj - yi,
         vxj - vxi,
         vyj - vyi,
-        balls.state[AX, j] - balls.state[AX, i],
-        balls.state[AY, j] - balls.state[AY, i],
+        balls.state[j, AX] - balls.state[i, AX],
+        balls.state[j, AY] - balls.state[i, AY],
     )
 
 
@@ -67,14 +67,14 @@ def reduced_mass(a: float, b: float) -> float:
 @kernel
 def at_rest(balls: Balls, i: int) -> bool:
     """Whether the centre of ball i rests, and stays so if nothing hits it."""
-    slides = balls.state[PHASE, i] == SLIDING and balls.state[SLIDE, i] > 0.0
-    return bool(balls.state[VX, i] == 0.0 and balls.state[VY, i] == 0.0 and not slides)
+    slides = balls.state[i, PHASE] == SLIDING and balls.state[i, SLIDE] > 0.0
+    return bool(balls.state[i, VX] == 0.0 and balls.state[i, VY] == 0.0 and not slides)
 
 
 @kernel
 def grip(balls: Balls, i: int) -> float:
     """Largest deceleration [m/s^2] that the cloth can give ball i."""
-    deceleration: float = max(balls.state[ROLL, i], balls.state[SLIDE, i])
+    deceleration: float = max(balls.state[i, ROLL], balls.state[i, SLIDE])
     return deceleration
 
 
@@ -105,8 +105,8 @@ def cushion_gap(x: float, y: float, radius: float, laws: Laws, cushion: int) -> 
 @kernel
 def gap_rounding(balls: Balls, i: int, j: int) -> float:
     """Return the rounding [m] of a gap computed from the coordinates of balls i and j."""
-    at_i: float = abs(balls.state[X, i]) + abs(balls.state[Y, i])
-    at_j: float = abs(balls.state[X, j]) + abs(balls.state[Y, j])
+    at_i: float = abs(balls.state[i, X]) + abs(balls.state[i, Y])
+    at_j: float = abs(balls.state[j, X]) + abs(balls.state[j, Y])
     return GAP_ULPS * EPS * max(at_i, at_j)
 
 
@@ -117,8 +117,8 @@ def tie_rounding(balls: Balls, i: int, j: int, t: float) -> float:
     That of the coordinates, and how far the balls go in the rounding of the clock. For a ball and a
     cushion, j is i.
     """
-    speed = abs(balls.state[VX, i]) + abs(balls.state[VY, i])
-    speed += abs(balls.state[VX, j]) + abs(balls.state[VY, j])
+    speed = abs(balls.state[i, VX]) + abs(balls.state[i, VY])
+    speed += abs(balls.state[j, VX]) + abs(balls.state[j, VY])
     rounding: float = gap_rounding(balls, i, j) + GAP_ULPS * EPS * t * speed
     return rounding
 
@@ -129,7 +129,7 @@ def contact_tolerance(balls: Balls, i: int, j: int) -> float:
 
     For a ball and a cushion, j is i.
     """
-    reach: float = balls.state[RADIUS, i] + balls.state[RADIUS, j]
+    reach: float = balls.state[i, RADIUS] + balls.state[j, RADIUS]
     return CONTACT_TOLERANCE * reach + 8.0 * gap_rounding(balls, i, j)
 
 
@@ -139,14 +139,14 @@ def capture_height(balls: Balls, i: int, j: int) -> float:
 
     For a ball and a cushion, j is i.
     """
-    reach: float = balls.state[RADIUS, i] + balls.state[RADIUS, j]
+    reach: float = balls.state[i, RADIUS] + balls.state[j, RADIUS]
     return CAPTURE_HEIGHT * reach + 8.0 * gap_rounding(balls, i, j)
 
 
 @kernel
 def stop_way(balls: Balls, i: int) -> float:
     """Way [m] in which the cloth can end a slip that counts as ended; see `STOP_WAY`."""
-    way: float = STOP_WAY * 2.0 * balls.state[RADIUS, i]
+    way: float = STOP_WAY * 2.0 * balls.state[i, RADIUS]
     return way
 
 
@@ -172,10 +172,10 @@ def in_contact(gap: float, rate: float, tolerance: float, pull: float) -> bool:
 @kernel
 def cushion_in_contact(balls: Balls, i: int, laws: Laws, cushion: int) -> bool:
     """Whether ball i counts as in contact with a cushion, at its epoch."""
-    x, y = balls.state[X, i], balls.state[Y, i]
-    gap = cushion_gap(x, y, balls.state[RADIUS, i], laws, cushion)
+    x, y = balls.state[i, X], balls.state[i, Y]
+    gap = cushion_gap(x, y, balls.state[i, RADIUS], laws, cushion)
     nx, ny, _ = cushion_side(laws, cushion)
-    rate = nx * balls.state[VX, i] + ny * balls.state[VY, i]
+    rate = nx * balls.state[i, VX] + ny * balls.state[i, VY]
     return in_contact(gap, rate, contact_tolerance(balls, i, i), 3.0 * grip(balls, i))
 
 
@@ -188,7 +188,7 @@ def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
     """
     rx, ry, vx, vy, _, _ = relative_motion(balls, i, j, t)
     distance = math.sqrt(rx * rx + ry * ry)
-    gap = distance - (balls.state[RADIUS, i] + balls.state[RADIUS, j])
+    gap = distance - (balls.state[i, RADIUS] + balls.state[j, RADIUS])
     rate = (rx * vx + ry * vy) / distance
     pull = 1.5 * (grip(balls, i) + grip(balls, j))
     return in_contact(gap, rate, contact_tolerance(balls, i, j), pull)

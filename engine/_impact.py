@@ -43,7 +43,7 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
     if not laws.slides:
         # No law that is left acts on spin: the paper's section 4.2, times (1 + e) / 2.
         nx, ny = contact_normal(balls, i, j)
-        vx, vy = balls.state[VX, j] - balls.state[VX, i], balls.state[VY, j] - balls.state[VY, i]
+        vx, vy = balls.state[j, VX] - balls.state[i, VX], balls.state[j, VY] - balls.state[i, VY]
         _push_apart(balls, i, j, nx, ny, -(1.0 + laws.ball_restitution) * (nx * vx + ny * vy))
         return
     loosen(balls, i)
@@ -58,10 +58,10 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
         _push_apart(balls, i, j, tx, ty, impulse.along)
         to_i, to_j = _shares(balls, i, j)
         for k, share in ((i, to_i), (j, to_j)):
-            turn = 2.5 * share / balls.state[RADIUS, k]
-            balls.state[WX, k] += turn * impulse.up * tx
-            balls.state[WY, k] += turn * impulse.up * ty
-            balls.state[WZ, k] -= turn * impulse.along
+            turn = 2.5 * share / balls.state[k, RADIUS]
+            balls.state[k, WX] += turn * impulse.up * tx
+            balls.state[k, WY] += turn * impulse.up * ty
+            balls.state[k, WZ] -= turn * impulse.along
     _rub_cloth(balls, i, nx, ny, impulse.a_cloth_n, impulse.a_cloth_t)
     _rub_cloth(balls, j, nx, ny, impulse.b_cloth_n, impulse.b_cloth_t)
 
@@ -69,7 +69,7 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
 @kernel
 def contact_normal(balls: Balls, i: int, j: int) -> tuple[float, float]:
     """Return the unit normal from ball i to ball j, both at one instant."""
-    rx, ry = balls.state[X, j] - balls.state[X, i], balls.state[Y, j] - balls.state[Y, i]
+    rx, ry = balls.state[j, X] - balls.state[i, X], balls.state[j, Y] - balls.state[i, Y]
     distance = math.sqrt(rx * rx + ry * ry)
     return rx / distance, ry / distance
 
@@ -80,11 +80,11 @@ def _shares(balls: Balls, i: int, j: int) -> tuple[float, float]:
 
     The larger is what the smaller leaves.
     """
-    total = balls.state[MASS, i] + balls.state[MASS, j]
-    if balls.state[MASS, i] >= balls.state[MASS, j]:
-        to_i = balls.state[MASS, j] / total
+    total = balls.state[i, MASS] + balls.state[j, MASS]
+    if balls.state[i, MASS] >= balls.state[j, MASS]:
+        to_i = balls.state[j, MASS] / total
         return to_i, 1.0 - to_i
-    to_j = balls.state[MASS, i] / total
+    to_j = balls.state[i, MASS] / total
     return 1.0 - to_j, to_j
 
 
@@ -98,39 +98,39 @@ def _push_apart(balls: Balls, i: int, j: int, nx: float, ny: float, exchange: fl
     would be the same in each collision of the two, and add up (31 415 collisions of Galperin's
     balls: 1e-12 of the energy).
     """
-    total = balls.state[MASS, i] + balls.state[MASS, j]
-    if balls.state[MASS, i] >= balls.state[MASS, j]:
-        to_i = exchange * (balls.state[MASS, j] / total)
+    total = balls.state[i, MASS] + balls.state[j, MASS]
+    if balls.state[i, MASS] >= balls.state[j, MASS]:
+        to_i = exchange * (balls.state[j, MASS] / total)
         to_j = exchange - to_i
     else:
-        to_j = exchange * (balls.state[MASS, i] / total)
+        to_j = exchange * (balls.state[i, MASS] / total)
         to_i = exchange - to_j
-    balls.state[VX, i] -= to_i * nx
-    balls.state[VY, i] -= to_i * ny
-    balls.state[VX, j] += to_j * nx
-    balls.state[VY, j] += to_j * ny
+    balls.state[i, VX] -= to_i * nx
+    balls.state[i, VY] -= to_i * ny
+    balls.state[j, VX] += to_j * nx
+    balls.state[j, VY] += to_j * ny
 
 
 @kernel
 def _seen_along(balls: Balls, i: int, j: int, nx: float, ny: float) -> BallImpact:
     """Return both balls in the frame of their contact: n = (nx, ny), t = (-ny, nx), z."""
     return BallImpact(
-        nx * balls.state[VX, i] + ny * balls.state[VY, i],
-        nx * balls.state[VY, i] - ny * balls.state[VX, i],
-        nx * balls.state[WX, i] + ny * balls.state[WY, i],
-        nx * balls.state[WY, i] - ny * balls.state[WX, i],
-        balls.state[WZ, i],
-        balls.state[RADIUS, i],
-        balls.state[MASS, i],
-        balls.state[CLOTH, i],
-        nx * balls.state[VX, j] + ny * balls.state[VY, j],
-        nx * balls.state[VY, j] - ny * balls.state[VX, j],
-        nx * balls.state[WX, j] + ny * balls.state[WY, j],
-        nx * balls.state[WY, j] - ny * balls.state[WX, j],
-        balls.state[WZ, j],
-        balls.state[RADIUS, j],
-        balls.state[MASS, j],
-        balls.state[CLOTH, j],
+        nx * balls.state[i, VX] + ny * balls.state[i, VY],
+        nx * balls.state[i, VY] - ny * balls.state[i, VX],
+        nx * balls.state[i, WX] + ny * balls.state[i, WY],
+        nx * balls.state[i, WY] - ny * balls.state[i, WX],
+        balls.state[i, WZ],
+        balls.state[i, RADIUS],
+        balls.state[i, MASS],
+        balls.state[i, CLOTH],
+        nx * balls.state[j, VX] + ny * balls.state[j, VY],
+        nx * balls.state[j, VY] - ny * balls.state[j, VX],
+        nx * balls.state[j, WX] + ny * balls.state[j, WY],
+        nx * balls.state[j, WY] - ny * balls.state[j, WX],
+        balls.state[j, WZ],
+        balls.state[j, RADIUS],
+        balls.state[j, MASS],
+        balls.state[j, CLOTH],
     )
 
 
@@ -140,11 +140,11 @@ def _rub_cloth(balls: Balls, k: int, nx: float, ny: float, along_n: float, along
     if along_n == 0.0 and along_t == 0.0:
         return
     cx, cy = along_n * nx - along_t * ny, along_n * ny + along_t * nx
-    turn = 2.5 / balls.state[RADIUS, k]
-    balls.state[VX, k] += cx
-    balls.state[VY, k] += cy
-    balls.state[WX, k] += turn * cy
-    balls.state[WY, k] -= turn * cx
+    turn = 2.5 / balls.state[k, RADIUS]
+    balls.state[k, VX] += cx
+    balls.state[k, VY] += cy
+    balls.state[k, WX] += turn * cy
+    balls.state[k, WY] -= turn * cx
 
 
 @kernel
@@ -158,26 +158,26 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     nx, ny = -inward_x, -inward_y
     if laws.slides:
         loosen(balls, i)
-    vx, vy = balls.state[VX, i], balls.state[VY, i]
-    wx, wy = balls.state[WX, i], balls.state[WY, i]
+    vx, vy = balls.state[i, VX], balls.state[i, VY]
+    wx, wy = balls.state[i, WX], balls.state[i, WY]
     after = cushion_law(
         CushionImpact(
             abs(nx * vx + ny * vy),
             nx * vy - ny * vx,
             nx * wx + ny * wy,
             nx * wy - ny * wx,
-            balls.state[WZ, i],
-            balls.state[RADIUS, i],
-            balls.state[MASS, i],
-            balls.state[CLOTH, i],
+            balls.state[i, WZ],
+            balls.state[i, RADIUS],
+            balls.state[i, MASS],
+            balls.state[i, CLOTH],
         ),
         laws,
     )
-    balls.state[VX, i] = after.vn * nx - after.vt * ny
-    balls.state[VY, i] = after.vn * ny + after.vt * nx
-    balls.state[WX, i] = after.wn * nx - after.wt * ny
-    balls.state[WY, i] = after.wn * ny + after.wt * nx
-    balls.state[WZ, i] = after.wz
+    balls.state[i, VX] = after.vn * nx - after.vt * ny
+    balls.state[i, VY] = after.vn * ny + after.vt * nx
+    balls.state[i, WX] = after.wn * nx - after.wt * ny
+    balls.state[i, WY] = after.wn * ny + after.wt * nx
+    balls.state[i, WZ] = after.wz
 
 
 @kernel
@@ -189,19 +189,19 @@ def bounce_in_corner(balls: Balls, i: int, cushion: int, other: int, laws: Laws)
     """
     if laws.slides:
         loosen(balls, i)
-    vx, vy = balls.state[VX, i], balls.state[VY, i]
-    wx, wy, wz = balls.state[WX, i], balls.state[WY, i], balls.state[WZ, i]
+    vx, vy = balls.state[i, VX], balls.state[i, VY]
+    wx, wy, wz = balls.state[i, WX], balls.state[i, WY], balls.state[i, WZ]
     _bounce_off_both(balls, i, cushion, other, laws)
-    vx1, vy1 = balls.state[VX, i], balls.state[VY, i]
-    wx1, wy1, wz1 = balls.state[WX, i], balls.state[WY, i], balls.state[WZ, i]
-    balls.state[VX, i], balls.state[VY, i] = vx, vy
-    balls.state[WX, i], balls.state[WY, i], balls.state[WZ, i] = wx, wy, wz
+    vx1, vy1 = balls.state[i, VX], balls.state[i, VY]
+    wx1, wy1, wz1 = balls.state[i, WX], balls.state[i, WY], balls.state[i, WZ]
+    balls.state[i, VX], balls.state[i, VY] = vx, vy
+    balls.state[i, WX], balls.state[i, WY], balls.state[i, WZ] = wx, wy, wz
     _bounce_off_both(balls, i, other, cushion, laws)
-    balls.state[VX, i] = 0.5 * (balls.state[VX, i] + vx1)
-    balls.state[VY, i] = 0.5 * (balls.state[VY, i] + vy1)
-    balls.state[WX, i] = 0.5 * (balls.state[WX, i] + wx1)
-    balls.state[WY, i] = 0.5 * (balls.state[WY, i] + wy1)
-    balls.state[WZ, i] = 0.5 * (balls.state[WZ, i] + wz1)
+    balls.state[i, VX] = 0.5 * (balls.state[i, VX] + vx1)
+    balls.state[i, VY] = 0.5 * (balls.state[i, VY] + vy1)
+    balls.state[i, WX] = 0.5 * (balls.state[i, WX] + wx1)
+    balls.state[i, WY] = 0.5 * (balls.state[i, WY] + wy1)
+    balls.state[i, WZ] = 0.5 * (balls.state[i, WZ] + wz1)
 
 
 @kernel
@@ -209,5 +209,5 @@ def _bounce_off_both(balls: Balls, i: int, first: int, second: int, laws: Laws) 
     """Bounce ball i off one cushion, then off another if it still approaches that."""
     bounce(balls, i, first, laws)
     nx, ny, _ = cushion_side(laws, second)
-    if nx * balls.state[VX, i] + ny * balls.state[VY, i] < 0.0:
+    if nx * balls.state[i, VX] + ny * balls.state[i, VY] < 0.0:
         bounce(balls, i, second, laws)

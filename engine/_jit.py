@@ -34,6 +34,7 @@ OPTIONS: dict[str, Any] = {
     "error_model": "numpy",  # no raising: a division by zero gives inf, as the arithmetic says
     "fastmath": False,  # no fused multiply-add, no reordering: the same bits on every machine
     "nogil": True,  # batches run in threads
+    "_nrt": False,  # no reference counts
 }
 KEPT_CACHES = 4
 """Caches of other sources or flags that are kept; switching between two revisions stays quick."""

@@ -57,7 +57,7 @@ def stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, co
         for m in range(members):
             k = contacts.member[m]
             firm = at_rest(balls, k)
-            contacts.motion[ANSWERING, k] = math.inf if firm else _moved_mass(balls, laws, k)
+            contacts.motion[k, ANSWERING] = math.inf if firm else _moved_mass(balls, laws, k)
         solved = end_approach(contacts, count)
         for _ in range(members):
             if not _loosen_pushed(balls, laws, contacts, members, count, solved):
@@ -65,8 +65,8 @@ def stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, co
             solved = end_approach(contacts, count)
         for m in range(members):
             k = contacts.member[m]
-            balls.state[VX, k] += gained(contacts, count, k, PUSH_X)
-            balls.state[VY, k] += gained(contacts, count, k, PUSH_Y)
+            balls.state[k, VX] += gained(contacts, count, k, PUSH_X)
+            balls.state[k, VY] += gained(contacts, count, k, PUSH_Y)
     for m in range(members):
         k = contacts.member[m]
         contacts.stopped[k] = contacts.stopped[k] and at_rest(balls, k)
@@ -78,15 +78,15 @@ def _approaches(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> boo
     """Whether any contact approaches by more than is left to its force; set normals and rates."""
     found = False
     for c in range(count):
-        a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+        a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
         nx, ny, _ = gap_after(balls, laws, contacts, c, 0.0)
-        contacts.forces[NX, c] = nx
-        contacts.forces[NY, c] = ny
+        contacts.forces[c, NX] = nx
+        contacts.forces[c, NY] = ny
         rate = gap_rate(balls, contacts, c)
-        contacts.forces[RATE, c] = rate
-        size = abs(balls.state[VX, a]) + abs(balls.state[VY, a])
+        contacts.forces[c, RATE] = rate
+        size = abs(balls.state[a, VX]) + abs(balls.state[a, VY])
         if b >= 0:
-            size += abs(balls.state[VX, b]) + abs(balls.state[VY, b])
+            size += abs(balls.state[b, VX]) + abs(balls.state[b, VY])
         other = b if b >= 0 else a
         height = _RESIDUE * contact_tolerance(balls, a, other)
         residue = negligible_hop(rate, max(grip(balls, a), grip(balls, other)), height)
@@ -106,15 +106,15 @@ def _loosen_pushed(
     found = False
     for m in range(members):
         k = contacts.member[m]
-        if not math.isinf(contacts.motion[ANSWERING, k]):
+        if not math.isinf(contacts.motion[k, ANSWERING]):
             continue
         pushed = speed_of(
             sum_at(contacts, count, k, PUSH_X, -1.0), sum_at(contacts, count, k, PUSH_Y, -1.0)
         )
         mass = _moved_mass(balls, laws, k)
         height = capture_height(balls, k, k)
-        if not (solved and negligible_hop(pushed / mass, balls.state[ROLL, k], height)):
-            contacts.motion[ANSWERING, k] = mass
+        if not (solved and negligible_hop(pushed / mass, balls.state[k, ROLL], height)):
+            contacts.motion[k, ANSWERING] = mass
             found = True
     return found
 
@@ -126,6 +126,6 @@ def _moved_mass(balls: Balls, laws: Laws, k: int) -> float:
     One that rolls, or rests, rolls on: the cloth ends so small a slip within part of
     `CAPTURE_HEIGHT`.
     """
-    rolls = laws.slides and balls.state[PHASE, k] != SLIDING and grip(balls, k) > 0.0
-    mass: float = 1.4 * balls.state[MASS, k] if rolls else balls.state[MASS, k]
+    rolls = laws.slides and balls.state[k, PHASE] != SLIDING and grip(balls, k) > 0.0
+    mass: float = 1.4 * balls.state[k, MASS] if rolls else balls.state[k, MASS]
     return mass

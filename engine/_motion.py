@@ -65,21 +65,30 @@ def first_crossing(gap: float, rate: float, acceleration: float) -> float:
 
 
 @kernel
+def mark(balls: Balls, i: int) -> None:
+    """Note that the event at hand changes the motion of ball i."""
+    if not balls.changed[i]:
+        balls.changed[i] = True
+        balls.touched[0] += 1
+        balls.touched[balls.touched[0]] = i
+
+
+@kernel
 def advance(balls: Balls, i: int, t: float) -> None:
     """Move ball i along its closed form to the instant t [s], its new epoch.
 
     Contract: t is not beyond the ball's own next event. No allocation.
     """
-    s = t - balls.state[EPOCH, i]
-    balls.state[X, i] += s * (balls.state[VX, i] + 0.5 * balls.state[AX, i] * s)
-    balls.state[Y, i] += s * (balls.state[VY, i] + 0.5 * balls.state[AY, i] * s)
-    balls.state[VX, i] += balls.state[AX, i] * s
-    balls.state[VY, i] += balls.state[AY, i] * s
-    if balls.state[PHASE, i] == SLIDING:
-        balls.state[WX, i] += balls.state[BX, i] * s
-        balls.state[WY, i] += balls.state[BY, i] * s
+    s = t - balls.state[i, EPOCH]
+    balls.state[i, X] += s * (balls.state[i, VX] + 0.5 * balls.state[i, AX] * s)
+    balls.state[i, Y] += s * (balls.state[i, VY] + 0.5 * balls.state[i, AY] * s)
+    balls.state[i, VX] += balls.state[i, AX] * s
+    balls.state[i, VY] += balls.state[i, AY] * s
+    if balls.state[i, PHASE] == SLIDING:
+        balls.state[i, WX] += balls.state[i, BX] * s
+        balls.state[i, WY] += balls.state[i, BY] * s
     _turn_about_vertical(balls, i, s)
-    balls.state[EPOCH, i] = t
+    balls.state[i, EPOCH] = t
 
 
 @kernel
@@ -88,11 +97,11 @@ def _turn_about_vertical(balls: Balls, i: int, s: float) -> None:
 
     And add what a contact step adds.
     """
-    spin = balls.state[WZ, i]
+    spin = balls.state[i, WZ]
     if spin != 0.0:
-        left = max(abs(spin) - s * balls.state[SPIN, i], 0.0)
-        balls.state[WZ, i] = left if spin > 0.0 else -left
-    balls.state[WZ, i] += balls.state[BZ, i] * s
+        left = max(abs(spin) - s * balls.state[i, SPIN], 0.0)
+        balls.state[i, WZ] = left if spin > 0.0 else -left
+    balls.state[i, WZ] += balls.state[i, BZ] * s
 
 
 @kernel
@@ -102,14 +111,14 @@ def come_to_rest(balls: Balls, i: int, t: float) -> None:
     A uniformly slowed ball covers half of what it would cover at its first speed; unlike the full
     polynomial this cancels no digits. It may spin on about the vertical.
     """
-    s = t - balls.state[EPOCH, i]
-    balls.state[X, i] += 0.5 * s * balls.state[VX, i]
-    balls.state[Y, i] += 0.5 * s * balls.state[VY, i]
-    balls.state[VX, i] = 0.0
-    balls.state[VY, i] = 0.0
-    balls.state[PHASE, i] = ROLLING
+    s = t - balls.state[i, EPOCH]
+    balls.state[i, X] += 0.5 * s * balls.state[i, VX]
+    balls.state[i, Y] += 0.5 * s * balls.state[i, VY]
+    balls.state[i, VX] = 0.0
+    balls.state[i, VY] = 0.0
+    balls.state[i, PHASE] = ROLLING
     _turn_about_vertical(balls, i, s)
-    balls.state[EPOCH, i] = t
+    balls.state[i, EPOCH] = t
 
 
 @kernel
@@ -119,27 +128,27 @@ def start_rolling(balls: Balls, i: int, t: float) -> None:
     The cloth has then taken 2/7 of the slip from the velocity, whatever the friction. As above, the
     mean of both velocities gives the way without cancelling.
     """
-    s = t - balls.state[EPOCH, i]
+    s = t - balls.state[i, EPOCH]
     ux, uy = slip(balls, i)
-    vx, vy = balls.state[VX, i] - ux / 3.5, balls.state[VY, i] - uy / 3.5
-    balls.state[X, i] += 0.5 * s * (balls.state[VX, i] + vx)
-    balls.state[Y, i] += 0.5 * s * (balls.state[VY, i] + vy)
-    balls.state[VX, i] = vx
-    balls.state[VY, i] = vy
-    balls.state[PHASE, i] = ROLLING
+    vx, vy = balls.state[i, VX] - ux / 3.5, balls.state[i, VY] - uy / 3.5
+    balls.state[i, X] += 0.5 * s * (balls.state[i, VX] + vx)
+    balls.state[i, Y] += 0.5 * s * (balls.state[i, VY] + vy)
+    balls.state[i, VX] = vx
+    balls.state[i, VY] = vy
+    balls.state[i, PHASE] = ROLLING
     _turn_about_vertical(balls, i, s)
-    balls.state[EPOCH, i] = t
+    balls.state[i, EPOCH] = t
 
 
 @kernel
 def slip(balls: Balls, i: int) -> tuple[float, float]:
     """Velocity [m/s] of ball i's lowest point over the cloth, at its epoch."""
-    if balls.state[PHASE, i] != SLIDING:
+    if balls.state[i, PHASE] != SLIDING:
         return 0.0, 0.0
-    radius = balls.state[RADIUS, i]
+    radius = balls.state[i, RADIUS]
     return (
-        balls.state[VX, i] - radius * balls.state[WY, i],
-        balls.state[VY, i] + radius * balls.state[WX, i],
+        balls.state[i, VX] - radius * balls.state[i, WY],
+        balls.state[i, VY] + radius * balls.state[i, WX],
     )
 
 
@@ -149,10 +158,10 @@ def loosen(balls: Balls, i: int) -> None:
 
     Contract: before any impulse on a ball of a scene in which balls slide.
     """
-    if balls.state[PHASE, i] != SLIDING:
-        balls.state[WX, i] = -balls.state[VY, i] / balls.state[RADIUS, i]
-        balls.state[WY, i] = balls.state[VX, i] / balls.state[RADIUS, i]
-        balls.state[PHASE, i] = SLIDING
+    if balls.state[i, PHASE] != SLIDING:
+        balls.state[i, WX] = -balls.state[i, VY] / balls.state[i, RADIUS]
+        balls.state[i, WY] = balls.state[i, VX] / balls.state[i, RADIUS]
+        balls.state[i, PHASE] = SLIDING
 
 
 @kernel
@@ -189,19 +198,19 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
     A slide has constant accelerations, since its slip keeps its direction, and ends after 2 |u| /
     (7 mu_s g); rolling is straight and ends after |v| / (mu_r g).
     """
-    balls.state[BZ, i] = 0.0
-    if balls.state[PHASE, i] == SLIDING and _predict_slide(balls, i, laws):
+    balls.state[i, BZ] = 0.0
+    if balls.state[i, PHASE] == SLIDING and _predict_slide(balls, i, laws):
         return
-    vx, vy = balls.state[VX, i], balls.state[VY, i]
-    deceleration = balls.state[ROLL, i]
-    balls.state[AX, i], balls.state[AY, i] = friction_against(vx, vy, deceleration)
+    vx, vy = balls.state[i, VX], balls.state[i, VY]
+    deceleration = balls.state[i, ROLL]
+    balls.state[i, AX], balls.state[i, AY] = friction_against(vx, vy, deceleration)
     speed = speed_of(vx, vy)
     if speed == 0.0:
-        balls.state[PHASE, i] = RESTING
-        balls.state[OWN_TIME, i] = math.inf
+        balls.state[i, PHASE] = RESTING
+        balls.state[i, OWN_TIME] = math.inf
         balls.own_kind[i] = OWN_NONE
         return
-    balls.state[PHASE, i] = ROLLING
+    balls.state[i, PHASE] = ROLLING
     duration = speed / deceleration if deceleration > 0.0 else math.inf
     balls.own_kind[i] = OWN_REST
     predict_cushion(balls, i, laws, duration, 0)
@@ -212,18 +221,18 @@ def _predict_slide(balls: Balls, i: int, laws: Laws) -> bool:
     """Predict ball i as sliding; False, and nothing done, where its slip is but rounding."""
     ux, uy = slip(balls, i)
     size = speed_of(ux, uy)
-    radius = balls.state[RADIUS, i]
-    terms = abs(balls.state[VX, i]) + abs(balls.state[VY, i])
-    terms += radius * (abs(balls.state[WX, i]) + abs(balls.state[WY, i]))
+    radius = balls.state[i, RADIUS]
+    terms = abs(balls.state[i, VX]) + abs(balls.state[i, VY])
+    terms += radius * (abs(balls.state[i, WX]) + abs(balls.state[i, WY]))
     if size <= SLIP_ROUNDING * terms:
         return False
-    ax, ay = friction_against(ux, uy, balls.state[SLIDE, i])
-    balls.state[AX, i] = ax
-    balls.state[AY, i] = ay
-    balls.state[BX, i] = 2.5 * ay / radius
-    balls.state[BY, i] = -2.5 * ax / radius
+    ax, ay = friction_against(ux, uy, balls.state[i, SLIDE])
+    balls.state[i, AX] = ax
+    balls.state[i, AY] = ay
+    balls.state[i, BX] = 2.5 * ay / radius
+    balls.state[i, BY] = -2.5 * ax / radius
     balls.own_kind[i] = OWN_ROLL
-    duration = size / (3.5 * balls.state[SLIDE, i]) if balls.state[SLIDE, i] > 0.0 else math.inf
+    duration = size / (3.5 * balls.state[i, SLIDE]) if balls.state[i, SLIDE] > 0.0 else math.inf
     predict_cushion(balls, i, laws, duration, 0)
     return True
 
@@ -236,19 +245,19 @@ def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, held: int
     `held` is left out: a contact step holds the ball off it. An end that the clock can't tell from
     now comes first, so that a ball that has all but stopped does stop.
     """
-    if duration <= TIME_ROUNDING * balls.state[EPOCH, i]:
-        balls.state[OWN_TIME, i] = balls.state[EPOCH, i]
+    if duration <= TIME_ROUNDING * balls.state[i, EPOCH]:
+        balls.state[i, OWN_TIME] = balls.state[i, EPOCH]
         return
     for cushion in range(4):
         nx, ny, line = cushion_side(laws, cushion)
         if math.isinf(line) or held >> cushion & 1:
             continue
         gap = cushion_gap(
-            balls.state[X, i], balls.state[Y, i], balls.state[RADIUS, i], laws, cushion
+            balls.state[i, X], balls.state[i, Y], balls.state[i, RADIUS], laws, cushion
         )
-        rate = nx * balls.state[VX, i] + ny * balls.state[VY, i]
-        s = first_crossing(gap, rate, nx * balls.state[AX, i] + ny * balls.state[AY, i])
+        rate = nx * balls.state[i, VX] + ny * balls.state[i, VY]
+        s = first_crossing(gap, rate, nx * balls.state[i, AX] + ny * balls.state[i, AY])
         if s < duration:
             duration = s
             balls.own_kind[i] = OWN_CUSHION + cushion
-    balls.state[OWN_TIME, i] = balls.state[EPOCH, i] + duration
+    balls.state[i, OWN_TIME] = balls.state[i, EPOCH] + duration

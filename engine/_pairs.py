@@ -8,23 +8,16 @@ so that no contact is passed over. Each pair stands once, in the row of the ball
 last; a bound beyond either ball's own next event is dropped, since the motion changes there and the
 row is computed again.
 
-This is the part of the engine that another scheduler would replace: `update_ball` after a ball's
-motion changed, `earliest`, and `touching` are all that the loop uses.
+This is the part of the engine that another scheduler would replace: `update_balls` after the motion
+of some changed, `earliest`, and `touching` are all that the loop uses.
 """
 
 from __future__ import annotations
 
 import math
 
-from engine._geometry import (
-    at_rest,
-    capture_height,
-    negligible_hop,
-    relative_motion,
-    tie_rounding,
-)
+from engine._geometry import capture_height, relative_motion, tie_rounding
 from engine._jit import kernel
-from engine._motion import first_crossing
 from engine._state import (
     ADVANCEMENTS,
     AX,
@@ -32,69 +25,190 @@ from engine._state import (
     BOUNDS,
     EPOCH,
     FIRST,
+    FREE,
+    LANES,
+    OWN_CUSHION,
     OWN_TIME,
     RADIUS,
-    ROLL,
     SECOND,
+    TRACK_AX,
+    TRACK_AY,
+    TRACK_EPOCH,
+    TRACK_OWN_TIME,
+    TRACK_RADIUS,
+    TRACK_VX,
+    TRACK_VY,
+    TRACK_X,
+    TRACK_Y,
+    TRACKS,
     VX,
     VY,
     Balls,
-    BoolArray,
     Contacts,
+    FloatArray,
     IntArray,
     Laws,
     Pairs,
+    X,
+    Y,
 )
-from engine._tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
-
-NOT_YET = 0
-"""The bound moved on; the pair doesn't touch at this instant."""
-IMPACT = 1
-"""The pair touches and approaches: collide it now."""
-PRESSED = 2
-"""The pair touches, and is pulled together so that it would not part by what is resolved."""
+from engine._touch import IMPACT, NOT_YET, PRESSED, touch
 
 
 @kernel
-def update_ball(
-    balls: Balls, held: BoolArray, pairs: Pairs, i: int, t: float, counters: IntArray
+def update_balls(
+    balls: Balls, pairs: Pairs, contacts: Contacts | None, t: float, counters: IntArray
 ) -> None:
-    """Bound anew every pair of ball i, whose motion changed at the instant t [s]."""
+    """Bound anew every pair of the balls in `balls.touched`, whose motion changed at t [s]."""
+    for m in range(balls.touched[0]):
+        _track(balls, pairs, balls.touched[1 + m])
+    for m in range(balls.touched[0]):
+        _update_ball(balls, pairs, contacts, balls.touched[1 + m], t)
+    counters[BOUNDS] += balls.touched[0] * (len(balls.own_kind) - 1)
+
+
+@kernel
+def _track(balls: Balls, pairs: Pairs, i: int) -> None:
+    """Copy from ball i what its bounds need."""
+    at = (i // LANES) * (TRACKS * LANES) + i % LANES
+    pairs.track[at + TRACK_X] = balls.state[i, X]
+    pairs.track[at + TRACK_Y] = balls.state[i, Y]
+    pairs.track[at + TRACK_VX] = balls.state[i, VX]
+    pairs.track[at + TRACK_VY] = balls.state[i, VY]
+    pairs.track[at + TRACK_AX] = balls.state[i, AX]
+    pairs.track[at + TRACK_AY] = balls.state[i, AY]
+    pairs.track[at + TRACK_EPOCH] = balls.state[i, EPOCH]
+    pairs.track[at + TRACK_RADIUS] = balls.state[i, RADIUS]
+    pairs.track[at + TRACK_OWN_TIME] = balls.state[i, OWN_TIME]
+
+
+@kernel
+def _update_ball(balls: Balls, pairs: Pairs, contacts: Contacts | None, i: int, t: float) -> None:
+    """Bound anew every pair of ball i; its row takes them over from the others' rows."""
     n = len(balls.own_kind)
-    least, partner = math.inf, 0
+    for block in range(0, n, LANES):
+        _bound_block(balls, pairs, i, block, min(n - block, LANES), t)
+    pairs.bound[i * n + i] = math.inf
+    if contacts is not None and contacts.cluster[i] != FREE:
+        for j in range(n):
+            if contacts.held[i, j]:
+                pairs.bound[i * n + j] = math.inf
     for j in range(n):
         if j == i:
             continue
-        bound = math.inf if held[i, j] else _bound(balls, i, j, t)
-        pairs.bound[i, j] = bound
-        if bound < least:
-            least, partner = bound, j
-        pairs.bound[j, i] = math.inf
-        if pairs.row_partner[j] == i:
-            _rescan(pairs, j)
-    pairs.row_least[i] = least
-    pairs.row_partner[i] = partner
-    counters[BOUNDS] += n - 1
+        was = pairs.bound[j * n + i]
+        if was < math.inf:
+            pairs.bound[j * n + i] = math.inf
+            if was <= pairs.least[j]:
+                _rescan(balls, pairs, j)
+    _rescan(balls, pairs, i)
 
 
 @kernel
-def earliest(pairs: Pairs) -> float:
-    """Return the least bound of all pairs [s]."""
-    least = math.inf
-    for i in range(len(pairs.row_least)):
-        least = min(least, pairs.row_least[i])
-    return least
+def _bound_block(balls: Balls, pairs: Pairs, i: int, block: int, lanes: int, t: float) -> None:
+    """Put in row i lower bounds, from the instant t, of when ball i touches those of one block.
+
+    inf where they can't; for ball i itself, a number without meaning. `relative_motion` and
+    `first_crossing` written out, without branches, so that the compiler makes it a row of vector
+    instructions: a third of the time, to the same bits.
+    """
+    s = t - balls.state[i, EPOCH]
+    ax, ay = balls.state[i, AX], balls.state[i, AY]
+    x = balls.state[i, X] + s * (balls.state[i, VX] + 0.5 * ax * s)
+    y = balls.state[i, Y] + s * (balls.state[i, VY] + 0.5 * ay * s)
+    vx = balls.state[i, VX] + ax * s
+    vy = balls.state[i, VY] + ay * s
+    radius, own_time = balls.state[i, RADIUS], balls.state[i, OWN_TIME]
+    at = (block // LANES) * (TRACKS * LANES)
+    row = i * len(balls.own_kind) + block
+    for j in range(lanes):
+        s = t - pairs.track[at + TRACK_EPOCH + j]
+        ax_j, ay_j = pairs.track[at + TRACK_AX + j], pairs.track[at + TRACK_AY + j]
+        vx_j, vy_j = pairs.track[at + TRACK_VX + j], pairs.track[at + TRACK_VY + j]
+        rx = pairs.track[at + TRACK_X + j] + s * (vx_j + 0.5 * ax_j * s) - x
+        ry = pairs.track[at + TRACK_Y + j] + s * (vy_j + 0.5 * ay_j * s) - y
+        ux, uy = (vx_j + ax_j * s) - vx, (vy_j + ay_j * s) - vy
+        distance = math.sqrt(rx * rx + ry * ry)
+        # All three scaled by the distance, which saves dividing by it.
+        gap = distance * (distance - (radius + pairs.track[at + TRACK_RADIUS + j]))
+        rate = rx * ux + ry * uy
+        pull = rx * (ax_j - ax) + ry * (ay_j - ay)
+        gap = gap if gap > 0.0 else 0.0
+        discriminant = rate * rate - 2.0 * pull * gap
+        root = math.sqrt(discriminant if discriminant > 0.0 else 0.0)
+        closing = rate < 0.0
+        over = 2.0 * gap if closing else rate + root
+        under = root - rate if closing else -pull
+        bound = t + over / under
+        own_time_j = pairs.track[at + TRACK_OWN_TIME + j]
+        until = own_time_j if own_time_j < own_time else own_time
+        meets = (discriminant >= 0.0) & (closing | (pull < 0.0)) & (bound <= until)
+        pairs.bound[row + j] = bound if meets else math.inf
+
+
+@kernel
+def _rescan(balls: Balls, pairs: Pairs, i: int) -> None:
+    """Find the least bound of row i again, and ball i's next event."""
+    n = len(balls.own_kind)
+    least = _least(pairs.bound, i * n, i * n + n)
+    pairs.least[i] = least
+    pairs.next[i] = min(least, balls.state[i, OWN_TIME])
+
+
+@kernel
+def _least(values: FloatArray, start: int, stop: int) -> float:
+    """Return the least of values[start:stop]; four at a time, since each waits for the last."""
+    a, b, c, d = math.inf, math.inf, math.inf, math.inf
+    fours = start + (stop - start) // 4 * 4
+    for k in range(start, fours, 4):
+        a = values[k] if values[k] < a else a
+        b = values[k + 1] if values[k + 1] < b else b
+        c = values[k + 2] if values[k + 2] < c else c
+        d = values[k + 3] if values[k + 3] < d else d
+    for k in range(fours, stop):
+        a = values[k] if values[k] < a else a
+    return min(a, b, c, d)
+
+
+@kernel
+def earliest(balls: Balls, pairs: Pairs) -> tuple[float, int]:
+    """Return the instant [s] of the next event or bound, and the ball whose own event it is, or -1.
+
+    Of several at one instant, one coming to rest: so a ball that has all but stopped is at rest
+    before its neighbours are looked at again. Of two that touch each other and meet a cushion
+    together, the first by place, not by number.
+    """
+    n = len(balls.own_kind)
+    t = _least(pairs.next, 0, n)
+    single = -1
+    for i in range(n):
+        if balls.state[i, OWN_TIME] == t and (single < 0 or _takes_precedence(balls, i, single)):
+            single = i
+    return t, single
+
+
+@kernel
+def _takes_precedence(balls: Balls, i: int, j: int) -> bool:
+    """Whether ball i's own event is resolved before ball j's, which is at the same instant."""
+    if balls.own_kind[i] != balls.own_kind[j]:
+        return bool(balls.own_kind[i] < balls.own_kind[j])
+    if balls.own_kind[i] < OWN_CUSHION:
+        return False
+    dx, dy, _, _, _, _ = relative_motion(balls, i, j, balls.state[i, OWN_TIME])
+    gap = math.sqrt(dx * dx + dy * dy) - (balls.state[i, RADIUS] + balls.state[j, RADIUS])
+    apart = gap > capture_height(balls, i, j)
+    return bool(not apart and (dx > 0.0 or (dx == 0.0 and dy > 0.0)))
 
 
 @kernel
 def touching(
-    balls: Balls, laws: Laws, contacts: Contacts, pairs: Pairs, t: float, counters: IntArray
+    balls: Balls, laws: Laws, pairs: Pairs, t: float, counters: IntArray
 ) -> tuple[int, int]:
     """Judge every pair whose bound is the instant t [s]: a verdict, and how many pairs it is about.
 
     IMPACT, for all pairs that approach, or for the fastest of them where impacts are sequential;
     else PRESSED; else NOT_YET, when all those bounds have moved on. The pairs are in the first
-    columns of `contacts.hits`, the lower index first.
+    rows of `balls.hits`, the lower index first.
 
     Notes
     -----
@@ -103,47 +217,45 @@ def touching(
     over and over.
     """
     count, pressed, fastest = 0, 0, 0.0
-    n = len(pairs.row_least)
+    n = len(balls.own_kind)
     for i in range(n):
-        if pairs.row_least[i] > t:
+        if pairs.least[i] > t:
             continue
         for j in range(n):
-            if pairs.bound[i, j] > t:
+            if pairs.bound[i * n + j] > t:
                 continue
             counters[ADVANCEMENTS] += 1
-            verdict, bound, speed = _touch(balls, i, j, t, 0.0)
+            verdict, bound, speed = touch(balls, i, j, t, 0.0)
             if verdict == NOT_YET:
-                own = min(balls.state[OWN_TIME, i], balls.state[OWN_TIME, j])
-                pairs.bound[i, j] = bound if bound <= own else math.inf
+                own = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
+                pairs.bound[i * n + j] = bound if bound <= own else math.inf
             elif verdict == PRESSED:
                 # From the other end, out of the way of impacts.
                 pressed += 1
-                _list_hit(contacts, contacts.hits.shape[1] - pressed, i, j)
+                _list_hit(balls, balls.hits.shape[0] - pressed, i, j)
             elif laws.simultaneous or speed > fastest:
                 count = count + 1 if laws.simultaneous else 1
                 fastest = max(speed, fastest)
-                _list_hit(contacts, count - 1, i, j)
-        _rescan(pairs, i)
+                _list_hit(balls, count - 1, i, j)
+        _rescan(balls, pairs, i)
     if count > 0:
         if laws.simultaneous:
-            count = _join_ties(balls, contacts, pairs, t, fastest, count)
+            count = _join_ties(balls, pairs, t, fastest, count)
         return IMPACT, count
     for c in range(pressed):
-        last = contacts.hits.shape[1] - 1 - c
-        _list_hit(contacts, c, contacts.hits[FIRST, last], contacts.hits[SECOND, last])
+        last = balls.hits.shape[0] - 1 - c
+        _list_hit(balls, c, balls.hits[last, FIRST], balls.hits[last, SECOND])
     return (PRESSED, pressed) if pressed > 0 else (NOT_YET, 0)
 
 
 @kernel
-def _list_hit(contacts: Contacts, c: int, i: int, j: int) -> None:
-    contacts.hits[FIRST, c] = min(i, j)
-    contacts.hits[SECOND, c] = max(i, j)
+def _list_hit(balls: Balls, c: int, i: int, j: int) -> None:
+    balls.hits[c, FIRST] = min(i, j)
+    balls.hits[c, SECOND] = max(i, j)
 
 
 @kernel
-def _join_ties(
-    balls: Balls, contacts: Contacts, pairs: Pairs, t: float, speed: float, listed: int
-) -> int:
+def _join_ties(balls: Balls, pairs: Pairs, t: float, speed: float, listed: int) -> int:
     """List also the pairs that share a ball with a listed one, and touch too but for rounding.
 
     Which of the gaps closes first is then noise: a symmetric hit on two touching balls would be
@@ -151,130 +263,29 @@ def _join_ties(
     """
     rounding = 0.0
     for c in range(listed):
-        a, b = contacts.hits[FIRST, c], contacts.hits[SECOND, c]
+        a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
         rounding = max(rounding, tie_rounding(balls, a, b, t))
     until = t + rounding / speed  # when a gap of that size has closed
     count = listed
-    n = len(pairs.row_least)
+    n = len(balls.own_kind)
     for i in range(n):
-        if pairs.row_least[i] > until:
+        if pairs.least[i] > until:
             continue
         for j in range(n):
-            if not t < pairs.bound[i, j] <= until:
+            if not t < pairs.bound[i * n + j] <= until:
                 continue
-            if not (_is_listed(contacts, listed, i) or _is_listed(contacts, listed, j)):
+            if not (_is_listed(balls, listed, i) or _is_listed(balls, listed, j)):
                 continue
-            verdict, _, _ = _touch(balls, i, j, t, tie_rounding(balls, i, j, t))
+            verdict, _, _ = touch(balls, i, j, t, tie_rounding(balls, i, j, t))
             if verdict == IMPACT:
-                _list_hit(contacts, count, i, j)
+                _list_hit(balls, count, i, j)
                 count += 1
     return count
 
 
 @kernel
-def _is_listed(contacts: Contacts, listed: int, i: int) -> bool:
+def _is_listed(balls: Balls, listed: int, i: int) -> bool:
     for c in range(listed):  # noqa: SIM110 - the compiler takes no generator
-        if contacts.hits[FIRST, c] == i or contacts.hits[SECOND, c] == i:
+        if balls.hits[c, FIRST] == i or balls.hits[c, SECOND] == i:
             return True
     return False
-
-
-@kernel
-def _bound(balls: Balls, i: int, j: int, t: float) -> float:
-    """Return a lower bound, from the instant t, of when i and j touch; inf where they can't."""
-    rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, t)
-    reach = balls.state[RADIUS, i] + balls.state[RADIUS, j]
-    distance = math.sqrt(rx * rx + ry * ry)
-    # All three scaled by the distance, which saves dividing by it.
-    gap = distance * (distance - reach)
-    s = first_crossing(gap, rx * vx + ry * vy, rx * ax + ry * ay)
-    bound = t + s
-    return bound if bound <= min(balls.state[OWN_TIME, i], balls.state[OWN_TIME, j]) else math.inf
-
-
-@kernel
-def _touch(balls: Balls, i: int, j: int, t: float, slack: float) -> tuple[int, float, float]:
-    """Judge the pair at the instant t: a verdict, the next bound, the speed of approach.
-
-    A gap of up to `slack` [m] counts as closed.
-    """
-    rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, t)
-    reach = balls.state[RADIUS, i] + balls.state[RADIUS, j]
-    distance = math.sqrt(rx * rx + ry * ry)
-    gap = distance - reach
-    rate = (rx * vx + ry * vy) / distance
-    pull = (rx * ax + ry * ay) / distance
-    s = first_crossing(gap, rate, pull)
-    progress = s > TIME_ROUNDING * t
-    if gap > max(GAP_ROUNDING * reach, slack) and progress:
-        return NOT_YET, t + s, 0.0
-    # They touch, as far as doubles can tell. While r . v = 0, the gap opens at first as
-    # `opening` s^2 / 2: the lines of centres turn away, or friction pulls together.
-    noise = APPROACH_ROUNDING * (_speed(balls, i, t) + _speed(balls, j, t))
-    across = max(vx * vx + vy * vy - rate * rate, 0.0)
-    opening = across / distance + pull
-    pulled = opening < -APPROACH_ROUNDING * (_pull(balls, i) + _pull(balls, j))
-    if rate < -noise:
-        # A rebound that slow ends within `CAPTURE_HEIGHT`, where friction pulls the balls together
-        # again; the cloth also stops one that was struck at rest.
-        struck = at_rest(balls, i) or at_rest(balls, j)
-        closing = _stopping(balls, i) + _stopping(balls, j) - opening
-        height = capture_height(balls, i, j)
-        hop = (pulled or struck) and negligible_hop(rate, closing, height)
-        return (PRESSED if hop else IMPACT), t, -rate
-    if rate > noise and progress:
-        return NOT_YET, t + s, 0.0
-    if pulled:
-        return PRESSED, t, 0.0
-    s = _next_approach(distance * max(opening, 0.0), vx, vy, ax, ay)
-    return (NOT_YET, t + s, 0.0) if s > TIME_ROUNDING * t else (PRESSED, t, 0.0)
-
-
-@kernel
-def _next_approach(opening: float, vx: float, vy: float, ax: float, ay: float) -> float:
-    """Return when a touching pair that neither approaches nor recedes can approach next [s].
-
-    With r . v = 0, half the rate of |r|^2 is s (A + B s + C s^2), A = v^2 + r . a = `opening`,
-    B = 3/2 v . a, C = a^2 / 2: the pair opens while that is positive.
-    """
-    linear = 1.5 * (vx * ax + vy * ay)
-    quadratic = 0.5 * (ax * ax + ay * ay)
-    discriminant = linear * linear - 4.0 * quadratic * opening
-    if linear >= 0.0 or discriminant < 0.0:
-        return math.inf
-    return 2.0 * opening / (math.sqrt(discriminant) - linear)
-
-
-@kernel
-def _stopping(balls: Balls, i: int) -> float:
-    """Deceleration [m/s^2] that will stop ball i where an impact makes it leave its rest."""
-    deceleration: float = balls.state[ROLL, i] if at_rest(balls, i) else 0.0
-    return deceleration
-
-
-@kernel
-def _pull(balls: Balls, i: int) -> float:
-    """Size of the acceleration of ball i [m/s^2], in the 1-norm."""
-    size: float = abs(balls.state[AX, i]) + abs(balls.state[AY, i])
-    return size
-
-
-@kernel
-def _speed(balls: Balls, i: int, t: float) -> float:
-    """Size of the velocity of ball i at the instant t [m/s], in the 1-norm."""
-    s = t - balls.state[EPOCH, i]
-    size: float = abs(balls.state[VX, i] + balls.state[AX, i] * s) + abs(
-        balls.state[VY, i] + balls.state[AY, i] * s
-    )
-    return size
-
-
-@kernel
-def _rescan(pairs: Pairs, i: int) -> None:
-    """Find the least bound of row i again."""
-    least, partner = math.inf, 0
-    for j in range(len(pairs.row_least)):
-        if pairs.bound[i, j] < least:
-            least, partner = pairs.bound[i, j], j
-    pairs.row_least[i] = least
-    pairs.row_partner[i] = partner

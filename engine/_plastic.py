@@ -75,8 +75,8 @@ def end_approach(contacts: Contacts, count: int) -> bool:
     """
     fastest = 0.0
     for c in range(count):
-        contacts.forces[ACTIVE, c] = 1.0
-        fastest = max(fastest, -contacts.forces[RATE, c])
+        contacts.forces[c, ACTIVE] = 1.0
+        fastest = max(fastest, -contacts.forces[c, RATE])
     for turn in range(_ROUNDS):
         _end_active_approach(contacts, count, fastest)
         if _leave_out(contacts, count, turn):
@@ -97,11 +97,11 @@ def _leave_out(contacts: Contacts, count: int, turn: int) -> bool:
     """Leave out contacts that would have to pull, if any: all, or later those that would most."""
     worst = 0.0
     for c in range(count):
-        worst = min(worst, contacts.forces[FORCE, c])
+        worst = min(worst, contacts.forces[c, FORCE])
     for c in range(count):
-        force = contacts.forces[FORCE, c]
+        force = contacts.forces[c, FORCE]
         if force < 0.0 and (turn < _BLOCK_ROUNDS or force == worst):
-            contacts.forces[ACTIVE, c] = 0.0
+            contacts.forces[c, ACTIVE] = 0.0
     return worst < 0.0
 
 
@@ -114,16 +114,16 @@ def _take_back(contacts: Contacts, count: int, turn: int, fastest: float) -> boo
     """
     residue = _RESIDUE * fastest if turn < _BLOCK_ROUNDS else _UNSOLVED * fastest
     for c in range(count):
-        if contacts.forces[ACTIVE, c] == 1.0:
-            left = contacts.forces[RATE, c] + contacts.forces[PRODUCT, c]
+        if contacts.forces[c, ACTIVE] == 1.0:
+            left = contacts.forces[c, RATE] + contacts.forces[c, PRODUCT]
             residue = max(residue, 4.0 * abs(left))
     worst = _worst_approach(contacts, count, 0.0)
     found = worst < -residue
     for c in range(count):
-        left = contacts.forces[RATE, c] + contacts.forces[PRODUCT, c]
+        left = contacts.forces[c, RATE] + contacts.forces[c, PRODUCT]
         enough = left < -residue if turn < _BLOCK_ROUNDS else left == worst
-        if found and contacts.forces[ACTIVE, c] == 0.0 and enough:
-            contacts.forces[ACTIVE, c] = 1.0
+        if found and contacts.forces[c, ACTIVE] == 0.0 and enough:
+            contacts.forces[c, ACTIVE] = 1.0
     return found
 
 
@@ -132,8 +132,8 @@ def _worst_approach(contacts: Contacts, count: int, active: float) -> float:
     """Return the least rate of the active contacts, or of the others, after the impulses; or 0."""
     worst = 0.0
     for c in range(count):
-        if contacts.forces[ACTIVE, c] == active:
-            worst = min(worst, contacts.forces[RATE, c] + contacts.forces[PRODUCT, c])
+        if contacts.forces[c, ACTIVE] == active:
+            worst = min(worst, contacts.forces[c, RATE] + contacts.forces[c, PRODUCT])
     return worst
 
 
@@ -141,7 +141,7 @@ def _worst_approach(contacts: Contacts, count: int, active: float) -> float:
 def _take_energy(contacts: Contacts, count: int) -> None:
     """Scale impulses, none of which may pull, so that they take as much energy as they can."""
     for c in range(count):
-        contacts.forces[FORCE, c] = max(0.0, contacts.forces[FORCE, c])
+        contacts.forces[c, FORCE] = max(0.0, contacts.forces[c, FORCE])
     _apply(contacts, count, FORCE, PRODUCT)
     work = -_dot(contacts, count, FORCE, RATE)
     curvature = _dot(contacts, count, FORCE, PRODUCT)
@@ -152,9 +152,9 @@ def _take_energy(contacts: Contacts, count: int) -> None:
 def scale(contacts: Contacts, count: int, factor: float) -> None:
     """Multiply the impulses of `end_approach`."""
     for c in range(count):
-        contacts.forces[FORCE, c] *= factor
-        contacts.forces[PUSH_X, c] *= factor
-        contacts.forces[PUSH_Y, c] *= factor
+        contacts.forces[c, FORCE] *= factor
+        contacts.forces[c, PUSH_X] *= factor
+        contacts.forces[c, PUSH_Y] *= factor
 
 
 @kernel
@@ -165,62 +165,62 @@ def _end_active_approach(contacts: Contacts, count: int, fastest: float) -> None
     whatever the masses, and the same arithmetic for every contact.
     """
     for c in range(count):
-        active = contacts.forces[ACTIVE, c]
-        contacts.forces[FORCE, c] = 0.0
-        contacts.forces[LEFT_OVER, c] = -active * contacts.forces[RATE, c]
-        scaled = _reduced_mass(contacts, c) * contacts.forces[LEFT_OVER, c]
-        contacts.forces[SCALED, c] = scaled
-        contacts.forces[DIRECTION, c] = scaled
+        active = contacts.forces[c, ACTIVE]
+        contacts.forces[c, FORCE] = 0.0
+        contacts.forces[c, LEFT_OVER] = -active * contacts.forces[c, RATE]
+        scaled = _reduced_mass(contacts, c) * contacts.forces[c, LEFT_OVER]
+        contacts.forces[c, SCALED] = scaled
+        contacts.forces[c, DIRECTION] = scaled
     gain = _dot(contacts, count, LEFT_OVER, SCALED)
     for _ in range(_STEPS_PER_CONTACT * count):
         _apply(contacts, count, DIRECTION, PRODUCT)
         curvature = _dot(contacts, count, DIRECTION, PRODUCT)
         for c in range(count):
             mass = _reduced_mass(contacts, c)
-            alone = contacts.forces[DIRECTION, c] / mass if mass > 0.0 else 0.0
-            contacts.forces[ALONE, c] = alone
+            alone = contacts.forces[c, DIRECTION] / mass if mass > 0.0 else 0.0
+            contacts.forces[c, ALONE] = alone
         if not curvature > _NULL * _dot(contacts, count, DIRECTION, ALONE):
             return
         step = gain / curvature
         worst = 0.0
         for c in range(count):
-            if contacts.forces[ACTIVE, c] == 1.0:
-                contacts.forces[FORCE, c] += step * contacts.forces[DIRECTION, c]
-                contacts.forces[LEFT_OVER, c] -= step * contacts.forces[PRODUCT, c]
-                worst = max(worst, abs(contacts.forces[LEFT_OVER, c]))
+            if contacts.forces[c, ACTIVE] == 1.0:
+                contacts.forces[c, FORCE] += step * contacts.forces[c, DIRECTION]
+                contacts.forces[c, LEFT_OVER] -= step * contacts.forces[c, PRODUCT]
+                worst = max(worst, abs(contacts.forces[c, LEFT_OVER]))
         if worst <= _ENDED * fastest:
             return
         for c in range(count):
             mass = _reduced_mass(contacts, c)
-            contacts.forces[SCALED, c] = mass * contacts.forces[LEFT_OVER, c]
+            contacts.forces[c, SCALED] = mass * contacts.forces[c, LEFT_OVER]
         previous, gain = gain, _dot(contacts, count, LEFT_OVER, SCALED)
         for c in range(count):
-            onward = gain / previous * contacts.forces[DIRECTION, c]
-            contacts.forces[DIRECTION, c] = contacts.forces[SCALED, c] + onward
+            onward = gain / previous * contacts.forces[c, DIRECTION]
+            contacts.forces[c, DIRECTION] = contacts.forces[c, SCALED] + onward
 
 
 @kernel
 def _apply(contacts: Contacts, count: int, row: int, result: int) -> None:
     """Put in `result` how impulses in `row` change each contact's rate; their vectors in PUSH_*."""
     for c in range(count):
-        contacts.forces[PUSH_X, c] = contacts.forces[row, c] * contacts.forces[NX, c]
-        contacts.forces[PUSH_Y, c] = contacts.forces[row, c] * contacts.forces[NY, c]
+        contacts.forces[c, PUSH_X] = contacts.forces[c, row] * contacts.forces[c, NX]
+        contacts.forces[c, PUSH_Y] = contacts.forces[c, row] * contacts.forces[c, NY]
     for c in range(count):
-        a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+        a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
         gained_x = gained(contacts, count, b, PUSH_X)
         gained_y = gained(contacts, count, b, PUSH_Y)
         gained_x -= gained(contacts, count, a, PUSH_X)
         gained_y -= gained(contacts, count, a, PUSH_Y)
-        change = contacts.forces[NX, c] * gained_x + contacts.forces[NY, c] * gained_y
-        contacts.forces[result, c] = change
+        change = contacts.forces[c, NX] * gained_x + contacts.forces[c, NY] * gained_y
+        contacts.forces[c, result] = change
 
 
 @kernel
 def _reduced_mass(contacts: Contacts, c: int) -> float:
     """Reduced mass [kg] of what answers at contact c; 0 where nothing does."""
-    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
-    mass_a = contacts.motion[ANSWERING, a]
-    mass_b = contacts.motion[ANSWERING, b] if b >= 0 else math.inf
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    mass_a = contacts.motion[a, ANSWERING]
+    mass_b = contacts.motion[b, ANSWERING] if b >= 0 else math.inf
     if math.isinf(mass_a):
         mass_a, mass_b = mass_b, mass_a
     if math.isinf(mass_a):
@@ -232,14 +232,14 @@ def _reduced_mass(contacts: Contacts, c: int) -> float:
 def _dot(contacts: Contacts, count: int, row: int, other: int) -> float:
     """Sum of the products of two rows, from small to large: in no order of the contacts."""
     for c in range(count):
-        term, place = contacts.forces[row, c] * contacts.forces[other, c], c
-        while place > 0 and contacts.forces[TERM, place - 1] > term:
-            contacts.forces[TERM, place] = contacts.forces[TERM, place - 1]
+        term, place = contacts.forces[c, row] * contacts.forces[c, other], c
+        while place > 0 and contacts.forces[place - 1, TERM] > term:
+            contacts.forces[place, TERM] = contacts.forces[place - 1, TERM]
             place -= 1
-        contacts.forces[TERM, place] = term
+        contacts.forces[place, TERM] = term
     total = 0.0
     for place in range(count):
-        total += contacts.forces[TERM, place]
+        total += contacts.forces[place, TERM]
     return total
 
 
@@ -248,18 +248,18 @@ def gained(contacts: Contacts, count: int, k: int, row: int) -> float:
     """Velocity [m/s] that the impulses in `row` give ball k; a cushion, k < 0, stays."""
     if k < 0:
         return 0.0
-    gain: float = sum_at(contacts, count, k, row, -1.0) / contacts.motion[ANSWERING, k]
+    gain: float = sum_at(contacts, count, k, row, -1.0) / contacts.motion[k, ANSWERING]
     return gain
 
 
 @kernel
 def gap_rate(balls: Balls, contacts: Contacts, c: int) -> float:
     """Rate of the gap of contact c [m/s]: negative where the two approach."""
-    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
-    vx, vy = -balls.state[VX, a], -balls.state[VY, a]
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    vx, vy = -balls.state[a, VX], -balls.state[a, VY]
     if b >= 0:
-        vx, vy = balls.state[VX, b] + vx, balls.state[VY, b] + vy
-    rate: float = contacts.forces[NX, c] * vx + contacts.forces[NY, c] * vy
+        vx, vy = balls.state[b, VX] + vx, balls.state[b, VY] + vy
+    rate: float = contacts.forces[c, NX] * vx + contacts.forces[c, NY] * vy
     return rate
 
 
@@ -272,17 +272,17 @@ def sum_at(contacts: Contacts, count: int, k: int, row: int, on_first: float) ->
     """
     terms = 0
     for c in range(count):
-        if contacts.ends[FIRST, c] == k or contacts.ends[SECOND, c] == k:
-            first = contacts.ends[FIRST, c] == k
-            term = on_first * contacts.forces[row, c] if first else contacts.forces[row, c]
+        if contacts.ends[c, FIRST] == k or contacts.ends[c, SECOND] == k:
+            first = contacts.ends[c, FIRST] == k
+            term = on_first * contacts.forces[c, row] if first else contacts.forces[c, row]
             place = terms
-            while place > 0 and abs(contacts.forces[TERM, place - 1]) > abs(term):
-                contacts.forces[TERM, place] = contacts.forces[TERM, place - 1]
+            while place > 0 and abs(contacts.forces[place - 1, TERM]) > abs(term):
+                contacts.forces[place, TERM] = contacts.forces[place - 1, TERM]
                 place -= 1
-            contacts.forces[TERM, place] = term
+            contacts.forces[place, TERM] = term
             terms += 1
     positive, negative = 0.0, 0.0
     for place in range(terms):
-        positive += max(contacts.forces[TERM, place], 0.0)
-        negative += min(contacts.forces[TERM, place], 0.0)
+        positive += max(contacts.forces[place, TERM], 0.0)
+        negative += min(contacts.forces[place, TERM], 0.0)
     return positive + negative

@@ -30,7 +30,7 @@ from engine._contact_force import solve
 from engine._geometry import at_rest, grip
 from engine._jit import kernel
 from engine._landing import stop_approach
-from engine._motion import advance, loosen, predict_cushion, predict_motion, speed_of
+from engine._motion import advance, loosen, mark, predict_cushion, predict_motion, speed_of
 from engine._state import (
     AX,
     AY,
@@ -99,7 +99,7 @@ def press_again(
 ) -> None:
     """End the contact steps of all balls marked in `contacts.again`; start others if they press.
 
-    And start those of the first `listed` contacts of `contacts.hits`, whether they press or not:
+    And start those of the first `listed` contacts of `balls.hits`, whether they press or not:
     FIRST is a ball, SECOND a ball or -1 minus the index of a cushion.
 
     Clusters are judged as wholes, and all of them that an event changed at once: in a chain, the
@@ -111,7 +111,7 @@ def press_again(
     """
     for c in range(listed):
         for row in (FIRST, SECOND):
-            k = contacts.hits[row, c]
+            k = balls.hits[c, row]
             if k >= 0:
                 contacts.again[k] = True
                 if contacts.cluster[k] != FREE:
@@ -142,11 +142,11 @@ def _press(
 ) -> None:
     """Start a contact step, at the instant t [s], for the cluster that ball i belongs to.
 
-    The first `listed` contacts of `contacts.hits` are held, close or not. Where the cluster has
+    The first `listed` contacts of `balls.hits` are held, close or not. Where the cluster has
     none of them, and no force turns out to be needed, or nothing moves, the balls are free again.
 
     Contract: every member is advanced to t, given its accelerations and an own event no later than
-    the step's end, marked in `contacts.changed` and unmarked in `contacts.again`; one whose slip or
+    the step's end, marked in `balls.changed` and unmarked in `contacts.again`; one whose slip or
     speed ends here because what is left of it is negligible is marked in `contacts.rolled` or
     `contacts.stopped`. No allocation: `contacts` has room.
     """
@@ -182,26 +182,26 @@ def _press(
         counters[UNSOLVED_STEPS] += 1
     for m in range(members):
         keep_still(balls, contacts, contacts.member[m], duration)
-    needed = _holds_listed(contacts, i, listed) or _any_force(contacts, count)
+    needed = _holds_listed(balls, contacts, i, listed) or _any_force(contacts, count)
     if not needed or not _moves(balls, contacts, members):
         release(balls, laws, contacts, i, t)
         return
     for m in range(members):
         k = contacts.member[m]
-        balls.state[AX, k] = contacts.motion[NEW_AX, k]
-        balls.state[AY, k] = contacts.motion[NEW_AY, k]
+        balls.state[k, AX] = contacts.motion[k, NEW_AX]
+        balls.state[k, AY] = contacts.motion[k, NEW_AY]
         if laws.slides:
-            if contacts.motion[SLIPS, k] == 1.0:
+            if contacts.motion[k, SLIPS] == 1.0:
                 loosen(balls, k)
-            balls.state[BX, k] = contacts.motion[NEW_BX, k]
-            balls.state[BY, k] = contacts.motion[NEW_BY, k]
+            balls.state[k, BX] = contacts.motion[k, NEW_BX]
+            balls.state[k, BY] = contacts.motion[k, NEW_BY]
             _twist(balls, contacts, k, duration)
         if not stopping(balls, k):
-            contacts.motion[MOVED, k] = 1.0
+            balls.state[k, MOVED] = 1.0
         balls.own_kind[k] = OWN_REST if _comes_to_rest(balls, k, duration) else OWN_CONTACT
         predict_cushion(balls, k, laws, duration, _held_cushions(contacts, count, k))
-        contacts.motion[STEP, k] = step
-        contacts.changed[k] = True
+        contacts.motion[k, STEP] = step
+        mark(balls, k)
 
 
 @kernel
@@ -230,8 +230,8 @@ def _held_cushions(contacts: Contacts, count: int, k: int) -> int:
     """Return the cushions that the step holds ball k off, one bit each."""
     held = 0
     for c in range(count):
-        if contacts.ends[FIRST, c] == k and contacts.ends[SECOND, c] < 0:
-            held |= 1 << (-1 - contacts.ends[SECOND, c])
+        if contacts.ends[c, FIRST] == k and contacts.ends[c, SECOND] < 0:
+            held |= 1 << (-1 - contacts.ends[c, SECOND])
     return held
 
 
@@ -246,10 +246,10 @@ def _settle_all(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> N
 
 
 @kernel
-def _holds_listed(contacts: Contacts, i: int, listed: int) -> bool:
-    """Whether one of the first `listed` contacts of `contacts.hits` is of ball i's cluster."""
-    for c in range(listed):
-        if contacts.cluster[contacts.hits[FIRST, c]] == contacts.cluster[i]:
+def _holds_listed(balls: Balls, contacts: Contacts, i: int, listed: int) -> bool:
+    """Whether one of the first `listed` contacts of `balls.hits` is of ball i's cluster."""
+    for c in range(listed):  # noqa: SIM110 - the compiler takes no generator
+        if contacts.cluster[balls.hits[c, FIRST]] == contacts.cluster[i]:
             return True
     return False
 
@@ -259,7 +259,7 @@ def _moves(balls: Balls, contacts: Contacts, members: int) -> bool:
     """Whether any member moves: what rests may be under pressure, but nothing comes of it."""
     for m in range(members):
         k = contacts.member[m]
-        driven = contacts.motion[NEW_AX, k] != 0.0 or contacts.motion[NEW_AY, k] != 0.0
+        driven = contacts.motion[k, NEW_AX] != 0.0 or contacts.motion[k, NEW_AY] != 0.0
         if driven or not at_rest(balls, k):
             return True
     return False
@@ -268,7 +268,7 @@ def _moves(balls: Balls, contacts: Contacts, members: int) -> bool:
 @kernel
 def _any_force(contacts: Contacts, count: int) -> bool:
     for c in range(count):  # noqa: SIM110 - the compiler takes no generator
-        if contacts.forces[FORCE, c] > 0.0:
+        if contacts.forces[c, FORCE] > 0.0:
             return True
     return False
 
@@ -276,9 +276,9 @@ def _any_force(contacts: Contacts, count: int) -> bool:
 @kernel
 def _twist(balls: Balls, contacts: Contacts, k: int, duration: float) -> None:
     """Turn member k about the vertical: what its contacts do, and the cloth against that."""
-    spin = balls.state[WZ, k]
-    slowed = duration * balls.state[SPIN, k]
-    gain = 2.5 * contacts.motion[TWIST_Z, k] / (balls.state[MASS, k] * balls.state[RADIUS, k])
+    spin = balls.state[k, WZ]
+    slowed = duration * balls.state[k, SPIN]
+    gain = 2.5 * contacts.motion[k, TWIST_Z] / (balls.state[k, MASS] * balls.state[k, RADIUS])
     if gain == 0.0:
         return
     driven = spin + duration * gain
@@ -286,16 +286,16 @@ def _twist(balls: Balls, contacts: Contacts, k: int, duration: float) -> None:
     end = end if driven > 0.0 else -end
     alone = max(abs(spin) - slowed, 0.0)
     alone = alone if spin > 0.0 else -alone
-    balls.state[BZ, k] = (end - alone) / duration
+    balls.state[k, BZ] = (end - alone) / duration
 
 
 @kernel
 def _comes_to_rest(balls: Balls, k: int, duration: float) -> bool:
     """Whether member k moves, and its acceleration takes just that velocity in `duration`."""
-    left_x = balls.state[VX, k] + duration * balls.state[AX, k]
-    left_y = balls.state[VY, k] + duration * balls.state[AY, k]
-    speed = speed_of(balls.state[VX, k], balls.state[VY, k])
-    if balls.state[PHASE, k] == SLIDING:
+    left_x = balls.state[k, VX] + duration * balls.state[k, AX]
+    left_y = balls.state[k, VY] + duration * balls.state[k, AY]
+    speed = speed_of(balls.state[k, VX], balls.state[k, VY])
+    if balls.state[k, PHASE] == SLIDING:
         return False  # it rolls first
     return speed > 0.0 and speed_of(left_x, left_y) <= 4.0 * EPS * speed
 
@@ -305,7 +305,7 @@ def _next_step(contacts: Contacts, members: int, fresh: float, most: float) -> f
     """Return the step to try [s]: somewhat more than the members' last one was good for."""
     step = most
     for m in range(members):
-        last = contacts.motion[STEP, contacts.member[m]]
+        last = contacts.motion[contacts.member[m], STEP]
         step = min(step, _GROWTH * last if last > 0.0 else fresh)
     return step
 
@@ -320,5 +320,5 @@ def _own_time(balls: Balls, contacts: Contacts, members: int) -> float:
     for m in range(members):
         k = contacts.member[m]
         if grip(balls, k) > 0.0:
-            least = min(least, math.sqrt(2.0 * balls.state[RADIUS, k] / grip(balls, k)))
+            least = min(least, math.sqrt(2.0 * balls.state[k, RADIUS] / grip(balls, k)))
     return least

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from functools import cache
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from engine import _state as s
 from engine._jit import announce_compilation
 from engine._loop import finish, run, start
-from engine._tolerances import EPS, position_rounding
+from engine._tolerances import position_rounding
 from engine.result import EVENT_DTYPE, EventKind, Events, Status
 from engine.scene import Ball, Scene, rolling_angular_velocity
 from engine.trajectory import ExactTrajectory, Samples
@@ -37,6 +38,8 @@ class Run:
     status : Status
     t_end : float [s]
         When the last ball came to rest, or the run stopped.
+    wall_time : float [s]
+        Of the kernels.
     reason : str
     """
 
@@ -44,11 +47,12 @@ class Run:
         self.status = Status.FAILED
         self.reason = ""
         self.t_end = 0.0
+        self.wall_time = 0.0
         self._scene = scene
         self._keep_log = keep_log
         self._balls, self._laws = s.balls_of(scene), s.laws_of(scene)
         self._pairs = s.pairs_of(len(scene.balls))
-        self._contacts = s.contacts_of(len(scene.balls))
+        self._contacts: s.Contacts | None = None  # most scenes need none
         self._log = s.log_of(_FIRST_LOG if keep_log else 0, len(scene.balls))
         self._clock, self._counters = self._log.clock, self._log.counters
         self._logs: list[s.Log] = []
@@ -56,26 +60,22 @@ class Run:
 
     def go(self, max_events: int) -> None:
         """Run to the end, to `max_events` events, or to an interrupt."""
-        start(self._balls, self._laws, self._contacts, self._pairs, self._counters)
+        started = time.perf_counter()
+        start(self._balls, self._laws, self._pairs, self._counters)
         if self._keep_log:
-            self._first_motion = self._balls.state[: s.KNOT].T.copy()
+            self._first_motion = self._balls.state[:, : s.KNOT].copy()
         try:
             code = self._go(max_events)
-            self.status = _STATUS[code]
+            interrupted = False
         except KeyboardInterrupt:
             # The kernel had returned: its arrays are as they were after its last whole event.
             code = s.RUN_EVENT_LIMIT
-            self.status = Status.INTERRUPTED
+            interrupted = True
+        code = finish(self._balls, self._laws, self._log, code)
+        self.wall_time += time.perf_counter() - started
+        self.t_end = float(self._clock[s.END])
+        self.status = Status.INTERRUPTED if interrupted else _STATUS[code]
         now = float(self._clock[s.NOW])
-        self.t_end = now
-        if code == s.RUN_T_MAX:
-            self.t_end = self._laws.t_max
-        elif code == s.RUN_RESTED:
-            self.t_end = self._time_at_rest()
-            if self.t_end > self._laws.t_max:
-                self.t_end = self._laws.t_max
-                self.status = Status.T_MAX  # a ball still spins
-        finish(self._balls, self.t_end)
         if self.status is Status.EVENT_LIMIT:
             events, steps = self._counters[s.EVENTS], self._counters[s.CONTACT_STEPS]
             self.reason = f"{events} events and {steps} contact steps by t = {now:.9g} s"
@@ -83,25 +83,13 @@ class Run:
             self.reason = f"a time became NaN after t = {now:.9g} s"
         self._check_resolved()
 
-    def _time_at_rest(self) -> float:
-        """Return when the last centre came to rest, and the last spin about the vertical [s].
-
-        A spin that no friction slows goes on, and isn't waited for.
-        """
-        state = self._balls.state
-        last = float(self._clock[s.LAST_EVENT])
-        spins = (state[s.WZ] != 0.0) & (state[s.SPIN] > 0.0)
-        ends = state[s.EPOCH][spins] + np.abs(state[s.WZ][spins]) / state[s.SPIN][spins]
-        # Late by more than rounding, so that whoever computes the spin at that instant finds none.
-        return float(np.max(ends * (1.0 + 4.0 * EPS), initial=last))
-
     def _check_resolved(self) -> None:
         """Fail where a ball went so far that doubles no longer resolve a collision there."""
         if self.status is Status.FAILED:
             return
         state = self._balls.state
-        farthest = float(np.max(np.abs(state[[s.X, s.Y]])))
-        smallest = float(np.min(state[s.RADIUS]))
+        farthest = float(np.max(np.abs(state[:, s.X : s.Y + 1])))
+        smallest = float(np.min(state[:, s.RADIUS]))
         if not position_rounding(farthest) < smallest:
             self.status = Status.FAILED
             self.reason = (
@@ -114,16 +102,11 @@ class Run:
         while True:
             done = int(counters[s.EVENTS] + counters[s.CONTACT_STEPS])
             limit = min(done + _CHUNK, max_events)
-            code = run(
-                self._balls,
-                self._laws,
-                self._contacts,
-                self._pairs,
-                self._log,
-                limit,
-            )
+            code = run(self._balls, self._laws, self._pairs, self._contacts, self._log, limit)
             if code == s.RUN_LOG_FULL:
                 self._start_new_log()
+            elif code == s.RUN_CONTACTS:
+                self._contacts = s.contacts_of(len(self._scene.balls))
             elif code != s.RUN_EVENT_LIMIT or limit == max_events:
                 return code
 
@@ -141,13 +124,13 @@ class Run:
     def final_state(self) -> Samples:
         """State of every ball at `t_end`, arrays (1, n, 3)."""
         state, radii = self._balls.state, self._scene.radii
-        positions = np.column_stack((state[s.X], state[s.Y], radii))
-        velocities = np.column_stack((state[s.VX], state[s.VY], np.zeros(len(radii))))
+        positions = np.column_stack((state[:, s.X], state[:, s.Y], radii))
+        velocities = np.column_stack((state[:, s.VX], state[:, s.VY], np.zeros(len(radii))))
         spins = rolling_angular_velocity(velocities, radii)
-        sliding = state[s.PHASE] == s.SLIDING
-        spins[sliding, 0] = state[s.WX][sliding]
-        spins[sliding, 1] = state[s.WY][sliding]
-        spins[:, 2] = state[s.WZ]
+        sliding = state[:, s.PHASE] == s.SLIDING
+        spins[sliding, 0] = state[sliding, s.WX]
+        spins[sliding, 1] = state[sliding, s.WY]
+        spins[:, 2] = state[:, s.WZ]
         return Samples(positions[np.newaxis], velocities[np.newaxis], spins[np.newaxis])
 
     def collision_counts(self) -> dict[str, int]:
@@ -188,7 +171,7 @@ class Run:
             np.vstack((self._first_motion[i : i + 1], log.motion[log.ball == i]))
             for i in range(len(self._balls.own_kind))
         ]
-        spin_decelerations = self._balls.state[s.SPIN]
+        spin_decelerations = self._balls.state[:, s.SPIN].copy()
         return ExactTrajectory(self._scene.radii, tuple(knots), self.t_end, spin_decelerations)
 
     def _trimmed_log(self) -> s.Log:

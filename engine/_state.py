@@ -19,21 +19,26 @@ BoolArray = NDArray[np.bool_]
 
 
 class Balls(NamedTuple):
-    """State of n balls, each at its own epoch.
+    """State of n balls, each at its own epoch; and what the event at hand does to them.
 
     The centre moves as x + vx s + ax s^2 / 2, s the time since `epoch`, until `own_time`, when the
     ball's own next event changes its motion. While it slides, its angular velocity changes at a
     constant rate; while it rolls, the velocity gives it; about the vertical it always decays.
+    m is enough for all pairs that can touch at once, and all cushions.
 
-    One array for all numbers, because a kernel call passes every array of a named tuple as seven
-    words: with one array per number, the calls cost more than what they did.
+    One array for all numbers, because a kernel call passes every array of a named tuple as several
+    words: with one array per number, the calls cost more than what they did. A ball's numbers lie
+    together, so that a ball costs three cache lines however many there are.
     """
 
-    state: FloatArray  # (STATE_ROWS, n): rows EPOCH ... CLOTH below
+    state: FloatArray  # (n, STATE_COLUMNS): columns EPOCH ... CLOTH below
     own_kind: IntArray  # (n,) OWN_NONE, OWN_REST, OWN_ROLL, OWN_CONTACT, OWN_CUSHION + its index
+    changed: BoolArray  # (n,) whether the event at hand changed the ball's motion
+    touched: IntArray  # (n + 1,) how many of those there are, then which
+    hits: IntArray  # (m, 2) FIRST, SECOND: the pairs that hit now, or contacts to be held
 
 
-# Rows of `Balls.state`. The first KNOT of them say how the ball moves from `EPOCH` on.
+# Columns of `Balls.state`. The first KNOT of them say how the ball moves from `EPOCH` on.
 EPOCH = 0  # [s]
 X = 1  # [m]
 Y = 2
@@ -56,7 +61,8 @@ ROLL = 17  # deceleration while rolling [m/s^2]
 SLIDE = 18  # deceleration while sliding [m/s^2]; 0 where `motion` is "rolling"
 SPIN = 19  # deceleration of the spin about the vertical [rad/s^2]
 CLOTH = 20  # coefficient of sliding friction, for impacts in which the cloth takes part
-STATE_ROWS = 21
+MOVED = 21  # 1: the ball has moved, by more than creeping, since it last came to rest
+STATE_COLUMNS = 24  # the last two are padding: whole cache lines
 
 # Values of `PHASE`.
 RESTING = 0.0  # the centre; it may spin about the vertical
@@ -87,34 +93,48 @@ class Laws(NamedTuple):
 
 
 class Pairs(NamedTuple):
-    """Lower bounds of every pair's contact time; see `_pairs`."""
+    """Lower bounds of every pair's contact time, in a dense matrix; see `_pairs`."""
 
-    bound: FloatArray  # (n, n) [s]; each pair in the row of the ball recomputed last, else inf
-    row_least: FloatArray  # (n,) least bound of the row
-    row_partner: IntArray  # (n,) where it stands
+    bound: FloatArray  # (n n,) [s], row by row: a pair is in that of the ball recomputed last
+    least: FloatArray  # (n,) least bound of the row
+    next: FloatArray  # (n,) the less of that and the ball's own next event
+    track: FloatArray  # copies of what bounds need: see `TRACKS`
+
+
+# `Pairs.track` holds, for each block of LANES balls, TRACKS rows of LANES numbers: constant
+# distances, from which the compiler sees that rows don't overlap, and that it may vectorise.
+LANES = 64
+TRACKS = 9
+TRACK_X = 0 * LANES
+TRACK_Y = 1 * LANES
+TRACK_VX = 2 * LANES
+TRACK_VY = 3 * LANES
+TRACK_AX = 4 * LANES
+TRACK_AY = 5 * LANES
+TRACK_EPOCH = 6 * LANES
+TRACK_RADIUS = 7 * LANES
+TRACK_OWN_TIME = 8 * LANES
 
 
 class Contacts(NamedTuple):
     """Contacts that act together: impacts of one instant, and clusters of balls that are pressed.
 
-    See `_together`, `_press` and `_plastic`. m is enough for every pair and cushion.
+    See `_together`, `_press` and `_plastic`; m as in `Balls`.
     """
 
     cluster: IntArray  # (n,) label of the ball's cluster, or FREE
     held: BoolArray  # (n, n) whether a contact step holds the pair together
     pressure: FloatArray  # (n, n + 4) last force of each contact with a ball or cushion [N]
-    changed: BoolArray  # (n,) whether this event changed the ball's motion
     stopped: BoolArray  # (n,) whether a contact step's start stopped the ball
     again: BoolArray  # (n,) whether the ball's cluster is to be pressed anew
     rolled: BoolArray  # (n,) whether a contact step's start ended the ball's slide
     member: IntArray  # (n,) balls of the cluster at hand
-    motion: FloatArray  # (MOTION_ROWS, n): rows STEP ... below, by ball
-    hits: IntArray  # (2, m) rows FIRST and SECOND: the pairs that hit now, or contacts to be held
-    ends: IntArray  # (2, m) FIRST: a ball; SECOND: the other, or -1 minus a cushion's index
-    forces: FloatArray  # (FORCE_ROWS, m): rows FORCE ... below
+    motion: FloatArray  # (n, MOTION_COLUMNS): columns STEP ... below, by ball
+    ends: IntArray  # (m, 2) FIRST: a ball; SECOND: the other, or -1 minus a cushion's index
+    forces: FloatArray  # (m, FORCE_COLUMNS): columns FORCE ... below
 
 
-# Rows of `Contacts.motion`.
+# Columns of `Contacts.motion`.
 STEP = 0  # length that was good for the ball's last contact step [s]; 0: none since a collision
 DEGREE = 1  # contacts that the ball has in the impact at hand, else 0
 SLIPS = 2  # 1: a member slides over the contact step
@@ -129,15 +149,14 @@ NEW_BX = 10  # angular acceleration of a member [rad/s^2]
 NEW_BY = 11
 YIELD = 12  # acceleration of a member over a force on it [1/kg]; 0: the cloth holds it
 DEEP = 13  # 1: a member that overlaps another by most of the tolerance
-MOVED = 14  # 1: the ball has moved, by more than creeping, since it last came to rest
-ANSWERING = 15  # mass with which the ball answers to an impulse [kg]; inf: it stays
-MOTION_ROWS = 16
+ANSWERING = 14  # mass with which the ball answers to an impulse [kg]; inf: it stays
+MOTION_COLUMNS = 15
 
-# Rows of `Contacts.ends` and `Contacts.hits`.
+# Columns of `Contacts.ends` and `Balls.hits`.
 FIRST = 0
 SECOND = 1
 
-# Rows of `Contacts.forces`.
+# Columns of `Contacts.forces`.
 FORCE = 0  # along the normal, never negative: an impulse [N s] or a force [N]
 NX = 1  # normal, away from the first ball
 NY = 2
@@ -156,7 +175,7 @@ SCALED = 14
 DIRECTION = 15
 PRODUCT = 16
 ALONE = 17  # and of each contact as if it shared no ball
-FORCE_ROWS = 18
+FORCE_COLUMNS = 18
 
 
 class Log(NamedTuple):
@@ -190,12 +209,16 @@ UNSOLVED_STEPS = 7
 UNSOLVED_JOINT_IMPACTS = 8
 LOGGED_EVENTS = 9
 LOGGED_MOTIONS = 10
-COUNTERS = 11
+STARTED = 11  # 1: every ball is predicted
+PENDING = 12  # pairs in `Balls.hits` that the loop found but could not resolve: see RUN_CONTACTS
+PENDING_VERDICT = 13
+COUNTERS = 14
 
 # Places in the array of instants, float64 [s].
 NOW = 0
 LAST_EVENT = 1
-CLOCKS = 2
+END = 2  # when the last ball came to rest, or the run stopped
+CLOCKS = 3
 
 # Cushions, in the order of `engine.scene.CUSHIONS`.
 LEFT = 0
@@ -217,26 +240,33 @@ RUN_T_MAX = 1
 RUN_EVENT_LIMIT = 2
 RUN_LOG_FULL = 3
 RUN_NOT_FINITE = 4
+RUN_CONTACTS = 5  # go on with `Contacts`, which the run was not given
 
 
 def balls_of(scene: Scene) -> Balls:
     """Lay out the scene's balls; accelerations and own events are the kernel's to fill in."""
     n = len(scene.balls)
-    state = np.zeros((STATE_ROWS, n))
-    state[[X, Y]] = scene.positions[:, :2].T
-    state[[VX, VY]] = scene.velocities[:, :2].T
-    state[[WX, WY, WZ]] = scene.angular_velocities.T
-    state[OWN_TIME] = np.inf
-    state[RADIUS] = scene.radii
-    state[MASS] = scene.masses
+    state = np.zeros((n, STATE_COLUMNS))
+    state[:, X : Y + 1] = scene.positions[:, :2]
+    state[:, VX : VY + 1] = scene.velocities[:, :2]
+    state[:, WX : WZ + 1] = scene.angular_velocities
+    state[:, OWN_TIME] = np.inf
+    state[:, RADIUS] = scene.radii
+    state[:, MASS] = scene.masses
     gravity = scene.physics.gravity
-    state[ROLL] = scene.rolling_frictions * gravity
-    state[CLOTH] = scene.sliding_frictions
+    state[:, ROLL] = scene.rolling_frictions * gravity
+    state[:, CLOTH] = scene.sliding_frictions
     slides = scene.physics.motion == "sliding"
-    state[SLIDE] = state[CLOTH] * gravity if slides else 0.0
-    state[SPIN] = scene.spinning_friction_rates
-    state[PHASE] = np.where(scene.rolls, ROLLING, SLIDING) if slides else ROLLING
-    return Balls(state, np.zeros(n, dtype=np.int64))
+    state[:, SLIDE] = state[:, CLOTH] * gravity if slides else 0.0
+    state[:, SPIN] = scene.spinning_friction_rates
+    state[:, PHASE] = np.where(scene.rolls, ROLLING, SLIDING) if slides else ROLLING
+    return Balls(
+        state,
+        np.zeros(n, dtype=np.int64),
+        np.zeros(n, dtype=np.bool_),
+        np.zeros(n + 1, dtype=np.int64),
+        np.zeros((_most_contacts(n), 2), dtype=np.int64),
+    )
 
 
 def laws_of(scene: Scene) -> Laws:
@@ -272,26 +302,35 @@ def laws_of(scene: Scene) -> Laws:
 
 def pairs_of(n: int) -> Pairs:
     """Room for the bounds of n balls."""
-    return Pairs(np.full((n, n), np.inf), np.full(n, np.inf), np.zeros(n, dtype=np.int64))
+    blocks = -(-n // LANES)
+    return Pairs(
+        bound=np.full(n * n, np.inf),
+        least=np.full(n, np.inf),
+        next=np.full(n, np.inf),
+        track=np.zeros(blocks * TRACKS * LANES),
+    )
 
 
 def contacts_of(n: int) -> Contacts:
     """Room for the contacts of n balls."""
-    m = n * (n - 1) // 2 + len(CUSHIONS) * n
+    m = _most_contacts(n)
     return Contacts(
         cluster=np.full(n, FREE, dtype=np.int64),
         held=np.zeros((n, n), dtype=np.bool_),
         pressure=np.zeros((n, n + len(CUSHIONS))),
-        changed=np.zeros(n, dtype=np.bool_),
         stopped=np.zeros(n, dtype=np.bool_),
         again=np.zeros(n, dtype=np.bool_),
         rolled=np.zeros(n, dtype=np.bool_),
         member=np.zeros(n, dtype=np.int64),
-        motion=np.zeros((MOTION_ROWS, n)),
-        hits=np.zeros((2, m), dtype=np.int64),
-        ends=np.zeros((2, m), dtype=np.int64),
-        forces=np.zeros((FORCE_ROWS, m)),
+        motion=np.zeros((n, MOTION_COLUMNS)),
+        ends=np.zeros((m, 2), dtype=np.int64),
+        forces=np.zeros((m, FORCE_COLUMNS)),
     )
+
+
+def _most_contacts(n: int) -> int:
+    """Contacts that n balls can have at once: a planar graph has fewer than 3 n edges."""
+    return min(n * (n - 1) // 2, 3 * n) + len(CUSHIONS) * n
 
 
 def log_of(capacity: int, n: int) -> Log:

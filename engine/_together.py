@@ -67,16 +67,16 @@ def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -
     `contacts.motion[DEGREE]` holds how many of the contacts each ball has.
     """
     for k in range(len(balls.own_kind)):
-        if contacts.motion[DEGREE, k] > 0.0:
-            contacts.motion[ANSWERING, k] = balls.state[MASS, k]
+        if contacts.motion[k, DEGREE] > 0.0:
+            contacts.motion[k, ANSWERING] = balls.state[k, MASS]
             if laws.slides:
                 loosen(balls, k)  # before anything asks how it turns
     for c in range(count):
-        nx, ny = contact_normal(balls, contacts.ends[FIRST, c], contacts.ends[SECOND, c])
-        contacts.forces[NX, c] = nx
-        contacts.forces[NY, c] = ny
-        contacts.forces[FORCE, c] = 0.0
-        contacts.forces[RATE, c] = gap_rate(balls, contacts, c)
+        nx, ny = contact_normal(balls, contacts.ends[c, FIRST], contacts.ends[c, SECOND])
+        contacts.forces[c, NX] = nx
+        contacts.forces[c, NY] = ny
+        contacts.forces[c, FORCE] = 0.0
+        contacts.forces[c, RATE] = gap_rate(balls, contacts, c)
     solved = end_approach(contacts, count)
     restitution = laws.ball_restitution
     scale(contacts, count, 1.0 + restitution)
@@ -85,8 +85,8 @@ def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -
         _push(balls, contacts, count)
         _turn(balls, contacts, count)
         for c in range(count):
-            before = contacts.forces[RATE, c]
-            contacts.forces[RATE, c] = gap_rate(balls, contacts, c) + restitution * before
+            before = contacts.forces[c, RATE]
+            contacts.forces[c, RATE] = gap_rate(balls, contacts, c) + restitution * before
         solved = end_approach(contacts, count) and solved
     _push(balls, contacts, count)
     return solved
@@ -96,17 +96,17 @@ def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -
 def _push(balls: Balls, contacts: Contacts, count: int) -> None:
     """Give every ball of the group the impulses in PUSH_X and PUSH_Y."""
     for k in range(len(balls.own_kind)):
-        if contacts.motion[DEGREE, k] > 0.0:
-            balls.state[VX, k] += gained(contacts, count, k, PUSH_X)
-            balls.state[VY, k] += gained(contacts, count, k, PUSH_Y)
+        if contacts.motion[k, DEGREE] > 0.0:
+            balls.state[k, VX] += gained(contacts, count, k, PUSH_X)
+            balls.state[k, VY] += gained(contacts, count, k, PUSH_Y)
 
 
 @kernel
 def _split_mass(balls: Balls, contacts: Contacts, c: int) -> float:
     """Reduced mass [kg] of contact c, of those parts of its two balls that are its own."""
-    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
-    part_a = balls.state[MASS, a] / contacts.motion[DEGREE, a]
-    part_b = balls.state[MASS, b] / contacts.motion[DEGREE, b]
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    part_a = balls.state[a, MASS] / contacts.motion[a, DEGREE]
+    part_b = balls.state[b, MASS] / contacts.motion[b, DEGREE]
     return reduced_mass(part_a, part_b)
 
 
@@ -118,31 +118,31 @@ def _find_friction(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> 
     entry the normal impulses are in PUSH_X and PUSH_Y.
     """
     for c in range(count):
-        contacts.forces[PRODUCT, c] = _change_of_slip(contacts, count, c)
+        contacts.forces[c, PRODUCT] = _change_of_slip(contacts, count, c)
     for c in range(count):
-        nx, ny = contacts.forces[NX, c], contacts.forces[NY, c]
+        nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
         along, up = _slip(balls, contacts, c)
-        along += 0.5 * contacts.forces[PRODUCT, c]
+        along += 0.5 * contacts.forces[c, PRODUCT]
         size = math.sqrt(along * along + up * up)
-        limit = friction_coefficient(laws, size) * contacts.forces[FORCE, c]
+        limit = friction_coefficient(laws, size) * contacts.forces[c, FORCE]
         sticking = _split_mass(balls, contacts, c) * size / 3.5
         part = min(limit, sticking) / size if size > 0.0 else 0.0
-        contacts.forces[PUSH_X, c] = -part * along * ny
-        contacts.forces[PUSH_Y, c] = part * along * nx
-        contacts.forces[TURN_X, c] = -part * up * ny
-        contacts.forces[TURN_Y, c] = part * up * nx
-        contacts.forces[TURN_Z, c] = -part * along
+        contacts.forces[c, PUSH_X] = -part * along * ny
+        contacts.forces[c, PUSH_Y] = part * along * nx
+        contacts.forces[c, TURN_X] = -part * up * ny
+        contacts.forces[c, TURN_Y] = part * up * nx
+        contacts.forces[c, TURN_Z] = -part * along
 
 
 @kernel
 def _change_of_slip(contacts: Contacts, count: int, c: int) -> float:
     """Change of the slip of contact c [m/s], along t, by the impulses in PUSH_X and PUSH_Y."""
-    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
     gained_x = gained(contacts, count, a, PUSH_X)
     gained_y = gained(contacts, count, a, PUSH_Y)
     gained_x -= gained(contacts, count, b, PUSH_X)
     gained_y -= gained(contacts, count, b, PUSH_Y)
-    change: float = contacts.forces[NX, c] * gained_y - contacts.forces[NY, c] * gained_x
+    change: float = contacts.forces[c, NX] * gained_y - contacts.forces[c, NY] * gained_x
     return change
 
 
@@ -150,21 +150,21 @@ def _change_of_slip(contacts: Contacts, count: int, c: int) -> float:
 def _turn(balls: Balls, contacts: Contacts, count: int) -> None:
     """Turn every ball of the group by its friction."""
     for k in range(len(balls.own_kind)):
-        if contacts.motion[DEGREE, k] > 0.0:
-            turn = 2.5 / (balls.state[MASS, k] * balls.state[RADIUS, k])
-            balls.state[WX, k] += turn * sum_at(contacts, count, k, TURN_X, 1.0)
-            balls.state[WY, k] += turn * sum_at(contacts, count, k, TURN_Y, 1.0)
-            balls.state[WZ, k] += turn * sum_at(contacts, count, k, TURN_Z, 1.0)
+        if contacts.motion[k, DEGREE] > 0.0:
+            turn = 2.5 / (balls.state[k, MASS] * balls.state[k, RADIUS])
+            balls.state[k, WX] += turn * sum_at(contacts, count, k, TURN_X, 1.0)
+            balls.state[k, WY] += turn * sum_at(contacts, count, k, TURN_Y, 1.0)
+            balls.state[k, WZ] += turn * sum_at(contacts, count, k, TURN_Z, 1.0)
 
 
 @kernel
 def _slip(balls: Balls, contacts: Contacts, c: int) -> tuple[float, float]:
     """Velocity of a's surface over b's at contact c [m/s]: along t = (-ny, nx), and up."""
-    a, b = contacts.ends[FIRST, c], contacts.ends[SECOND, c]
-    nx, ny = contacts.forces[NX, c], contacts.forces[NY, c]
-    ra, rb = balls.state[RADIUS, a], balls.state[RADIUS, b]
-    vx, vy = balls.state[VX, a] - balls.state[VX, b], balls.state[VY, a] - balls.state[VY, b]
-    wx = ra * balls.state[WX, a] + rb * balls.state[WX, b]
-    wy = ra * balls.state[WY, a] + rb * balls.state[WY, b]
-    wz = ra * balls.state[WZ, a] + rb * balls.state[WZ, b]
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
+    ra, rb = balls.state[a, RADIUS], balls.state[b, RADIUS]
+    vx, vy = balls.state[a, VX] - balls.state[b, VX], balls.state[a, VY] - balls.state[b, VY]
+    wx = ra * balls.state[a, WX] + rb * balls.state[b, WX]
+    wy = ra * balls.state[a, WY] + rb * balls.state[b, WY]
+    wz = ra * balls.state[a, WZ] + rb * balls.state[b, WZ]
     return (nx * vy - ny * vx) + wz, -(nx * wy - ny * wx)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 from engine.errors import GhostballError
 from engine.features import EXACT, Capability, Feature, check_supported
 from engine.result import RECORDS, Record, Result
@@ -78,9 +76,7 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
     from engine._run import Run  # noqa: PLC0415 - see `warm_up`
 
     run = Run(scene, keep_log=record != "rest")
-    started = time.perf_counter()
     run.go(max_events)
-    wall_time = time.perf_counter() - started
     return Result(
         engine="ghostball",
         settings={"max_events": max_events},
@@ -90,7 +86,7 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
         rest_time=run.t_end,
         collision_counts=run.collision_counts(),
         work=run.work(),
-        wall_time=wall_time,
+        wall_time=run.wall_time,
         events=run.events(),
         trajectory=run.trajectory(),
         reason=run.reason,
