@@ -15,9 +15,9 @@ import os
 import shutil
 import tempfile
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar, overload
 
 import llvmlite
 import numba
@@ -34,27 +34,44 @@ OPTIONS: dict[str, Any] = {
     "error_model": "numpy",  # no raising: a division by zero gives inf, as the arithmetic says
     "fastmath": False,  # no fused multiply-add, no reordering: the same bits on every machine
     "nogil": True,  # batches run in threads
-    "_nrt": False,  # no reference counts
+    # No reference counts: kernels allocate nothing, and counting the arrays of each call took more
+    # than half of the time.
+    "_nrt": False,
+    "no_cfunc_wrapper": True,  # nobody asks for a C function
 }
 KEPT_CACHES = 4
 """Caches of other sources or flags that are kept; switching between two revisions stays quick."""
 
 
-def kernel(function: Function) -> Function:
+@overload
+def kernel(function: Function) -> Function: ...
+@overload
+def kernel(*, inline: bool) -> Callable[[Function], Function]: ...
+def kernel(function: Any = None, *, inline: bool = False) -> Any:
     """Compile `function` when it is first called, and keep the machine code for later processes.
 
     A kernel does not allocate, does not raise (it returns a status) and uses only + - * / and
     square roots in what feeds back into the dynamics.
+
+    Parameters
+    ----------
+    function : callable
+    inline : bool
+        Write its code into every caller. For what each event runs: a call passes each array of a
+        named tuple as seven words or more, which costs more than most kernels do.
     """
+    if function is None:
+        return partial(kernel, inline=inline)
     if _config.DISABLE_JIT:
         return function
+    options = {**OPTIONS, "forceinline": inline}
     directory = cache_directory()
     if directory is None:
-        return cast(Function, numba.njit(**OPTIONS)(function))
+        return numba.njit(**options)(function)
     # The directory is read when caching is enabled, that is while the decorator runs.
     previous, _config.CACHE_DIR = _config.CACHE_DIR, str(directory)
     try:
-        return cast(Function, numba.njit(cache=True, **OPTIONS)(function))
+        return numba.njit(cache=True, **options)(function)
     finally:
         _config.CACHE_DIR = previous
 

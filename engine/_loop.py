@@ -6,11 +6,11 @@ import math
 
 from engine._geometry import at_rest
 from engine._jit import kernel
-from engine._motion import advance, mark, predict_motion
+from engine._motion import advance
 from engine._pairs import earliest, touching, update_balls
 from engine._press import press_again
 from engine._record import is_full, note_ends, note_motion
-from engine._resolve import resolve_own, resolve_pairs
+from engine._resolve import NEEDS_CONTACTS, predict_anew, resolve_contacts, resolve_own
 from engine._state import (
     CONTACT_STEPS,
     END,
@@ -20,7 +20,6 @@ from engine._state import (
     NOW,
     OWN_TIME,
     PENDING,
-    PENDING_VERDICT,
     RUN_CONTACTS,
     RUN_EVENT_LIMIT,
     RUN_LOG_FULL,
@@ -31,23 +30,11 @@ from engine._state import (
     WZ,
     Balls,
     Contacts,
-    IntArray,
     Laws,
     Log,
     Pairs,
 )
 from engine._tolerances import EPS
-from engine._touch import IMPACT, NOT_YET
-
-
-@kernel
-def start(balls: Balls, laws: Laws, pairs: Pairs, counters: IntArray) -> None:
-    """Predict every ball and bound every pair at t = 0; once, before `run`."""
-    for i in range(len(balls.own_kind)):
-        predict_motion(balls, i, laws)
-        mark(balls, i)
-    update_balls(balls, pairs, None, 0.0, counters)
-    _unmark(balls)
 
 
 @kernel
@@ -59,42 +46,17 @@ def run(
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE; or
     RUN_CONTACTS, where balls press each other, or hit several at once, and `contacts` is None.
 
-    Contract: no allocation, no raising. Everything is in the arguments, so a run that returned
-    RUN_LOG_FULL, RUN_EVENT_LIMIT or RUN_CONTACTS goes on where it stopped when called again.
+    Contract: every ball is marked when the run begins. No allocation, no raising. Everything is in
+    the arguments, so a run that returned RUN_LOG_FULL, RUN_EVENT_LIMIT or RUN_CONTACTS goes on
+    where it stopped when called again.
     """
+    held = 0
     while True:
-        if is_full(log, len(balls.own_kind)):
-            return RUN_LOG_FULL
-
-        # Find the earliest event: one ball's own, or the pair that may touch first.
-        t, single = earliest(balls, pairs)
-        if not t >= log.clock[NOW]:
-            return RUN_NOT_FINITE
-        if t == math.inf and _all_rest(balls):
-            return RUN_RESTED
-        if t > laws.t_max:
-            return RUN_T_MAX
-        if log.counters[EVENTS] + log.counters[CONTACT_STEPS] >= limit:
-            return RUN_EVENT_LIMIT
-
-        # Move its balls there and resolve it; mark every ball whose motion it changes.
-        if single >= 0:
-            if not resolve_own(balls, laws, contacts, single, t, log):
-                return RUN_CONTACTS
-        else:
-            verdict, count = log.counters[PENDING_VERDICT], log.counters[PENDING]
-            if count == 0:
-                verdict, count = touching(balls, laws, pairs, t, log.counters)
-            if verdict == NOT_YET:
-                continue
-            if not _resolve_contact(balls, laws, contacts, verdict, count, t, log):
-                log.counters[PENDING_VERDICT] = verdict
-                log.counters[PENDING] = count
-                return RUN_CONTACTS
-            log.counters[PENDING] = 0
-        log.clock[NOW] = t
-
-        # Predict anew: every bound of a ball whose motion changed is void.
+        # Predict anew every ball whose motion changed, at first all: its old bounds are void.
+        t = log.clock[NOW]
+        predict_anew(balls, laws, contacts)
+        if contacts is not None:
+            press_again(balls, laws, contacts, held, t, log.counters)
         _sort_touched(balls)
         for m in range(1, balls.touched[0] + 1):
             k = balls.touched[m]
@@ -105,6 +67,34 @@ def run(
                 return RUN_NOT_FINITE
         update_balls(balls, pairs, contacts, t, log.counters)
         _unmark(balls)
+
+        # Find the earliest event: one ball's own, or the pair that may touch first.
+        while True:
+            if is_full(log, len(balls.own_kind)):
+                return RUN_LOG_FULL
+            t, single = earliest(balls, pairs)
+            if not t >= log.clock[NOW]:
+                return RUN_NOT_FINITE
+            if t == math.inf and _all_rest(balls):
+                return RUN_RESTED
+            if t > laws.t_max:
+                return RUN_T_MAX
+            if log.counters[EVENTS] + log.counters[CONTACT_STEPS] >= limit:
+                return RUN_EVENT_LIMIT
+            if single >= 0:
+                break
+            if log.counters[PENDING] > 0 or touching(balls, laws, pairs, t, log.counters):
+                break
+
+        # Move its balls there and resolve it; mark every ball whose motion it changes.
+        if single >= 0:
+            held = resolve_own(balls, laws, contacts, single, t, log)
+        else:
+            held = resolve_contacts(balls, laws, contacts, t, log)
+        if held == NEEDS_CONTACTS:
+            return RUN_CONTACTS
+        log.counters[PENDING] = 0
+        log.clock[NOW] = t
 
 
 @kernel
@@ -141,26 +131,7 @@ def _all_rest(balls: Balls) -> bool:
     return True
 
 
-@kernel
-def _resolve_contact(
-    balls: Balls,
-    laws: Laws,
-    contacts: Contacts | None,
-    verdict: int,
-    count: int,
-    t: float,
-    log: Log,
-) -> bool:
-    """Resolve what `touching` found; False, and nothing done, where that needs `contacts`."""
-    if verdict == IMPACT:
-        return resolve_pairs(balls, laws, contacts, count, t, log)
-    if contacts is None:
-        return False
-    press_again(balls, laws, contacts, count, t, log.counters)
-    return True
-
-
-@kernel
+@kernel(inline=True)
 def _sort_touched(balls: Balls) -> None:
     """Put the balls that the event touched in the order of their numbers."""
     for m in range(2, balls.touched[0] + 1):
@@ -171,7 +142,7 @@ def _sort_touched(balls: Balls) -> None:
         balls.touched[place] = k
 
 
-@kernel
+@kernel(inline=True)
 def _unmark(balls: Balls) -> None:
     for m in range(1, balls.touched[0] + 1):
         balls.changed[balls.touched[m]] = False

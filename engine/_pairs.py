@@ -29,6 +29,8 @@ from engine._state import (
     LANES,
     OWN_CUSHION,
     OWN_TIME,
+    PENDING,
+    PENDING_VERDICT,
     RADIUS,
     SECOND,
     TRACK_AX,
@@ -55,7 +57,7 @@ from engine._state import (
 from engine._touch import IMPACT, NOT_YET, PRESSED, touch
 
 
-@kernel
+@kernel(inline=True)
 def update_balls(
     balls: Balls, pairs: Pairs, contacts: Contacts | None, t: float, counters: IntArray
 ) -> None:
@@ -67,7 +69,7 @@ def update_balls(
     counters[BOUNDS] += balls.touched[0] * (len(balls.own_kind) - 1)
 
 
-@kernel
+@kernel(inline=True)
 def _track(balls: Balls, pairs: Pairs, i: int) -> None:
     """Copy from ball i what its bounds need."""
     at = (i // LANES) * (TRACKS * LANES) + i % LANES
@@ -82,12 +84,21 @@ def _track(balls: Balls, pairs: Pairs, i: int) -> None:
     pairs.track[at + TRACK_OWN_TIME] = balls.state[i, OWN_TIME]
 
 
-@kernel
+@kernel(inline=True)
 def _update_ball(balls: Balls, pairs: Pairs, contacts: Contacts | None, i: int, t: float) -> None:
     """Bound anew every pair of ball i; its row takes them over from the others' rows."""
     n = len(balls.own_kind)
+    s = t - balls.state[i, EPOCH]
+    ax, ay = balls.state[i, AX], balls.state[i, AY]
+    x = balls.state[i, X] + s * (balls.state[i, VX] + 0.5 * ax * s)
+    y = balls.state[i, Y] + s * (balls.state[i, VY] + 0.5 * ay * s)
+    vx = balls.state[i, VX] + ax * s
+    vy = balls.state[i, VY] + ay * s
+    radius, own_time = balls.state[i, RADIUS], balls.state[i, OWN_TIME]
     for block in range(0, n, LANES):
-        _bound_block(balls, pairs, i, block, min(n - block, LANES), t)
+        track = pairs.track[block * TRACKS : (block + LANES) * TRACKS]
+        row = pairs.bound[i * n + block : i * n + min(block + LANES, n)]
+        _bound_block(track, row, t, x, y, vx, vy, ax, ay, radius, own_time)
     pairs.bound[i * n + i] = math.inf
     if contacts is not None and contacts.cluster[i] != FREE:
         for j in range(n):
@@ -105,32 +116,35 @@ def _update_ball(balls: Balls, pairs: Pairs, contacts: Contacts | None, i: int, 
 
 
 @kernel
-def _bound_block(balls: Balls, pairs: Pairs, i: int, block: int, lanes: int, t: float) -> None:
-    """Put in row i lower bounds, from the instant t, of when ball i touches those of one block.
+def _bound_block(
+    track: FloatArray,
+    bounds: FloatArray,
+    t: float,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    radius: float,
+    own_time: float,
+) -> None:
+    """Put in `bounds` when, at the soonest, a ball touches each of those in a block of `track`.
 
-    inf where they can't; for ball i itself, a number without meaning. `relative_motion` and
-    `first_crossing` written out, without branches, so that the compiler makes it a row of vector
-    instructions: a third of the time, to the same bits.
+    From the instant t [s], at which the ball is and moves as given; inf where it can't. For the
+    ball itself, a number without meaning. `relative_motion` and `first_crossing` written out,
+    without branches, so that the compiler makes vector instructions of it, to the same bits.
     """
-    s = t - balls.state[i, EPOCH]
-    ax, ay = balls.state[i, AX], balls.state[i, AY]
-    x = balls.state[i, X] + s * (balls.state[i, VX] + 0.5 * ax * s)
-    y = balls.state[i, Y] + s * (balls.state[i, VY] + 0.5 * ay * s)
-    vx = balls.state[i, VX] + ax * s
-    vy = balls.state[i, VY] + ay * s
-    radius, own_time = balls.state[i, RADIUS], balls.state[i, OWN_TIME]
-    at = (block // LANES) * (TRACKS * LANES)
-    row = i * len(balls.own_kind) + block
-    for j in range(lanes):
-        s = t - pairs.track[at + TRACK_EPOCH + j]
-        ax_j, ay_j = pairs.track[at + TRACK_AX + j], pairs.track[at + TRACK_AY + j]
-        vx_j, vy_j = pairs.track[at + TRACK_VX + j], pairs.track[at + TRACK_VY + j]
-        rx = pairs.track[at + TRACK_X + j] + s * (vx_j + 0.5 * ax_j * s) - x
-        ry = pairs.track[at + TRACK_Y + j] + s * (vy_j + 0.5 * ay_j * s) - y
+    for j in range(len(bounds)):
+        s = t - track[TRACK_EPOCH + j]
+        ax_j, ay_j = track[TRACK_AX + j], track[TRACK_AY + j]
+        vx_j, vy_j = track[TRACK_VX + j], track[TRACK_VY + j]
+        rx = track[TRACK_X + j] + s * (vx_j + 0.5 * ax_j * s) - x
+        ry = track[TRACK_Y + j] + s * (vy_j + 0.5 * ay_j * s) - y
         ux, uy = (vx_j + ax_j * s) - vx, (vy_j + ay_j * s) - vy
         distance = math.sqrt(rx * rx + ry * ry)
         # All three scaled by the distance, which saves dividing by it.
-        gap = distance * (distance - (radius + pairs.track[at + TRACK_RADIUS + j]))
+        gap = distance * (distance - (radius + track[TRACK_RADIUS + j]))
         rate = rx * ux + ry * uy
         pull = rx * (ax_j - ax) + ry * (ay_j - ay)
         gap = gap if gap > 0.0 else 0.0
@@ -140,37 +154,37 @@ def _bound_block(balls: Balls, pairs: Pairs, i: int, block: int, lanes: int, t: 
         over = 2.0 * gap if closing else rate + root
         under = root - rate if closing else -pull
         bound = t + over / under
-        own_time_j = pairs.track[at + TRACK_OWN_TIME + j]
+        own_time_j = track[TRACK_OWN_TIME + j]
         until = own_time_j if own_time_j < own_time else own_time
         meets = (discriminant >= 0.0) & (closing | (pull < 0.0)) & (bound <= until)
-        pairs.bound[row + j] = bound if meets else math.inf
+        bounds[j] = bound if meets else math.inf
 
 
-@kernel
+@kernel(inline=True)
 def _rescan(balls: Balls, pairs: Pairs, i: int) -> None:
     """Find the least bound of row i again, and ball i's next event."""
     n = len(balls.own_kind)
-    least = _least(pairs.bound, i * n, i * n + n)
+    least = _least(pairs.bound[i * n : i * n + n])
     pairs.least[i] = least
     pairs.next[i] = min(least, balls.state[i, OWN_TIME])
 
 
 @kernel
-def _least(values: FloatArray, start: int, stop: int) -> float:
-    """Return the least of values[start:stop]; four at a time, since each waits for the last."""
+def _least(values: FloatArray) -> float:
+    """Return the least of `values`; four at a time, since each comparison waits for the last."""
     a, b, c, d = math.inf, math.inf, math.inf, math.inf
-    fours = start + (stop - start) // 4 * 4
-    for k in range(start, fours, 4):
+    fours = len(values) // 4 * 4
+    for k in range(0, fours, 4):
         a = values[k] if values[k] < a else a
         b = values[k + 1] if values[k + 1] < b else b
         c = values[k + 2] if values[k + 2] < c else c
         d = values[k + 3] if values[k + 3] < d else d
-    for k in range(fours, stop):
+    for k in range(fours, len(values)):
         a = values[k] if values[k] < a else a
     return min(a, b, c, d)
 
 
-@kernel
+@kernel(inline=True)
 def earliest(balls: Balls, pairs: Pairs) -> tuple[float, int]:
     """Return the instant [s] of the next event or bound, and the ball whose own event it is, or -1.
 
@@ -179,7 +193,7 @@ def earliest(balls: Balls, pairs: Pairs) -> tuple[float, int]:
     together, the first by place, not by number.
     """
     n = len(balls.own_kind)
-    t = _least(pairs.next, 0, n)
+    t = _least(pairs.next)
     single = -1
     for i in range(n):
         if balls.state[i, OWN_TIME] == t and (single < 0 or _takes_precedence(balls, i, single)):
@@ -200,15 +214,13 @@ def _takes_precedence(balls: Balls, i: int, j: int) -> bool:
     return bool(not apart and (dx > 0.0 or (dx == 0.0 and dy > 0.0)))
 
 
-@kernel
-def touching(
-    balls: Balls, laws: Laws, pairs: Pairs, t: float, counters: IntArray
-) -> tuple[int, int]:
-    """Judge every pair whose bound is the instant t [s]: a verdict, and how many pairs it is about.
+@kernel(inline=True)
+def touching(balls: Balls, laws: Laws, pairs: Pairs, t: float, counters: IntArray) -> bool:
+    """Judge every pair whose bound is the instant t [s]; False when all those bounds have moved on.
 
-    IMPACT, for all pairs that approach, or for the fastest of them where impacts are sequential;
-    else PRESSED; else NOT_YET, when all those bounds have moved on. The pairs are in the first
-    rows of `balls.hits`, the lower index first.
+    Else there are PENDING pairs in the first rows of `balls.hits`, the lower index first, and
+    PENDING_VERDICT is IMPACT, for all pairs that approach, or for the fastest of them where impacts
+    are sequential; or else PRESSED.
 
     Notes
     -----
@@ -241,11 +253,15 @@ def touching(
     if count > 0:
         if laws.simultaneous:
             count = _join_ties(balls, pairs, t, fastest, count)
-        return IMPACT, count
+        counters[PENDING_VERDICT] = IMPACT
+        counters[PENDING] = count
+        return True
     for c in range(pressed):
         last = balls.hits.shape[0] - 1 - c
         _list_hit(balls, c, balls.hits[last, FIRST], balls.hits[last, SECOND])
-    return (PRESSED, pressed) if pressed > 0 else (NOT_YET, 0)
+    counters[PENDING_VERDICT] = PRESSED
+    counters[PENDING] = pressed
+    return pressed > 0
 
 
 @kernel

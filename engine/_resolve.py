@@ -1,7 +1,9 @@
 """What happens at an event: the loop (`_loop`) says which, here it is done.
 
-`Contacts` may be missing. What needs them then returns False, having changed nothing, and is called
-again when they are there.
+What changes a ball's motion marks it in `balls.changed`, and leaves it to the loop to predict it.
+
+`Contacts` may be missing. What needs them then returns NEEDS_CONTACTS, having changed nothing, and
+is called again when they are there.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from engine._geometry import (
 from engine._impact import bounce, bounce_in_corner, collide_balls
 from engine._jit import kernel
 from engine._motion import advance, come_to_rest, mark, predict_motion, start_rolling
-from engine._press import end_step, press_again
+from engine._press import end_step
 from engine._record import (
     BALL_BALL_EVENT,
     BALL_CUSHION_EVENT,
@@ -41,6 +43,8 @@ from engine._state import (
     OWN_REST,
     OWN_ROLL,
     OWN_TIME,
+    PENDING,
+    PENDING_VERDICT,
     PHASE,
     RADIUS,
     ROLL,
@@ -59,48 +63,48 @@ from engine._state import (
     Y,
 )
 from engine._together import collide_together
+from engine._touch import PRESSED
+
+NEEDS_CONTACTS = -1
 
 
-@kernel
+@kernel(inline=True)
 def resolve_own(
     balls: Balls, laws: Laws, contacts: Contacts | None, i: int, t: float, log: Log
-) -> bool:
-    """Resolve what ball i does alone at the instant t: rest, roll, meet a cushion, end a step."""
+) -> int:
+    """Resolve what ball i does alone at the instant t: rest, roll, meet a cushion, end a step.
+
+    Return how many contacts in `balls.hits` are to be held.
+    """
     kind = balls.own_kind[i]
-    listed = 0
     if kind == OWN_REST:
-        _resolve_rest(balls, laws, contacts, i, t, log)
+        _resolve_rest(balls, contacts, i, t, log)
     elif kind == OWN_ROLL:
         start_rolling(balls, i, t)
         if balls.state[i, VX] == 0.0 and balls.state[i, VY] == 0.0:
             note_rest(balls, contacts, i, t, log)
         else:
             note_event(SLIDE_TO_ROLL_EVENT, i, -1, t, log)
-        _predict_anew(balls, laws, contacts, i)
+        mark(balls, i)
     elif kind >= OWN_CUSHION:
         cushion = kind - OWN_CUSHION
         advance(balls, i, t)
         partner = _pressed_against(balls, laws, i, cushion, t)
-        if partner == i:
-            _resolve_cushion(balls, laws, i, cushion, t, log)
-            _predict_anew(balls, laws, contacts, i)
-        elif contacts is None:
-            return False
-        else:
+        if partner != i:
+            if contacts is None:
+                return NEEDS_CONTACTS
             balls.hits[0, FIRST] = i
             balls.hits[0, SECOND] = partner
-            listed = 1
+            return 1
+        _resolve_cushion(balls, laws, i, cushion, t, log)
+        mark(balls, i)
     elif contacts is not None:
         end_step(contacts, i)
-    if contacts is not None:
-        press_again(balls, laws, contacts, listed, t, log.counters)
-    return True
+    return 0
 
 
-@kernel
-def _resolve_rest(
-    balls: Balls, laws: Laws, contacts: Contacts | None, i: int, t: float, log: Log
-) -> None:
+@kernel(inline=True)
+def _resolve_rest(balls: Balls, contacts: Contacts | None, i: int, t: float, log: Log) -> None:
     """Bring ball i to rest, and those that a contact step brings to rest at the same instant.
 
     One after the other, the second would be moved there with what rounding leaves of its speed.
@@ -110,11 +114,11 @@ def _resolve_rest(
             if k == i or _rests_with(balls, contacts, i, k, t):
                 come_to_rest(balls, k, t)
                 note_rest(balls, contacts, k, t, log)
-                _predict_anew(balls, laws, contacts, k)
+                mark(balls, k)
         return
     come_to_rest(balls, i, t)
     note_rest(balls, contacts, i, t, log)
-    _predict_anew(balls, laws, contacts, i)
+    mark(balls, i)
 
 
 @kernel
@@ -173,23 +177,29 @@ def _pressed_against(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -
     return blocking if blocking >= 0 else i
 
 
-@kernel
-def resolve_pairs(
-    balls: Balls, laws: Laws, contacts: Contacts | None, count: int, t: float, log: Log
-) -> bool:
-    """Collide the first `count` pairs of `balls.hits` at the instant t; together if they touch.
+@kernel(inline=True)
+def resolve_contacts(
+    balls: Balls, laws: Laws, contacts: Contacts | None, t: float, log: Log
+) -> int:
+    """Collide the PENDING pairs of `balls.hits` at the instant t, or leave them to be held.
 
-    A pair of which neither ball has another impact now follows the scene's law.
+    A pair of which neither ball has another impact now follows the scene's law; others collide
+    together. Return how many contacts in `balls.hits` are to be held.
     """
+    count = log.counters[PENDING]
+    if log.counters[PENDING_VERDICT] == PRESSED:
+        return NEEDS_CONTACTS if contacts is None else count
     if contacts is None:
         for c in range(count):
             for other in range(c):
                 if _share_ball(balls, c, other):
-                    return False
+                    return NEEDS_CONTACTS
     for c in range(count):
         a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
         advance(balls, a, t)
         advance(balls, b, t)
+        mark(balls, a)
+        mark(balls, b)
         log.counters[BALL_BALL] += 1
         note_event(BALL_BALL_EVENT, a, b, t, log)
     if contacts is None:
@@ -197,13 +207,7 @@ def resolve_pairs(
             collide_balls(balls, balls.hits[c, FIRST], balls.hits[c, SECOND], laws)
     else:
         _collide_groups(balls, laws, contacts, count, log)
-    for c in range(count):
-        for k in (balls.hits[c, FIRST], balls.hits[c, SECOND]):
-            if not balls.changed[k]:
-                _predict_anew(balls, laws, contacts, k)
-    if contacts is not None:
-        press_again(balls, laws, contacts, 0, t, log.counters)
-    return True
+    return 0
 
 
 @kernel
@@ -238,18 +242,19 @@ def _collide_groups(balls: Balls, laws: Laws, contacts: Contacts, count: int, lo
         contacts.motion[balls.hits[c, SECOND], DEGREE] = 0.0
 
 
-@kernel
-def _predict_anew(balls: Balls, laws: Laws, contacts: Contacts | None, i: int) -> None:
-    """Predict ball i, whose velocity an event set; so the contact step that it was in ends.
+@kernel(inline=True)
+def predict_anew(balls: Balls, laws: Laws, contacts: Contacts | None) -> None:
+    """Predict every ball that is marked, since an event set its velocity.
 
-    Contract: `press_again` follows, after all balls of the event.
+    One in a contact step is left to `press_again`: its step ends here.
     """
-    if not at_rest(balls, i):
-        balls.state[i, MOVED] = 1.0
-    if contacts is not None:
-        contacts.motion[i, STEP] = 0.0
-        if contacts.cluster[i] != FREE:
-            end_step(contacts, i)
-            return
-    predict_motion(balls, i, laws)
-    mark(balls, i)
+    for m in range(1, balls.touched[0] + 1):
+        i = balls.touched[m]
+        if not at_rest(balls, i):
+            balls.state[i, MOVED] = 1.0
+        if contacts is not None:
+            contacts.motion[i, STEP] = 0.0
+            if contacts.cluster[i] != FREE:
+                end_step(contacts, i)
+                continue
+        predict_motion(balls, i, laws)

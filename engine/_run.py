@@ -9,7 +9,7 @@ import numpy as np
 
 from engine import _state as s
 from engine._jit import announce_compilation
-from engine._loop import finish, run, start
+from engine._loop import finish, run
 from engine._tolerances import position_rounding
 from engine.result import EVENT_DTYPE, EventKind, Events, Status
 from engine.scene import Ball, Scene, rolling_angular_velocity
@@ -56,14 +56,10 @@ class Run:
         self._log = s.log_of(_FIRST_LOG if keep_log else 0, len(scene.balls))
         self._clock, self._counters = self._log.clock, self._log.counters
         self._logs: list[s.Log] = []
-        self._first_motion = np.empty((0, s.KNOT))
 
     def go(self, max_events: int) -> None:
         """Run to the end, to `max_events` events, or to an interrupt."""
         started = time.perf_counter()
-        start(self._balls, self._laws, self._pairs, self._counters)
-        if self._keep_log:
-            self._first_motion = self._balls.state[:, : s.KNOT].copy()
         try:
             code = self._go(max_events)
             interrupted = False
@@ -167,10 +163,7 @@ class Run:
         if not self._keep_log:
             return None
         log = self._whole_log()
-        knots = [
-            np.vstack((self._first_motion[i : i + 1], log.motion[log.ball == i]))
-            for i in range(len(self._balls.own_kind))
-        ]
+        knots = [log.motion[log.ball == i] for i in range(len(self._balls.own_kind))]
         spin_decelerations = self._balls.state[:, s.SPIN].copy()
         return ExactTrajectory(self._scene.radii, tuple(knots), self.t_end, spin_decelerations)
 

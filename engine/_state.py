@@ -209,10 +209,9 @@ UNSOLVED_STEPS = 7
 UNSOLVED_JOINT_IMPACTS = 8
 LOGGED_EVENTS = 9
 LOGGED_MOTIONS = 10
-STARTED = 11  # 1: every ball is predicted
-PENDING = 12  # pairs in `Balls.hits` that the loop found but could not resolve: see RUN_CONTACTS
-PENDING_VERDICT = 13
-COUNTERS = 14
+PENDING = 11  # pairs in `Balls.hits` that are found, and not resolved yet
+PENDING_VERDICT = 12  # IMPACT or PRESSED: see `_touch`
+COUNTERS = 13
 
 # Places in the array of instants, float64 [s].
 NOW = 0
@@ -244,7 +243,7 @@ RUN_CONTACTS = 5  # go on with `Contacts`, which the run was not given
 
 
 def balls_of(scene: Scene) -> Balls:
-    """Lay out the scene's balls; accelerations and own events are the kernel's to fill in."""
+    """Lay out the scene's balls, all marked: the kernel fills in accelerations and own events."""
     n = len(scene.balls)
     state = np.zeros((n, STATE_COLUMNS))
     state[:, X : Y + 1] = scene.positions[:, :2]
@@ -263,8 +262,8 @@ def balls_of(scene: Scene) -> Balls:
     return Balls(
         state,
         np.zeros(n, dtype=np.int64),
-        np.zeros(n, dtype=np.bool_),
-        np.zeros(n + 1, dtype=np.int64),
+        np.ones(n, dtype=np.bool_),
+        np.concatenate(([n], np.arange(n))),
         np.zeros((_most_contacts(n), 2), dtype=np.int64),
     )
 
