@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from engine._geometry import cushion_in_contact, pair_in_contact
 from engine._jit import kernel
-from engine._motion import advance, mark, predict_motion
+from engine._motion import advance, mark, predict_again
 from engine._state import FIRST, FREE, SECOND, Balls, Contacts, Laws, X, Y
 
 
@@ -24,7 +24,7 @@ def release(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> N
                 contacts.held[k, other] = False
                 contacts.held[other, k] = False
             advance(balls, k, t)
-            predict_motion(balls, k, laws)
+            predict_again(balls, k, laws)
             mark(balls, k)
 
 
@@ -87,7 +87,7 @@ def stands_before(balls: Balls, i: int, j: int) -> bool:
 @kernel
 def _join(balls: Balls, laws: Laws, contacts: Contacts, k: int, label: int, t: float) -> None:
     advance(balls, k, t)
-    predict_motion(balls, k, laws)
+    predict_again(balls, k, laws)
     contacts.cluster[k] = label
     mark(balls, k)
 

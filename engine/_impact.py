@@ -29,7 +29,7 @@ from engine.impact_laws.dispatch import ball_law, cushion_law
 from engine.impact_laws.interface import BallImpact, CushionImpact
 
 
-@kernel
+@kernel(inline=True)
 def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
     """Collide balls i and j by the scene's law.
 
@@ -111,7 +111,7 @@ def _push_apart(balls: Balls, i: int, j: int, nx: float, ny: float, exchange: fl
     balls.state[j, VY] += to_j * ny
 
 
-@kernel
+@kernel(inline=True)
 def _seen_along(balls: Balls, i: int, j: int, nx: float, ny: float) -> BallImpact:
     """Return both balls in the frame of their contact: n = (nx, ny), t = (-ny, nx), z."""
     return BallImpact(

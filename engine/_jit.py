@@ -127,7 +127,7 @@ def compiled() -> bool:
     if _config.DISABLE_JIT:
         return True
     directory = cache_directory()
-    return directory is not None and any(directory.glob("**/_loop.run-*.nbc"))
+    return directory is not None and any(directory.glob("**/_entry.enter-*.nbc"))
 
 
 def announce_compilation() -> None:

@@ -16,34 +16,47 @@ from engine._state import (
     END,
     EPOCH,
     EVENTS,
+    FARTHEST,
     LAST_EVENT,
     NOW,
     OWN_TIME,
     PENDING,
+    PHASE,
+    RADIUS,
     RUN_CONTACTS,
     RUN_EVENT_LIMIT,
     RUN_LOG_FULL,
     RUN_NOT_FINITE,
     RUN_RESTED,
     RUN_T_MAX,
+    SLIDING,
     SPIN,
+    VX,
+    VY,
+    WX,
+    WY,
     WZ,
     Balls,
     Contacts,
+    FloatArray,
     Laws,
     Log,
     Pairs,
+    X,
+    Y,
 )
 from engine._tolerances import EPS
 
 
-@kernel
+@kernel(inline=True)
 def run(
     balls: Balls, laws: Laws, pairs: Pairs, contacts: Contacts | None, log: Log, limit: int
 ) -> int:
     """Process events until every ball rests, `t_max`, a full log, or `limit` events and steps.
 
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE; or
+    PHASE,
+    RADIUS,
     RUN_CONTACTS, where balls press each other, or hit several at once, and `contacts` is None.
 
     Contract: every ball is marked when the run begins. No allocation, no raising. Everything is in
@@ -70,8 +83,6 @@ def run(
 
         # Find the earliest event: one ball's own, or the pair that may touch first.
         while True:
-            if is_full(log, len(balls.own_kind)):
-                return RUN_LOG_FULL
             t, single = earliest(balls, pairs)
             if not t >= log.clock[NOW]:
                 return RUN_NOT_FINITE
@@ -81,6 +92,8 @@ def run(
                 return RUN_T_MAX
             if log.counters[EVENTS] + log.counters[CONTACT_STEPS] >= limit:
                 return RUN_EVENT_LIMIT
+            if is_full(log, len(balls.own_kind)):
+                return RUN_LOG_FULL
             if single >= 0:
                 break
             if log.counters[PENDING] > 0 or touching(balls, laws, pairs, t, log.counters):
@@ -97,9 +110,11 @@ def run(
         log.clock[NOW] = t
 
 
-@kernel
-def finish(balls: Balls, laws: Laws, log: Log, status: int) -> int:
+@kernel(inline=True)
+def finish(balls: Balls, laws: Laws, log: Log, status: int, end: FloatArray) -> int:
     """Move every ball to the instant `log.clock[END]` at which a run that returned `status` ends.
+
+    And put in `end`, (3, n, 3), its position, velocity and angular velocity there.
 
     When all centres rest, that is when the last spin about the vertical has decayed, too; a spin
     that no friction slows goes on, and isn't waited for. Return `status`, or RUN_T_MAX where a ball
@@ -120,7 +135,27 @@ def finish(balls: Balls, laws: Laws, log: Log, status: int) -> int:
     log.clock[END] = t
     for i in range(len(balls.own_kind)):
         advance(balls, i, t)
+        log.clock[FARTHEST] = max(
+            log.clock[FARTHEST], abs(balls.state[i, X]), abs(balls.state[i, Y])
+        )
+        _put_state(balls, i, end)
     return status
+
+
+@kernel
+def _put_state(balls: Balls, i: int, end: FloatArray) -> None:
+    """Put in end[:, i] the position, velocity and angular velocity of ball i."""
+    vx, vy, radius = balls.state[i, VX], balls.state[i, VY], balls.state[i, RADIUS]
+    slides = balls.state[i, PHASE] == SLIDING
+    end[0, i, 0] = balls.state[i, X]
+    end[0, i, 1] = balls.state[i, Y]
+    end[0, i, 2] = radius
+    end[1, i, 0] = vx
+    end[1, i, 1] = vy
+    end[1, i, 2] = 0.0
+    end[2, i, 0] = balls.state[i, WX] if slides else -vy / radius
+    end[2, i, 1] = balls.state[i, WY] if slides else vx / radius
+    end[2, i, 2] = balls.state[i, WZ]
 
 
 @kernel

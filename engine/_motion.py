@@ -38,6 +38,8 @@ from engine._state import (
 )
 from engine._tolerances import SLIP_ROUNDING, TIME_ROUNDING
 
+_NO_MOTION = -1.0  # in place of a duration
+
 
 @kernel
 def first_crossing(gap: float, rate: float, acceleration: float) -> float:
@@ -191,7 +193,7 @@ def friction_against(vx: float, vy: float, deceleration: float) -> tuple[float, 
     return -deceleration * (ux / norm), -deceleration * (uy / norm)
 
 
-@kernel
+@kernel(inline=True)
 def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
     """Set the phase of ball i, its accelerations and its own next event, from its velocities.
 
@@ -199,8 +201,22 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
     (7 mu_s g); rolling is straight and ends after |v| / (mu_r g).
     """
     balls.state[i, BZ] = 0.0
-    if balls.state[i, PHASE] == SLIDING and _predict_slide(balls, i, laws):
-        return
+    duration = _start_slide(balls, i) if balls.state[i, PHASE] == SLIDING else _NO_MOTION
+    if duration == _NO_MOTION:
+        duration = _start_roll(balls, i)
+    if duration != _NO_MOTION:
+        predict_cushion(balls, i, laws, duration, 0)
+
+
+@kernel
+def predict_again(balls: Balls, i: int, laws: Laws) -> None:
+    """`predict_motion`, but not written into the caller: where it is rare."""
+    predict_motion(balls, i, laws)
+
+
+@kernel(inline=True)
+def _start_roll(balls: Balls, i: int) -> float:
+    """Let ball i roll, or rest; return how long it would, or _NO_MOTION [s]."""
     vx, vy = balls.state[i, VX], balls.state[i, VY]
     deceleration = balls.state[i, ROLL]
     balls.state[i, AX], balls.state[i, AY] = friction_against(vx, vy, deceleration)
@@ -209,35 +225,35 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
         balls.state[i, PHASE] = RESTING
         balls.state[i, OWN_TIME] = math.inf
         balls.own_kind[i] = OWN_NONE
-        return
+        return _NO_MOTION
     balls.state[i, PHASE] = ROLLING
-    duration = speed / deceleration if deceleration > 0.0 else math.inf
     balls.own_kind[i] = OWN_REST
-    predict_cushion(balls, i, laws, duration, 0)
+    duration: float = speed / deceleration if deceleration > 0.0 else math.inf
+    return duration
 
 
-@kernel
-def _predict_slide(balls: Balls, i: int, laws: Laws) -> bool:
-    """Predict ball i as sliding; False, and nothing done, where its slip is but rounding."""
+@kernel(inline=True)
+def _start_slide(balls: Balls, i: int) -> float:
+    """Let ball i slide; return how long it would, or _NO_MOTION where its slip is but rounding."""
     ux, uy = slip(balls, i)
     size = speed_of(ux, uy)
     radius = balls.state[i, RADIUS]
     terms = abs(balls.state[i, VX]) + abs(balls.state[i, VY])
     terms += radius * (abs(balls.state[i, WX]) + abs(balls.state[i, WY]))
     if size <= SLIP_ROUNDING * terms:
-        return False
+        return _NO_MOTION
     ax, ay = friction_against(ux, uy, balls.state[i, SLIDE])
     balls.state[i, AX] = ax
     balls.state[i, AY] = ay
     balls.state[i, BX] = 2.5 * ay / radius
     balls.state[i, BY] = -2.5 * ax / radius
     balls.own_kind[i] = OWN_ROLL
-    duration = size / (3.5 * balls.state[i, SLIDE]) if balls.state[i, SLIDE] > 0.0 else math.inf
-    predict_cushion(balls, i, laws, duration, 0)
-    return True
+    friction = balls.state[i, SLIDE]
+    duration: float = size / (3.5 * friction) if friction > 0.0 else math.inf
+    return duration
 
 
-@kernel
+@kernel(inline=True)
 def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, held: int) -> None:
     """Set the own event of ball i: a cushion reached within `duration` [s], else that end.
 

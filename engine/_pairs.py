@@ -151,13 +151,13 @@ def _bound_block(
         discriminant = rate * rate - 2.0 * pull * gap
         root = math.sqrt(discriminant if discriminant > 0.0 else 0.0)
         closing = rate < 0.0
+        meets = (discriminant >= 0.0) & (closing | (pull < 0.0))
         over = 2.0 * gap if closing else rate + root
         under = root - rate if closing else -pull
-        bound = t + over / under
+        bound = t + over / (under if meets else 1.0)
         own_time_j = track[TRACK_OWN_TIME + j]
         until = own_time_j if own_time_j < own_time else own_time
-        meets = (discriminant >= 0.0) & (closing | (pull < 0.0)) & (bound <= until)
-        bounds[j] = bound if meets else math.inf
+        bounds[j] = bound if meets & (bound <= until) else math.inf
 
 
 @kernel(inline=True)
@@ -196,7 +196,9 @@ def earliest(balls: Balls, pairs: Pairs) -> tuple[float, int]:
     t = _least(pairs.next)
     single = -1
     for i in range(n):
-        if balls.state[i, OWN_TIME] == t and (single < 0 or _takes_precedence(balls, i, single)):
+        if pairs.next[i] != t or balls.state[i, OWN_TIME] != t:
+            continue
+        if single < 0 or _takes_precedence(balls, i, single):
             single = i
     return t, single
 

@@ -30,7 +30,7 @@ from engine._contact_force import solve
 from engine._geometry import at_rest, grip
 from engine._jit import kernel
 from engine._landing import stop_approach
-from engine._motion import advance, loosen, mark, predict_cushion, predict_motion, speed_of
+from engine._motion import advance, loosen, mark, predict_again, predict_cushion, speed_of
 from engine._state import (
     AX,
     AY,
@@ -242,7 +242,7 @@ def _settle_all(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> N
         k = contacts.member[m]
         if laws.slides and settle(balls, k):
             contacts.rolled[k] = True
-            predict_motion(balls, k, laws)
+            predict_again(balls, k, laws)
 
 
 @kernel

@@ -8,11 +8,12 @@ from functools import cache
 import numpy as np
 
 from engine import _state as s
+from engine._entry import enter
 from engine._jit import announce_compilation
-from engine._loop import finish, run
+from engine._layout import contacts_of, layout_of, log_of
 from engine._tolerances import position_rounding
 from engine.result import EVENT_DTYPE, EventKind, Events, Status
-from engine.scene import Ball, Scene, rolling_angular_velocity
+from engine.scene import Ball, Scene
 from engine.trajectory import ExactTrajectory, Samples
 
 _CHUNK = 65_536
@@ -26,8 +27,19 @@ _FIRST_LOG = 1_024
 def warm_up() -> None:
     """Compile the kernels, or load them, so that no run's `wall_time` includes that."""
     announce_compilation()
-    still = Run(Scene(name="warm-up", balls=(Ball(id="still", position=(0.0, 0.0)),)), True)
+    _still().go(1)
+
+
+@cache
+def warm_up_contacts() -> None:
+    """Compile or load the kernels with contacts, when a scene first needs them."""
+    still = _still()
+    still.contacts = contacts_of(1)
     still.go(1)
+
+
+def _still() -> Run:
+    return Run(Scene(name="warm-up", balls=(Ball(id="still", position=(0.0, 0.0)),)), True)
 
 
 class Run:
@@ -39,8 +51,10 @@ class Run:
     t_end : float [s]
         When the last ball came to rest, or the run stopped.
     wall_time : float [s]
-        Of the kernels.
+        Of the kernel.
     reason : str
+    contacts : Contacts or None
+        None until the run turns out to need them; most don't.
     """
 
     def __init__(self, scene: Scene, keep_log: bool) -> None:
@@ -48,29 +62,39 @@ class Run:
         self.reason = ""
         self.t_end = 0.0
         self.wall_time = 0.0
-        self._scene = scene
         self._keep_log = keep_log
-        self._balls, self._laws = s.balls_of(scene), s.laws_of(scene)
-        self._pairs = s.pairs_of(len(scene.balls))
-        self._contacts: s.Contacts | None = None  # most scenes need none
-        self._log = s.log_of(_FIRST_LOG if keep_log else 0, len(scene.balls))
+        self._layout = layout = layout_of(scene)
+        n = len(layout.radii)
+        balls, pairs = layout.balls, layout.pairs
+        self._state = balls.state.copy()
+        self._begin = (
+            self._state,
+            balls.own_kind.copy(),
+            balls.changed.copy(),
+            balls.touched.copy(),
+            np.empty_like(balls.hits),
+            layout.laws,
+            pairs.bound.copy(),
+            pairs.least.copy(),
+            pairs.next.copy(),
+            np.empty_like(pairs.track),
+        )
+        self.contacts: s.Contacts | None = None
+        self._log = log_of(_FIRST_LOG if keep_log else 0, n)
         self._clock, self._counters = self._log.clock, self._log.counters
         self._logs: list[s.Log] = []
+        self._end = np.empty((3, n, 3))
 
     def go(self, max_events: int) -> None:
         """Run to the end, to `max_events` events, or to an interrupt."""
-        started = time.perf_counter()
         try:
             code = self._go(max_events)
-            interrupted = False
+            self.status = _STATUS[code]
         except KeyboardInterrupt:
             # The kernel had returned: its arrays are as they were after its last whole event.
-            code = s.RUN_EVENT_LIMIT
-            interrupted = True
-        code = finish(self._balls, self._laws, self._log, code)
-        self.wall_time += time.perf_counter() - started
+            self._enter(0, True)
+            self.status = Status.INTERRUPTED
         self.t_end = float(self._clock[s.END])
-        self.status = Status.INTERRUPTED if interrupted else _STATUS[code]
         now = float(self._clock[s.NOW])
         if self.status is Status.EVENT_LIMIT:
             events, steps = self._counters[s.EVENTS], self._counters[s.CONTACT_STEPS]
@@ -79,37 +103,40 @@ class Run:
             self.reason = f"a time became NaN after t = {now:.9g} s"
         self._check_resolved()
 
+    def _go(self, max_events: int) -> int:
+        counters = self._counters
+        while True:
+            done = int(counters[s.EVENTS] + counters[s.CONTACT_STEPS])
+            limit = min(done + _CHUNK, max_events)
+            code = self._enter(limit, limit == max_events)
+            if code == s.RUN_LOG_FULL:
+                self._start_new_log()
+            elif code == s.RUN_CONTACTS:
+                warm_up_contacts()
+                self.contacts = contacts_of(len(self._state))
+            elif code != s.RUN_EVENT_LIMIT or limit == max_events:
+                return code
+
+    def _enter(self, limit: int, last: bool) -> int:
+        started = time.perf_counter()
+        code = enter(*self._begin, self.contacts, *self._log, self._end, limit, last)
+        self.wall_time += time.perf_counter() - started
+        return code
+
     def _check_resolved(self) -> None:
         """Fail where a ball went so far that doubles no longer resolve a collision there."""
-        if self.status is Status.FAILED:
-            return
-        state = self._balls.state
-        farthest = float(np.max(np.abs(state[:, s.X : s.Y + 1])))
-        smallest = float(np.min(state[:, s.RADIUS]))
-        if not position_rounding(farthest) < smallest:
+        farthest, smallest = float(self._clock[s.FARTHEST]), self._layout.smallest_radius
+        if self.status is not Status.FAILED and not position_rounding(farthest) < smallest:
             self.status = Status.FAILED
             self.reason = (
                 f"a ball went {farthest:.3g} m away, where double precision can't tell positions "
                 f"apart by a radius of {smallest:.3g} m. Set `t_max` sooner, or slow the balls"
             )
 
-    def _go(self, max_events: int) -> int:
-        counters = self._counters
-        while True:
-            done = int(counters[s.EVENTS] + counters[s.CONTACT_STEPS])
-            limit = min(done + _CHUNK, max_events)
-            code = run(self._balls, self._laws, self._pairs, self._contacts, self._log, limit)
-            if code == s.RUN_LOG_FULL:
-                self._start_new_log()
-            elif code == s.RUN_CONTACTS:
-                self._contacts = s.contacts_of(len(self._scene.balls))
-            elif code != s.RUN_EVENT_LIMIT or limit == max_events:
-                return code
-
     def _start_new_log(self) -> None:
         """Keep the full log and go on in one twice as large."""
         full = self._trimmed_log()
-        larger = s.log_of(2 * len(self._log.time), len(self._balls.own_kind))
+        larger = log_of(2 * len(self._log.time), len(self._state))
         larger = larger._replace(clock=self._clock, counters=self._counters)
         # In this order an interrupt in between loses nothing and repeats nothing: an empty new log
         # first, then the full one is kept.
@@ -119,15 +146,8 @@ class Run:
 
     def final_state(self) -> Samples:
         """State of every ball at `t_end`, arrays (1, n, 3)."""
-        state, radii = self._balls.state, self._scene.radii
-        positions = np.column_stack((state[:, s.X], state[:, s.Y], radii))
-        velocities = np.column_stack((state[:, s.VX], state[:, s.VY], np.zeros(len(radii))))
-        spins = rolling_angular_velocity(velocities, radii)
-        sliding = state[:, s.PHASE] == s.SLIDING
-        spins[sliding, 0] = state[sliding, s.WX]
-        spins[sliding, 1] = state[sliding, s.WY]
-        spins[:, 2] = state[:, s.WZ]
-        return Samples(positions[np.newaxis], velocities[np.newaxis], spins[np.newaxis])
+        end = self._end
+        return Samples(end[0:1], end[1:2], end[2:3])
 
     def collision_counts(self) -> dict[str, int]:
         """Collisions by kind."""
@@ -163,9 +183,11 @@ class Run:
         if not self._keep_log:
             return None
         log = self._whole_log()
-        knots = [log.motion[log.ball == i] for i in range(len(self._balls.own_kind))]
-        spin_decelerations = self._balls.state[:, s.SPIN].copy()
-        return ExactTrajectory(self._scene.radii, tuple(knots), self.t_end, spin_decelerations)
+        order = np.argsort(log.ball, kind="stable")
+        ends = np.cumsum(np.bincount(log.ball, minlength=len(self._state)))
+        knots = np.split(log.motion[order], ends[:-1])
+        spin_decelerations = self._state[:, s.SPIN].copy()
+        return ExactTrajectory(self._layout.radii, tuple(knots), self.t_end, spin_decelerations)
 
     def _trimmed_log(self) -> s.Log:
         events, motions = self._counters[s.LOGGED_EVENTS], self._counters[s.LOGGED_MOTIONS]

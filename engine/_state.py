@@ -1,4 +1,4 @@
-"""The arrays that the kernels work on, grouped by role; allocated once, outside the kernels.
+"""The arrays that the kernels work on, grouped by role; `_layout` makes them from a scene.
 
 Named tuples of arrays, because numba can neither cache jitclasses nor keep views of a row cheap.
 """
@@ -9,9 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
-from engine.scene import CUSHIONS, Scene
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -217,7 +214,8 @@ COUNTERS = 13
 NOW = 0
 LAST_EVENT = 1
 END = 2  # when the last ball came to rest, or the run stopped
-CLOCKS = 3
+FARTHEST = 3  # largest coordinate of a ball at the end [m]
+CLOCKS = 4
 
 # Cushions, in the order of `engine.scene.CUSHIONS`.
 LEFT = 0
@@ -240,106 +238,3 @@ RUN_EVENT_LIMIT = 2
 RUN_LOG_FULL = 3
 RUN_NOT_FINITE = 4
 RUN_CONTACTS = 5  # go on with `Contacts`, which the run was not given
-
-
-def balls_of(scene: Scene) -> Balls:
-    """Lay out the scene's balls, all marked: the kernel fills in accelerations and own events."""
-    n = len(scene.balls)
-    state = np.zeros((n, STATE_COLUMNS))
-    state[:, X : Y + 1] = scene.positions[:, :2]
-    state[:, VX : VY + 1] = scene.velocities[:, :2]
-    state[:, WX : WZ + 1] = scene.angular_velocities
-    state[:, OWN_TIME] = np.inf
-    state[:, RADIUS] = scene.radii
-    state[:, MASS] = scene.masses
-    gravity = scene.physics.gravity
-    state[:, ROLL] = scene.rolling_frictions * gravity
-    state[:, CLOTH] = scene.sliding_frictions
-    slides = scene.physics.motion == "sliding"
-    state[:, SLIDE] = state[:, CLOTH] * gravity if slides else 0.0
-    state[:, SPIN] = scene.spinning_friction_rates
-    state[:, PHASE] = np.where(scene.rolls, ROLLING, SLIDING) if slides else ROLLING
-    return Balls(
-        state,
-        np.zeros(n, dtype=np.int64),
-        np.ones(n, dtype=np.bool_),
-        np.concatenate(([n], np.arange(n))),
-        np.zeros((_most_contacts(n), 2), dtype=np.int64),
-    )
-
-
-def laws_of(scene: Scene) -> Laws:
-    """Reduce the scene's physics and table to the numbers that the kernel uses."""
-    physics, table = scene.physics, scene.table
-    noses = [-np.inf, np.inf, -np.inf, np.inf]
-    if table is not None:
-        lines = [0.0, table.length, 0.0, table.width]
-        for index, name in enumerate(CUSHIONS):
-            if name in table.cushions:
-                noses[index] = lines[index]
-    mirror = physics.cushion == "mirror"
-    speed_dependent = physics.ball_friction == "alciatore"
-    return Laws(
-        slides=physics.motion == "sliding",
-        simultaneous=physics.impacts == "simultaneous",
-        ball_law=BALL_LAW_NAMES.index(physics.ball_impact),
-        ball_restitution=float(physics.ball_restitution),
-        ball_friction=0.0 if speed_dependent else float(physics.ball_friction),
-        speed_dependent=speed_dependent,
-        cushion_law=CUSHION_LAW_NAMES.index(physics.cushion),
-        cushion_restitution=1.0 if mirror else float(physics.cushion_restitution),
-        cushion_tangential=1.0 if mirror else float(physics.cushion_tangential_restitution),
-        cushion_friction=float(physics.cushion_friction),
-        cushion_height=float(physics.cushion_height),
-        t_max=np.inf if scene.t_max is None else float(scene.t_max),
-        left=noses[0],
-        right=noses[1],
-        bottom=noses[2],
-        top=noses[3],
-    )
-
-
-def pairs_of(n: int) -> Pairs:
-    """Room for the bounds of n balls."""
-    blocks = -(-n // LANES)
-    return Pairs(
-        bound=np.full(n * n, np.inf),
-        least=np.full(n, np.inf),
-        next=np.full(n, np.inf),
-        track=np.zeros(blocks * TRACKS * LANES),
-    )
-
-
-def contacts_of(n: int) -> Contacts:
-    """Room for the contacts of n balls."""
-    m = _most_contacts(n)
-    return Contacts(
-        cluster=np.full(n, FREE, dtype=np.int64),
-        held=np.zeros((n, n), dtype=np.bool_),
-        pressure=np.zeros((n, n + len(CUSHIONS))),
-        stopped=np.zeros(n, dtype=np.bool_),
-        again=np.zeros(n, dtype=np.bool_),
-        rolled=np.zeros(n, dtype=np.bool_),
-        member=np.zeros(n, dtype=np.int64),
-        motion=np.zeros((n, MOTION_COLUMNS)),
-        ends=np.zeros((m, 2), dtype=np.int64),
-        forces=np.zeros((m, FORCE_COLUMNS)),
-    )
-
-
-def _most_contacts(n: int) -> int:
-    """Contacts that n balls can have at once: a planar graph has fewer than 3 n edges."""
-    return min(n * (n - 1) // 2, 3 * n) + len(CUSHIONS) * n
-
-
-def log_of(capacity: int, n: int) -> Log:
-    """Room for `capacity` events of n balls: most change two balls, one may change all."""
-    motions = 2 * capacity + n if capacity else 0
-    return Log(
-        np.zeros(CLOCKS),
-        np.zeros(COUNTERS, dtype=np.int64),
-        np.empty(capacity),
-        np.empty((3, capacity), dtype=np.int64),
-        np.empty(motions, dtype=np.int64),
-        np.empty((motions, KNOT)),
-    )

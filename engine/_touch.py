@@ -18,7 +18,7 @@ PRESSED = 2
 """The pair touches, and is pulled together so that it would not part by what is resolved."""
 
 
-@kernel
+@kernel(inline=True)
 def touch(balls: Balls, i: int, j: int, t: float, slack: float) -> tuple[int, float, float]:
     """Judge the pair at the instant t: a verdict, the next bound, the speed of approach.
 

@@ -14,7 +14,7 @@ STICKING = 2.0 / 7.0
 as far as its centre."""
 
 
-@kernel
+@kernel(inline=True)
 def frictional(impact: BallImpact, laws: Laws) -> BallImpulse:
     """Return the impulse of an impact with restitution and Coulomb friction between the balls.
 

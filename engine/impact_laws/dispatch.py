@@ -22,7 +22,7 @@ _HAN2005 = CUSHION_LAW_NAMES.index("han2005")
 _MATHAVAN2010 = CUSHION_LAW_NAMES.index("mathavan2010")
 
 
-@kernel
+@kernel(inline=True)
 def ball_law(impact: BallImpact, laws: Laws) -> BallImpulse:
     """Return what the scene's law makes of a ball-ball impact."""
     if laws.ball_law == _MATHAVAN2014:
@@ -30,7 +30,7 @@ def ball_law(impact: BallImpact, laws: Laws) -> BallImpulse:
     return frictional_balls(impact, laws)
 
 
-@kernel
+@kernel(inline=True)
 def cushion_law(impact: CushionImpact, laws: Laws) -> CushionBounce:
     """Return what the scene's law makes of a ball-cushion impact."""
     if laws.cushion_law == _HAN2005:

@@ -9,7 +9,8 @@ from typing import NamedTuple
 from hypothesis import strategies as st
 from shots import R, ball, scene_of
 
-from engine._state import Laws, laws_of
+from engine._layout import laws_of
+from engine._state import Laws
 from engine.impact_laws.interface import BallImpact, BallImpulse
 
 EPS = 2.0**-52

@@ -10,7 +10,8 @@ import mpmath
 import pytest
 from shots import ball, scene_of
 
-from engine._state import Laws, laws_of
+from engine._layout import laws_of
+from engine._state import Laws
 from engine.impact_laws.friction_curve import alciatore_friction, friction_coefficient
 
 

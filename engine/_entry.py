@@ -1,0 +1,79 @@
+"""The kernel that Python calls, with plain arrays: named tuples would cost it microseconds."""
+
+from __future__ import annotations
+
+from engine._jit import kernel
+from engine._loop import finish, run
+from engine._state import (
+    RUN_CONTACTS,
+    RUN_EVENT_LIMIT,
+    RUN_LOG_FULL,
+    Balls,
+    BoolArray,
+    Contacts,
+    FloatArray,
+    IntArray,
+    Laws,
+    Log,
+    Pairs,
+)
+
+
+@kernel
+def enter(
+    state: FloatArray,
+    own_kind: IntArray,
+    changed: BoolArray,
+    touched: IntArray,
+    hits: IntArray,
+    laws: FloatArray,
+    bound: FloatArray,
+    least: FloatArray,
+    next_event: FloatArray,
+    track: FloatArray,
+    contacts: Contacts | None,
+    clock: FloatArray,
+    counters: IntArray,
+    time: FloatArray,
+    what: IntArray,
+    ball: IntArray,
+    motion: FloatArray,
+    end: FloatArray,
+    limit: int,
+    last: bool,
+) -> int:
+    """Run, as `_loop.run`; and where that is over, bring all balls to the end, as `_loop.finish`.
+
+    It is over, too, where `limit` is reached and `last` is true.
+    """
+    balls = Balls(state, own_kind, changed, touched, hits)
+    numbers = _laws_from(laws)
+    log = Log(clock, counters, time, what, ball, motion)
+    status = run(balls, numbers, Pairs(bound, least, next_event, track), contacts, log, limit)
+    goes_on = status == RUN_LOG_FULL or status == RUN_CONTACTS  # noqa: PLR1714 - the compiler
+    if goes_on or (status == RUN_EVENT_LIMIT and not last):
+        return status
+    return finish(balls, numbers, log, status, end)
+
+
+@kernel(inline=True)
+def _laws_from(numbers: FloatArray) -> Laws:
+    """Return the `Laws` whose fields are `numbers`."""
+    return Laws(
+        numbers[0] != 0.0,
+        numbers[1] != 0.0,
+        int(numbers[2]),
+        numbers[3],
+        numbers[4],
+        numbers[5] != 0.0,
+        int(numbers[6]),
+        numbers[7],
+        numbers[8],
+        numbers[9],
+        numbers[10],
+        numbers[11],
+        numbers[12],
+        numbers[13],
+        numbers[14],
+        numbers[15],
+    )

@@ -1,0 +1,183 @@
+"""Lays a scene out as the arrays that the kernels work on; once per scene, copied for each run."""
+
+from __future__ import annotations
+
+import weakref
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine._state import (
+    CLOCKS,
+    CLOTH,
+    COUNTERS,
+    FORCE_COLUMNS,
+    FREE,
+    KNOT,
+    LANES,
+    MASS,
+    MOTION_COLUMNS,
+    OWN_TIME,
+    PHASE,
+    RADIUS,
+    ROLL,
+    ROLLING,
+    SLIDE,
+    SLIDING,
+    SPIN,
+    STATE_COLUMNS,
+    TRACKS,
+    VX,
+    VY,
+    WX,
+    WZ,
+    Balls,
+    Contacts,
+    FloatArray,
+    Laws,
+    Log,
+    Pairs,
+    X,
+    Y,
+)
+from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+from engine.scene import CUSHIONS, Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """What a scene is to the kernels when it begins. Nobody writes into it: a run copies."""
+
+    balls: Balls
+    laws: FloatArray  # the fields of its `Laws`, in their order: quicker to hand over
+    pairs: Pairs
+    radii: FloatArray
+    smallest_radius: float
+
+
+def layout_of(scene: Scene) -> Layout:
+    """Return the layout of a scene; made when first asked for, and kept as long as the scene.
+
+    Kept by identity. Two equal scenes have a layout each: comparing scenes would take longer.
+    """
+    kept = _LAYOUTS.get(id(scene))
+    if kept is not None and kept[0]() is scene:
+        return kept[1]
+    radii = scene.radii
+    radii.flags.writeable = False
+    layout = Layout(
+        balls=balls_of(scene),
+        laws=np.array(laws_of(scene), dtype=np.float64),
+        pairs=pairs_of(len(scene.balls)),
+        radii=radii,
+        smallest_radius=float(np.min(radii)),
+    )
+    key = id(scene)
+    _LAYOUTS[key] = (weakref.ref(scene, lambda _: _LAYOUTS.pop(key, None)), layout)
+    return layout
+
+
+_LAYOUTS: dict[int, tuple[weakref.ref[Scene], Layout]] = {}
+
+
+def balls_of(scene: Scene) -> Balls:
+    """Lay out the scene's balls, all marked: the kernel fills in accelerations and own events."""
+    n = len(scene.balls)
+    state = np.zeros((n, STATE_COLUMNS))
+    state[:, X : Y + 1] = scene.positions[:, :2]
+    state[:, VX : VY + 1] = scene.velocities[:, :2]
+    state[:, WX : WZ + 1] = scene.angular_velocities
+    state[:, OWN_TIME] = np.inf
+    state[:, RADIUS] = scene.radii
+    state[:, MASS] = scene.masses
+    gravity = scene.physics.gravity
+    state[:, ROLL] = scene.rolling_frictions * gravity
+    state[:, CLOTH] = scene.sliding_frictions
+    slides = scene.physics.motion == "sliding"
+    state[:, SLIDE] = state[:, CLOTH] * gravity if slides else 0.0
+    state[:, SPIN] = scene.spinning_friction_rates
+    state[:, PHASE] = np.where(scene.rolls, ROLLING, SLIDING) if slides else ROLLING
+    return Balls(
+        state,
+        np.zeros(n, dtype=np.int64),
+        np.ones(n, dtype=np.bool_),
+        np.concatenate(([n], np.arange(n))),
+        np.zeros((_most_contacts(n), 2), dtype=np.int64),
+    )
+
+
+def laws_of(scene: Scene) -> Laws:
+    """Reduce the scene's physics and table to the numbers that the kernel uses."""
+    physics, table = scene.physics, scene.table
+    noses = [-np.inf, np.inf, -np.inf, np.inf]
+    if table is not None:
+        lines = [0.0, table.length, 0.0, table.width]
+        for index, name in enumerate(CUSHIONS):
+            if name in table.cushions:
+                noses[index] = lines[index]
+    mirror = physics.cushion == "mirror"
+    speed_dependent = physics.ball_friction == "alciatore"
+    return Laws(
+        slides=physics.motion == "sliding",
+        simultaneous=physics.impacts == "simultaneous",
+        ball_law=BALL_LAW_NAMES.index(physics.ball_impact),
+        ball_restitution=float(physics.ball_restitution),
+        ball_friction=0.0 if speed_dependent else float(physics.ball_friction),
+        speed_dependent=speed_dependent,
+        cushion_law=CUSHION_LAW_NAMES.index(physics.cushion),
+        cushion_restitution=1.0 if mirror else float(physics.cushion_restitution),
+        cushion_tangential=1.0 if mirror else float(physics.cushion_tangential_restitution),
+        cushion_friction=float(physics.cushion_friction),
+        cushion_height=float(physics.cushion_height),
+        t_max=np.inf if scene.t_max is None else float(scene.t_max),
+        left=noses[0],
+        right=noses[1],
+        bottom=noses[2],
+        top=noses[3],
+    )
+
+
+def pairs_of(n: int) -> Pairs:
+    """Room for the bounds of n balls."""
+    blocks = -(-n // LANES)
+    return Pairs(
+        bound=np.full(n * n, np.inf),
+        least=np.full(n, np.inf),
+        next=np.full(n, np.inf),
+        track=np.zeros(blocks * TRACKS * LANES),
+    )
+
+
+def contacts_of(n: int) -> Contacts:
+    """Room for the contacts of n balls."""
+    m = _most_contacts(n)
+    return Contacts(
+        cluster=np.full(n, FREE, dtype=np.int64),
+        held=np.zeros((n, n), dtype=np.bool_),
+        pressure=np.zeros((n, n + len(CUSHIONS))),
+        stopped=np.zeros(n, dtype=np.bool_),
+        again=np.zeros(n, dtype=np.bool_),
+        rolled=np.zeros(n, dtype=np.bool_),
+        member=np.zeros(n, dtype=np.int64),
+        motion=np.zeros((n, MOTION_COLUMNS)),
+        ends=np.zeros((m, 2), dtype=np.int64),
+        forces=np.zeros((m, FORCE_COLUMNS)),
+    )
+
+
+def _most_contacts(n: int) -> int:
+    """Contacts that n balls can have at once: a planar graph has fewer than 3 n edges."""
+    return min(n * (n - 1) // 2, 3 * n) + len(CUSHIONS) * n
+
+
+def log_of(capacity: int, n: int) -> Log:
+    """Room for `capacity` events of n balls: most change two balls, one may change all."""
+    motions = 2 * capacity + n if capacity else 0
+    return Log(
+        np.zeros(CLOCKS),
+        np.zeros(COUNTERS, dtype=np.int64),
+        np.empty(capacity),
+        np.empty((3, capacity), dtype=np.int64),
+        np.empty(motions, dtype=np.int64),
+        np.empty((motions, KNOT)),
+    )
