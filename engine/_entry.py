@@ -62,12 +62,12 @@ def _laws_from(numbers: FloatArray) -> Laws:
     return Laws(
         numbers[0] != 0.0,
         numbers[1] != 0.0,
-        int(numbers[2]),
-        numbers[3],
+        numbers[2] != 0.0,
+        int(numbers[3]),
         numbers[4],
-        numbers[5] != 0.0,
-        int(numbers[6]),
-        numbers[7],
+        numbers[5],
+        numbers[6] != 0.0,
+        int(numbers[7]),
         numbers[8],
         numbers[9],
         numbers[10],
@@ -76,4 +76,5 @@ def _laws_from(numbers: FloatArray) -> Laws:
         numbers[13],
         numbers[14],
         numbers[15],
+        numbers[16],
     )

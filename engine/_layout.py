@@ -117,8 +117,12 @@ def laws_of(scene: Scene) -> Laws:
                 noses[index] = lines[index]
     mirror = physics.cushion == "mirror"
     speed_dependent = physics.ball_friction == "alciatore"
+    slides = physics.motion == "sliding"
+    slowed = np.any(scene.rolling_frictions > 0.0)
+    slowed |= slides and np.any(scene.sliding_frictions > 0.0)
     return Laws(
-        slides=physics.motion == "sliding",
+        slides=slides,
+        frictionless=not slowed,
         simultaneous=physics.impacts == "simultaneous",
         ball_law=BALL_LAW_NAMES.index(physics.ball_impact),
         ball_restitution=float(physics.ball_restitution),

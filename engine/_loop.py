@@ -78,12 +78,12 @@ def run(
             note_motion(balls, k, log)
             if not balls.state[k, OWN_TIME] >= t:
                 return RUN_NOT_FINITE
-        update_balls(balls, pairs, contacts, t, log.counters)
+        update_balls(balls, laws, pairs, contacts, t, log.counters)
         _unmark(balls)
 
         # Find the earliest event: one ball's own, or the pair that may touch first.
         while True:
-            t, single = earliest(balls, pairs)
+            t, single, row = earliest(balls, pairs)
             if not t >= log.clock[NOW]:
                 return RUN_NOT_FINITE
             if t == math.inf and _all_rest(balls):
@@ -94,9 +94,10 @@ def run(
                 return RUN_EVENT_LIMIT
             if is_full(log, len(balls.own_kind)):
                 return RUN_LOG_FULL
-            if single >= 0:
+            if single >= 0 or log.counters[PENDING] > 0:
                 break
-            if log.counters[PENDING] > 0 or touching(balls, laws, pairs, t, log.counters):
+            t = touching(balls, laws, pairs, t, row, log.counters)
+            if t < math.inf:
                 break
 
         # Move its balls there and resolve it; mark every ball whose motion it changes.

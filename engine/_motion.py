@@ -41,7 +41,7 @@ from engine._tolerances import SLIP_ROUNDING, TIME_ROUNDING
 _NO_MOTION = -1.0  # in place of a duration
 
 
-@kernel
+@kernel(inline=True)
 def first_crossing(gap: float, rate: float, acceleration: float) -> float:
     """Return the first s >= 0 at which gap + rate s + acceleration s^2 / 2 falls to 0, or inf.
 
@@ -51,19 +51,37 @@ def first_crossing(gap: float, rate: float, acceleration: float) -> float:
 
     Notes
     -----
-    Each branch adds numbers of one sign, so no digit cancels (Bannerman, Strobl, Formella and
-    Poeschel 2014 give the rule for touching balls).
+    Each case adds numbers of one sign, so no digit cancels (Bannerman, Strobl, Formella and
+    Poeschel 2014 give the rule for touching balls). Chosen without branches, so that a row of pairs
+    becomes vector instructions, and the cushions' signs mislead no branch predictor.
     """
-    gap = max(gap, 0.0)
+    gap = gap if gap > 0.0 else 0.0
     discriminant = rate * rate - 2.0 * acceleration * gap
-    if discriminant < 0.0:
-        return math.inf
-    root = math.sqrt(discriminant)
-    if rate < 0.0:
-        return 2.0 * gap / (root - rate)
-    if acceleration < 0.0:
-        return (rate + root) / -acceleration
-    return math.inf
+    root = math.sqrt(discriminant if discriminant > 0.0 else 0.0)
+    closing = rate < 0.0
+    meets = (discriminant >= 0.0) & (closing | (acceleration < 0.0))
+    over = 2.0 * gap if closing else rate + root
+    under = root - rate if closing else -acceleration
+    s = over / (under if meets else 1.0)
+    return s if meets else math.inf
+
+
+@kernel(inline=True)
+def first_meeting(rx: float, ry: float, vx: float, vy: float, reach: float) -> float:
+    """Return the first s >= 0 at which |r + v s| falls to `reach` [s], or inf.
+
+    Contract: as `first_crossing`. The constant term is (d - D)(d + D), which keeps the digits of a
+    small gap.
+    """
+    distance = math.sqrt(rx * rx + ry * ry)
+    gap = (distance - reach) * (distance + reach)
+    gap = gap if gap > 0.0 else 0.0
+    rate = rx * vx + ry * vy
+    discriminant = rate * rate - (vx * vx + vy * vy) * gap
+    meets = (discriminant >= 0.0) & (rate < 0.0)
+    root = math.sqrt(discriminant if meets else 0.0)
+    s = gap / (root - rate if meets else 1.0)
+    return s if meets else math.inf
 
 
 @kernel

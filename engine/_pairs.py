@@ -18,6 +18,7 @@ import math
 
 from engine._geometry import capture_height, relative_motion, tie_rounding
 from engine._jit import kernel
+from engine._motion import first_crossing, first_meeting
 from engine._state import (
     ADVANCEMENTS,
     AX,
@@ -59,13 +60,18 @@ from engine._touch import IMPACT, NOT_YET, PRESSED, touch
 
 @kernel(inline=True)
 def update_balls(
-    balls: Balls, pairs: Pairs, contacts: Contacts | None, t: float, counters: IntArray
+    balls: Balls,
+    laws: Laws,
+    pairs: Pairs,
+    contacts: Contacts | None,
+    t: float,
+    counters: IntArray,
 ) -> None:
     """Bound anew every pair of the balls in `balls.touched`, whose motion changed at t [s]."""
     for m in range(balls.touched[0]):
         _track(balls, pairs, balls.touched[1 + m])
     for m in range(balls.touched[0]):
-        _update_ball(balls, pairs, contacts, balls.touched[1 + m], t)
+        _update_ball(balls, laws, pairs, contacts, balls.touched[1 + m], t)
     counters[BOUNDS] += balls.touched[0] * (len(balls.own_kind) - 1)
 
 
@@ -85,7 +91,9 @@ def _track(balls: Balls, pairs: Pairs, i: int) -> None:
 
 
 @kernel(inline=True)
-def _update_ball(balls: Balls, pairs: Pairs, contacts: Contacts | None, i: int, t: float) -> None:
+def _update_ball(
+    balls: Balls, laws: Laws, pairs: Pairs, contacts: Contacts | None, i: int, t: float
+) -> None:
     """Bound anew every pair of ball i; its row takes them over from the others' rows."""
     n = len(balls.own_kind)
     s = t - balls.state[i, EPOCH]
@@ -98,18 +106,20 @@ def _update_ball(balls: Balls, pairs: Pairs, contacts: Contacts | None, i: int, 
     for block in range(0, n, LANES):
         track = pairs.track[block * TRACKS : (block + LANES) * TRACKS]
         row = pairs.bound[i * n + block : i * n + min(block + LANES, n)]
-        _bound_block(track, row, t, x, y, vx, vy, ax, ay, radius, own_time)
+        if laws.frictionless:
+            _meet_block(track, row, t, x, y, vx, vy, radius, own_time)
+        else:
+            _bound_block(track, row, t, x, y, vx, vy, ax, ay, radius, own_time)
     pairs.bound[i * n + i] = math.inf
     if contacts is not None and contacts.cluster[i] != FREE:
         for j in range(n):
             if contacts.held[i, j]:
                 pairs.bound[i * n + j] = math.inf
+    column = pairs.bound[i::n]
     for j in range(n):
-        if j == i:
-            continue
-        was = pairs.bound[j * n + i]
-        if was < math.inf:
-            pairs.bound[j * n + i] = math.inf
+        was = column[j]
+        if was < math.inf and j != i:
+            column[j] = math.inf
             if was <= pairs.least[j]:
                 _rescan(balls, pairs, j)
     _rescan(balls, pairs, i)
@@ -147,17 +157,43 @@ def _bound_block(
         gap = distance * (distance - (radius + track[TRACK_RADIUS + j]))
         rate = rx * ux + ry * uy
         pull = rx * (ax_j - ax) + ry * (ay_j - ay)
-        gap = gap if gap > 0.0 else 0.0
-        discriminant = rate * rate - 2.0 * pull * gap
-        root = math.sqrt(discriminant if discriminant > 0.0 else 0.0)
-        closing = rate < 0.0
-        meets = (discriminant >= 0.0) & (closing | (pull < 0.0))
-        over = 2.0 * gap if closing else rate + root
-        under = root - rate if closing else -pull
-        bound = t + over / (under if meets else 1.0)
+        bound = t + first_crossing(gap, rate, pull)
         own_time_j = track[TRACK_OWN_TIME + j]
         until = own_time_j if own_time_j < own_time else own_time
-        bounds[j] = bound if meets & (bound <= until) else math.inf
+        bounds[j] = bound if bound <= until else math.inf
+
+
+@kernel
+def _meet_block(
+    track: FloatArray,
+    bounds: FloatArray,
+    t: float,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    radius: float,
+    own_time: float,
+) -> None:
+    """Put in `bounds` when a ball touches each of those in a block of `track`, where none is slowed.
+
+    As `_bound_block`, but the distance of two centres that move uniformly is a quadratic itself, so
+    that its root is no bound, but the contact.
+    """
+    for j in range(len(bounds)):
+        s = t - track[TRACK_EPOCH + j]
+        rx = track[TRACK_X + j] + s * track[TRACK_VX + j] - x
+        ry = track[TRACK_Y + j] + s * track[TRACK_VY + j] - y
+        bound = t + first_meeting(
+            rx,
+            ry,
+            track[TRACK_VX + j] - vx,
+            track[TRACK_VY + j] - vy,
+            radius + track[TRACK_RADIUS + j],
+        )
+        own_time_j = track[TRACK_OWN_TIME + j]
+        until = own_time_j if own_time_j < own_time else own_time
+        bounds[j] = bound if bound <= until else math.inf
 
 
 @kernel(inline=True)
@@ -185,22 +221,37 @@ def _least(values: FloatArray) -> float:
 
 
 @kernel(inline=True)
-def earliest(balls: Balls, pairs: Pairs) -> tuple[float, int]:
-    """Return the instant [s] of the next event or bound, and the ball whose own event it is, or -1.
+def earliest(balls: Balls, pairs: Pairs) -> tuple[float, int, int]:
+    """Return the instant [s] of the next event or bound, the ball whose own event it is, or -1, and
+    the only row of bounds that has it, or -1.
 
-    Of several at one instant, one coming to rest: so a ball that has all but stopped is at rest
-    before its neighbours are looked at again. Of two that touch each other and meet a cushion
-    together, the first by place, not by number.
+    Of several own events at one instant, one coming to rest: so a ball that has all but stopped is
+    at rest before its neighbours are looked at again. Of two that touch each other and meet a
+    cushion together, the first by place, not by number.
     """
-    n = len(balls.own_kind)
     t = _least(pairs.next)
+    first, ties = _places(pairs.next, t)
+    if ties == 1:
+        return t, first if balls.state[first, OWN_TIME] == t else -1, first
     single = -1
-    for i in range(n):
-        if pairs.next[i] != t or balls.state[i, OWN_TIME] != t:
+    for i in range(first, len(balls.own_kind)):
+        if balls.state[i, OWN_TIME] != t:
             continue
         if single < 0 or _takes_precedence(balls, i, single):
             single = i
-    return t, single
+    return t, single, -1
+
+
+@kernel
+def _places(values: FloatArray, value: float) -> tuple[int, int]:
+    """Return where `value` first stands in `values`, and how often."""
+    count = 0
+    for k in range(len(values)):
+        count += values[k] == value
+    first = 0
+    while first < len(values) - 1 and values[first] != value:
+        first += 1
+    return first, count
 
 
 @kernel
@@ -217,12 +268,75 @@ def _takes_precedence(balls: Balls, i: int, j: int) -> bool:
 
 
 @kernel(inline=True)
-def touching(balls: Balls, laws: Laws, pairs: Pairs, t: float, counters: IntArray) -> bool:
-    """Judge every pair whose bound is the instant t [s]; False when all those bounds have moved on.
+def touching(
+    balls: Balls, laws: Laws, pairs: Pairs, t: float, row: int, counters: IntArray
+) -> float:
+    """Judge every pair whose bound is the instant t [s].
 
-    Else there are PENDING pairs in the first rows of `balls.hits`, the lower index first, and
-    PENDING_VERDICT is IMPACT, for all pairs that approach, or for the fastest of them where impacts
-    are sequential; or else PRESSED.
+    Return when the first of them touches, if nothing else comes before. There are PENDING of them
+    then in the first rows of `balls.hits`, the lower index first; PENDING_VERDICT is IMPACT, for all
+    pairs that approach, or for the fastest of them where impacts are sequential; or else PRESSED.
+    inf where all those bounds have moved on.
+
+    `row` is the only one that has this bound, or -1.
+    """
+    n = len(balls.own_kind)
+    if row >= 0:
+        other, ties = _places(pairs.bound[row * n : row * n + n], t)
+        if ties == 1:
+            return _follow(balls, laws, pairs, row, other, t, counters)
+    return t if _touching_several(balls, laws, pairs, t, counters) else math.inf
+
+
+@kernel(inline=True)
+def _follow(
+    balls: Balls, laws: Laws, pairs: Pairs, i: int, j: int, t: float, counters: IntArray
+) -> float:
+    """Advance one pair from its bound t [s] until it touches, or something else comes first."""
+    n = len(balls.own_kind)
+    own_time = balls.state[i, OWN_TIME]
+    pairs.bound[i * n + j] = math.inf
+    others = _least(pairs.bound[i * n : i * n + n])
+    pairs.next[i] = min(others, own_time)
+    until = min(_least(pairs.next), laws.t_max)
+    end = min(own_time, balls.state[j, OWN_TIME])
+    verdict, bound, speed = NOT_YET, t, 0.0
+    while True:
+        counters[ADVANCEMENTS] += 1
+        verdict, bound, speed = touch(balls, i, j, t, 0.0)
+        if verdict != NOT_YET:
+            break
+        bound = bound if bound <= end else math.inf
+        if not bound < until:
+            break
+        t = bound
+    pairs.bound[i * n + j] = bound
+    pairs.least[i] = min(others, bound)
+    pairs.next[i] = min(others, bound, own_time)
+    if verdict == NOT_YET:
+        return math.inf
+    _list_hit(balls, 0, i, j)
+    counters[PENDING] = 1
+    counters[PENDING_VERDICT] = verdict
+    if verdict == IMPACT and laws.simultaneous:
+        after = t + tie_rounding(balls, i, j, t) / speed
+        if others <= after or _until(pairs.least, after) > 1:
+            counters[PENDING] = _join_ties(balls, pairs, t, speed, 1)
+    return t
+
+
+@kernel
+def _until(values: FloatArray, last: float) -> int:
+    """Return how many of `values` are at most `last`."""
+    count = 0
+    for k in range(len(values)):
+        count += values[k] <= last
+    return count
+
+
+@kernel
+def _touching_several(balls: Balls, laws: Laws, pairs: Pairs, t: float, counters: IntArray) -> bool:
+    """Judge all pairs whose bound is the instant t [s], as `touching`; whether one touches.
 
     Notes
     -----

@@ -71,6 +71,7 @@ class Laws(NamedTuple):
     """Constants of the scene."""
 
     slides: bool  # whether spin is a state of its own (else balls always roll)
+    frictionless: bool  # whether no ball is ever slowed: all move uniformly between events
     simultaneous: bool  # whether impacts at one instant are resolved together
     ball_law: int  # its place in `registry.BALL_LAWS`
     ball_restitution: float
