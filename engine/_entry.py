@@ -27,6 +27,7 @@ def enter(
     touched: IntArray,
     hits: IntArray,
     laws: FloatArray,
+    integrated: int | None,
     bound: FloatArray,
     least: FloatArray,
     next_event: FloatArray,
@@ -47,7 +48,7 @@ def enter(
     It is over, too, where `limit` is reached and `last` is true.
     """
     balls = Balls(state, own_kind, changed, touched, hits)
-    numbers = _laws_from(laws)
+    numbers = _laws_from(laws, integrated)
     log = Log(clock, counters, time, what, ball, motion)
     status = run(balls, numbers, Pairs(bound, least, next_event, track), contacts, log, limit)
     goes_on = status == RUN_LOG_FULL or status == RUN_CONTACTS  # noqa: PLR1714 - the compiler
@@ -57,8 +58,8 @@ def enter(
 
 
 @kernel(inline=True)
-def _laws_from(numbers: FloatArray) -> Laws:
-    """Return the `Laws` whose fields are `numbers`."""
+def _laws_from(numbers: FloatArray, integrated: int | None) -> Laws:
+    """Return the `Laws` whose fields are `numbers`, and `integrated`."""
     return Laws(
         numbers[0] != 0.0,
         numbers[1] != 0.0,
@@ -77,4 +78,5 @@ def _laws_from(numbers: FloatArray) -> Laws:
         numbers[14],
         numbers[15],
         numbers[16],
+        integrated,
     )

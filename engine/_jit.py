@@ -14,7 +14,8 @@ import logging
 import os
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeVar, overload
@@ -23,6 +24,7 @@ import llvmlite
 import numba
 import numpy as np
 import platformdirs
+from numba.core import types
 
 logger = logging.getLogger("ghostball.engine")
 
@@ -39,6 +41,9 @@ OPTIONS: dict[str, Any] = {
     "_nrt": False,
     "no_cfunc_wrapper": True,  # nobody asks for a C function
 }
+_COMPILED = ".compiled"
+"""Ending of the empty file that says that a variant is in the cache."""
+
 KEPT_CACHES = 4
 """Caches of other sources or flags that are kept; switching between two revisions stays quick."""
 
@@ -67,13 +72,28 @@ def kernel(function: Any = None, *, inline: bool = False) -> Any:
     options = {**OPTIONS, "forceinline": inline}
     directory = cache_directory()
     if directory is None:
-        return numba.njit(**options)(function)
+        return _without_literals(numba.njit(**options)(function))
     # The directory is read when caching is enabled, that is while the decorator runs.
     previous, _config.CACHE_DIR = _config.CACHE_DIR, str(directory)
     try:
-        return numba.njit(cache=True, **options)(function)
+        return _without_literals(numba.njit(cache=True, **options)(function))
     finally:
         _config.CACHE_DIR = previous
+
+
+def _without_literals(dispatcher: Any) -> Any:
+    """Let a caller's constant be an argument like any other.
+
+    numba would compile a kernel anew for each constant that a caller passes, and all that it calls:
+    twice the time for nothing.
+    """
+    resolve = dispatcher.get_call_template
+    unliteral: Any = types.unliteral
+    dispatcher.get_call_template = lambda args, kws: resolve(
+        tuple(unliteral(kind) for kind in args),
+        {name: unliteral(kind) for name, kind in kws.items()},
+    )
+    return dispatcher
 
 
 @cache
@@ -122,21 +142,32 @@ def cache_key() -> str:
     return digest.hexdigest()[:20]
 
 
-def compiled() -> bool:
-    """Whether the kernels of this very source are in the cache, so that a first run is quick."""
+def compiled(variant: str = "") -> bool:
+    """Whether a variant of these very kernels is in the cache, so that it starts quickly.
+
+    "" is any variant.
+    """
     if _config.DISABLE_JIT:
         return True
     directory = cache_directory()
-    return directory is not None and any(directory.glob("**/_entry.enter-*.nbc"))
+    return directory is not None and any(directory.glob(f"{variant or '*'}{_COMPILED}"))
 
 
-def announce_compilation() -> None:
-    """Log a warning where the next call will compile, which takes seconds, so nobody waits unaware.
+@contextmanager
+def compiling(variant: str) -> Iterator[None]:
+    """Say so where what is done here will compile a variant of the kernels, and note that it did.
 
-    At warning level a program that never configured logging still shows it on stderr.
+    At warning level: a program that never configured logging still shows it on stderr.
     """
-    if not compiled():
-        logger.warning("compiling the engine's kernels for this machine (once, about a minute) ...")
+    if not compiled(variant):
+        logger.warning(
+            "compiling the engine's kernels (%s) for this machine: once, about half a minute ...",
+            variant,
+        )
+    yield
+    directory = None if _config.DISABLE_JIT else cache_directory()
+    if directory is not None:
+        (directory / f"{variant}{_COMPILED}").touch()
 
 
 def _prune(root: Path, keep: Path) -> None:

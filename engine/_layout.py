@@ -40,7 +40,7 @@ from engine._state import (
     X,
     Y,
 )
-from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES, any_integrated
 from engine.scene import CUSHIONS, Scene
 
 
@@ -49,7 +49,8 @@ class Layout:
     """What a scene is to the kernels when it begins. Nobody writes into it: a run copies."""
 
     balls: Balls
-    laws: FloatArray  # the fields of its `Laws`, in their order: quicker to hand over
+    laws: FloatArray  # the numbers of its `Laws`, in their order: quicker to hand over
+    integrated: int | None
     pairs: Pairs
     radii: FloatArray
     smallest_radius: float
@@ -65,9 +66,11 @@ def layout_of(scene: Scene) -> Layout:
         return kept[1]
     radii = scene.radii
     radii.flags.writeable = False
+    laws = laws_of(scene)
     layout = Layout(
         balls=balls_of(scene),
-        laws=np.array(laws_of(scene), dtype=np.float64),
+        laws=np.array(laws[:-1], dtype=np.float64),
+        integrated=laws.integrated,
         pairs=pairs_of(len(scene.balls)),
         radii=radii,
         smallest_radius=float(np.min(radii)),
@@ -138,6 +141,7 @@ def laws_of(scene: Scene) -> Laws:
         right=noses[1],
         bottom=noses[2],
         top=noses[3],
+        integrated=1 if any_integrated(physics.ball_impact, physics.cushion) else None,
     )
 
 

@@ -238,15 +238,16 @@ def _start_roll(balls: Balls, i: int) -> float:
     vx, vy = balls.state[i, VX], balls.state[i, VY]
     deceleration = balls.state[i, ROLL]
     balls.state[i, AX], balls.state[i, AY] = friction_against(vx, vy, deceleration)
-    speed = speed_of(vx, vy)
-    if speed == 0.0:
+    if vx == 0.0 and vy == 0.0:
         balls.state[i, PHASE] = RESTING
         balls.state[i, OWN_TIME] = math.inf
         balls.own_kind[i] = OWN_NONE
         return _NO_MOTION
     balls.state[i, PHASE] = ROLLING
     balls.own_kind[i] = OWN_REST
-    duration: float = speed / deceleration if deceleration > 0.0 else math.inf
+    if deceleration == 0.0:
+        return math.inf
+    duration: float = speed_of(vx, vy) / deceleration
     return duration
 
 
@@ -286,11 +287,13 @@ def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, held: int
         nx, ny, line = cushion_side(laws, cushion)
         if math.isinf(line) or held >> cushion & 1:
             continue
-        gap = cushion_gap(
-            balls.state[i, X], balls.state[i, Y], balls.state[i, RADIUS], laws, cushion
-        )
+        x, y = balls.state[i, X], balls.state[i, Y]
+        gap = max(cushion_gap(x, y, balls.state[i, RADIUS], laws, cushion), 0.0)
         rate = nx * balls.state[i, VX] + ny * balls.state[i, VY]
-        s = first_crossing(gap, rate, nx * balls.state[i, AX] + ny * balls.state[i, AY])
+        pull = nx * balls.state[i, AX] + ny * balls.state[i, AY]
+        if rate >= 0.0 and pull >= 0.0:
+            continue
+        s = gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)
         if s < duration:
             duration = s
             balls.own_kind[i] = OWN_CUSHION + cushion

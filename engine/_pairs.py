@@ -175,7 +175,7 @@ def _meet_block(
     radius: float,
     own_time: float,
 ) -> None:
-    """Put in `bounds` when a ball touches each of those in a block of `track`, where none is slowed.
+    """Put in `bounds` when a ball touches each in a block of `track`, where none is ever slowed.
 
     As `_bound_block`, but the distance of two centres that move uniformly is a quadratic itself, so
     that its root is no bound, but the contact.
@@ -222,9 +222,9 @@ def _least(values: FloatArray) -> float:
 
 @kernel(inline=True)
 def earliest(balls: Balls, pairs: Pairs) -> tuple[float, int, int]:
-    """Return the instant [s] of the next event or bound, the ball whose own event it is, or -1, and
-    the only row of bounds that has it, or -1.
+    """Return the instant [s] of the next event or bound; and whose.
 
+    That is the ball whose own event it is, or -1, and the only row of bounds that has it, or -1.
     Of several own events at one instant, one coming to rest: so a ball that has all but stopped is
     at rest before its neighbours are looked at again. Of two that touch each other and meet a
     cushion together, the first by place, not by number.
@@ -273,10 +273,10 @@ def touching(
 ) -> float:
     """Judge every pair whose bound is the instant t [s].
 
-    Return when the first of them touches, if nothing else comes before. There are PENDING of them
-    then in the first rows of `balls.hits`, the lower index first; PENDING_VERDICT is IMPACT, for all
+    Return when the first of them touches, if nothing else comes before: PENDING of them are then in
+    the first rows of `balls.hits`, the lower index first, and PENDING_VERDICT is IMPACT, for all
     pairs that approach, or for the fastest of them where impacts are sequential; or else PRESSED.
-    inf where all those bounds have moved on.
+    Return inf where all those bounds have moved on.
 
     `row` is the only one that has this bound, or -1.
     """

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import time
 from functools import cache
+from typing import Any
 
 import numpy as np
 
 from engine import _state as s
 from engine._entry import enter
-from engine._jit import announce_compilation
+from engine._jit import compiling
 from engine._layout import contacts_of, layout_of, log_of
 from engine._tolerances import position_rounding
 from engine.result import EVENT_DTYPE, EventKind, Events, Status
-from engine.scene import Ball, Scene
+from engine.scene import Ball, Physics, Scene
 from engine.trajectory import ExactTrajectory, Samples
 
 _CHUNK = 65_536
@@ -24,22 +25,16 @@ _FIRST_LOG = 1_024
 
 
 @cache
-def warm_up() -> None:
-    """Compile the kernels, or load them, so that no run's `wall_time` includes that."""
-    announce_compilation()
-    _still().go(1)
-
-
-@cache
-def warm_up_contacts() -> None:
-    """Compile or load the kernels with contacts, when a scene first needs them."""
-    still = _still()
-    still.contacts = contacts_of(1)
-    still.go(1)
-
-
-def _still() -> Run:
-    return Run(Scene(name="warm-up", balls=(Ball(id="still", position=(0.0, 0.0)),)), True)
+def warm_up(integrated: bool, with_contacts: bool) -> None:
+    """Compile a variant of the kernels, or load it, so that no run's `wall_time` includes that."""
+    names = ["shots" if not with_contacts else "contacts", *(["integrated laws"] * integrated)]
+    laws: dict[str, Any] = {"motion": "sliding", "cushion": "mathavan2010"} if integrated else {}
+    still = Ball(id="still", position=(0.0, 0.0))
+    scene = Scene(name="warm-up", balls=(still,), physics=Physics(**laws))
+    with compiling(", ".join(names)):
+        run = Run(scene, True)
+        run.contacts = contacts_of(1) if with_contacts else None
+        run.go(1)
 
 
 class Run:
@@ -74,6 +69,7 @@ class Run:
             balls.touched.copy(),
             np.empty_like(balls.hits),
             layout.laws,
+            layout.integrated,
             pairs.bound.copy(),
             pairs.least.copy(),
             pairs.next.copy(),
@@ -112,7 +108,7 @@ class Run:
             if code == s.RUN_LOG_FULL:
                 self._start_new_log()
             elif code == s.RUN_CONTACTS:
-                warm_up_contacts()
+                warm_up(self._layout.integrated is not None, True)
                 self.contacts = contacts_of(len(self._state))
             elif code != s.RUN_EVENT_LIMIT or limit == max_events:
                 return code

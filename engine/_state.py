@@ -68,7 +68,11 @@ ROLLING = 2.0
 
 
 class Laws(NamedTuple):
-    """Constants of the scene."""
+    """Constants of the scene.
+
+    `integrated` decides at compile time what the kernels contain: where it is None, the laws that
+    integrate over the impact are left out, which take a third of the time to compile.
+    """
 
     slides: bool  # whether spin is a state of its own (else balls always roll)
     frictionless: bool  # whether no ball is ever slowed: all move uniformly between events
@@ -88,6 +92,7 @@ class Laws(NamedTuple):
     right: float
     bottom: float
     top: float
+    integrated: int | None  # 1 where a law needs integrating: see `impact_laws.dispatch`
 
 
 class Pairs(NamedTuple):

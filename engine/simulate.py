@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from engine.errors import GhostballError
 from engine.features import EXACT, Capability, Feature, check_supported
+from engine.impact_laws.registry import any_integrated
 from engine.result import RECORDS, Record, Result
 from engine.scene import Scene
 
@@ -72,10 +75,12 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
         raise GhostballError(
             f"`max_events` must be a whole number of at least 1, got {max_events!r}"
         )
-    warm_up()
-    from engine._run import Run  # noqa: PLC0415 - see `warm_up`
+    # The compiler is loaded here and no sooner: importing the package, or asking for help on the
+    # command line, must not wait for it.
+    from engine import _run  # noqa: PLC0415
 
-    run = Run(scene, keep_log=record != "rest")
+    _run.warm_up(_integrates(scene), False)
+    run = _run.Run(scene, keep_log=record != "rest")
     run.go(max_events)
     return Result(
         engine="ghostball",
@@ -93,14 +98,20 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
     )
 
 
-def warm_up() -> None:
-    """Compile or load the kernels now, rather than in the first `simulate`.
+def warm_up(scenes: Iterable[Scene] = ()) -> None:
+    """Compile or load the kernels that `scenes` need now, rather than in the first `simulate`.
 
     A compilation is announced. Before several processes are started, this keeps each of them from
-    compiling for itself.
+    compiling for itself. Without scenes: what the plainest ones need.
     """
-    # The compiler is loaded here and no sooner: importing the package, or asking for help on the
-    # command line, must not wait for it.
     from engine import _run  # noqa: PLC0415
 
-    _run.warm_up()
+    _run.warm_up(False, False)
+    for scene in scenes:
+        _run.warm_up(_integrates(scene), False)
+        if len(scene.balls) > 1:
+            _run.warm_up(_integrates(scene), True)
+
+
+def _integrates(scene: Scene) -> bool:
+    return any_integrated(scene.physics.ball_impact, scene.physics.cushion)

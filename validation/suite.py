@@ -162,7 +162,7 @@ def run_suite(
     environment = describe_environment() | plan.describe()
     state: RunState = "interrupted"
     try:
-        warm_up()  # here, once: else each process would compile, and say so
+        warm_up(plan.scenes)  # here, once: else each process would compile, and say so
         with closing(run_cases(plan.cases(), jobs)) as finished:
             for record, motion in finished:
                 if not outcome.cases:

@@ -25,7 +25,13 @@ _MATHAVAN2010 = CUSHION_LAW_NAMES.index("mathavan2010")
 @kernel(inline=True)
 def ball_law(impact: BallImpact, laws: Laws) -> BallImpulse:
     """Return what the scene's law makes of a ball-ball impact."""
-    if laws.ball_law == _MATHAVAN2014:
+    return _ball_law(impact, laws, laws.integrated)
+
+
+@kernel(inline=True)
+def _ball_law(impact: BallImpact, laws: Laws, integrated: int | None) -> BallImpulse:
+    # The compiler leaves out what follows `is not None` where the type of an argument is None.
+    if integrated is not None and laws.ball_law == _MATHAVAN2014:
         return mathavan2014(impact, laws)
     return frictional_balls(impact, laws)
 
@@ -33,10 +39,15 @@ def ball_law(impact: BallImpact, laws: Laws) -> BallImpulse:
 @kernel(inline=True)
 def cushion_law(impact: CushionImpact, laws: Laws) -> CushionBounce:
     """Return what the scene's law makes of a ball-cushion impact."""
+    return _cushion_law(impact, laws, laws.integrated)
+
+
+@kernel(inline=True)
+def _cushion_law(impact: CushionImpact, laws: Laws, integrated: int | None) -> CushionBounce:
+    if integrated is not None and laws.cushion_law == _MATHAVAN2010:
+        return mathavan2010(impact, laws)
     if laws.cushion_law == _HAN2005:
         return han2005(impact, laws)
     if laws.cushion_law == _FRICTIONAL_CUSHION:
         return frictional_cushion(impact, laws)
-    if laws.cushion_law == _MATHAVAN2010:
-        return mathavan2010(impact, laws)
     return restitution(impact, laws)  # a mirror where both its factors are 1

@@ -16,6 +16,8 @@ class LawEntry(NamedTuple):
     source: str
     limits: tuple[tuple[str, float], ...] = ()
     """Fields that it uses, each with the largest value up to which it describes balls."""
+    integrated: bool = False
+    """Whether it integrates over the impact: such laws are compiled only where a scene has one."""
 
 
 BALL_LAWS = (
@@ -32,6 +34,7 @@ BALL_LAWS = (
         # on it. Below 5/7 the cloth can't keep the ball from slipping however strongly it is
         # pressed: so its slip passes through zero, and it never rolls during an impact.
         limits=(("ball_friction", 1.0), ("sliding_friction", 0.7)),
+        integrated=True,
     ),
 )
 
@@ -56,8 +59,14 @@ CUSHION_LAWS = (
         "mathavan2010",
         ("cushion_restitution", "cushion_friction", "cushion_height", "sliding_friction"),
         "integrated over the impulse, with the friction of the cloth (Mathavan et al. 2010)",
+        integrated=True,
     ),
 )
 
 BALL_LAW_NAMES = tuple(law.name for law in BALL_LAWS)
 CUSHION_LAW_NAMES = tuple(law.name for law in CUSHION_LAWS)
+
+
+def any_integrated(*names: str) -> bool:
+    """Whether one of the laws of these names integrates over the impact."""
+    return any(law.integrated for law in (*BALL_LAWS, *CUSHION_LAWS) if law.name in names)
