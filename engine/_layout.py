@@ -56,17 +56,21 @@ class Layout:
     smallest_radius: float
 
 
+def is_laid_out(scene: Scene) -> bool:
+    """Whether `layout_of` has made this scene's layout already."""
+    kept = _LAYOUTS.get(id(scene))
+    return kept is not None and kept[0]() is scene
+
+
 def layout_of(scene: Scene) -> Layout:
     """Return the layout of a scene; made when first asked for, and kept as long as the scene.
 
     Kept by identity. Two equal scenes have a layout each: comparing scenes would take longer.
     """
-    kept = _LAYOUTS.get(id(scene))
-    if kept is not None and kept[0]() is scene:
-        return kept[1]
-    radii = scene.radii
+    if is_laid_out(scene):
+        return _LAYOUTS[id(scene)][1]
+    radii, laws = scene.radii, laws_of(scene)
     radii.flags.writeable = False
-    laws = laws_of(scene)
     layout = Layout(
         balls=balls_of(scene),
         laws=np.array(laws[:-1], dtype=np.float64),

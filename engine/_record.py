@@ -84,5 +84,5 @@ def note_motion(balls: Balls, i: int, log: Log) -> None:
         row = log.counters[LOGGED_MOTIONS]
         log.ball[row] = i
         for k in range(KNOT):
-            log.motion[row, k] = balls.state[k, i]
+            log.motion[row, k] = balls.state[i, k]
         log.counters[LOGGED_MOTIONS] = row + 1

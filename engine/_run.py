@@ -24,6 +24,9 @@ _FIRST_LOG = 1_024
 """Events that the first log holds; a full one is followed by one twice as large."""
 
 
+_BALL_BALL, _BALL_CUSHION = EventKind.BALL_BALL.label, EventKind.BALL_CUSHION.label
+
+
 @cache
 def warm_up(integrated: bool, with_contacts: bool) -> None:
     """Compile a variant of the kernels, or load it, so that no run's `wall_time` includes that."""
@@ -148,20 +151,21 @@ class Run:
     def collision_counts(self) -> dict[str, int]:
         """Collisions by kind."""
         return {
-            EventKind.BALL_BALL.label: int(self._counters[s.BALL_BALL]),
-            EventKind.BALL_CUSHION.label: int(self._counters[s.BALL_CUSHION]),
+            _BALL_BALL: int(self._counters[s.BALL_BALL]),
+            _BALL_CUSHION: int(self._counters[s.BALL_CUSHION]),
         }
 
     def work(self) -> dict[str, int]:
         """Machine-independent counters of what the run did."""
+        counters = self._counters.tolist()
         return {
-            "events": int(self._counters[s.EVENTS]),
-            "bounds": int(self._counters[s.BOUNDS]),
-            "advancement_steps": int(self._counters[s.ADVANCEMENTS]),
-            "joint_impacts": int(self._counters[s.JOINT_IMPACTS]),
-            "unsolved_joint_impacts": int(self._counters[s.UNSOLVED_JOINT_IMPACTS]),
-            "contact_steps": int(self._counters[s.CONTACT_STEPS]),
-            "unsolved_contact_steps": int(self._counters[s.UNSOLVED_STEPS]),
+            "events": counters[s.EVENTS],
+            "bounds": counters[s.BOUNDS],
+            "advancement_steps": counters[s.ADVANCEMENTS],
+            "joint_impacts": counters[s.JOINT_IMPACTS],
+            "unsolved_joint_impacts": counters[s.UNSOLVED_JOINT_IMPACTS],
+            "contact_steps": counters[s.CONTACT_STEPS],
+            "unsolved_contact_steps": counters[s.UNSOLVED_STEPS],
         }
 
     def events(self) -> Events | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from engine._layout import is_laid_out
 from engine.errors import GhostballError
 from engine.features import EXACT, Capability, Feature, check_supported
 from engine.impact_laws.registry import any_integrated
@@ -68,7 +69,8 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
         raise GhostballError(
             f"`scene` must be a Scene, got {type(scene).__name__}. Read one with Scene.load(path)"
         )
-    check_supported("ghostball", CAPABILITIES, scene)
+    if not is_laid_out(scene):
+        check_supported("ghostball", CAPABILITIES, scene)
     if record not in RECORDS:
         raise GhostballError(f"`record` must be one of {', '.join(RECORDS)}, got {record!r}")
     if not isinstance(max_events, int) or isinstance(max_events, bool) or max_events < 1:

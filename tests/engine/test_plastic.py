@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from engine import _plastic as plastic
+from engine._layout import contacts_of
 from engine._plastic import end_approach, gained
 from engine._state import (
     ANSWERING,
@@ -22,7 +23,6 @@ from engine._state import (
     RATE,
     SECOND,
     Contacts,
-    contacts_of,
 )
 
 ROOT3 = math.sqrt(3.0)
@@ -57,18 +57,18 @@ class Group:
 
     def contacts(self) -> Contacts:
         contacts = contacts_of(len(self.masses))
-        contacts.motion[ANSWERING] = self.masses
+        contacts.motion[:, ANSWERING] = self.masses
         count = len(self.ends)
-        contacts.ends[FIRST, :count], contacts.ends[SECOND, :count] = np.transpose(self.ends)
-        contacts.forces[NX, :count], contacts.forces[NY, :count] = np.transpose(self.normals)
-        contacts.forces[RATE, :count] = self.rates(self.velocities)
+        contacts.ends[:count, FIRST : SECOND + 1] = self.ends
+        contacts.forces[:count, NX : NY + 1] = self.normals
+        contacts.forces[:count, RATE] = self.rates(self.velocities)
         return contacts
 
     def solve(self) -> tuple[bool, np.ndarray]:
         """Return whether it is solved, and the velocities afterwards."""
         contacts, count = self.contacts(), len(self.ends)
         solved = end_approach(contacts, count)
-        assert np.all(contacts.forces[FORCE, :count] >= 0.0)
+        assert np.all(contacts.forces[:count, FORCE] >= 0.0)
         gains = [
             [gained(contacts, count, k, row) for row in (PUSH_X, PUSH_Y)]
             for k in range(len(self.masses))
@@ -183,7 +183,7 @@ def test_where_no_choice_is_found_impulses_only_take_energy():
             continue
         contacts, count = group.contacts(), len(group.ends)
         chance = random.Random(seed)
-        contacts.forces[FORCE, :count] = [chance.gauss(0, 3) for _ in range(count)]
+        contacts.forces[:count, FORCE] = [chance.gauss(0, 3) for _ in range(count)]
         plastic._take_energy(contacts, count)
         gains = [
             [gained(contacts, count, k, row) for row in (PUSH_X, PUSH_Y)]
