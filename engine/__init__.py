@@ -41,6 +41,7 @@ Balls that friction presses together don't bounce without end: contact forces ho
 for as long as they push, in steps that keep every gap within a tolerance (`engine/_press.py`).
 """
 
+from engine.batch import STATUSES, Batch, simulate_many, simulate_sweep
 from engine.errors import GhostballError, SceneError, UnsupportedSceneError
 from engine.result import EVENT_DTYPE, EventKind, Record, Result, Status
 from engine.scene import CUSHIONS, Ball, Physics, Scene, Table
@@ -57,7 +58,9 @@ from engine.trajectory import (
 __all__ = [
     "CUSHIONS",
     "EVENT_DTYPE",
+    "STATUSES",
     "Ball",
+    "Batch",
     "Energy",
     "EventKind",
     "ExactTrajectory",
@@ -75,5 +78,7 @@ __all__ = [
     "Trajectory",
     "UnsupportedSceneError",
     "simulate",
+    "simulate_many",
+    "simulate_sweep",
     "warm_up",
 ]

@@ -48,7 +48,7 @@ def enter(
     It is over, too, where `limit` is reached and `last` is true.
     """
     balls = Balls(state, own_kind, changed, touched, hits)
-    numbers = _laws_from(laws, integrated)
+    numbers = laws_from(laws, integrated)
     log = Log(clock, counters, time, what, ball, motion)
     status = run(balls, numbers, Pairs(bound, least, next_event, track), contacts, log, limit)
     goes_on = status == RUN_LOG_FULL or status == RUN_CONTACTS  # noqa: PLR1714 - the compiler
@@ -58,7 +58,7 @@ def enter(
 
 
 @kernel(inline=True)
-def _laws_from(numbers: FloatArray, integrated: int | None) -> Laws:
+def laws_from(numbers: FloatArray, integrated: int | None) -> Laws:
     """Return the `Laws` whose fields are `numbers`, and `integrated`."""
     return Laws(
         numbers[0] != 0.0,

@@ -48,7 +48,7 @@ from engine._state import (
 from engine._tolerances import EPS
 
 
-@kernel(inline=True)
+@kernel
 def run(
     balls: Balls, laws: Laws, pairs: Pairs, contacts: Contacts | None, log: Log, limit: int
 ) -> int:
@@ -111,7 +111,7 @@ def run(
         log.clock[NOW] = t
 
 
-@kernel(inline=True)
+@kernel
 def finish(balls: Balls, laws: Laws, log: Log, status: int, end: FloatArray) -> int:
     """Move every ball to the instant `log.clock[END]` at which a run that returned `status` ends.
 

@@ -30,14 +30,22 @@ _BALL_BALL, _BALL_CUSHION = EventKind.BALL_BALL.label, EventKind.BALL_CUSHION.la
 @cache
 def warm_up(integrated: bool, with_contacts: bool) -> None:
     """Compile a variant of the kernels, or load it, so that no run's `wall_time` includes that."""
-    names = ["shots" if not with_contacts else "contacts", *(["integrated laws"] * integrated)]
-    laws: dict[str, Any] = {"motion": "sliding", "cushion": "mathavan2010"} if integrated else {}
-    still = Ball(id="still", position=(0.0, 0.0))
-    scene = Scene(name="warm-up", balls=(still,), physics=Physics(**laws))
-    with compiling(", ".join(names)):
-        run = Run(scene, True)
+    with compiling(variant_name("shots", integrated, with_contacts)):
+        run = Run(still_scene(integrated), True)
         run.contacts = contacts_of(1) if with_contacts else None
         run.go(1)
+
+
+def variant_name(name: str, integrated: bool, with_contacts: bool) -> str:
+    """Return the name of a variant of the kernels."""
+    return name + " with contacts" * with_contacts + ", integrated laws" * integrated
+
+
+def still_scene(integrated: bool) -> Scene:
+    """Return a scene in which nothing happens."""
+    laws: dict[str, Any] = {"motion": "sliding", "cushion": "mathavan2010"} if integrated else {}
+    still = Ball(id="still", position=(0.0, 0.0))
+    return Scene(name="warm-up", balls=(still,), physics=Physics(**laws))
 
 
 class Run:
@@ -88,7 +96,7 @@ class Run:
         """Run to the end, to `max_events` events, or to an interrupt."""
         try:
             code = self._go(max_events)
-            self.status = _STATUS[code]
+            self.status = STATUS[code]
         except KeyboardInterrupt:
             # The kernel had returned: its arrays are as they were after its last whole event.
             self._enter(0, True)
@@ -209,9 +217,10 @@ class Run:
         )
 
 
-_STATUS = {
+STATUS = {
     s.RUN_RESTED: Status.REST,
     s.RUN_T_MAX: Status.T_MAX,
     s.RUN_EVENT_LIMIT: Status.EVENT_LIMIT,
     s.RUN_NOT_FINITE: Status.FAILED,
 }
+"""What a run's return means."""

@@ -65,18 +65,7 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
     The run ends when the last centre rests and the last spin about the vertical has decayed; a
     spin that nothing slows isn't waited for.
     """
-    if not isinstance(scene, Scene):
-        raise GhostballError(
-            f"`scene` must be a Scene, got {type(scene).__name__}. Read one with Scene.load(path)"
-        )
-    if not is_laid_out(scene):
-        check_supported("ghostball", CAPABILITIES, scene)
-    if record not in RECORDS:
-        raise GhostballError(f"`record` must be one of {', '.join(RECORDS)}, got {record!r}")
-    if not isinstance(max_events, int) or isinstance(max_events, bool) or max_events < 1:
-        raise GhostballError(
-            f"`max_events` must be a whole number of at least 1, got {max_events!r}"
-        )
+    check_request(scene, record, max_events)
     # The compiler is loaded here and no sooner: importing the package, or asking for help on the
     # command line, must not wait for it.
     from engine import _run  # noqa: PLC0415
@@ -98,6 +87,22 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
         trajectory=run.trajectory(),
         reason=run.reason,
     )
+
+
+def check_request(scene: Scene, record: Record, max_events: int) -> None:
+    """Raise where an argument of `simulate` is wrong, or this engine lacks what the scene needs."""
+    if not isinstance(scene, Scene):
+        raise GhostballError(
+            f"`scene` must be a Scene, got {type(scene).__name__}. Read one with Scene.load(path)"
+        )
+    if not is_laid_out(scene):
+        check_supported("ghostball", CAPABILITIES, scene)
+    if record not in RECORDS:
+        raise GhostballError(f"`record` must be one of {', '.join(RECORDS)}, got {record!r}")
+    if not isinstance(max_events, int) or isinstance(max_events, bool) or max_events < 1:
+        raise GhostballError(
+            f"`max_events` must be a whole number of at least 1, got {max_events!r}"
+        )
 
 
 def warm_up(scenes: Iterable[Scene] = ()) -> None:

@@ -1,0 +1,126 @@
+"""Many shots of one scene in one kernel call: no Python in between."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from engine._entry import laws_from
+from engine._jit import kernel
+from engine._loop import finish, run
+from engine._state import (
+    BALL_BALL,
+    BALL_CUSHION,
+    END,
+    EVENTS,
+    FARTHEST,
+    FREE,
+    PHASE,
+    ROLLING,
+    RUN_CONTACTS,
+    SLIDING,
+    STATE_COLUMNS,
+    VX,
+    VY,
+    WX,
+    WY,
+    WZ,
+    Balls,
+    BoolArray,
+    Contacts,
+    FloatArray,
+    IntArray,
+    Log,
+    Pairs,
+)
+
+
+class Shots(NamedTuple):
+    """What differs between the k shots of a sweep, and what becomes of each."""
+
+    velocity: FloatArray  # (k, 2) of the cue ball [m/s]
+    spin: FloatArray  # (k, 3) its angular velocity [rad/s]
+    slides: BoolArray  # (k,) whether that is a state of its own, or rolling without slip
+    status: IntArray  # (k,) what `_loop.run` returned
+    rest_time: FloatArray  # (k,) [s]
+    rest: FloatArray  # (k, n, 3) positions at the end [m]
+    counts: IntArray  # (k, 3) impacts of two balls, impacts on cushions, all events
+    farthest: FloatArray  # (k,) largest coordinate of a ball at the end [m]
+
+
+@kernel
+def sweep(
+    which: IntArray,
+    cue: int,
+    shots: Shots,
+    limit: int,
+    start: FloatArray,
+    numbers: FloatArray,
+    integrated: int | None,
+    balls: Balls,
+    pairs: Pairs,
+    contacts: Contacts | None,
+    log: Log,
+    end: FloatArray,
+) -> None:
+    """Simulate the shots `which`; `start` is the state of all balls but for ball `cue`'s motion.
+
+    The rest is room to work in, a thread's own. A shot that needs `contacts` and has none is left
+    with the status RUN_CONTACTS.
+
+    Contract: no allocation. Each shot starts from the same state of that room, so that neither
+    their order nor who does them matters.
+    """
+    laws = laws_from(numbers, integrated)
+    for m in range(len(which)):
+        k = which[m]
+        _clear(balls, pairs, log)
+        if contacts is not None:
+            _clear_contacts(contacts)
+        for i in range(len(start)):
+            for column in range(STATE_COLUMNS):
+                balls.state[i, column] = start[i, column]
+        balls.state[cue, VX] = shots.velocity[k, 0]
+        balls.state[cue, VY] = shots.velocity[k, 1]
+        balls.state[cue, WX] = shots.spin[k, 0]
+        balls.state[cue, WY] = shots.spin[k, 1]
+        balls.state[cue, WZ] = shots.spin[k, 2]
+        balls.state[cue, PHASE] = SLIDING if shots.slides[k] else ROLLING
+        status = run(balls, laws, pairs, contacts, log, limit)
+        if status != RUN_CONTACTS:
+            status = finish(balls, laws, log, status, end)
+        shots.status[k] = status
+        shots.rest_time[k] = log.clock[END]
+        shots.counts[k, 0] = log.counters[BALL_BALL]
+        shots.counts[k, 1] = log.counters[BALL_CUSHION]
+        shots.counts[k, 2] = log.counters[EVENTS]
+        shots.farthest[k] = log.clock[FARTHEST]
+        for i in range(len(balls.own_kind)):
+            for axis in range(3):
+                shots.rest[k, i, axis] = end[0, i, axis]
+
+
+@kernel
+def _clear(balls: Balls, pairs: Pairs, log: Log) -> None:
+    """Mark all balls, as at the start of a run, and forget all bounds and counts."""
+    n = len(balls.own_kind)
+    balls.touched[0] = n
+    for i in range(n):
+        balls.touched[1 + i] = i
+        balls.changed[i] = True
+        pairs.least[i] = math.inf
+        pairs.next[i] = math.inf
+    pairs.bound[:] = math.inf
+    log.clock[:] = 0.0
+    log.counters[:] = 0
+
+
+@kernel
+def _clear_contacts(contacts: Contacts) -> None:
+    contacts.cluster[:] = FREE
+    contacts.held[:] = False
+    contacts.pressure[:] = 0.0
+    contacts.stopped[:] = False
+    contacts.again[:] = False
+    contacts.rolled[:] = False
+    contacts.motion[:] = 0.0

@@ -1,0 +1,218 @@
+"""Many shots at once, on all processors, their results as arrays."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine._layout import layout_of
+from engine._tolerances import position_rounding
+from engine.errors import GhostballError
+from engine.result import Status
+from engine.scene import Scene, rolling_angular_velocity
+from engine.simulate import MAX_EVENTS, check_request, warm_up
+
+STATUSES = tuple(Status)
+"""What the numbers in `Batch.status` mean: indices of this."""
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """What became of k shots; where scenes have fewer balls than n, NaN fills the rest.
+
+    Attributes
+    ----------
+    status : (k,) int8
+        How each run ended: an index of `STATUSES`.
+    rest_times : (k,) float64 [s]
+        When the last ball came to rest, or the run stopped.
+    rest_positions : (k, n, 3) float64 [m]
+        Centres when the run ended.
+    ball_ball, ball_cushion, events : (k,) int64
+        Impacts of two balls, impacts on cushions, all events.
+    """
+
+    status: NDArray[np.int8]
+    rest_times: NDArray[np.float64]
+    rest_positions: NDArray[np.float64]
+    ball_ball: NDArray[np.int64]
+    ball_cushion: NDArray[np.int64]
+    events: NDArray[np.int64]
+
+    @property
+    def complete(self) -> NDArray[np.bool_]:
+        """Whether each run reached its natural end, (k,) bool."""
+        return np.array([status.complete for status in STATUSES])[self.status]
+
+
+def simulate_many(
+    scenes: Sequence[Scene], *, threads: int | None = None, max_events: int = MAX_EVENTS
+) -> Batch:
+    """Simulate scenes, each as `simulate` would, to the bit.
+
+    Parameters
+    ----------
+    scenes : sequence of k Scene
+        They may differ in everything.
+    threads : int or None
+        How many work at once; None: one per processor. The results don't depend on it.
+    max_events : int
+        As for `simulate`, for each.
+
+    Returns
+    -------
+    Batch
+
+    Raises
+    ------
+    UnsupportedSceneError, GhostballError
+        As `simulate`, before anything is simulated.
+    """
+    workers = _workers(threads)
+    scenes = tuple(scenes)
+    for scene in scenes:
+        check_request(scene, "rest", max_events)
+    warm_up(scenes)
+    from engine._run import Run  # noqa: PLC0415 - loads the compiler
+
+    most = max((len(scene.balls) for scene in scenes), default=0)
+    rest = np.full((len(scenes), most, 3), np.nan)
+    times, counts = np.empty(len(scenes)), np.zeros((len(scenes), 3), dtype=np.int64)
+
+    status = np.empty(len(scenes), dtype=np.int8)
+
+    def simulate_one(k: int) -> None:
+        run = Run(scenes[k], keep_log=False)
+        run.go(max_events)
+        rest[k, : len(scenes[k].balls)] = run.final_state().positions[0]
+        times[k] = run.t_end
+        counts[k] = *run.collision_counts().values(), run.work()["events"]
+        status[k] = STATUSES.index(run.status)
+
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            for _ in pool.map(simulate_one, range(len(scenes))):
+                pass
+        except KeyboardInterrupt:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+    return Batch(status, times, rest, *counts.T)
+
+
+def simulate_sweep(
+    scene: Scene,
+    speeds: ArrayLike,
+    angles: ArrayLike,
+    *,
+    ball: int = 0,
+    threads: int | None = None,
+    max_events: int = MAX_EVENTS,
+) -> Batch:
+    """Simulate one scene with one ball shot at each of k speeds and angles.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its ball `ball` is shot; if that has an angular velocity of its own, it is turned with the
+        direction and scaled with the speed, so that the tip would hit the same spot. Else it rolls.
+    speeds : (k,) float64 [m/s], or one number for all; more than 0
+    angles : (k,) float64 [rad], or one number for all; from the x axis, counterclockwise
+    ball : int
+        Index of the ball that is shot.
+    threads, max_events
+        As for `simulate_many`.
+
+    Returns
+    -------
+    Batch
+        The results of `simulate` on such scenes, to the bit; for 2.5 us a shot, since no scene is
+        built.
+
+    Raises
+    ------
+    UnsupportedSceneError, GhostballError
+        Where the scene, or an argument, is wrong.
+    """
+    workers = _workers(threads)
+    check_request(scene, "rest", max_events)
+    velocity, spin = _cue_motions(scene, speeds, angles, ball)
+    from engine import _run, _run_sweep  # noqa: PLC0415 - they load the compiler
+
+    shots = _run_sweep.shots_of(len(velocity), len(scene.balls))
+    shots.velocity[:], shots.spin[:] = velocity, spin
+    shots.slides[:] = not scene.rolls[ball]
+    _run_sweep.run_sweep(scene, ball, shots, max_events, workers)
+    codes = {code: STATUSES.index(status) for code, status in _run.STATUS.items()}
+    status = np.array([codes.get(code, -1) for code in range(max(codes) + 1)], dtype=np.int8)
+    unresolved = position_rounding(1.0) * shots.farthest >= layout_of(scene).smallest_radius
+    return Batch(
+        np.where(unresolved, np.int8(STATUSES.index(Status.FAILED)), status[shots.status]),
+        shots.rest_time,
+        shots.rest,
+        *shots.counts.T,
+    )
+
+
+def _workers(threads: int | None) -> int:
+    """Return how many threads work: as many as there are processors, where it isn't given."""
+    if threads is None:
+        affinity = getattr(os, "sched_getaffinity", None)
+        return len(affinity(0)) if affinity else os.cpu_count() or 1
+    if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
+        raise GhostballError(f"`threads` must be a whole number of at least 1, got {threads!r}")
+    return threads
+
+
+def _cue_motions(
+    scene: Scene, speeds: ArrayLike, angles: ArrayLike, ball: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return velocities (k, 2) and angular velocities (k, 3) of the ball that is shot."""
+    n = len(scene.balls)
+    if not isinstance(ball, int) or isinstance(ball, bool) or not 0 <= ball < n:
+        raise GhostballError(f"`ball` must be the index of a ball, 0 to {n - 1}, got {ball!r}")
+    speed, angle = _numbers("speeds", speeds), _numbers("angles", angles)
+    if len(speed) != len(angle) and 1 not in (len(speed), len(angle)):
+        raise GhostballError(
+            f"`speeds` and `angles` must have the same length, or one of them length 1, got "
+            f"{len(speed)} and {len(angle)}. For a grid, give all pairs: numpy.meshgrid, raveled"
+        )
+    if np.any(speed <= 0.0):
+        raise GhostballError(f"`speeds` must be more than 0 m/s, got {speed[speed <= 0.0][0]}")
+    speed, angle = np.broadcast_arrays(speed, angle)
+    velocity = np.zeros((len(speed), 3))
+    velocity[:, 0], velocity[:, 1] = speed * np.cos(angle), speed * np.sin(angle)
+    shot = scene.balls[ball]
+    if shot.angular_velocity is None:
+        return velocity[:, :2], rolling_angular_velocity(velocity, np.array(shot.radius))
+    if shot.speed == 0.0:
+        raise GhostballError(
+            f"ball \"{shot.id}\" spins but doesn't move, so its spin can't be turned with the "
+            "direction. Give it a velocity, or leave out its angular velocity"
+        )
+    factor = speed / shot.speed
+    turn = angle - np.arctan2(shot.velocity[1], shot.velocity[0])
+    wx, wy, wz = shot.angular_velocity
+    spin = np.empty_like(velocity)
+    spin[:, 0] = factor * (np.cos(turn) * wx - np.sin(turn) * wy)
+    spin[:, 1] = factor * (np.sin(turn) * wx + np.cos(turn) * wy)
+    spin[:, 2] = factor * wz
+    return velocity[:, :2], spin
+
+
+def _numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Return `values` as a checked array (k,)."""
+    try:
+        array = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise GhostballError(f"`{name}` must be numbers, got {values!r}") from None
+    if array.ndim != 1:
+        raise GhostballError(f"`{name}` must be one-dimensional, got shape {array.shape}")
+    wrong = array[~np.isfinite(array)]
+    if len(wrong):
+        raise GhostballError(f"`{name}` must be finite, got {wrong[0]}")
+    return array

@@ -1,0 +1,119 @@
+"""Batches and sweeps: each shot to the bit as `simulate` gives it, whoever does it."""
+
+import math
+
+import numpy as np
+import pytest
+from breaks import break_scene
+from shots import POOL_TABLE, R, ball, rack, random_break, scene_of
+
+from engine import STATUSES, GhostballError, Scene, Status, simulate, simulate_many, simulate_sweep
+from engine.errors import UnsupportedSceneError
+
+
+def shot(velocity=(2.0, 0.0), **cue) -> Scene:
+    cue_ball = ball((0.6, 0.6), velocity, **cue)
+    return scene_of(cue_ball, ball((1.6, 0.635)), table=POOL_TABLE, preset="pool")
+
+
+def assert_same(batch, k, result):
+    n = len(result.scene.balls)
+    assert np.array_equal(batch.rest_positions[k, :n], result.rest_positions)
+    assert np.all(np.isnan(batch.rest_positions[k, n:]))
+    assert batch.rest_times[k] == result.rest_time
+    assert batch.ball_ball[k] == result.collision_counts["ball-ball"]
+    assert batch.ball_cushion[k] == result.collision_counts["ball-cushion"]
+    assert batch.events[k] == result.work["events"]
+    assert STATUSES[batch.status[k]] is result.status
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3, None])
+def test_many_scenes_are_as_one_by_one(threads):
+    scenes = [shot(), *(break_scene(seed) for seed in (1, 2, 30)), scene_of(ball((0, 0)))]
+    batch = simulate_many(scenes, threads=threads)
+    for k, scene in enumerate(scenes):
+        assert_same(batch, k, simulate(scene))
+
+
+def test_no_scenes_give_an_empty_batch():
+    batch = simulate_many([])
+    assert batch.rest_positions.shape == (0, 0, 3)
+    assert len(batch.complete) == 0
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("spin", [None, (10.0, 60.0, -30.0), (0.0, 2.0 / R, 15.0)])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_sweep_is_as_shot_by_shot(spin, threads):
+    fields = {} if spin is None else {"angular_velocity": spin}
+    scene = shot(**fields)
+    speeds = np.linspace(0.5, 5.0, 40)
+    angles = np.linspace(-0.05, 0.1, 40)
+    batch = simulate_sweep(scene, speeds, angles, threads=threads)
+    for k in range(0, 40, 3):
+        velocity = (speeds[k] * np.cos(angles[k]), speeds[k] * np.sin(angles[k]))
+        if spin is not None:
+            factor, cosine, sine = speeds[k] / 2.0, np.cos(angles[k]), np.sin(angles[k])
+            wx, wy, wz = spin
+            turned = (factor * (cosine * wx - sine * wy), factor * (sine * wx + cosine * wy))
+            fields = {"angular_velocity": (*turned, factor * wz)}
+        assert_same(batch, k, simulate(shot(velocity, **fields)))
+
+
+@pytest.mark.compiled
+def test_a_sweep_of_breaks_that_press_is_as_shot_by_shot():
+    scene = scene_of(
+        ball((0.6, 0.635), (4.0, 0.0)), *rack(6, (1.9, 0.635), 0.0), table=POOL_TABLE, preset="pool"
+    )
+    speeds = np.linspace(1.0, 8.0, 24)
+    one, two = (simulate_sweep(scene, speeds, 0.02, threads=threads) for threads in (1, 2))
+    assert np.array_equal(one.rest_positions, two.rest_positions)
+    assert np.array_equal(one.events, two.events)
+    for k in (0, 11, 23):
+        velocity = (speeds[k] * math.cos(0.02), speeds[k] * math.sin(0.02))
+        cue = scene.balls[0].model_copy(update={"velocity": (*velocity, 0.0)})
+        assert_same(one, k, simulate(scene.model_copy(update={"balls": (cue, *scene.balls[1:])})))
+
+
+def test_a_sweep_says_where_a_shot_did_not_end():
+    batch = simulate_sweep(shot(), [1.0, 5.0], 0.0, max_events=2)
+    assert [STATUSES[code] for code in batch.status] == [Status.EVENT_LIMIT, Status.EVENT_LIMIT]
+    assert not batch.complete.any()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (([1.0, 2.0], [0.0, 0.1, 0.2]), "same length"),
+        (([0.0], [0.0]), "more than 0 m/s, got 0.0"),
+        (([math.nan], [0.0]), "`speeds` must be finite, got nan"),
+        (([1.0], ["left"]), "`angles` must be numbers"),
+        (([[1.0]], [0.0]), "one-dimensional"),
+    ],
+)
+def test_wrong_arrays_are_refused(arguments, message):
+    with pytest.raises(GhostballError, match=message):
+        simulate_sweep(shot(), *arguments)
+
+
+@pytest.mark.parametrize("wrong", [-1, 2, True, 0.0, "cue"])
+def test_a_ball_that_is_not_there_is_refused(wrong):
+    with pytest.raises(GhostballError, match="index of a ball, 0 to 1"):
+        simulate_sweep(shot(), 1.0, 0.0, ball=wrong)
+
+
+@pytest.mark.parametrize("wrong", [0, -2, 1.5, True])
+def test_a_wrong_number_of_threads_is_refused(wrong):
+    with pytest.raises(GhostballError, match="threads"):
+        simulate_many([shot()], threads=wrong)
+
+
+def test_a_ball_that_only_spins_gives_no_direction():
+    with pytest.raises(GhostballError, match="spins but doesn't move"):
+        simulate_sweep(shot((0.0, 0.0), angular_velocity=(0.0, 0.0, 9.0)), 1.0, 0.0)
+
+
+def test_a_scene_beyond_the_engine_is_refused_before_any_run():
+    flies = scene_of(ball((0, 0)), airborne=True)
+    with pytest.raises(UnsupportedSceneError):
+        simulate_many([random_break(1), flies])
