@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
-from engine._geometry import cushion_in_contact, pair_in_contact
+from engine._geometry import cushion_in_contact, list_near, pair_in_contact
 from engine._jit import kernel
 from engine._motion import advance, mark, predict_again
-from engine._state import FIRST, FREE, SECOND, Balls, Contacts, Laws, X, Y
+from engine._state import (
+    FIRST,
+    FREE,
+    NEXT,
+    NOWHERE,
+    PARTNER,
+    SECOND,
+    Balls,
+    Contacts,
+    Laws,
+    X,
+    Y,
+)
 
 
 @kernel
@@ -14,18 +26,50 @@ def release(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> N
 
     Contract: all of them are advanced to t, predicted anew and marked in `balls.changed`.
     """
-    label = contacts.cluster[i]
-    if label == FREE:
+    if contacts.cluster[i] == FREE:
         return
-    for k in range(len(balls.own_kind)):
-        if contacts.cluster[k] == label:
-            contacts.cluster[k] = FREE
-            for other in range(len(balls.own_kind)):
-                contacts.held[k, other] = False
-                contacts.held[other, k] = False
-            advance(balls, k, t)
-            predict_again(balls, k, laws)
-            mark(balls, k)
+    k = i
+    while True:
+        following = contacts.ring[k]
+        contacts.cluster[k] = FREE
+        contacts.ring[k] = k
+        _let_go(contacts, k)
+        advance(balls, k, t)
+        predict_again(balls, k, laws)
+        mark(balls, k)
+        k = following
+        if k == i:
+            return
+
+
+@kernel
+def _hold_to(contacts: Contacts, i: int, j: int) -> None:
+    """Note that a contact step holds ball i to ball j."""
+    row = contacts.free[contacts.free[0]]
+    contacts.free[0] -= 1
+    contacts.held[row, PARTNER] = j
+    contacts.held[row, NEXT] = contacts.first_held[i]
+    contacts.first_held[i] = row
+
+
+@kernel
+def _let_go(contacts: Contacts, i: int) -> None:
+    """Note that no contact step holds ball i to another."""
+    row = contacts.first_held[i]
+    while row != NOWHERE:
+        contacts.free[0] += 1
+        contacts.free[contacts.free[0]] = row
+        row = contacts.held[row, NEXT]
+    contacts.first_held[i] = NOWHERE
+
+
+@kernel
+def mark_again(contacts: Contacts, k: int) -> None:
+    """Note that ball k's cluster is to be pressed anew."""
+    if not contacts.again[k]:
+        contacts.again[k] = True
+        contacts.waiting[0] += 1
+        contacts.waiting[contacts.waiting[0]] = k
 
 
 @kernel
@@ -42,7 +86,8 @@ def gather_members(
     _join(balls, laws, contacts, i, i, t)
     while m < members:
         k = contacts.member[m]
-        for other in range(len(balls.own_kind)):
+        for c in range(list_near(balls, k)):
+            other = balls.near[c]
             if contacts.cluster[other] == i:
                 continue
             if pair_in_contact(balls, k, other, t) or _is_listed(balls, listed, k, other):
@@ -89,6 +134,9 @@ def _join(balls: Balls, laws: Laws, contacts: Contacts, k: int, label: int, t: f
     advance(balls, k, t)
     predict_again(balls, k, laws)
     contacts.cluster[k] = label
+    if k != label:
+        contacts.ring[k] = contacts.ring[label]
+        contacts.ring[label] = k
     mark(balls, k)
 
 
@@ -105,8 +153,8 @@ def gather_contacts(
             if _is_listed(balls, listed, k, partner) or pair_in_contact(balls, k, partner, t):
                 contacts.ends[count, FIRST] = k
                 contacts.ends[count, SECOND] = partner
-                contacts.held[k, partner] = True
-                contacts.held[partner, k] = True
+                _hold_to(contacts, k, partner)
+                _hold_to(contacts, partner, k)
                 count += 1
         for cushion in range(4):
             listed_here = _is_listed(balls, listed, k, -1 - cushion)

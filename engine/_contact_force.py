@@ -31,6 +31,7 @@ from engine._state import (
     NEW_AY,
     NEW_BX,
     NEW_BY,
+    NOWHERE,
     NX,
     NY,
     PHASE,
@@ -97,7 +98,8 @@ def solve(
         contacts.forces[c, NX] = nx
         contacts.forces[c, NY] = ny
         # The last step's force is the first guess.
-        force = _pressure(contacts, c)
+        _, place = _place(contacts, c)
+        force = contacts.pressure[place]
         contacts.forces[c, FORCE] = force
         contacts.forces[c, ALONG] = 0.0
         contacts.forces[c, UP] = 0.0
@@ -125,25 +127,36 @@ def solve(
 
 
 @kernel
-def _pressure(contacts: Contacts, c: int) -> float:
-    """Force that contact c had in the last step that held it [N]."""
+def _place(contacts: Contacts, c: int) -> tuple[int, int]:
+    """Return the key of contact c, and where in the hash table it stands, or would."""
     a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    n = contacts.pressure.shape[0]
-    force: float = (
-        contacts.pressure[min(a, b), max(a, b)] if b >= 0 else contacts.pressure[a, n - 1 - b]
-    )
-    return force
+    n, size = len(contacts.cluster), len(contacts.pressed) - 1
+    key = min(a, b) * (n + 4) + max(a, b) if b >= 0 else a * (n + 4) + n - 1 - b
+    place = 1 + key % size
+    while contacts.pressed[place] != key and contacts.pressed[place] != NOWHERE:
+        place = 1 + place % size
+    return key, place
 
 
 @kernel
 def _keep_pressures(contacts: Contacts, count: int) -> None:
-    n = contacts.pressure.shape[0]
+    """Keep the force of each contact, as a first guess for its next step.
+
+    Where a long run has had more contacts than the table is made for, all guesses are forgotten.
+    """
     for c in range(count):
-        a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-        if b >= 0:
-            contacts.pressure[min(a, b), max(a, b)] = contacts.forces[c, FORCE]
-        else:
-            contacts.pressure[a, n - 1 - b] = contacts.forces[c, FORCE]
+        force = contacts.forces[c, FORCE]
+        key, place = _place(contacts, c)
+        if contacts.pressed[place] == NOWHERE and force > 0.0:
+            if 4 * contacts.pressed[0] > 3 * len(contacts.pressed):
+                contacts.pressed[1:] = NOWHERE
+                contacts.pressed[0] = 0
+                contacts.pressure[:] = 0.0
+                key, place = _place(contacts, c)
+            contacts.pressed[place] = key
+            contacts.pressed[0] += 1
+        if contacts.pressed[place] == key:
+            contacts.pressure[place] = force
 
 
 @kernel

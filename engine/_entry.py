@@ -26,6 +26,7 @@ def enter(
     changed: BoolArray,
     touched: IntArray,
     hits: IntArray,
+    near: IntArray,
     laws: FloatArray,
     integrated: int | None,
     bound: FloatArray,
@@ -47,7 +48,7 @@ def enter(
 
     It is over, too, where `limit` is reached and `last` is true.
     """
-    balls = Balls(state, own_kind, changed, touched, hits)
+    balls = Balls(state, own_kind, changed, touched, hits, near)
     numbers = laws_from(laws, integrated)
     log = Log(clock, counters, time, what, ball, motion)
     status = run(balls, numbers, Pairs(bound, least, next_event, track), contacts, log, limit)

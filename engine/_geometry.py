@@ -195,10 +195,22 @@ def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
 
 
 @kernel
+def list_near(balls: Balls, i: int) -> int:
+    """Put in `balls.near` all balls that may touch ball i now; return how many."""
+    count = 0
+    for j in range(len(balls.own_kind)):
+        if j != i:
+            balls.near[count] = j
+            count += 1
+    return count
+
+
+@kernel
 def blocking_ball(balls: Balls, i: int, nx: float, ny: float, t: float) -> int:
     """Return a ball in contact with ball i on the side that (nx, ny) points to, or -1."""
-    for j in range(len(balls.own_kind)):
-        if j != i and pair_in_contact(balls, i, j, t):
+    for c in range(list_near(balls, i)):
+        j = int(balls.near[c])
+        if pair_in_contact(balls, i, j, t):
             rx, ry, _, _, _, _ = relative_motion(balls, i, j, t)
             if rx * nx + ry * ny > 0.0:
                 return j

@@ -17,6 +17,7 @@ from engine._state import (
     LANES,
     MASS,
     MOTION_COLUMNS,
+    NOWHERE,
     OWN_TIME,
     PHASE,
     RADIUS,
@@ -109,7 +110,8 @@ def balls_of(scene: Scene) -> Balls:
         np.zeros(n, dtype=np.int64),
         np.ones(n, dtype=np.bool_),
         np.concatenate(([n], np.arange(n))),
-        np.zeros((_most_contacts(n), 2), dtype=np.int64),
+        np.zeros((_most_pairs(n) + 1, 2), dtype=np.int64),
+        np.zeros(n, dtype=np.int64),
     )
 
 
@@ -162,24 +164,31 @@ def pairs_of(n: int) -> Pairs:
 
 def contacts_of(n: int) -> Contacts:
     """Room for the contacts of n balls."""
-    m = _most_contacts(n)
+    m = _most_pairs(n) + len(CUSHIONS) * n
+    pressed = np.full(4 * m + 2, NOWHERE, dtype=np.int64)
+    pressed[0] = 0
     return Contacts(
         cluster=np.full(n, FREE, dtype=np.int64),
-        held=np.zeros((n, n), dtype=np.bool_),
-        pressure=np.zeros((n, n + len(CUSHIONS))),
-        stopped=np.zeros(n, dtype=np.bool_),
+        ring=np.arange(n),
         again=np.zeros(n, dtype=np.bool_),
+        waiting=np.zeros(n + 1, dtype=np.int64),
+        stopped=np.zeros(n, dtype=np.bool_),
         rolled=np.zeros(n, dtype=np.bool_),
         member=np.zeros(n, dtype=np.int64),
+        first_held=np.full(n, NOWHERE, dtype=np.int64),
+        held=np.zeros((2 * m, 2), dtype=np.int64),
+        free=np.concatenate(([2 * m], np.arange(2 * m))),
+        pressed=pressed,
+        pressure=np.zeros(len(pressed)),
         motion=np.zeros((n, MOTION_COLUMNS)),
         ends=np.zeros((m, 2), dtype=np.int64),
         forces=np.zeros((m, FORCE_COLUMNS)),
     )
 
 
-def _most_contacts(n: int) -> int:
-    """Contacts that n balls can have at once: a planar graph has fewer than 3 n edges."""
-    return min(n * (n - 1) // 2, 3 * n) + len(CUSHIONS) * n
+def _most_pairs(n: int) -> int:
+    """Pairs of n balls that can touch at once: a planar graph has fewer than 3 n edges."""
+    return min(n * (n - 1) // 2, 3 * n)
 
 
 def log_of(capacity: int, n: int) -> Log:

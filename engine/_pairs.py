@@ -28,8 +28,11 @@ from engine._state import (
     FIRST,
     FREE,
     LANES,
+    NEXT,
+    NOWHERE,
     OWN_CUSHION,
     OWN_TIME,
+    PARTNER,
     PENDING,
     PENDING_VERDICT,
     RADIUS,
@@ -112,9 +115,10 @@ def _update_ball(
             _bound_block(track, row, t, x, y, vx, vy, ax, ay, radius, own_time)
     pairs.bound[i * n + i] = math.inf
     if contacts is not None and contacts.cluster[i] != FREE:
-        for j in range(n):
-            if contacts.held[i, j]:
-                pairs.bound[i * n + j] = math.inf
+        row = contacts.first_held[i]
+        while row != NOWHERE:
+            pairs.bound[i * n + contacts.held[row, PARTNER]] = math.inf
+            row = contacts.held[row, NEXT]
     column = pairs.bound[i::n]
     for j in range(n):
         was = column[j]

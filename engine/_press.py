@@ -24,7 +24,13 @@ from __future__ import annotations
 
 import math
 
-from engine._clusters import gather_contacts, gather_members, release, stands_before
+from engine._clusters import (
+    gather_contacts,
+    gather_members,
+    mark_again,
+    release,
+    stands_before,
+)
 from engine._contact_answer import keep_still, settle, stopping, time_to_change
 from engine._contact_force import solve
 from engine._geometry import at_rest, grip
@@ -87,10 +93,12 @@ _FIRST_STEP = 2.0**-6
 @kernel
 def end_step(contacts: Contacts, i: int) -> None:
     """Mark in `contacts.again` every ball of ball i's cluster, whose contact step ends."""
-    label = contacts.cluster[i]
-    for k in range(len(contacts.cluster)):
-        if contacts.cluster[k] == label:
-            contacts.again[k] = True
+    k = i
+    while True:
+        mark_again(contacts, k)
+        k = contacts.ring[k]
+        if k == i:
+            return
 
 
 @kernel
@@ -113,19 +121,21 @@ def press_again(
         for row in (FIRST, SECOND):
             k = balls.hits[c, row]
             if k >= 0:
-                contacts.again[k] = True
+                mark_again(contacts, k)
                 if contacts.cluster[k] != FREE:
                     end_step(contacts, k)
-    for k in range(len(balls.own_kind)):
-        if contacts.again[k]:
-            release(balls, laws, contacts, k, t)
-            advance(balls, k, t)
+    for m in range(1, contacts.waiting[0] + 1):
+        k = contacts.waiting[m]
+        release(balls, laws, contacts, k, t)
+        advance(balls, k, t)
     while True:
         first = -1
-        for k in range(len(balls.own_kind)):
+        for m in range(1, contacts.waiting[0] + 1):
+            k = contacts.waiting[m]
             if contacts.again[k] and (first < 0 or stands_before(balls, k, first)):
                 first = k
         if first < 0:
+            contacts.waiting[0] = 0
             return
         _press(balls, laws, contacts, first, listed, t, counters)
 

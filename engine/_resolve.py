@@ -110,22 +110,16 @@ def _resolve_rest(balls: Balls, contacts: Contacts | None, i: int, t: float, log
     One after the other, the second would be moved there with what rounding leaves of its speed.
     """
     if contacts is not None and contacts.cluster[i] != FREE:
-        for k in range(len(balls.own_kind)):
-            if k == i or _rests_with(balls, contacts, i, k, t):
+        k = contacts.ring[i]
+        while k != i:
+            if balls.own_kind[k] == OWN_REST and balls.state[k, OWN_TIME] <= t:
                 come_to_rest(balls, k, t)
                 note_rest(balls, contacts, k, t, log)
                 mark(balls, k)
-        return
+            k = contacts.ring[k]
     come_to_rest(balls, i, t)
     note_rest(balls, contacts, i, t, log)
     mark(balls, i)
-
-
-@kernel
-def _rests_with(balls: Balls, contacts: Contacts, i: int, k: int, t: float) -> bool:
-    """Whether ball k, of ball i's cluster, comes to rest at the instant t too."""
-    together = contacts.cluster[k] == contacts.cluster[i]
-    return bool(together and balls.own_kind[k] == OWN_REST and balls.state[k, OWN_TIME] <= t)
 
 
 @kernel

@@ -79,6 +79,7 @@ class Run:
             balls.changed.copy(),
             balls.touched.copy(),
             np.empty_like(balls.hits),
+            np.empty_like(balls.near),
             layout.laws,
             layout.integrated,
             pairs.bound.copy(),

@@ -21,7 +21,7 @@ class Balls(NamedTuple):
     The centre moves as x + vx s + ax s^2 / 2, s the time since `epoch`, until `own_time`, when the
     ball's own next event changes its motion. While it slides, its angular velocity changes at a
     constant rate; while it rolls, the velocity gives it; about the vertical it always decays.
-    m is enough for all pairs that can touch at once, and all cushions.
+    m is enough for all pairs that can touch at once, and one cushion.
 
     One array for all numbers, because a kernel call passes every array of a named tuple as several
     words: with one array per number, the calls cost more than what they did. A ball's numbers lie
@@ -33,6 +33,7 @@ class Balls(NamedTuple):
     changed: BoolArray  # (n,) whether the event at hand changed the ball's motion
     touched: IntArray  # (n + 1,) how many of those there are, then which
     hits: IntArray  # (m, 2) FIRST, SECOND: the pairs that hit now, or contacts to be held
+    near: IntArray  # (n,) room for a ball's neighbours
 
 
 # Columns of `Balls.state`. The first KNOT of them say how the ball moves from `EPOCH` on.
@@ -122,20 +123,32 @@ TRACK_OWN_TIME = 8 * LANES
 class Contacts(NamedTuple):
     """Contacts that act together: impacts of one instant, and clusters of balls that are pressed.
 
-    See `_together`, `_press` and `_plastic`; m as in `Balls`.
+    See `_together`, `_press`, `_clusters` and `_plastic`; m is enough for all pairs that
+    can touch at once, and all cushions. Nothing grows with the square of n.
     """
 
     cluster: IntArray  # (n,) label of the ball's cluster, or FREE
-    held: BoolArray  # (n, n) whether a contact step holds the pair together
-    pressure: FloatArray  # (n, n + 4) last force of each contact with a ball or cushion [N]
-    stopped: BoolArray  # (n,) whether a contact step's start stopped the ball
+    ring: IntArray  # (n,) the next member of the ball's cluster, round and round
     again: BoolArray  # (n,) whether the ball's cluster is to be pressed anew
+    waiting: IntArray  # (n + 1,) how many of those there are, then which
+    stopped: BoolArray  # (n,) whether a contact step's start stopped the ball
     rolled: BoolArray  # (n,) whether a contact step's start ended the ball's slide
     member: IntArray  # (n,) balls of the cluster at hand
+    first_held: IntArray  # (n,) the ball's first row of `held`, or NOWHERE
+    held: IntArray  # (2 m, 2) PARTNER, that a contact step holds the ball to; NEXT row, or NOWHERE
+    free: IntArray  # (2 m + 1,) how many rows of `held` are free, then which
+    pressed: IntArray  # (p,) how many contacts had a force, then a hash table of them, or NOWHERE
+    pressure: FloatArray  # (p,) the last force of each [N], else 0
     motion: FloatArray  # (n, MOTION_COLUMNS): columns STEP ... below, by ball
     ends: IntArray  # (m, 2) FIRST: a ball; SECOND: the other, or -1 minus a cushion's index
     forces: FloatArray  # (m, FORCE_COLUMNS): columns FORCE ... below
 
+
+NOWHERE = -1
+
+# Columns of `Contacts.held`.
+PARTNER = 0
+NEXT = 1
 
 # Columns of `Contacts.motion`.
 STEP = 0  # length that was good for the ball's last contact step [s]; 0: none since a collision

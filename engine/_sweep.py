@@ -15,6 +15,7 @@ from engine._state import (
     EVENTS,
     FARTHEST,
     FREE,
+    NOWHERE,
     PHASE,
     ROLLING,
     RUN_CONTACTS,
@@ -117,10 +118,19 @@ def _clear(balls: Balls, pairs: Pairs, log: Log) -> None:
 
 @kernel
 def _clear_contacts(contacts: Contacts) -> None:
-    contacts.cluster[:] = FREE
-    contacts.held[:] = False
-    contacts.pressure[:] = 0.0
-    contacts.stopped[:] = False
+    """Forget all clusters and forces; nothing is held after that."""
+    for i in range(len(contacts.cluster)):
+        contacts.cluster[i] = FREE
+        contacts.ring[i] = i
+        contacts.first_held[i] = NOWHERE
     contacts.again[:] = False
+    contacts.waiting[0] = 0
+    contacts.stopped[:] = False
     contacts.rolled[:] = False
+    contacts.free[0] = len(contacts.held)
+    for row in range(len(contacts.held)):
+        contacts.free[1 + row] = row
+    contacts.pressed[:] = NOWHERE
+    contacts.pressed[0] = 0
+    contacts.pressure[:] = 0.0
     contacts.motion[:] = 0.0

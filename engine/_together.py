@@ -63,10 +63,12 @@ from engine.impact_laws.friction_curve import friction_coefficient
 def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> bool:
     """Resolve the first `count` contacts of `contacts.ends` together; False where some approach on.
 
-    Contract: all their balls are advanced to the instant of the impact, all contacts approach, and
-    `contacts.motion[DEGREE]` holds how many of the contacts each ball has.
+    Contract: all their balls are advanced to the instant of the impact and marked in
+    `balls.touched`, all contacts approach, and DEGREE in `contacts.motion` holds how many of the
+    contacts each ball has.
     """
-    for k in range(len(balls.own_kind)):
+    for m in range(1, balls.touched[0] + 1):
+        k = balls.touched[m]
         if contacts.motion[k, DEGREE] > 0.0:
             contacts.motion[k, ANSWERING] = balls.state[k, MASS]
             if laws.slides:
@@ -95,7 +97,8 @@ def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -
 @kernel
 def _push(balls: Balls, contacts: Contacts, count: int) -> None:
     """Give every ball of the group the impulses in PUSH_X and PUSH_Y."""
-    for k in range(len(balls.own_kind)):
+    for m in range(1, balls.touched[0] + 1):
+        k = balls.touched[m]
         if contacts.motion[k, DEGREE] > 0.0:
             balls.state[k, VX] += gained(contacts, count, k, PUSH_X)
             balls.state[k, VY] += gained(contacts, count, k, PUSH_Y)
@@ -149,7 +152,8 @@ def _change_of_slip(contacts: Contacts, count: int, c: int) -> float:
 @kernel
 def _turn(balls: Balls, contacts: Contacts, count: int) -> None:
     """Turn every ball of the group by its friction."""
-    for k in range(len(balls.own_kind)):
+    for m in range(1, balls.touched[0] + 1):
+        k = balls.touched[m]
         if contacts.motion[k, DEGREE] > 0.0:
             turn = 2.5 / (balls.state[k, MASS] * balls.state[k, RADIUS])
             balls.state[k, WX] += turn * sum_at(contacts, count, k, TURN_X, 1.0)
