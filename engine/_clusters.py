@@ -13,6 +13,7 @@ from engine._state import (
     PARTNER,
     SECOND,
     Balls,
+    Cells,
     Contacts,
     Laws,
     X,
@@ -74,7 +75,13 @@ def mark_again(contacts: Contacts, k: int) -> None:
 
 @kernel
 def gather_members(
-    balls: Balls, laws: Laws, contacts: Contacts, i: int, listed: int, t: float
+    balls: Balls,
+    laws: Laws,
+    cells: Cells | None,
+    contacts: Contacts,
+    i: int,
+    listed: int,
+    t: float,
 ) -> int:
     """Put in `contacts.member` ball i and all in contact with a member; return how many.
 
@@ -86,7 +93,7 @@ def gather_members(
     _join(balls, laws, contacts, i, i, t)
     while m < members:
         k = contacts.member[m]
-        for c in range(list_near(balls, k)):
+        for c in range(list_near(balls, cells, k)):
             other = balls.near[c]
             if contacts.cluster[other] == i:
                 continue

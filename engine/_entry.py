@@ -10,6 +10,7 @@ from engine._state import (
     RUN_LOG_FULL,
     Balls,
     BoolArray,
+    Cells,
     Contacts,
     FloatArray,
     IntArray,
@@ -33,6 +34,7 @@ def enter(
     least: FloatArray,
     next_event: FloatArray,
     track: FloatArray,
+    cells: Cells | None,
     contacts: Contacts | None,
     clock: FloatArray,
     counters: IntArray,
@@ -51,7 +53,11 @@ def enter(
     balls = Balls(state, own_kind, changed, touched, hits, near)
     numbers = laws_from(laws, integrated)
     log = Log(clock, counters, time, what, ball, motion)
-    status = run(balls, numbers, Pairs(bound, least, next_event, track), contacts, log, limit)
+    if cells is None:
+        pairs = Pairs(bound, least, next_event, track)
+        status = run(balls, numbers, pairs, None, contacts, log, limit)
+    else:
+        status = run(balls, numbers, None, cells, contacts, log, limit)
     goes_on = status == RUN_LOG_FULL or status == RUN_CONTACTS  # noqa: PLR1714 - the compiler
     if goes_on or (status == RUN_EVENT_LIMIT and not last):
         return status

@@ -11,6 +11,7 @@ from engine._state import (
     BOTTOM,
     EPOCH,
     LEFT,
+    NOWHERE,
     PHASE,
     RADIUS,
     RIGHT,
@@ -20,6 +21,7 @@ from engine._state import (
     VX,
     VY,
     Balls,
+    Cells,
     Laws,
     X,
     Y,
@@ -195,20 +197,32 @@ def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
 
 
 @kernel
-def list_near(balls: Balls, i: int) -> int:
+def list_near(balls: Balls, cells: Cells | None, i: int) -> int:
     """Put in `balls.near` all balls that may touch ball i now; return how many."""
     count = 0
-    for j in range(len(balls.own_kind)):
-        if j != i:
-            balls.near[count] = j
-            count += 1
+    if cells is None:
+        for j in range(len(balls.own_kind)):
+            if j != i:
+                balls.near[count] = j
+                count += 1
+        return count
+    columns, rows = cells.size[0], cells.size[1]
+    column, row = cells.cell[i] % columns, cells.cell[i] // columns
+    for y in range(max(row - 1, 0), min(row + 2, rows)):
+        for x in range(max(column - 1, 0), min(column + 2, columns)):
+            k = cells.first[y * columns + x]
+            while k != NOWHERE:
+                if k != i:
+                    balls.near[count] = k
+                    count += 1
+                k = cells.after[k]
     return count
 
 
 @kernel
-def blocking_ball(balls: Balls, i: int, nx: float, ny: float, t: float) -> int:
+def blocking_ball(balls: Balls, cells: Cells | None, i: int, nx: float, ny: float, t: float) -> int:
     """Return a ball in contact with ball i on the side that (nx, ny) points to, or -1."""
-    for c in range(list_near(balls, i)):
+    for c in range(list_near(balls, cells, i)):
         j = int(balls.near[c])
         if pair_in_contact(balls, i, j, t):
             rx, ry, _, _, _, _ = relative_motion(balls, i, j, t)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import weakref
 from dataclasses import dataclass
 
@@ -33,8 +34,10 @@ from engine._state import (
     WX,
     WZ,
     Balls,
+    Cells,
     Contacts,
     FloatArray,
+    Int32Array,
     Laws,
     Log,
     Pairs,
@@ -44,6 +47,12 @@ from engine._state import (
 from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES, any_integrated
 from engine.scene import CUSHIONS, Scene
 
+MOST_PAIRED = 64
+"""Balls up to which a bound for every pair is quicker than cells."""
+
+_CELL_ROOM = 2.0**-20
+"""What a cell is larger than the largest ball, in units of it: room for rounding."""
+
 
 @dataclass(frozen=True, eq=False)
 class Layout:
@@ -52,7 +61,8 @@ class Layout:
     balls: Balls
     laws: FloatArray  # the numbers of its `Laws`, in their order: quicker to hand over
     integrated: int | None
-    pairs: Pairs
+    pairs: Pairs  # of no balls where there are many
+    cells: Cells | None
     radii: FloatArray
     smallest_radius: float
 
@@ -72,11 +82,13 @@ def layout_of(scene: Scene) -> Layout:
         return _LAYOUTS[id(scene)][1]
     radii, laws = scene.radii, laws_of(scene)
     radii.flags.writeable = False
+    many = len(radii) > MOST_PAIRED
     layout = Layout(
         balls=balls_of(scene),
         laws=np.array(laws[:-1], dtype=np.float64),
         integrated=laws.integrated,
-        pairs=pairs_of(len(scene.balls)),
+        pairs=pairs_of(0 if many else len(scene.balls)),
+        cells=cells_of(scene) if many else None,
         radii=radii,
         smallest_radius=float(np.min(radii)),
     )
@@ -159,6 +171,39 @@ def pairs_of(n: int) -> Pairs:
         least=np.full(n, np.inf),
         next=np.full(n, np.inf),
         track=np.zeros(blocks * TRACKS * LANES),
+    )
+
+
+def cells_of(scene: Scene) -> Cells:
+    """Divide the cloth into cells: one or two for each ball, but none smaller than the largest."""
+    n, places = len(scene.balls), scene.positions[:, :2]
+    low, high = np.min(places, axis=0), np.max(places, axis=0)
+    if scene.table is not None and scene.table.cushions:
+        low, high = np.zeros(2), np.array([scene.table.length, scene.table.width])
+    extent = np.maximum(high - low, 2.0 * float(np.max(scene.radii)))
+    side = 2.0 * float(np.max(scene.radii)) * (1.0 + _CELL_ROOM)
+    side = max(side, math.sqrt(0.5 * float(np.prod(extent)) / n))
+    size = np.maximum(np.floor(extent / side).astype(np.int64), 1)
+    leaves = 1 << (n - 1).bit_length()
+
+    def whole(length: int, value: int) -> Int32Array:
+        return np.full(length, value, dtype=np.int32)
+
+    return Cells(
+        frame=np.array([*low, side]),
+        size=size,
+        first=whole(int(np.prod(size)), NOWHERE),
+        after=whole(n, NOWHERE),
+        before=whole(n, NOWHERE),
+        cell=whole(n, NOWHERE),
+        way=whole(n, 0),
+        leaves_at=np.full(n, np.inf),
+        least=np.full(n, np.inf),
+        others=np.full(n, np.inf),
+        partner=whole(n, 0),
+        partner_stamp=whole(n, 0),
+        stamp=whole(n, 0),
+        tree=np.full(2 * leaves, np.inf),
     )
 
 

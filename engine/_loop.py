@@ -7,10 +7,10 @@ import math
 from engine._geometry import at_rest
 from engine._jit import kernel
 from engine._motion import advance
-from engine._pairs import earliest, touching, update_balls
 from engine._press import press_again
 from engine._record import is_full, note_ends, note_motion
 from engine._resolve import NEEDS_CONTACTS, predict_anew, resolve_contacts, resolve_own
+from engine._schedule import earliest, touching, update_balls
 from engine._state import (
     CONTACT_STEPS,
     END,
@@ -37,6 +37,7 @@ from engine._state import (
     WY,
     WZ,
     Balls,
+    Cells,
     Contacts,
     FloatArray,
     Laws,
@@ -50,7 +51,13 @@ from engine._tolerances import EPS
 
 @kernel
 def run(
-    balls: Balls, laws: Laws, pairs: Pairs, contacts: Contacts | None, log: Log, limit: int
+    balls: Balls,
+    laws: Laws,
+    pairs: Pairs | None,
+    cells: Cells | None,
+    contacts: Contacts | None,
+    log: Log,
+    limit: int,
 ) -> int:
     """Process events until every ball rests, `t_max`, a full log, or `limit` events and steps.
 
@@ -58,6 +65,8 @@ def run(
     PHASE,
     RADIUS,
     RUN_CONTACTS, where balls press each other, or hit several at once, and `contacts` is None.
+
+    One of `pairs` and `cells` is None: which scheduler works, `_schedule` says.
 
     Contract: every ball is marked when the run begins. No allocation, no raising. Everything is in
     the arguments, so a run that returned RUN_LOG_FULL, RUN_EVENT_LIMIT or RUN_CONTACTS goes on
@@ -69,7 +78,7 @@ def run(
         t = log.clock[NOW]
         predict_anew(balls, laws, contacts)
         if contacts is not None:
-            press_again(balls, laws, contacts, held, t, log.counters)
+            press_again(balls, laws, cells, contacts, held, t, log.counters)
         _sort_touched(balls)
         for m in range(1, balls.touched[0] + 1):
             k = balls.touched[m]
@@ -78,12 +87,12 @@ def run(
             note_motion(balls, k, log)
             if not balls.state[k, OWN_TIME] >= t:
                 return RUN_NOT_FINITE
-        update_balls(balls, laws, pairs, contacts, t, log.counters)
+        update_balls(balls, laws, pairs, cells, contacts, t, log.counters)
         _unmark(balls)
 
         # Find the earliest event: one ball's own, or the pair that may touch first.
         while True:
-            t, single, row = earliest(balls, pairs)
+            t, single, row = earliest(balls, laws, pairs, cells, contacts, log.counters)
             if not t >= log.clock[NOW]:
                 return RUN_NOT_FINITE
             if t == math.inf and _all_rest(balls):
@@ -96,13 +105,13 @@ def run(
                 return RUN_LOG_FULL
             if single >= 0 or log.counters[PENDING] > 0:
                 break
-            t = touching(balls, laws, pairs, t, row, log.counters)
+            t = touching(balls, laws, pairs, cells, contacts, t, row, log.counters)
             if t < math.inf:
                 break
 
         # Move its balls there and resolve it; mark every ball whose motion it changes.
         if single >= 0:
-            held = resolve_own(balls, laws, contacts, single, t, log)
+            held = resolve_own(balls, laws, cells, contacts, single, t, log)
         else:
             held = resolve_contacts(balls, laws, contacts, t, log)
         if held == NEEDS_CONTACTS:

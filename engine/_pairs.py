@@ -8,15 +8,14 @@ so that no contact is passed over. Each pair stands once, in the row of the ball
 last; a bound beyond either ball's own next event is dropped, since the motion changes there and the
 row is computed again.
 
-This is the part of the engine that another scheduler would replace: `update_balls` after the motion
-of some changed, `earliest`, and `touching` are all that the loop uses.
+`_cells` is the other scheduler; `_schedule` is what the loop uses of either.
 """
 
 from __future__ import annotations
 
 import math
 
-from engine._geometry import capture_height, relative_motion, tie_rounding
+from engine._geometry import tie_rounding
 from engine._jit import kernel
 from engine._motion import first_crossing, first_meeting
 from engine._state import (
@@ -25,18 +24,15 @@ from engine._state import (
     AY,
     BOUNDS,
     EPOCH,
-    FIRST,
     FREE,
     LANES,
     NEXT,
     NOWHERE,
-    OWN_CUSHION,
     OWN_TIME,
     PARTNER,
     PENDING,
     PENDING_VERDICT,
     RADIUS,
-    SECOND,
     TRACK_AX,
     TRACK_AY,
     TRACK_EPOCH,
@@ -58,11 +54,12 @@ from engine._state import (
     X,
     Y,
 )
+from engine._ties import hand_over, is_listed, list_hit, takes_precedence, when_tied
 from engine._touch import IMPACT, NOT_YET, PRESSED, touch
 
 
 @kernel(inline=True)
-def update_balls(
+def update_pairs(
     balls: Balls,
     laws: Laws,
     pairs: Pairs,
@@ -225,10 +222,9 @@ def _least(values: FloatArray) -> float:
 
 
 @kernel(inline=True)
-def earliest(balls: Balls, pairs: Pairs) -> tuple[float, int, int]:
-    """Return the instant [s] of the next event or bound; and whose.
+def earliest_of_pairs(balls: Balls, pairs: Pairs) -> tuple[float, int, int]:
+    """Return the next instant and whose it is, as `_schedule.earliest`.
 
-    That is the ball whose own event it is, or -1, and the only row of bounds that has it, or -1.
     Of several own events at one instant, one coming to rest: so a ball that has all but stopped is
     at rest before its neighbours are looked at again. Of two that touch each other and meet a
     cushion together, the first by place, not by number.
@@ -241,7 +237,7 @@ def earliest(balls: Balls, pairs: Pairs) -> tuple[float, int, int]:
     for i in range(first, len(balls.own_kind)):
         if balls.state[i, OWN_TIME] != t:
             continue
-        if single < 0 or _takes_precedence(balls, i, single):
+        if single < 0 or takes_precedence(balls, i, single):
             single = i
     return t, single, -1
 
@@ -258,32 +254,11 @@ def _places(values: FloatArray, value: float) -> tuple[int, int]:
     return first, count
 
 
-@kernel
-def _takes_precedence(balls: Balls, i: int, j: int) -> bool:
-    """Whether ball i's own event is resolved before ball j's, which is at the same instant."""
-    if balls.own_kind[i] != balls.own_kind[j]:
-        return bool(balls.own_kind[i] < balls.own_kind[j])
-    if balls.own_kind[i] < OWN_CUSHION:
-        return False
-    dx, dy, _, _, _, _ = relative_motion(balls, i, j, balls.state[i, OWN_TIME])
-    gap = math.sqrt(dx * dx + dy * dy) - (balls.state[i, RADIUS] + balls.state[j, RADIUS])
-    apart = gap > capture_height(balls, i, j)
-    return bool(not apart and (dx > 0.0 or (dx == 0.0 and dy > 0.0)))
-
-
 @kernel(inline=True)
-def touching(
+def touching_pairs(
     balls: Balls, laws: Laws, pairs: Pairs, t: float, row: int, counters: IntArray
 ) -> float:
-    """Judge every pair whose bound is the instant t [s].
-
-    Return when the first of them touches, if nothing else comes before: PENDING of them are then in
-    the first rows of `balls.hits`, the lower index first, and PENDING_VERDICT is IMPACT, for all
-    pairs that approach, or for the fastest of them where impacts are sequential; or else PRESSED.
-    Return inf where all those bounds have moved on.
-
-    `row` is the only one that has this bound, or -1.
-    """
+    """Judge every pair whose bound is the instant t [s], as `_schedule.touching`."""
     n = len(balls.own_kind)
     if row >= 0:
         other, ties = _places(pairs.bound[row * n : row * n + n], t)
@@ -319,13 +294,13 @@ def _follow(
     pairs.next[i] = min(others, bound, own_time)
     if verdict == NOT_YET:
         return math.inf
-    _list_hit(balls, 0, i, j)
+    list_hit(balls, 0, i, j)
     counters[PENDING] = 1
     counters[PENDING_VERDICT] = verdict
     if verdict == IMPACT and laws.simultaneous:
         after = t + tie_rounding(balls, i, j, t) / speed
         if others <= after or _until(pairs.least, after) > 1:
-            counters[PENDING] = _join_ties(balls, pairs, t, speed, 1)
+            hand_over(balls, _join_ties(balls, pairs, t, speed, 1), 0, counters)
     return t
 
 
@@ -340,7 +315,7 @@ def _until(values: FloatArray, last: float) -> int:
 
 @kernel
 def _touching_several(balls: Balls, laws: Laws, pairs: Pairs, t: float, counters: IntArray) -> bool:
-    """Judge all pairs whose bound is the instant t [s], as `touching`; whether one touches.
+    """Judge all pairs whose bound is the instant t [s], as `touching_pairs`; whether one touches.
 
     Notes
     -----
@@ -364,30 +339,15 @@ def _touching_several(balls: Balls, laws: Laws, pairs: Pairs, t: float, counters
             elif verdict == PRESSED:
                 # From the other end, out of the way of impacts.
                 pressed += 1
-                _list_hit(balls, balls.hits.shape[0] - pressed, i, j)
+                list_hit(balls, balls.hits.shape[0] - pressed, i, j)
             elif laws.simultaneous or speed > fastest:
                 count = count + 1 if laws.simultaneous else 1
                 fastest = max(speed, fastest)
-                _list_hit(balls, count - 1, i, j)
+                list_hit(balls, count - 1, i, j)
         _rescan(balls, pairs, i)
-    if count > 0:
-        if laws.simultaneous:
-            count = _join_ties(balls, pairs, t, fastest, count)
-        counters[PENDING_VERDICT] = IMPACT
-        counters[PENDING] = count
-        return True
-    for c in range(pressed):
-        last = balls.hits.shape[0] - 1 - c
-        _list_hit(balls, c, balls.hits[last, FIRST], balls.hits[last, SECOND])
-    counters[PENDING_VERDICT] = PRESSED
-    counters[PENDING] = pressed
-    return pressed > 0
-
-
-@kernel
-def _list_hit(balls: Balls, c: int, i: int, j: int) -> None:
-    balls.hits[c, FIRST] = min(i, j)
-    balls.hits[c, SECOND] = max(i, j)
+    if count > 0 and laws.simultaneous:
+        count = _join_ties(balls, pairs, t, fastest, count)
+    return hand_over(balls, count, pressed, counters)
 
 
 @kernel
@@ -397,11 +357,7 @@ def _join_ties(balls: Balls, pairs: Pairs, t: float, speed: float, listed: int) 
     Which of the gaps closes first is then noise: a symmetric hit on two touching balls would be
     resolved one after the other where coordinates are rounded. Return how many are listed now.
     """
-    rounding = 0.0
-    for c in range(listed):
-        a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
-        rounding = max(rounding, tie_rounding(balls, a, b, t))
-    until = t + rounding / speed  # when a gap of that size has closed
+    until = when_tied(balls, listed, t, speed)
     count = listed
     n = len(balls.own_kind)
     for i in range(n):
@@ -410,18 +366,10 @@ def _join_ties(balls: Balls, pairs: Pairs, t: float, speed: float, listed: int) 
         for j in range(n):
             if not t < pairs.bound[i * n + j] <= until:
                 continue
-            if not (_is_listed(balls, listed, i) or _is_listed(balls, listed, j)):
+            if not (is_listed(balls, listed, i) or is_listed(balls, listed, j)):
                 continue
             verdict, _, _ = touch(balls, i, j, t, tie_rounding(balls, i, j, t))
             if verdict == IMPACT:
-                _list_hit(balls, count, i, j)
+                list_hit(balls, count, i, j)
                 count += 1
     return count
-
-
-@kernel
-def _is_listed(balls: Balls, listed: int, i: int) -> bool:
-    for c in range(listed):  # noqa: SIM110 - the compiler takes no generator
-        if balls.hits[c, FIRST] == i or balls.hits[c, SECOND] == i:
-            return True
-    return False

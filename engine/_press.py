@@ -68,6 +68,7 @@ from engine._state import (
     VY,
     WZ,
     Balls,
+    Cells,
     Contacts,
     IntArray,
     Laws,
@@ -103,7 +104,13 @@ def end_step(contacts: Contacts, i: int) -> None:
 
 @kernel
 def press_again(
-    balls: Balls, laws: Laws, contacts: Contacts, listed: int, t: float, counters: IntArray
+    balls: Balls,
+    laws: Laws,
+    cells: Cells | None,
+    contacts: Contacts,
+    listed: int,
+    t: float,
+    counters: IntArray,
 ) -> None:
     """End the contact steps of all balls marked in `contacts.again`; start others if they press.
 
@@ -137,13 +144,14 @@ def press_again(
         if first < 0:
             contacts.waiting[0] = 0
             return
-        _press(balls, laws, contacts, first, listed, t, counters)
+        _press(balls, laws, cells, contacts, first, listed, t, counters)
 
 
 @kernel
 def _press(
     balls: Balls,
     laws: Laws,
+    cells: Cells | None,
     contacts: Contacts,
     i: int,
     listed: int,
@@ -161,7 +169,7 @@ def _press(
     `contacts.stopped`. No allocation: `contacts` has room.
     """
     counters[CONTACT_STEPS] += 1
-    members = gather_members(balls, laws, contacts, i, listed, t)
+    members = gather_members(balls, laws, cells, contacts, i, listed, t)
     for m in range(members):
         contacts.again[contacts.member[m]] = False
     count = gather_contacts(balls, laws, contacts, members, listed, t)

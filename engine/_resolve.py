@@ -56,6 +56,7 @@ from engine._state import (
     VX,
     VY,
     Balls,
+    Cells,
     Contacts,
     Laws,
     Log,
@@ -70,7 +71,13 @@ NEEDS_CONTACTS = -1
 
 @kernel(inline=True)
 def resolve_own(
-    balls: Balls, laws: Laws, contacts: Contacts | None, i: int, t: float, log: Log
+    balls: Balls,
+    laws: Laws,
+    cells: Cells | None,
+    contacts: Contacts | None,
+    i: int,
+    t: float,
+    log: Log,
 ) -> int:
     """Resolve what ball i does alone at the instant t: rest, roll, meet a cushion, end a step.
 
@@ -89,7 +96,7 @@ def resolve_own(
     elif kind >= OWN_CUSHION:
         cushion = kind - OWN_CUSHION
         advance(balls, i, t)
-        partner = _pressed_against(balls, laws, i, cushion, t)
+        partner = _pressed_against(balls, laws, cells, i, cushion, t)
         if partner != i:
             if contacts is None:
                 return NEEDS_CONTACTS
@@ -153,7 +160,9 @@ def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) ->
 
 
 @kernel
-def _pressed_against(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -> int:
+def _pressed_against(
+    balls: Balls, laws: Laws, cells: Cells | None, i: int, cushion: int, t: float
+) -> int:
     """Return what ball i is pressed against, where it wouldn't leave the cushion by bouncing.
 
     The cushion itself (as -1 minus its index), where friction drives the ball into it; or a ball
@@ -167,7 +176,7 @@ def _pressed_against(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -
     pull = balls.state[i, SLIDE] if balls.state[i, PHASE] == SLIDING else balls.state[i, ROLL]
     if not negligible_hop(rate, 2.0 * pull, contact_tolerance(balls, i, i)):
         return i
-    blocking = blocking_ball(balls, i, nx, ny, t)
+    blocking = blocking_ball(balls, cells, i, nx, ny, t)
     return blocking if blocking >= 0 else i
 
 

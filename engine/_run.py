@@ -86,6 +86,7 @@ class Run:
             pairs.least.copy(),
             pairs.next.copy(),
             np.empty_like(pairs.track),
+            layout.cells and s.Cells._make(array.copy() for array in layout.cells),
         )
         self.contacts: s.Contacts | None = None
         self._log = log_of(_FIRST_LOG if keep_log else 0, n)
@@ -171,6 +172,7 @@ class Run:
             "events": counters[s.EVENTS],
             "bounds": counters[s.BOUNDS],
             "advancement_steps": counters[s.ADVANCEMENTS],
+            "cell_moves": counters[s.CELL_MOVES],
             "joint_impacts": counters[s.JOINT_IMPACTS],
             "unsolved_joint_impacts": counters[s.UNSOLVED_JOINT_IMPACTS],
             "contact_steps": counters[s.CONTACT_STEPS],

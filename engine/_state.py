@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Int32Array = NDArray[np.int32]
 BoolArray = NDArray[np.bool_]
 
 
@@ -118,6 +119,28 @@ TRACK_AY = 5 * LANES
 TRACK_EPOCH = 6 * LANES
 TRACK_RADIUS = 7 * LANES
 TRACK_OWN_TIME = 8 * LANES
+
+
+class Cells(NamedTuple):
+    """The cloth in cells, and the earliest bound of every ball with its neighbours; see `_cells`.
+
+    Numbers of balls and cells are 32 bits wide: memory is what limits the largest scenes.
+    """
+
+    frame: FloatArray  # (3,) corner of the first cell, x and y, and side of a cell [m]
+    size: IntArray  # (2,) columns, rows
+    first: Int32Array  # (columns rows,) a ball in the cell, or NOWHERE
+    after: Int32Array  # (n,) the next ball in the same cell, or NOWHERE
+    before: Int32Array  # (n,) the one before
+    cell: Int32Array  # (n,) where the ball is; NOWHERE before the run begins
+    way: Int32Array  # (n,) on which side it will leave: 0 ... 3 is left, right, down, up
+    leaves_at: FloatArray  # (n,) when that is [s]
+    least: FloatArray  # (n,) earliest bound in the ball's slot [s]
+    others: FloatArray  # (n,) no other pair in the slot touches before that [s]
+    partner: Int32Array  # (n,) the other ball of the earliest
+    partner_stamp: Int32Array  # (n,) and its stamp then
+    stamp: Int32Array  # (n,) how often the ball's motion has changed
+    tree: FloatArray  # (2 p,) p >= n, a power of 2: leaves p + i are the balls' next instants [s]
 
 
 class Contacts(NamedTuple):
@@ -227,7 +250,8 @@ LOGGED_EVENTS = 9
 LOGGED_MOTIONS = 10
 PENDING = 11  # pairs in `Balls.hits` that are found, and not resolved yet
 PENDING_VERDICT = 12  # IMPACT or PRESSED: see `_touch`
-COUNTERS = 13
+CELL_MOVES = 13
+COUNTERS = 14
 
 # Places in the array of instants, float64 [s].
 NOW = 0

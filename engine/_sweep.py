@@ -87,7 +87,7 @@ def sweep(
         balls.state[cue, WY] = shots.spin[k, 1]
         balls.state[cue, WZ] = shots.spin[k, 2]
         balls.state[cue, PHASE] = SLIDING if shots.slides[k] else ROLLING
-        status = run(balls, laws, pairs, contacts, log, limit)
+        status = run(balls, laws, pairs, None, contacts, log, limit)
         if status != RUN_CONTACTS:
             status = finish(balls, laws, log, status, end)
         shots.status[k] = status
