@@ -38,6 +38,7 @@ from engine._state import (
     Balls,
     Cells,
     Contacts,
+    FloatArray,
     IntArray,
     Laws,
     X,
@@ -53,7 +54,7 @@ from engine._ties import (
 from engine._touch import IMPACT, NOT_YET, PRESSED, touch
 
 
-@kernel
+@kernel(inline=True)
 def update_in_cells(
     balls: Balls,
     laws: Laws,
@@ -105,7 +106,7 @@ def _leave_cell(cells: Cells, i: int) -> None:
         cells.before[after] = before
 
 
-@kernel
+@kernel(inline=True)
 def _time_in_cell(balls: Balls, cells: Cells, i: int, t: float) -> float:
     """Return when ball i leaves its cell, as it moves from the instant t on; inf if never so.
 
@@ -181,7 +182,7 @@ def _holds(contacts: Contacts, i: int, j: int) -> bool:
     return False
 
 
-@kernel
+@kernel(inline=True)
 def _fill_slot(
     balls: Balls,
     laws: Laws,
@@ -204,6 +205,20 @@ def _fill_slot(
         for x in range(max(column - 1, 0), min(column + 2, columns)):
             _meet_cell(balls, laws, cells, contacts, i, y * columns + x, t, shares, counters)
     _update_tree(balls, cells, i)
+
+
+@kernel
+def _refill_slot(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells,
+    contacts: Contacts | None,
+    i: int,
+    t: float,
+    counters: IntArray,
+) -> None:
+    """`_fill_slot`, but not written into the caller: where it is rare."""
+    _fill_slot(balls, laws, cells, contacts, i, t, False, counters)
 
 
 @kernel(inline=True)
@@ -236,7 +251,7 @@ def _meet_cell(
         j = cells.after[j]
 
 
-@kernel
+@kernel(inline=True)
 def _update_tree(balls: Balls, cells: Cells, i: int) -> None:
     """Carry ball i's next instant up the tree, as far as it changes anything."""
     tree = cells.tree
@@ -252,9 +267,9 @@ def _update_tree(balls: Balls, cells: Cells, i: int) -> None:
 
 
 @kernel
-def _leaf_at(cells: Cells, t: float, start: int) -> int:
+def _leaf_at(tree: FloatArray, t: float, start: int) -> int:
     """Return the first ball from `start` on whose next instant is t [s], of all the earliest."""
-    tree, leaves = cells.tree, len(cells.tree) // 2
+    leaves = len(tree) // 2
     if start >= leaves:
         return NOWHERE
     place = leaves + start
@@ -270,7 +285,7 @@ def _leaf_at(cells: Cells, t: float, start: int) -> int:
     return place - leaves
 
 
-@kernel
+@kernel(inline=True)
 def earliest_in_cells(
     balls: Balls,
     laws: Laws,
@@ -288,7 +303,7 @@ def earliest_in_cells(
         if not t < math.inf:
             return t, -1
         single, settled = NOWHERE, True
-        i = _leaf_at(cells, t, 0)
+        i = _leaf_at(cells.tree, t, 0)
         while i != NOWHERE:
             if balls.state[i, OWN_TIME] == t:
                 if single == NOWHERE or takes_precedence(balls, i, single):
@@ -299,12 +314,12 @@ def earliest_in_cells(
             elif cells.stamp[cells.partner[i]] != cells.partner_stamp[i]:
                 _fill_slot(balls, laws, cells, contacts, i, t, False, counters)
                 settled = False
-            i = _leaf_at(cells, t, i + 1)
+            i = _leaf_at(cells.tree, t, i + 1)
         if settled:
             return t, single
 
 
-@kernel
+@kernel(inline=True)
 def _move_on(
     balls: Balls,
     laws: Laws,
@@ -314,7 +329,7 @@ def _move_on(
     t: float,
     counters: IntArray,
 ) -> None:
-    """Move ball i to the next cell on its way, at t [s], and let it meet the balls of three more."""
+    """Move ball i to the next cell on its way, at t [s]; there it meets the balls of three more."""
     counters[CELL_MOVES] += 1
     columns, rows = cells.size[0], cells.size[1]
     way = cells.way[i]
@@ -331,7 +346,7 @@ def _move_on(
     _update_tree(balls, cells, i)
 
 
-@kernel
+@kernel(inline=True)
 def touching_in_cells(
     balls: Balls,
     laws: Laws,
@@ -345,11 +360,16 @@ def touching_in_cells(
     Contract: `earliest_in_cells` has returned t, and no own event.
     """
     count, pressed, fastest = 0, 0, 0.0
-    i = _leaf_at(cells, t, 0)
+    i = _leaf_at(cells.tree, t, 0)
     while i != NOWHERE:
         near = 1
         if cells.others[i] <= t:
-            near = list_near(balls, cells, i)
+            # Another pair as early; or the same, which the ball met again in another cell.
+            _refill_slot(balls, laws, cells, contacts, i, t, counters)
+            if cells.least[i] > t:
+                near = 0
+            elif cells.others[i] <= t:
+                near = list_near(balls, cells, i)
         for c in range(near):
             j = balls.near[c] if cells.others[i] <= t else cells.partner[i]
             if near > 1 and not _touches(balls, laws, contacts, i, j, t, counters):
@@ -372,7 +392,7 @@ def touching_in_cells(
                 count = count + 1 if laws.simultaneous else 1
                 fastest = max(speed, fastest)
                 list_hit(balls, count - 1, i, j)
-        i = _leaf_at(cells, t, i + 1)
+        i = _leaf_at(cells.tree, t, i + 1)
     if count > 0 and laws.simultaneous:
         count = _join_ties(balls, laws, cells, contacts, t, fastest, count, counters)
     return hand_over(balls, count, pressed, counters)
@@ -414,7 +434,7 @@ def _advance_slot(
         cells.least[i] = bound
         _update_tree(balls, cells, i)
     else:
-        _fill_slot(balls, laws, cells, contacts, i, t, False, counters)
+        _refill_slot(balls, laws, cells, contacts, i, t, counters)
 
 
 @kernel

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import time
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from engine import _state as s
 from engine._entry import enter
 from engine._jit import compiling
-from engine._layout import contacts_of, layout_of, log_of
+from engine._layout import MOST_PAIRED, contacts_of, has_many_balls, layout_of, log_of
 from engine._tolerances import position_rounding
+from engine.impact_laws.registry import any_integrated
 from engine.result import EVENT_DTYPE, EventKind, Events, Status
 from engine.scene import Ball, Physics, Scene
 from engine.trajectory import ExactTrajectory, Samples
@@ -27,25 +28,43 @@ _FIRST_LOG = 1_024
 _BALL_BALL, _BALL_CUSHION = EventKind.BALL_BALL.label, EventKind.BALL_CUSHION.label
 
 
+class Variant(NamedTuple):
+    """What the compiled kernels contain, and what is left out of them."""
+
+    cells: bool  # the scheduler for many balls, else the one for few
+    integrated: bool  # the laws that integrate over the impact
+    contacts: bool  # joint impacts and sustained contact
+
+    def name(self, what: str) -> str:
+        """Return how a message calls the kernels of `what`."""
+        extras = ["contacts"] * self.contacts + ["cells"] * self.cells
+        extras += ["integrated laws"] * self.integrated
+        return what + " with " * bool(extras) + ", ".join(extras)
+
+
+def variant_of(scene: Scene, contacts: bool) -> Variant:
+    """Return what the kernels need to contain for a scene."""
+    laws = (scene.physics.ball_impact, scene.physics.cushion)
+    return Variant(has_many_balls(scene), any_integrated(*laws), contacts)
+
+
 @cache
-def warm_up(integrated: bool, with_contacts: bool) -> None:
+def warm_up(variant: Variant) -> None:
     """Compile a variant of the kernels, or load it, so that no run's `wall_time` includes that."""
-    with compiling(variant_name("shots", integrated, with_contacts)):
-        run = Run(still_scene(integrated), True)
-        run.contacts = contacts_of(1) if with_contacts else None
+    with compiling(variant.name("shots")):
+        run = Run(still_scene(variant), True)
+        run.contacts = contacts_of(run.size) if variant.contacts else None
         run.go(1)
 
 
-def variant_name(name: str, integrated: bool, with_contacts: bool) -> str:
-    """Return the name of a variant of the kernels."""
-    return name + " with contacts" * with_contacts + ", integrated laws" * integrated
-
-
-def still_scene(integrated: bool) -> Scene:
+def still_scene(variant: Variant) -> Scene:
     """Return a scene in which nothing happens."""
-    laws: dict[str, Any] = {"motion": "sliding", "cushion": "mathavan2010"} if integrated else {}
-    still = Ball(id="still", position=(0.0, 0.0))
-    return Scene(name="warm-up", balls=(still,), physics=Physics(**laws))
+    laws: dict[str, Any] = {}
+    if variant.integrated:
+        laws = {"motion": "sliding", "cushion": "mathavan2010"}
+    count = MOST_PAIRED + 1 if variant.cells else 1
+    balls = tuple(Ball(id=f"still {k}", position=(float(k), 0.0)) for k in range(count))
+    return Scene(name="warm-up", balls=balls, physics=Physics(**laws))
 
 
 class Run:
@@ -59,6 +78,8 @@ class Run:
     wall_time : float [s]
         Of the kernel.
     reason : str
+    size : int
+        Number of balls.
     contacts : Contacts or None
         None until the run turns out to need them; most don't.
     """
@@ -69,8 +90,9 @@ class Run:
         self.t_end = 0.0
         self.wall_time = 0.0
         self._keep_log = keep_log
+        self._scene = scene
         self._layout = layout = layout_of(scene)
-        n = len(layout.radii)
+        self.size = n = len(layout.radii)
         balls, pairs = layout.balls, layout.pairs
         self._state = balls.state.copy()
         self._begin = (
@@ -121,8 +143,8 @@ class Run:
             if code == s.RUN_LOG_FULL:
                 self._start_new_log()
             elif code == s.RUN_CONTACTS:
-                warm_up(self._layout.integrated is not None, True)
-                self.contacts = contacts_of(len(self._state))
+                warm_up(variant_of(self._scene, True))
+                self.contacts = contacts_of(self.size)
             elif code != s.RUN_EVENT_LIMIT or limit == max_events:
                 return code
 

@@ -11,7 +11,7 @@ import numpy as np
 from engine import _state as s
 from engine._jit import compiling
 from engine._layout import Layout, contacts_of, layout_of, log_of
-from engine._run import still_scene, variant_name
+from engine._run import Variant, still_scene, variant_of
 from engine._sweep import Shots, sweep
 from engine.scene import Scene
 
@@ -26,7 +26,6 @@ def run_sweep(scene: Scene, cue: int, shots: Shots, max_events: int, threads: in
     threads finish what they have in hand.
     """
     layout = layout_of(scene)
-    integrated = layout.integrated is not None
     pending = np.arange(len(shots.status))
 
     def simulate_part(part: s.IntArray, with_contacts: bool) -> None:
@@ -35,7 +34,7 @@ def run_sweep(scene: Scene, cue: int, shots: Shots, max_events: int, threads: in
     for with_contacts in (False, True):
         if len(pending) == 0:
             break
-        warm_up_sweep(integrated, with_contacts)
+        _warm_up(variant_of(scene, with_contacts))
         with ThreadPoolExecutor(threads) as pool:
             parts = np.array_split(pending, -(-len(pending) // _SHARE))
             try:
@@ -48,11 +47,12 @@ def run_sweep(scene: Scene, cue: int, shots: Shots, max_events: int, threads: in
 
 
 @cache
-def warm_up_sweep(integrated: bool, with_contacts: bool) -> None:
+def _warm_up(variant: Variant) -> None:
     """Compile a variant of the kernel of sweeps, or load it."""
-    layout = layout_of(still_scene(integrated))
-    with compiling(variant_name("sweeps", integrated, with_contacts)):
-        sweep(np.arange(0), 0, shots_of(0, 1), 1, *_room(layout, with_contacts))
+    scene = still_scene(variant)
+    with compiling(variant.name("sweeps")):
+        none = shots_of(0, len(scene.balls))
+        sweep(np.arange(0), 0, none, 1, *_room(layout_of(scene), variant.contacts))
 
 
 def shots_of(k: int, n: int) -> Shots:
@@ -74,6 +74,7 @@ def _room(layout: Layout, with_contacts: bool) -> tuple[Any, ...]:
     n = len(layout.radii)
     balls = s.Balls._make(np.empty_like(array) for array in layout.balls)
     pairs = s.Pairs._make(np.empty_like(array) for array in layout.pairs)
+    cells = layout.cells and s.Cells._make(array.copy() for array in layout.cells)
     contacts = contacts_of(n) if with_contacts else None
     start, end = layout.balls.state, np.empty((3, n, 3))
-    return (start, layout.laws, layout.integrated, balls, pairs, contacts, log_of(0, n), end)
+    return (start, layout.laws, layout.integrated, balls, pairs, cells, contacts, log_of(0, n), end)

@@ -28,6 +28,7 @@ from engine._state import (
     WZ,
     Balls,
     BoolArray,
+    Cells,
     Contacts,
     FloatArray,
     IntArray,
@@ -60,6 +61,7 @@ def sweep(
     integrated: int | None,
     balls: Balls,
     pairs: Pairs,
+    cells: Cells | None,
     contacts: Contacts | None,
     log: Log,
     end: FloatArray,
@@ -75,7 +77,7 @@ def sweep(
     laws = laws_from(numbers, integrated)
     for m in range(len(which)):
         k = which[m]
-        _clear(balls, pairs, log)
+        _clear(balls, log)
         if contacts is not None:
             _clear_contacts(contacts)
         for i in range(len(start)):
@@ -87,7 +89,12 @@ def sweep(
         balls.state[cue, WY] = shots.spin[k, 1]
         balls.state[cue, WZ] = shots.spin[k, 2]
         balls.state[cue, PHASE] = SLIDING if shots.slides[k] else ROLLING
-        status = run(balls, laws, pairs, None, contacts, log, limit)
+        if cells is None:
+            _clear_pairs(pairs)
+            status = run(balls, laws, pairs, None, contacts, log, limit)
+        else:
+            _clear_cells(cells)
+            status = run(balls, laws, None, cells, contacts, log, limit)
         if status != RUN_CONTACTS:
             status = finish(balls, laws, log, status, end)
         shots.status[k] = status
@@ -102,18 +109,29 @@ def sweep(
 
 
 @kernel
-def _clear(balls: Balls, pairs: Pairs, log: Log) -> None:
-    """Mark all balls, as at the start of a run, and forget all bounds and counts."""
+def _clear(balls: Balls, log: Log) -> None:
+    """Mark all balls, as at the start of a run, and forget all counts."""
     n = len(balls.own_kind)
     balls.touched[0] = n
     for i in range(n):
         balls.touched[1 + i] = i
         balls.changed[i] = True
-        pairs.least[i] = math.inf
-        pairs.next[i] = math.inf
-    pairs.bound[:] = math.inf
     log.clock[:] = 0.0
     log.counters[:] = 0
+
+
+@kernel
+def _clear_pairs(pairs: Pairs) -> None:
+    pairs.bound[:] = math.inf
+    pairs.least[:] = math.inf
+    pairs.next[:] = math.inf
+
+
+@kernel
+def _clear_cells(cells: Cells) -> None:
+    cells.first[:] = NOWHERE
+    cells.cell[:] = NOWHERE
+    cells.tree[:] = math.inf
 
 
 @kernel

@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from engine._layout import is_laid_out
 from engine.errors import GhostballError
 from engine.features import EXACT, Capability, Feature, check_supported
-from engine.impact_laws.registry import any_integrated
 from engine.result import RECORDS, Record, Result
 from engine.scene import Scene
 
@@ -70,7 +69,7 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
     # command line, must not wait for it.
     from engine import _run  # noqa: PLC0415
 
-    _run.warm_up(_integrates(scene), False)
+    _run.warm_up(_run.variant_of(scene, contacts=False))
     run = _run.Run(scene, keep_log=record != "rest")
     run.go(max_events)
     return Result(
@@ -109,16 +108,12 @@ def warm_up(scenes: Iterable[Scene] = ()) -> None:
     """Compile or load the kernels that `scenes` need now, rather than in the first `simulate`.
 
     A compilation is announced. Before several processes are started, this keeps each of them from
-    compiling for itself. Without scenes: what the plainest ones need.
+    compiling for itself. Without scenes: what a shot of one ball needs.
     """
     from engine import _run  # noqa: PLC0415
 
-    _run.warm_up(False, False)
+    scenes = tuple(scenes) or (_run.still_scene(_run.Variant(False, False, False)),)
     for scene in scenes:
-        _run.warm_up(_integrates(scene), False)
+        _run.warm_up(_run.variant_of(scene, contacts=False))
         if len(scene.balls) > 1:
-            _run.warm_up(_integrates(scene), True)
-
-
-def _integrates(scene: Scene) -> bool:
-    return any_integrated(scene.physics.ball_impact, scene.physics.cushion)
+            _run.warm_up(_run.variant_of(scene, contacts=True))

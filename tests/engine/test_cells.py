@@ -1,0 +1,90 @@
+"""Cells and a bound for every pair are two schedulers of one engine: the same bits."""
+
+import math
+import random
+
+import pytest
+from breaks import break_scene
+from invariants import fingerprint
+from shots import POOL_TABLE, R, ball, rack, scene_of
+
+from engine import Ball, Physics, Scene, Table, _layout, simulate
+from validation.library import FOLDER
+
+
+def crowd(count, filled=0.4, seed=1, speed=1.0, t_max=None, spread=1.0, **physics) -> Scene:
+    """Balls on a lattice with random offsets and directions; `spread` is the largest radius ratio."""
+    chance = random.Random(seed)
+    length = math.sqrt(count * math.pi * R * R / filled)
+    lines = math.ceil(math.sqrt(count))
+    step = length / lines
+    room = 0.5 * step - 1.01 * R
+    balls = []
+    for k in range(count):
+        turn = chance.uniform(0.0, 2.0 * math.pi)
+        place = [(m + 0.5) * step + chance.uniform(-room, room) for m in (k % lines, k // lines)]
+        velocity = (speed * math.cos(turn), speed * math.sin(turn))
+        radius = R / chance.uniform(1.0, spread)
+        balls.append(Ball(id=f"{k}", position=place, velocity=velocity, radius=radius))
+    table = Table(length=length, width=length)
+    return Scene(name="crowd", balls=balls, table=table, physics=Physics(**physics), t_max=t_max)
+
+
+def both(scene, monkeypatch):
+    """Simulate with a bound for every pair, and with cells."""
+    results = []
+    for most in (10**6, 0):
+        monkeypatch.setattr(_layout, "MOST_PAIRED", most)
+        results.append(simulate(scene.model_copy(), record="events"))
+    return results
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    "scene",
+    [
+        crowd(16, t_max=3.0, rolling_friction=0.0),
+        crowd(60, 0.6, t_max=1.0, rolling_friction=0.0),
+        crowd(50, 0.3, t_max=2.0, rolling_friction=0.0, spread=4.0),
+        crowd(80, 0.3, speed=2.0),
+        crowd(80, 0.3, speed=3.0, preset="pool"),
+        crowd(40, 0.5, speed=2.0, preset="pool", ball_restitution=0.0),
+        *(break_scene(seed) for seed in (3, 8, 21, 34, 55)),
+        Scene.load(FOLDER / "frozen-break.toml"),
+        Scene.load(FOLDER / "break-16.toml"),
+    ],
+    ids=lambda scene: f"{scene.name}-{len(scene.balls)}",
+)
+def test_cells_give_the_same_bits(scene, monkeypatch):
+    paired, celled = both(scene, monkeypatch)
+    assert len(paired.events) > 5
+    assert fingerprint(paired) == fingerprint(celled)
+    assert paired.work["contact_steps"] == celled.work["contact_steps"]
+    assert paired.work["joint_impacts"] == celled.work["joint_impacts"]
+    assert paired.work["cell_moves"] == 0
+
+
+@pytest.mark.compiled
+def test_many_balls_look_at_their_neighbours_only():
+    few, many = (
+        simulate(crowd(count, 0.5, t_max=0.2, rolling_friction=0.0)) for count in (400, 1600)
+    )
+    per_event = [result.work["bounds"] / result.work["events"] for result in (few, many)]
+    assert per_event[1] < 1.2 * per_event[0] < 40.0
+
+
+@pytest.mark.compiled
+def test_a_rack_on_an_unbounded_cloth(monkeypatch):
+    scene = scene_of(ball((0.0, 0.003), (6.0, 0.0)), *rack(15, (1.0, 0.0), 1e-5), preset="pool")
+    paired, celled = both(scene, monkeypatch)
+    assert celled.work["cell_moves"] > 0
+    assert fingerprint(paired) == fingerprint(celled)
+
+
+def test_a_few_balls_in_cells_without_a_compiler(monkeypatch):
+    scene = scene_of(
+        ball((0.6, 0.635), (1.0, 0.02)), *rack(3, (1.9, 0.635), 1e-4), table=POOL_TABLE
+    )
+    paired, celled = both(scene, monkeypatch)
+    assert celled.work["cell_moves"] > 0
+    assert fingerprint(paired) == fingerprint(celled)
