@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from engine import _layout
 from engine import _state as s
 from engine._entry import enter
 from engine._jit import compiling
-from engine._layout import MOST_PAIRED, contacts_of, has_many_balls, layout_of, log_of
+from engine._layout import contacts_of, has_many_balls, layout_of, log_of
 from engine._tolerances import position_rounding
 from engine.impact_laws.registry import any_integrated
 from engine.result import EVENT_DTYPE, EventKind, Events, Status
@@ -62,7 +63,7 @@ def still_scene(variant: Variant) -> Scene:
     laws: dict[str, Any] = {}
     if variant.integrated:
         laws = {"motion": "sliding", "cushion": "mathavan2010"}
-    count = MOST_PAIRED + 1 if variant.cells else 1
+    count = _layout.MOST_PAIRED + 1 if variant.cells else 1
     balls = tuple(Ball(id=f"still {k}", position=(float(k), 0.0)) for k in range(count))
     return Scene(name="warm-up", balls=balls, physics=Physics(**laws))
 
