@@ -213,7 +213,12 @@ def list_near(balls: Balls, cells: Cells | None, i: int) -> int:
             k = cells.first[y * columns + x]
             while k != NOWHERE:
                 if k != i:
-                    balls.near[count] = k
+                    # In the order of their numbers, as without cells.
+                    place = count
+                    while place > 0 and balls.near[place - 1] > k:
+                        balls.near[place] = balls.near[place - 1]
+                        place -= 1
+                    balls.near[place] = k
                     count += 1
                 k = cells.after[k]
     return count

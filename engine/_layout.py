@@ -68,8 +68,15 @@ class Layout:
 
 
 def has_many_balls(scene: Scene) -> bool:
-    """Whether cells schedule this scene's impacts."""
-    return len(scene.balls) > MOST_PAIRED
+    """Whether cells schedule this scene's impacts: not yet where balls may press each other."""
+    return len(scene.balls) > MOST_PAIRED and _is_frictionless(scene)
+
+
+def _is_frictionless(scene: Scene) -> bool:
+    """Whether no ball is ever slowed."""
+    slides = scene.physics.motion == "sliding"
+    slowed = bool(np.any(scene.rolling_frictions > 0.0))
+    return not (slowed or (slides and bool(np.any(scene.sliding_frictions > 0.0))))
 
 
 def is_laid_out(scene: Scene) -> bool:
@@ -143,12 +150,9 @@ def laws_of(scene: Scene) -> Laws:
                 noses[index] = lines[index]
     mirror = physics.cushion == "mirror"
     speed_dependent = physics.ball_friction == "alciatore"
-    slides = physics.motion == "sliding"
-    slowed = np.any(scene.rolling_frictions > 0.0)
-    slowed |= slides and np.any(scene.sliding_frictions > 0.0)
     return Laws(
-        slides=slides,
-        frictionless=not slowed,
+        slides=physics.motion == "sliding",
+        frictionless=_is_frictionless(scene),
         simultaneous=physics.impacts == "simultaneous",
         ball_law=BALL_LAW_NAMES.index(physics.ball_impact),
         ball_restitution=float(physics.ball_restitution),
