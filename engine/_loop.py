@@ -62,8 +62,6 @@ def run(
     """Process events until every ball rests, `t_max`, a full log, or `limit` events and steps.
 
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE; or
-    PHASE,
-    RADIUS,
     RUN_CONTACTS, where balls press each other, or hit several at once, and `contacts` is None.
 
     One of `pairs` and `cells` is None: which scheduler works, `_schedule` says.

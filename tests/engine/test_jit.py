@@ -48,7 +48,7 @@ def test_an_edited_callee_in_another_file_is_seen(tmp_path):
     motion = tmp_path / "engine" / "_motion.py"
     source = motion.read_text()
     edited = source.replace(
-        "duration = speed / deceleration", "duration = 0.5 * speed / deceleration"
+        "speed_of(vx, vy) / deceleration", "0.5 * speed_of(vx, vy) / deceleration"
     )
     assert edited != source
     motion.write_text(edited)
