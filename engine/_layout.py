@@ -68,8 +68,8 @@ class Layout:
 
 
 def has_many_balls(scene: Scene) -> bool:
-    """Whether cells schedule this scene's impacts: not yet where balls may press each other."""
-    return len(scene.balls) > MOST_PAIRED and _is_frictionless(scene)
+    """Whether cells schedule this scene's impacts."""
+    return len(scene.balls) > MOST_PAIRED
 
 
 def _is_frictionless(scene: Scene) -> bool:

@@ -63,11 +63,9 @@ def still_scene(variant: Variant) -> Scene:
     laws: dict[str, Any] = {}
     if variant.integrated:
         laws = {"motion": "sliding", "cushion": "mathavan2010"}
-    if variant.cells:
-        laws |= {"rolling_friction": 0.0, "sliding_friction": 0.0}
     count = _layout.MOST_PAIRED + 1 if variant.cells else 1
     balls = tuple(Ball(id=f"still {k}", position=(float(k), 0.0)) for k in range(count))
-    return Scene(name="warm-up", balls=balls, physics=Physics(**laws), t_max=1.0)
+    return Scene(name="warm-up", balls=balls, physics=Physics(**laws))
 
 
 class Run:
