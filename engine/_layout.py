@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import weakref
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -172,8 +173,9 @@ def laws_of(scene: Scene) -> Laws:
     )
 
 
+@lru_cache(maxsize=8)
 def pairs_of(n: int) -> Pairs:
-    """Room for the bounds of n balls."""
+    """Room for the bounds of n balls; scenes of as many share what their runs copy."""
     blocks = -(-n // LANES)
     return Pairs(
         bound=np.full(n * n, np.inf),

@@ -53,7 +53,7 @@ def first_crossing(gap: float, rate: float, acceleration: float) -> float:
     -----
     Each case adds numbers of one sign, so no digit cancels (Bannerman, Strobl, Formella and
     Poeschel 2014 give the rule for touching balls). Chosen without branches, so that a row of pairs
-    becomes vector instructions, and the cushions' signs mislead no branch predictor.
+    becomes vector instructions.
     """
     gap = gap if gap > 0.0 else 0.0
     discriminant = rate * rate - 2.0 * acceleration * gap
@@ -293,6 +293,7 @@ def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, held: int
         pull = nx * balls.state[i, AX] + ny * balls.state[i, AY]
         if rate >= 0.0 and pull >= 0.0:
             continue
+        # Without pull the root is that of a line: the same number, without a square root.
         s = gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)
         if s < duration:
             duration = s

@@ -20,7 +20,7 @@ from engine.scene import Ball, Physics, Scene
 from engine.trajectory import ExactTrajectory, Samples
 
 _CHUNK = 65_536
-"""Events between two returns from the kernel, where an interrupt is seen: about 30 ms."""
+"""Events between two returns from the kernel, where an interrupt is seen: some 20 ms."""
 
 _FIRST_LOG = 1_024
 """Events that the first log holds; a full one is followed by one twice as large."""
