@@ -16,9 +16,9 @@ from __future__ import annotations
 
 import math
 
-from engine._geometry import list_near, relative_motion, tie_rounding
+from engine._geometry import list_near, tie_rounding
 from engine._jit import kernel
-from engine._motion import first_crossing, first_meeting
+from engine._motion import first_crossing
 from engine._state import (
     ADVANCEMENTS,
     AX,
@@ -31,7 +31,6 @@ from engine._state import (
     NOWHERE,
     OWN_TIME,
     PARTNER,
-    RADIUS,
     SECOND,
     VX,
     VY,
@@ -51,7 +50,7 @@ from engine._ties import (
     takes_precedence,
     when_tied,
 )
-from engine._touch import IMPACT, NOT_YET, PRESSED, touch
+from engine._touch import IMPACT, NOT_YET, PRESSED, first_bound, touch
 
 
 @kernel(inline=True)
@@ -142,17 +141,9 @@ def _time_in_cell(balls: Balls, cells: Cells, i: int, t: float) -> float:
 @kernel(inline=True)
 def _next_bound(balls: Balls, laws: Laws, i: int, j: int, t: float, counters: IntArray) -> float:
     """Return a bound, past the instant t [s], of when i and j touch; or t if they do then."""
-    start = max(balls.state[i, EPOCH], balls.state[j, EPOCH])
-    end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
     counters[BOUNDS] += 1
-    rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
-    reach = balls.state[i, RADIUS] + balls.state[j, RADIUS]
-    if laws.frictionless:
-        bound = start + first_meeting(rx, ry, vx, vy, reach)
-    else:
-        distance = math.sqrt(rx * rx + ry * ry)
-        gap = distance * (distance - reach)
-        bound = start + first_crossing(gap, rx * vx + ry * vy, rx * ax + ry * ay)
+    end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
+    bound = first_bound(balls, laws, i, j)
     bound = bound if bound <= end else math.inf
     return bound if bound > t else _later_bound(balls, i, j, bound, t, end, counters)
 

@@ -34,6 +34,7 @@ def enter(
     least: FloatArray,
     next_event: FloatArray,
     track: FloatArray,
+    looked_at: BoolArray | None,
     cells: Cells | None,
     contacts: Contacts | None,
     clock: FloatArray,
@@ -54,7 +55,7 @@ def enter(
     numbers = laws_from(laws, integrated)
     log = Log(clock, counters, time, what, ball, motion)
     if cells is None:
-        pairs = Pairs(bound, least, next_event, track)
+        pairs = Pairs(bound, least, next_event, track, looked_at)
         status = run(balls, numbers, pairs, None, contacts, log, limit)
     else:
         status = run(balls, numbers, None, cells, contacts, log, limit)
@@ -71,13 +72,13 @@ def laws_from(numbers: FloatArray, integrated: int | None) -> Laws:
         numbers[0] != 0.0,
         numbers[1] != 0.0,
         numbers[2] != 0.0,
-        int(numbers[3]),
-        numbers[4],
-        numbers[5],
-        numbers[6] != 0.0,
-        int(numbers[7]),
-        numbers[8],
-        numbers[9],
+        numbers[3] != 0.0,
+        numbers[4] != 0.0,
+        int(numbers[5]),
+        numbers[6],
+        numbers[7],
+        numbers[8] != 0.0,
+        int(numbers[9]),
         numbers[10],
         numbers[11],
         numbers[12],
@@ -85,5 +86,7 @@ def laws_from(numbers: FloatArray, integrated: int | None) -> Laws:
         numbers[14],
         numbers[15],
         numbers[16],
+        numbers[17],
+        numbers[18],
         integrated,
     )

@@ -35,6 +35,7 @@ from engine._state import (
     WX,
     WZ,
     Balls,
+    BoolArray,
     Cells,
     Contacts,
     FloatArray,
@@ -45,11 +46,17 @@ from engine._state import (
     X,
     Y,
 )
-from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES, any_integrated
+from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 from engine.scene import CUSHIONS, Scene
-
-MOST_PAIRED = 200
-"""Balls up to which a bound for every pair is quicker than cells; the results are the same."""
+from engine.skips import (
+    MATRIX_SKIPS,
+    Skip,
+    balls_rub,
+    has_cushions,
+    is_integrated,
+    is_uniform,
+    uses_cells,
+)
 
 _CELL_ROOM = 2.0**-20
 """What a cell is larger than the largest ball, in units of it: room for rounding."""
@@ -68,45 +75,36 @@ class Layout:
     smallest_radius: float
 
 
-def has_many_balls(scene: Scene) -> bool:
-    """Whether cells schedule this scene's impacts."""
-    return len(scene.balls) > MOST_PAIRED
-
-
-def _is_frictionless(scene: Scene) -> bool:
-    """Whether no ball is ever slowed."""
-    slides = scene.physics.motion == "sliding"
-    slowed = bool(np.any(scene.rolling_frictions > 0.0))
-    return not (slowed or (slides and bool(np.any(scene.sliding_frictions > 0.0))))
-
-
 def is_laid_out(scene: Scene) -> bool:
     """Whether `layout_of` has made this scene's layout already."""
     kept = _LAYOUTS.get(id(scene))
     return kept is not None and kept[0]() is scene
 
 
-def layout_of(scene: Scene) -> Layout:
+def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
     """Return the layout of a scene; made when first asked for, and kept as long as the scene.
 
-    Kept by identity. Two equal scenes have a layout each: comparing scenes would take longer.
+    Kept by identity. Two equal scenes have a layout each: comparing scenes would take longer. One
+    with skips switched off isn't kept.
     """
-    if is_laid_out(scene):
+    if not off and is_laid_out(scene):
         return _LAYOUTS[id(scene)][1]
-    radii, laws = scene.radii, laws_of(scene)
+    radii, laws = scene.radii, laws_of(scene, off)
     radii.flags.writeable = False
-    many = has_many_balls(scene)
+    many = uses_cells(scene, off)
+    pairs = pairs_of(0 if many else len(scene.balls))
     layout = Layout(
         balls=balls_of(scene),
         laws=np.array(laws[:-1], dtype=np.float64),
         integrated=laws.integrated,
-        pairs=pairs_of(0 if many else len(scene.balls)),
+        pairs=pairs._replace(looked_at=looked_at(off)),
         cells=cells_of(scene) if many else None,
         radii=radii,
         smallest_radius=float(np.min(radii)),
     )
-    key = id(scene)
-    _LAYOUTS[key] = (weakref.ref(scene, lambda _: _LAYOUTS.pop(key, None)), layout)
+    if not off:
+        key = id(scene)
+        _LAYOUTS[key] = (weakref.ref(scene, lambda _: _LAYOUTS.pop(key, None)), layout)
     return layout
 
 
@@ -140,7 +138,14 @@ def balls_of(scene: Scene) -> Balls:
     )
 
 
-def laws_of(scene: Scene) -> Laws:
+def looked_at(off: frozenset[Skip]) -> BoolArray | None:
+    """Return what `Pairs.looked_at` holds; None where every skip of pairs is in use."""
+    if not off & MATRIX_SKIPS:
+        return None
+    return np.array([Skip.UNDISTURBED in off, Skip.RECEDING in off, Skip.OUT_OF_REACH in off])
+
+
+def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
     """Reduce the scene's physics and table to the numbers that the kernel uses."""
     physics, table = scene.physics, scene.table
     noses = [-np.inf, np.inf, -np.inf, np.inf]
@@ -153,7 +158,9 @@ def laws_of(scene: Scene) -> Laws:
     speed_dependent = physics.ball_friction == "alciatore"
     return Laws(
         slides=physics.motion == "sliding",
-        frictionless=_is_frictionless(scene),
+        uniform=is_uniform(scene) and Skip.ADVANCEMENT not in off,
+        cushioned=has_cushions(scene) or Skip.CUSHIONS in off,
+        rubs=balls_rub(scene) or Skip.BALL_FRICTION in off,
         simultaneous=physics.impacts == "simultaneous",
         ball_law=BALL_LAW_NAMES.index(physics.ball_impact),
         ball_restitution=float(physics.ball_restitution),
@@ -169,7 +176,7 @@ def laws_of(scene: Scene) -> Laws:
         right=noses[1],
         bottom=noses[2],
         top=noses[3],
-        integrated=1 if any_integrated(physics.ball_impact, physics.cushion) else None,
+        integrated=1 if is_integrated(scene) or Skip.INTEGRATED_LAWS in off else None,
     )
 
 
@@ -182,6 +189,7 @@ def pairs_of(n: int) -> Pairs:
         least=np.full(n, np.inf),
         next=np.full(n, np.inf),
         track=np.zeros(blocks * TRACKS * LANES),
+        looked_at=None,
     )
 
 

@@ -283,7 +283,7 @@ def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, held: int
     if duration <= TIME_ROUNDING * balls.state[i, EPOCH]:
         balls.state[i, OWN_TIME] = balls.state[i, EPOCH]
         return
-    for cushion in range(4):
+    for cushion in range(4 if laws.cushioned else 0):
         nx, ny, line = cushion_side(laws, cushion)
         if math.isinf(line) or held >> cushion & 1:
             continue

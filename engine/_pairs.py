@@ -106,7 +106,7 @@ def _update_ball(
     for block in range(0, n, LANES):
         track = pairs.track[block * TRACKS : (block + LANES) * TRACKS]
         row = pairs.bound[i * n + block : i * n + min(block + LANES, n)]
-        if laws.frictionless:
+        if laws.uniform:
             _meet_block(track, row, t, x, y, vx, vy, radius, own_time)
         else:
             _bound_block(track, row, t, x, y, vx, vy, ax, ay, radius, own_time)
@@ -122,8 +122,8 @@ def _update_ball(
         if was < math.inf and j != i:
             column[j] = math.inf
             if was <= pairs.least[j]:
-                _rescan(balls, pairs, j)
-    _rescan(balls, pairs, i)
+                rescan(balls, pairs, j)
+    rescan(balls, pairs, i)
 
 
 @kernel
@@ -198,7 +198,7 @@ def _meet_block(
 
 
 @kernel(inline=True)
-def _rescan(balls: Balls, pairs: Pairs, i: int) -> None:
+def rescan(balls: Balls, pairs: Pairs, i: int) -> None:
     """Find the least bound of row i again, and ball i's next event."""
     n = len(balls.own_kind)
     least = _least(pairs.bound[i * n : i * n + n])
@@ -344,7 +344,7 @@ def _touching_several(balls: Balls, laws: Laws, pairs: Pairs, t: float, counters
                 count = count + 1 if laws.simultaneous else 1
                 fastest = max(speed, fastest)
                 list_hit(balls, count - 1, i, j)
-        _rescan(balls, pairs, i)
+        rescan(balls, pairs, i)
     if count > 0 and laws.simultaneous:
         count = _join_ties(balls, pairs, t, fastest, count)
     return hand_over(balls, count, pressed, counters)

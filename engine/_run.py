@@ -8,15 +8,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine import _layout
 from engine import _state as s
+from engine import skips
 from engine._entry import enter
 from engine._jit import compiling
-from engine._layout import contacts_of, has_many_balls, layout_of, log_of
+from engine._layout import contacts_of, layout_of, log_of
 from engine._tolerances import position_rounding
-from engine.impact_laws.registry import any_integrated
 from engine.result import EVENT_DTYPE, EventKind, Events, Status
 from engine.scene import Ball, Physics, Scene
+from engine.skips import MATRIX_SKIPS, Skip, is_integrated, uses_cells
 from engine.trajectory import ExactTrajectory, Samples
 
 _CHUNK = 65_536
@@ -35,25 +35,32 @@ class Variant(NamedTuple):
     cells: bool  # the scheduler for many balls, else the one for few
     integrated: bool  # the laws that integrate over the impact
     contacts: bool  # joint impacts and sustained contact
+    looks_again: bool = False  # pairs that would be passed over, too: see `skips`
 
     def name(self, what: str) -> str:
         """Return how a message calls the kernels of `what`."""
         extras = ["contacts"] * self.contacts + ["cells"] * self.cells
         extras += ["integrated laws"] * self.integrated
+        extras += ["skips off"] * self.looks_again
         return what + " with " * bool(extras) + ", ".join(extras)
 
 
-def variant_of(scene: Scene, contacts: bool) -> Variant:
-    """Return what the kernels need to contain for a scene."""
-    laws = (scene.physics.ball_impact, scene.physics.cushion)
-    return Variant(has_many_balls(scene), any_integrated(*laws), contacts)
+def variant_of(scene: Scene, contacts: bool, off: frozenset[Skip] = frozenset()) -> Variant:
+    """Return what the kernels need to contain for a scene, with the skips in `off` switched off."""
+    return Variant(
+        uses_cells(scene, off),
+        is_integrated(scene) or Skip.INTEGRATED_LAWS in off,
+        contacts or Skip.CONTACTS in off,
+        bool(off & MATRIX_SKIPS),
+    )
 
 
 @cache
 def warm_up(variant: Variant) -> None:
     """Compile a variant of the kernels, or load it, so that no run's `wall_time` includes that."""
     with compiling(variant.name("shots")):
-        run = Run(still_scene(variant), True)
+        off = MATRIX_SKIPS | {Skip.FAR_CELLS} if variant.looks_again else frozenset()
+        run = Run(still_scene(variant), True, off)
         run.contacts = contacts_of(run.size) if variant.contacts else None
         run.go(1)
 
@@ -63,7 +70,7 @@ def still_scene(variant: Variant) -> Scene:
     laws: dict[str, Any] = {}
     if variant.integrated:
         laws = {"motion": "sliding", "cushion": "mathavan2010"}
-    count = _layout.MOST_PAIRED + 1 if variant.cells else 1
+    count = skips.MOST_PAIRED + 1 if variant.cells else 1
     balls = tuple(Ball(id=f"still {k}", position=(float(k), 0.0)) for k in range(count))
     return Scene(name="warm-up", balls=balls, physics=Physics(**laws))
 
@@ -85,14 +92,15 @@ class Run:
         None until the run turns out to need them; most don't.
     """
 
-    def __init__(self, scene: Scene, keep_log: bool) -> None:
+    def __init__(self, scene: Scene, keep_log: bool, off: frozenset[Skip] = frozenset()) -> None:
         self.status = Status.FAILED
         self.reason = ""
         self.t_end = 0.0
         self.wall_time = 0.0
         self._keep_log = keep_log
         self._scene = scene
-        self._layout = layout = layout_of(scene)
+        self._off = off
+        self._layout = layout = layout_of(scene, off)
         self.size = n = len(layout.radii)
         balls, pairs = layout.balls, layout.pairs
         self._state = balls.state.copy()
@@ -109,9 +117,10 @@ class Run:
             pairs.least.copy(),
             pairs.next.copy(),
             np.empty_like(pairs.track),
+            pairs.looked_at,
             layout.cells and s.Cells._make(array.copy() for array in layout.cells),
         )
-        self.contacts: s.Contacts | None = None
+        self.contacts = contacts_of(n) if Skip.CONTACTS in off else None
         self._log = log_of(_FIRST_LOG if keep_log else 0, n)
         self._clock, self._counters = self._log.clock, self._log.counters
         self._logs: list[s.Log] = []
@@ -144,7 +153,7 @@ class Run:
             if code == s.RUN_LOG_FULL:
                 self._start_new_log()
             elif code == s.RUN_CONTACTS:
-                warm_up(variant_of(self._scene, True))
+                warm_up(variant_of(self._scene, True, self._off))
                 self.contacts = contacts_of(self.size)
             elif code != s.RUN_EVENT_LIMIT or limit == max_events:
                 return code

@@ -10,6 +10,7 @@ import math
 
 from engine._cells import earliest_in_cells, touching_in_cells, update_in_cells
 from engine._jit import kernel
+from engine._look_again import look_again
 from engine._pairs import earliest_of_pairs, touching_pairs, update_pairs
 from engine._state import Balls, Cells, Contacts, IntArray, Laws, Pairs
 
@@ -27,6 +28,7 @@ def update_balls(
     """Bound anew every pair of the balls in `balls.touched`, whose motion changed at t [s]."""
     if pairs is not None:
         update_pairs(balls, laws, pairs, contacts, t, counters)
+        look_again(balls, laws, pairs, pairs.looked_at, contacts, t, counters)
     if cells is not None:
         update_in_cells(balls, laws, cells, contacts, t, counters)
 

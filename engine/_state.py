@@ -77,7 +77,9 @@ class Laws(NamedTuple):
     """
 
     slides: bool  # whether spin is a state of its own (else balls always roll)
-    frictionless: bool  # whether no ball is ever slowed: all move uniformly between events
+    uniform: bool  # whether no ball is ever slowed, so that all move uniformly between events
+    cushioned: bool  # whether there is a cushion
+    rubs: bool  # whether a ball's surface rubs on another's
     simultaneous: bool  # whether impacts at one instant are resolved together
     ball_law: int  # its place in `registry.BALL_LAWS`
     ball_restitution: float
@@ -104,7 +106,14 @@ class Pairs(NamedTuple):
     least: FloatArray  # (n,) least bound of the row
     next: FloatArray  # (n,) the less of that and the ball's own next event
     track: FloatArray  # copies of what bounds need: see `TRACKS`
+    looked_at: BoolArray | None  # (LOOKED_AT,) what is looked at all the same; see `_look_again`
 
+
+# Places in `Pairs.looked_at`.
+UNDISTURBED = 0
+RECEDING = 1
+OUT_OF_REACH = 2
+LOOKED_AT = 3
 
 # `Pairs.track` holds, for each block of LANES balls, TRACKS rows of LANES numbers: constant
 # distances, from which the compiler sees that rows don't overlap, and that it may vectorise.

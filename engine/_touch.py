@@ -6,8 +6,8 @@ import math
 
 from engine._geometry import at_rest, capture_height, negligible_hop, relative_motion
 from engine._jit import kernel
-from engine._motion import first_crossing
-from engine._state import AX, AY, EPOCH, RADIUS, ROLL, VX, VY, Balls
+from engine._motion import first_crossing, first_meeting
+from engine._state import AX, AY, EPOCH, RADIUS, ROLL, VX, VY, Balls, Laws
 from engine._tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
 
 NOT_YET = 0
@@ -16,6 +16,25 @@ IMPACT = 1
 """The pair touches and approaches: collide it now."""
 PRESSED = 2
 """The pair touches, and is pulled together so that it would not part by what is resolved."""
+
+
+@kernel(inline=True)
+def first_bound(balls: Balls, laws: Laws, i: int, j: int) -> float:
+    """Return the first bound of when the pair touches [s], or inf.
+
+    From the instant at which the later of the two changed its motion. To the bit what `_pairs` has
+    in its rows, which are this without branches.
+    """
+    start = max(balls.state[i, EPOCH], balls.state[j, EPOCH])
+    rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
+    reach = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    if laws.uniform:
+        met: float = start + first_meeting(rx, ry, vx, vy, reach)
+        return met
+    distance = math.sqrt(rx * rx + ry * ry)
+    gap = distance * (distance - reach)
+    bound: float = start + first_crossing(gap, rx * vx + ry * vy, rx * ax + ry * ay)
+    return bound
 
 
 @kernel(inline=True)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from engine._layout import is_laid_out
 from engine.errors import GhostballError
 from engine.features import EXACT, Capability, Feature, check_supported
 from engine.result import RECORDS, Record, Result
 from engine.scene import Scene
+from engine.skips import Skip, chosen_skips
 
 _LATER = Capability("none", "not in this version of the engine")
 
@@ -29,7 +30,13 @@ MAX_EVENTS = 10_000_000
 """Default event limit: a shot has hundreds of events, a long run of an elastic gas millions."""
 
 
-def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVENTS) -> Result:
+def simulate(
+    scene: Scene,
+    *,
+    record: Record = "rest",
+    max_events: int = MAX_EVENTS,
+    no_skip: Collection[str] = (),
+) -> Result:
     """Simulate `scene` in continuous time, to rest or to its `t_max`.
 
     Parameters
@@ -40,6 +47,8 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
         motion can be sampled at any time; "trajectory" is the same for this engine.
     max_events : int
         Events and contact steps after which to give up; the result then says so in `status`.
+    no_skip : collection of str
+        Skips that are switched off; `engine.skips` has their names. The answer is the same.
 
     Returns
     -------
@@ -51,7 +60,7 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
     UnsupportedSceneError
         Where the scene needs physics that this engine lacks.
     GhostballError
-        Where `scene`, `record` or `max_events` is wrong.
+        Where `scene`, `record`, `max_events` or `no_skip` is wrong.
 
     Notes
     -----
@@ -69,12 +78,13 @@ def simulate(scene: Scene, *, record: Record = "rest", max_events: int = MAX_EVE
     # command line, must not wait for it.
     from engine import _run  # noqa: PLC0415
 
-    _run.warm_up(_run.variant_of(scene, contacts=False))
-    run = _run.Run(scene, keep_log=record != "rest")
+    off = chosen_skips(no_skip, scene) if no_skip else frozenset()
+    _run.warm_up(_run.variant_of(scene, False, off))
+    run = _run.Run(scene, record != "rest" or Skip.RECORDS in off, off)
     run.go(max_events)
     return Result(
         engine="ghostball",
-        settings={"max_events": max_events},
+        settings={"max_events": max_events, "no_skip": "+".join(sorted(off))},
         scene=scene,
         status=run.status,
         final_state=run.final_state(),

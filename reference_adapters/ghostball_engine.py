@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from engine import Record, Result, Scene, simulate
 from engine.features import Capabilities
 from engine.simulate import CAPABILITIES, MAX_EVENTS
+from engine.skips import chosen_skips
 from reference_adapters.base import EngineBase, EngineSettings
 
 
@@ -17,6 +18,14 @@ class GhostballSettings(EngineSettings):
 
     max_events: Annotated[int, Field(gt=0)] = MAX_EVENTS
     """Events after which a run stops with `Status.EVENT_LIMIT`."""
+    no_skip: str = ""
+    """Skips that are switched off, joined by "+"; `engine.skips` names them."""
+
+    @field_validator("no_skip")
+    @classmethod
+    def _names_skips(cls, value: str) -> str:
+        """Refuse what names no skip, and put the names in order."""
+        return "+".join(sorted(chosen_skips(_names(value))))
 
 
 class GhostballEngine(EngineBase):
@@ -32,4 +41,14 @@ class GhostballEngine(EngineBase):
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene; see `engine.simulate`."""
-        return simulate(scene, record=record, max_events=self.settings.max_events)
+        settings = self.settings
+        return simulate(
+            scene,
+            record=record,
+            max_events=settings.max_events,
+            no_skip=_names(settings.no_skip),
+        )
+
+
+def _names(joined: str) -> list[str]:
+    return joined.split("+") if joined else []

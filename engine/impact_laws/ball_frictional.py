@@ -23,7 +23,7 @@ def frictional(impact: BallImpact, laws: Laws) -> BallImpulse:
     impact : BallImpact
         The balls just before, approaching each other.
     laws : Laws
-        `ball_restitution`, and `ball_friction` or `speed_dependent`, are used.
+        `ball_restitution`, `rubs`, and `ball_friction` or `speed_dependent` are used.
 
     Returns
     -------
@@ -44,7 +44,7 @@ def frictional(impact: BallImpact, laws: Laws) -> BallImpulse:
     Contract: no allocation. Without friction the tangential parts are exactly 0.
     """
     normal = (1.0 + laws.ball_restitution) * (impact.a_vn - impact.b_vn)
-    if laws.ball_friction == 0.0 and not laws.speed_dependent:
+    if not laws.rubs:
         return BallImpulse(normal, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     slip_along, slip_up = contact_slip(impact)
     slip = length(slip_along, slip_up)

@@ -8,7 +8,7 @@ from breaks import break_scene, physics_of
 from invariants import fingerprint
 from shots import POOL_TABLE, R, ball, rack, scene_of
 
-from engine import Ball, Physics, Scene, Table, _layout, simulate
+from engine import Ball, Physics, Scene, Table, simulate, skips
 from engine.impact_laws.registry import any_integrated
 from validation.library import FOLDER
 
@@ -43,7 +43,7 @@ def both(scene, monkeypatch):
     """Simulate with a bound for every pair, and with cells."""
     results = []
     for most in (10**6, 0):
-        monkeypatch.setattr(_layout, "MOST_PAIRED", most)
+        monkeypatch.setattr(skips, "MOST_PAIRED", most)
         results.append(simulate(scene.model_copy(), record="events"))
     return results
 
