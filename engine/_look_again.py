@@ -46,8 +46,9 @@ def look_again(
 
     Contract: `update_pairs` has just been called; no allocation.
     """
-    # The compiler leaves out what follows where the type of this argument is None.
-    if looked_at is not None:
+    # The compiler leaves out what follows where the type of this argument is None. A run that goes
+    # on where it stopped has found its next impact already, and touched nothing since.
+    if looked_at is not None and balls.touched[0] > 0:
         _look_again(balls, laws, pairs, looked_at, contacts, t, counters)
 
 
