@@ -84,7 +84,7 @@ def simulate(
     run.go(max_events)
     return Result(
         engine="ghostball",
-        settings={"max_events": max_events, "no_skip": "+".join(sorted(off))},
+        settings={"max_events": max_events} | ({"no_skip": "+".join(sorted(off))} if off else {}),
         scene=scene,
         status=run.status,
         final_state=run.final_state(),

@@ -11,8 +11,9 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from engine import Result, Scene
+from engine import Record, Result, Scene
 from engine.features import Capability, Feature
+from engine.skips import explain_skips
 from reference_adapters import EngineError, engine_class, engine_names
 from reference_adapters.base import EngineSettings
 from reference_adapters.registry import known_settings
@@ -36,6 +37,20 @@ def result_table(result: Result) -> RenderableType:
         shown = [f"{x:.9f}" for x in position[: 3 if flight else 2]]
         balls.add_row(escape(ball.id), *shown, f"{float(way @ way) ** 0.5:.6f}")
     return Group(_heading(scene), balls, _facts(_outcome(result)))
+
+
+def skips_table(result: Result, record: Record) -> Table:
+    """Return a line for each skip of our engine: whether this run used it, why, what it saves."""
+    table = Table(box=box.SIMPLE_HEAD)
+    table.add_column("skip", no_wrap=True)
+    table.add_column("used")
+    table.add_column("because")
+    table.add_column("it leaves out")
+    off = result.settings.get("no_skip")
+    for use in explain_skips(result.scene, record, off.split("+") if off else ()):
+        used = "[green]yes[/]" if use.used else "no"
+        table.add_row(use.skip, used, escape(use.why), escape(use.skip.leaves_out))
+    return table
 
 
 def scenes_table(scenes: Iterable[Scene]) -> Table:

@@ -108,8 +108,18 @@ def simulate(
         Path | None,
         typer.Option(metavar="FILE", help="Draw the paths of the balls (.png, .svg or .pdf)."),
     ] = None,
+    explain_skips: Annotated[
+        bool,
+        typer.Option(
+            "--explain-skips",
+            help="Print also what our engine left out because the scene doesn't need it, and why. "
+            "To switch some off: --engine ghostball:no_skip=contacts+cushions.",
+        ),
+    ] = False,
 ) -> None:
     """Run one scene on one engine; print where the balls stop."""
+    if explain_skips and as_json:
+        raise typer.BadParameter("--json and --explain-skips exclude each other")
     if plot is not None:
         if record not in (None, RecordChoice.TRAJECTORY):
             raise typer.BadParameter(
@@ -118,11 +128,15 @@ def simulate(
         record = RecordChoice.TRAJECTORY
         _check_plot(plot)
     from engine import Status  # noqa: PLC0415
-    from ghostball._tables import result_table  # noqa: PLC0415
+    from ghostball._tables import result_table, skips_table  # noqa: PLC0415
     from reference_adapters import make_engine  # noqa: PLC0415
     from validation.library import find_scene  # noqa: PLC0415
 
     chosen = make_engine(engine)
+    if explain_skips and chosen.name != "ghostball":
+        raise typer.BadParameter(
+            f"is about engine ghostball, got {engine}", param_hint="--explain-skips"
+        )
     shot = find_scene(scene)
     with busy(f"{shot.name} on {engine}"):
         result = chosen.simulate(shot, record=(record or RecordChoice.REST).value)
@@ -135,6 +149,8 @@ def simulate(
         typer.echo(result.to_json())
     else:
         stdout().print(result_table(result))
+        if explain_skips:
+            stdout().print(skips_table(result, (record or RecordChoice.REST).value))
         if plot is not None:
             stdout().print(f"paths drawn in {plot}", soft_wrap=True, markup=False)
     if not result.status.complete:

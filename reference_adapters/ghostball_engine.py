@@ -18,14 +18,14 @@ class GhostballSettings(EngineSettings):
 
     max_events: Annotated[int, Field(gt=0)] = MAX_EVENTS
     """Events after which a run stops with `Status.EVENT_LIMIT`."""
-    no_skip: str = ""
+    no_skip: str | None = None
     """Skips that are switched off, joined by "+"; `engine.skips` names them."""
 
     @field_validator("no_skip")
     @classmethod
-    def _names_skips(cls, value: str) -> str:
+    def _names_skips(cls, value: str | None) -> str | None:
         """Refuse what names no skip, and put the names in order."""
-        return "+".join(sorted(chosen_skips(_names(value))))
+        return "+".join(sorted(chosen_skips(_names(value)))) or None
 
 
 class GhostballEngine(EngineBase):
@@ -50,5 +50,5 @@ class GhostballEngine(EngineBase):
         )
 
 
-def _names(joined: str) -> list[str]:
+def _names(joined: str | None) -> list[str]:
     return joined.split("+") if joined else []
