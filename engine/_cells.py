@@ -45,6 +45,7 @@ from engine._state import (
 )
 from engine._ties import (
     hand_over,
+    is_listed,
     is_pair_listed,
     list_hit,
     takes_precedence,
@@ -258,21 +259,21 @@ def _update_tree(balls: Balls, cells: Cells, i: int) -> None:
 
 
 @kernel
-def _leaf_at(tree: FloatArray, t: float, start: int) -> int:
-    """Return the first ball from `start` on whose next instant is t [s], of all the earliest."""
+def _leaf_due(tree: FloatArray, t: float, start: int) -> int:
+    """Return the first ball from `start` on whose next instant is t [s] or sooner, or NOWHERE."""
     leaves = len(tree) // 2
     if start >= leaves:
         return NOWHERE
     place = leaves + start
-    if tree[place] != t:
+    if not tree[place] <= t:
         # Up, until a subtree to the right has it.
-        while place & 1 or tree[place + 1] != t:
+        while place & 1 or not tree[place + 1] <= t:
             place >>= 1
             if place <= 1:
                 return NOWHERE
         place += 1
     while place < leaves:
-        place = 2 * place if tree[2 * place] == t else 2 * place + 1
+        place = 2 * place if tree[2 * place] <= t else 2 * place + 1
     return place - leaves
 
 
@@ -294,7 +295,7 @@ def earliest_in_cells(
         if not t < math.inf:
             return t, -1
         single, settled = NOWHERE, True
-        i = _leaf_at(cells.tree, t, 0)
+        i = _leaf_due(cells.tree, t, 0)
         while i != NOWHERE:
             if balls.state[i, OWN_TIME] == t:
                 if single == NOWHERE or takes_precedence(balls, i, single):
@@ -302,10 +303,16 @@ def earliest_in_cells(
             elif cells.leaves_at[i] == t:
                 _move_on(balls, laws, cells, contacts, i, t, counters)
                 settled = False
-            elif cells.stamp[cells.partner[i]] != cells.partner_stamp[i]:
+            elif cells.partner[i] == NOWHERE:
                 _fill_slot(balls, laws, cells, contacts, i, t, False, counters)
                 settled = False
-            i = _leaf_at(cells.tree, t, i + 1)
+            elif cells.stamp[cells.partner[i]] != cells.partner_stamp[i]:
+                # Nothing with the others is due before `others`; often an event comes sooner.
+                cells.least[i] = cells.others[i]
+                cells.partner[i] = NOWHERE
+                _update_tree(balls, cells, i)
+                settled = False
+            i = _leaf_due(cells.tree, t, i + 1)
         if settled:
             return t, single
 
@@ -351,7 +358,7 @@ def touching_in_cells(
     Contract: `earliest_in_cells` has returned t, and no own event.
     """
     count, pressed, fastest = 0, 0, 0.0
-    i = _leaf_at(cells.tree, t, 0)
+    i = _leaf_due(cells.tree, t, 0)
     while i != NOWHERE:
         near = 1
         if cells.others[i] <= t:
@@ -383,7 +390,7 @@ def touching_in_cells(
                 count = count + 1 if laws.simultaneous else 1
                 fastest = max(speed, fastest)
                 list_hit(balls, count - 1, i, j)
-        i = _leaf_at(cells.tree, t, i + 1)
+        i = _leaf_due(cells.tree, t, i + 1)
     if count > 0 and laws.simultaneous:
         count = _join_ties(balls, laws, cells, contacts, t, fastest, count, counters)
     return hand_over(balls, count, pressed, counters)
@@ -442,6 +449,8 @@ def _join_ties(
     """List also the pairs that touch but for rounding, as `_pairs._join_ties`."""
     until = when_tied(balls, listed, t, speed)
     count = listed
+    if not _is_more_due(balls, cells, listed, until):
+        return count
     for c in range(listed):
         for i in (balls.hits[c, FIRST], balls.hits[c, SECOND]):
             for k in range(list_near(balls, cells, i)):
@@ -458,3 +467,19 @@ def _join_ties(
                     list_hit(balls, count, i, j)
                     count += 1
     return count
+
+
+@kernel
+def _is_more_due(balls: Balls, cells: Cells, listed: int, until: float) -> bool:
+    """Whether a slot has a bound up to `until` [s], other than those of the listed pairs."""
+    for c in range(listed):
+        if cells.others[balls.hits[c, FIRST]] <= until:
+            return True
+        if cells.others[balls.hits[c, SECOND]] <= until:
+            return True
+    i = _leaf_due(cells.tree, until, 0)
+    while i != NOWHERE:
+        if not is_listed(balls, listed, i):
+            return True
+        i = _leaf_due(cells.tree, until, i + 1)
+    return False

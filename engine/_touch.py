@@ -27,13 +27,15 @@ def first_bound(balls: Balls, laws: Laws, i: int, j: int) -> float:
     """
     start = max(balls.state[i, EPOCH], balls.state[j, EPOCH])
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
+    rate, pull = rx * vx + ry * vy, rx * ax + ry * ay
+    if rate >= 0.0 and pull >= 0.0:
+        return math.inf
     reach = balls.state[i, RADIUS] + balls.state[j, RADIUS]
     if laws.uniform:
         met: float = start + first_meeting(rx, ry, vx, vy, reach)
         return met
     distance = math.sqrt(rx * rx + ry * ry)
-    gap = distance * (distance - reach)
-    bound: float = start + first_crossing(gap, rx * vx + ry * vy, rx * ax + ry * ay)
+    bound: float = start + first_crossing(distance * (distance - reach), rate, pull)
     return bound
 
 
