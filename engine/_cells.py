@@ -1,11 +1,10 @@
 """When the next two balls touch, among many: bounds with neighbours only, in a grid of cells.
 
-The other scheduler, `_pairs`, keeps a bound for every pair. Here the cloth is divided into cells no
-smaller than the largest ball, so that a ball can only touch those in its own cell and the eight
-around it; when it moves into another, it meets the balls of three new ones. Each ball keeps only
-its earliest bound, in a slot: with whom, and a bound for all the others. A slot whose partner has
-changed its motion meanwhile is found out by its stamp, when its turn comes, and filled anew. A
-tournament tree over all balls finds the earliest.
+The other scheduler, `_pairs`, keeps a bound for every pair. Here (`_grid`) a ball only meets those
+in its own cell and the eight around it; when it moves into another, it meets the balls of three new
+ones. Each ball keeps only its earliest bound, in a slot: with whom, and a bound for all the others.
+A slot whose mate has changed its motion meanwhile is found out by its stamp, when its turn comes,
+and filled anew when that of the others does. A tournament (`_tree`) finds the earliest.
 
 The answers are those of `_pairs` to the bit. The bounds of a pair are a sequence that begins where
 the later of the two changed its motion, each found from the one before; whoever asks, and when,
@@ -16,32 +15,39 @@ from __future__ import annotations
 
 import math
 
-from engine._geometry import list_near, tie_rounding
+from engine._geometry import list_near, relative_motion, tie_rounding
+from engine._grid import cell_number, settle, step_on, time_in_cell
 from engine._jit import kernel
-from engine._motion import first_crossing
+from engine._motion import first_crossing, first_meeting
 from engine._state import (
     ADVANCEMENTS,
-    AX,
-    AY,
+    AFTER,
     BOUNDS,
     CELL_MOVES,
+    COLUMN,
     EPOCH,
     FIRST,
+    LEAST,
+    LEAVES,
+    MATE,
+    MATE_STAMP,
     NEXT,
     NOWHERE,
+    OTHERS,
     OWN_TIME,
     PARTNER,
+    PENDING,
+    PENDING_VERDICT,
+    RADIUS,
+    ROW,
     SECOND,
-    VX,
-    VY,
+    STAMP,
+    WAY,
     Balls,
     Cells,
     Contacts,
-    FloatArray,
     IntArray,
     Laws,
-    X,
-    Y,
 )
 from engine._ties import (
     hand_over,
@@ -52,6 +58,10 @@ from engine._ties import (
     when_tied,
 )
 from engine._touch import IMPACT, NOT_YET, PRESSED, first_bound, touch
+from engine._tree import enter_instant, first_due
+
+_CLEARLY = 2.0**-30
+"""What a bound must be later by, relative to the distance, to be seen without computing it."""
 
 
 @kernel(inline=True)
@@ -66,77 +76,14 @@ def update_in_cells(
     """Fill anew the slots of the balls in `balls.touched`, whose motion changed at t [s]."""
     for m in range(1, balls.touched[0] + 1):
         i = balls.touched[m]
-        cells.stamp[i] += 1
-        if cells.cell[i] == NOWHERE:
-            _enter_cell(cells, i, _cell_at(cells, balls.state[i, X], balls.state[i, Y]))
-        cells.leaves_at[i] = _time_in_cell(balls, cells, i, t)
+        cells.link[i, STAMP] += 1
+        if cells.link[i, COLUMN] == 0:
+            settle(balls, cells, i)
     for m in range(1, balls.touched[0] + 1):
         # A pair of two that changed goes to the slot of the one that comes later.
-        _fill_slot(balls, laws, cells, contacts, balls.touched[m], t, True, counters)
-
-
-@kernel
-def _cell_at(cells: Cells, x: float, y: float) -> int:
-    """Return the cell that holds a place; the outermost reach as far as the cloth."""
-    columns, rows = cells.size[0], cells.size[1]
-    column = min(max(int((x - cells.frame[0]) / cells.frame[2]), 0), columns - 1)
-    row = min(max(int((y - cells.frame[1]) / cells.frame[2]), 0), rows - 1)
-    return int(row * columns + column)
-
-
-@kernel
-def _enter_cell(cells: Cells, i: int, cell: int) -> None:
-    following = cells.first[cell]
-    cells.cell[i] = cell
-    cells.before[i] = NOWHERE
-    cells.after[i] = following
-    if following != NOWHERE:
-        cells.before[following] = i
-    cells.first[cell] = i
-
-
-@kernel
-def _leave_cell(cells: Cells, i: int) -> None:
-    before, after = cells.before[i], cells.after[i]
-    if before == NOWHERE:
-        cells.first[cells.cell[i]] = after
-    else:
-        cells.after[before] = after
-    if after != NOWHERE:
-        cells.before[after] = before
-
-
-@kernel(inline=True)
-def _time_in_cell(balls: Balls, cells: Cells, i: int, t: float) -> float:
-    """Return when ball i leaves its cell, as it moves from the instant t on; inf if never so.
-
-    And note the way.
-    """
-    side = cells.frame[2]
-    column, row = cells.cell[i] % cells.size[0], cells.cell[i] // cells.size[0]
-    s = t - balls.state[i, EPOCH]
-    ax, ay = balls.state[i, AX], balls.state[i, AY]
-    x = balls.state[i, X] + s * (balls.state[i, VX] + 0.5 * ax * s) - cells.frame[0]
-    y = balls.state[i, Y] + s * (balls.state[i, VY] + 0.5 * ay * s) - cells.frame[1]
-    vx, vy = balls.state[i, VX] + ax * s, balls.state[i, VY] + ay * s
-    least, way = math.inf, 0
-    for k in range(4):
-        # Left, right, down, up: there is no way out of the outermost.
-        along = k < 2
-        place, last = (column, cells.size[0] - 1) if along else (row, cells.size[1] - 1)
-        up = k % 2 == 1
-        if place == (last if up else 0):
-            continue
-        at, rate, pull = (x, vx, ax) if along else (y, vy, ay)
-        gap = (place + 1) * side - at if up else at - place * side
-        rate, pull = (-rate, -pull) if up else (rate, pull)
-        if rate >= 0.0 and pull >= 0.0:
-            continue
-        leaves = first_crossing(gap, rate, pull)
-        if leaves < least:
-            least, way = leaves, k
-    cells.way[i] = way
-    return t + least
+        i = balls.touched[m]
+        cells.slot[i, LEAVES] = time_in_cell(balls, cells, i, t)
+        _fill_slot(balls, laws, cells, contacts, i, t, True, counters)
 
 
 @kernel(inline=True)
@@ -189,14 +136,15 @@ def _fill_slot(
 
     Where it shares, pairs with balls that changed too and come later are left to those.
     """
-    cells.least[i] = math.inf
-    cells.others[i] = math.inf
-    columns, rows = cells.size[0], cells.size[1]
-    column, row = cells.cell[i] % columns, cells.cell[i] // columns
-    for y in range(max(row - 1, 0), min(row + 2, rows)):
-        for x in range(max(column - 1, 0), min(column + 2, columns)):
-            _meet_cell(balls, laws, cells, contacts, i, y * columns + x, t, shares, counters)
-    _update_tree(balls, cells, i)
+    cells.slot[i, LEAST] = math.inf
+    cells.slot[i, OTHERS] = math.inf
+    cells.link[i, MATE] = NOWHERE
+    column, row = cells.link[i, COLUMN], cells.link[i, ROW]
+    for y in range(-1, 2):
+        for x in range(-1, 2):
+            cell = cell_number(cells, column + x, row + y)
+            _meet_cell(balls, laws, cells, contacts, i, cell, t, shares, counters)
+    _enter_next(balls, cells, i)
 
 
 @kernel
@@ -232,49 +180,60 @@ def _meet_cell(
         if contacts is not None:
             left = left or _holds(contacts, i, j)
         if not left:
-            bound = _next_bound(balls, laws, i, j, t, counters)
-            if bound < cells.least[i]:
-                cells.others[i] = cells.least[i]
-                cells.least[i] = bound
-                cells.partner[i] = j
-                cells.partner_stamp[i] = cells.stamp[j]
-            elif bound < cells.others[i]:
-                cells.others[i] = bound
-        j = cells.after[j]
+            _meet_ball(balls, laws, cells, i, j, t, counters)
+        j = cells.link[j, AFTER]
 
 
 @kernel(inline=True)
-def _update_tree(balls: Balls, cells: Cells, i: int) -> None:
-    """Carry ball i's next instant up the tree, as far as it changes anything."""
-    tree = cells.tree
-    place = len(tree) // 2 + i
-    tree[place] = min(cells.least[i], cells.leaves_at[i], balls.state[i, OWN_TIME])
-    place >>= 1
-    while place > 0:
-        value = min(tree[2 * place], tree[2 * place + 1])
-        if tree[place] == value:
+def _meet_ball(
+    balls: Balls, laws: Laws, cells: Cells, i: int, j: int, t: float, counters: IntArray
+) -> None:
+    """Enter in ball i's slot its bound with ball j, if it is one of the first two.
+
+    Notes
+    -----
+    Most neighbours move away, or come later than two others: seen before roots are taken. For this,
+    `_pairs._bound_block`'s quadratic is looked at when the second of those is due, with a gap that
+    is smaller: (d - D)(d + D) / 2 <= d (d - D). Where the quadratic is positive then, and bends
+    down, or is bounded by its tangent, it has had no root.
+    """
+    start = max(balls.state[i, EPOCH], balls.state[j, EPOCH])
+    rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
+    rate, pull = rx * vx + ry * vy, rx * ax + ry * ay
+    if rate >= 0.0 and pull >= 0.0:
+        return
+    others = cells.slot[i, OTHERS]
+    square = rx * rx + ry * ry
+    if others < math.inf:
+        s = others - start
+        gap = 0.5 * (square - cells.frame[3] * cells.frame[3]) - _CLEARLY * square
+        if gap > 0.0 and gap + s * (rate + 0.5 * min(pull, 0.0) * s) > 0.0:
             return
-        tree[place] = value
-        place >>= 1
+    counters[BOUNDS] += 1
+    end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
+    reach = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    if laws.uniform:
+        bound = start + first_meeting(rx, ry, vx, vy, reach)
+    else:
+        distance = math.sqrt(square)
+        bound = start + first_crossing(distance * (distance - reach), rate, pull)
+    bound = bound if bound <= end else math.inf
+    if bound <= t:
+        bound = _later_bound(balls, i, j, bound, t, end, counters)
+    if bound < cells.slot[i, LEAST]:
+        cells.slot[i, OTHERS] = cells.slot[i, LEAST]
+        cells.slot[i, LEAST] = bound
+        cells.link[i, MATE] = j
+        cells.link[i, MATE_STAMP] = cells.link[j, STAMP]
+    elif bound < others:
+        cells.slot[i, OTHERS] = bound
 
 
-@kernel
-def _leaf_due(tree: FloatArray, t: float, start: int) -> int:
-    """Return the first ball from `start` on whose next instant is t [s] or sooner, or NOWHERE."""
-    leaves = len(tree) // 2
-    if start >= leaves:
-        return NOWHERE
-    place = leaves + start
-    if not tree[place] <= t:
-        # Up, until a subtree to the right has it.
-        while place & 1 or not tree[place + 1] <= t:
-            place >>= 1
-            if place <= 1:
-                return NOWHERE
-        place += 1
-    while place < leaves:
-        place = 2 * place if tree[2 * place] <= t else 2 * place + 1
-    return place - leaves
+@kernel(inline=True)
+def _enter_next(balls: Balls, cells: Cells, i: int) -> None:
+    """Enter ball i's next instant in the tree."""
+    slot = min(cells.slot[i, LEAST], cells.slot[i, LEAVES])
+    enter_instant(cells.tree, i, min(slot, balls.state[i, OWN_TIME]))
 
 
 @kernel(inline=True)
@@ -284,37 +243,40 @@ def earliest_in_cells(
     cells: Cells,
     contacts: Contacts | None,
     counters: IntArray,
-) -> tuple[float, int]:
-    """Return the instant [s] of the next event or bound, and the ball whose own event it is, or -1.
+) -> tuple[float, int, int]:
+    """Return the next instant and whose it is, as `_schedule.earliest`.
 
     What concerns no ball's motion is done on the way: balls move to other cells, and slots that a
-    partner left are filled anew. Of several own events at one instant, as `_pairs.earliest`.
+    mate left are filled anew. Of several own events at one instant, as `_pairs.earliest`.
     """
     while True:
         t = cells.tree[1]
         if not t < math.inf:
-            return t, -1
+            return t, -1, -1
         single, settled = NOWHERE, True
-        i = _leaf_due(cells.tree, t, 0)
+        first = first_due(cells.tree, t, 0)
+        only = cells.slot[first, OTHERS] > t
+        i = first
         while i != NOWHERE:
+            only = only and i == first
             if balls.state[i, OWN_TIME] == t:
                 if single == NOWHERE or takes_precedence(balls, i, single):
                     single = i
-            elif cells.leaves_at[i] == t:
+            elif cells.slot[i, LEAVES] == t:
                 _move_on(balls, laws, cells, contacts, i, t, counters)
                 settled = False
-            elif cells.partner[i] == NOWHERE:
+            elif cells.link[i, MATE] == NOWHERE:
                 _fill_slot(balls, laws, cells, contacts, i, t, False, counters)
                 settled = False
-            elif cells.stamp[cells.partner[i]] != cells.partner_stamp[i]:
-                # Nothing with the others is due before `others`; often an event comes sooner.
-                cells.least[i] = cells.others[i]
-                cells.partner[i] = NOWHERE
-                _update_tree(balls, cells, i)
+            elif cells.link[cells.link[i, MATE], STAMP] != cells.link[i, MATE_STAMP]:
+                # Nothing with the others is due before `OTHERS`; often an event comes sooner.
+                cells.slot[i, LEAST] = cells.slot[i, OTHERS]
+                cells.link[i, MATE] = NOWHERE
+                _enter_next(balls, cells, i)
                 settled = False
-            i = _leaf_due(cells.tree, t, i + 1)
+            i = first_due(cells.tree, t, i + 1)
         if settled:
-            return t, single
+            return t, single, first if only else -1
 
 
 @kernel(inline=True)
@@ -329,19 +291,16 @@ def _move_on(
 ) -> None:
     """Move ball i to the next cell on its way, at t [s]; there it meets the balls of three more."""
     counters[CELL_MOVES] += 1
-    columns, rows = cells.size[0], cells.size[1]
-    way = cells.way[i]
+    way = cells.link[i, WAY]
+    step_on(cells, i)
+    cells.slot[i, LEAVES] = time_in_cell(balls, cells, i, t)
+    column, row = cells.link[i, COLUMN], cells.link[i, ROW]
     step = -1 if way % 2 == 0 else 1
-    cell = cells.cell[i] + (step if way < 2 else step * columns)
-    _leave_cell(cells, i)
-    _enter_cell(cells, i, cell)
-    cells.leaves_at[i] = _time_in_cell(balls, cells, i, t)
-    column, row = cell % columns, cell // columns
     for k in range(-1, 2):
         x, y = (column + step, row + k) if way < 2 else (column + k, row + step)
-        if 0 <= x < columns and 0 <= y < rows:
-            _meet_cell(balls, laws, cells, contacts, i, y * columns + x, t, False, counters)
-    _update_tree(balls, cells, i)
+        cell = cell_number(cells, x, y)
+        _meet_cell(balls, laws, cells, contacts, i, cell, t, False, counters)
+    _enter_next(balls, cells, i)
 
 
 @kernel(inline=True)
@@ -351,25 +310,54 @@ def touching_in_cells(
     cells: Cells,
     contacts: Contacts | None,
     t: float,
+    row: int,
     counters: IntArray,
 ) -> bool:
-    """Judge every pair whose bound is the instant t [s], as `_pairs.touching`; whether one touches.
+    """Judge every pair whose bound is the instant t [s], as `_schedule.touching`; whether one does.
 
-    Contract: `earliest_in_cells` has returned t, and no own event.
+    Contract: `earliest_in_cells` has returned t and `row`, and no own event.
     """
+    if row < 0:
+        return _touching_several(balls, laws, cells, contacts, t, counters)
+    mate = cells.link[row, MATE]
+    counters[ADVANCEMENTS] += 1
+    verdict, bound, speed = touch(balls, row, mate, t, 0.0)
+    if verdict == NOT_YET:
+        _advance_slot(balls, laws, cells, contacts, row, mate, bound, t, counters)
+        return False
+    list_hit(balls, 0, row, mate)
+    counters[PENDING] = 1
+    counters[PENDING_VERDICT] = verdict
+    if verdict == IMPACT and laws.simultaneous:
+        count = _join_ties(balls, laws, cells, contacts, t, speed, 1, counters)
+        if count > 1:
+            hand_over(balls, count, 0, counters)
+    return True
+
+
+@kernel
+def _touching_several(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells,
+    contacts: Contacts | None,
+    t: float,
+    counters: IntArray,
+) -> bool:
+    """`touching_in_cells`, where more than one bound is the instant t [s]."""
     count, pressed, fastest = 0, 0, 0.0
-    i = _leaf_due(cells.tree, t, 0)
+    i = first_due(cells.tree, t, 0)
     while i != NOWHERE:
         near = 1
-        if cells.others[i] <= t:
+        if cells.slot[i, OTHERS] <= t:
             # Another pair as early; or the same, which the ball met again in another cell.
             _refill_slot(balls, laws, cells, contacts, i, t, counters)
-            if cells.least[i] > t:
+            if cells.slot[i, LEAST] > t:
                 near = 0
-            elif cells.others[i] <= t:
+            elif cells.slot[i, OTHERS] <= t:
                 near = list_near(balls, cells, i)
         for c in range(near):
-            j = balls.near[c] if cells.others[i] <= t else cells.partner[i]
+            j = balls.near[c] if cells.slot[i, OTHERS] <= t else cells.link[i, MATE]
             if near > 1 and not _touches(balls, laws, contacts, i, j, t, counters):
                 continue
             if is_pair_listed(balls, 0, count, i, j):
@@ -390,7 +378,7 @@ def touching_in_cells(
                 count = count + 1 if laws.simultaneous else 1
                 fastest = max(speed, fastest)
                 list_hit(balls, count - 1, i, j)
-        i = _leaf_due(cells.tree, t, i + 1)
+        i = first_due(cells.tree, t, i + 1)
     if count > 0 and laws.simultaneous:
         count = _join_ties(balls, laws, cells, contacts, t, fastest, count, counters)
     return hand_over(balls, count, pressed, counters)
@@ -425,12 +413,12 @@ def _advance_slot(
     counters: IntArray,
 ) -> None:
     """Move on ball i's slot to its next bound with ball j, if the one at t [s] is there."""
-    if cells.least[i] != t or cells.partner[i] != j:
+    if cells.slot[i, LEAST] != t or cells.link[i, MATE] != j:
         return
     end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
-    if bound <= end and bound <= cells.others[i]:
-        cells.least[i] = bound
-        _update_tree(balls, cells, i)
+    if bound <= end and bound <= cells.slot[i, OTHERS]:
+        cells.slot[i, LEAST] = bound
+        _enter_next(balls, cells, i)
     else:
         _refill_slot(balls, laws, cells, contacts, i, t, counters)
 
@@ -473,13 +461,13 @@ def _join_ties(
 def _is_more_due(balls: Balls, cells: Cells, listed: int, until: float) -> bool:
     """Whether a slot has a bound up to `until` [s], other than those of the listed pairs."""
     for c in range(listed):
-        if cells.others[balls.hits[c, FIRST]] <= until:
+        if cells.slot[balls.hits[c, FIRST], OTHERS] <= until:
             return True
-        if cells.others[balls.hits[c, SECOND]] <= until:
+        if cells.slot[balls.hits[c, SECOND], OTHERS] <= until:
             return True
-    i = _leaf_due(cells.tree, until, 0)
+    i = first_due(cells.tree, until, 0)
     while i != NOWHERE:
         if not is_listed(balls, listed, i):
             return True
-        i = _leaf_due(cells.tree, until, i + 1)
+        i = first_due(cells.tree, until, i + 1)
     return False

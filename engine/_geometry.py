@@ -6,9 +6,11 @@ import math
 
 from engine._jit import kernel
 from engine._state import (
+    AFTER,
     AX,
     AY,
     BOTTOM,
+    COLUMN,
     EPOCH,
     LEFT,
     NOWHERE,
@@ -16,6 +18,7 @@ from engine._state import (
     RADIUS,
     RIGHT,
     ROLL,
+    ROW,
     SLIDE,
     SLIDING,
     VX,
@@ -206,11 +209,11 @@ def list_near(balls: Balls, cells: Cells | None, i: int) -> int:
                 balls.near[count] = j
                 count += 1
         return count
-    columns, rows = cells.size[0], cells.size[1]
-    column, row = cells.cell[i] % columns, cells.cell[i] // columns
-    for y in range(max(row - 1, 0), min(row + 2, rows)):
-        for x in range(max(column - 1, 0), min(column + 2, columns)):
-            k = cells.first[y * columns + x]
+    stride = cells.size[0] + 2
+    middle = cells.link[i, ROW] * stride + cells.link[i, COLUMN]
+    for y in range(-1, 2):
+        for x in range(-1, 2):
+            k = cells.first[middle + y * stride + x]
             while k != NOWHERE:
                 if k != i:
                     # In the order of their numbers, as without cells.
@@ -220,7 +223,7 @@ def list_near(balls: Balls, cells: Cells | None, i: int) -> int:
                         place -= 1
                     balls.near[place] = k
                     count += 1
-                k = cells.after[k]
+                k = cells.link[k, AFTER]
     return count
 
 

@@ -17,6 +17,7 @@ from engine._state import (
     FREE,
     KNOT,
     LANES,
+    LINK_COLUMNS,
     MASS,
     MOTION_COLUMNS,
     NOWHERE,
@@ -27,6 +28,7 @@ from engine._state import (
     ROLLING,
     SLIDE,
     SLIDING,
+    SLOT_COLUMNS,
     SPIN,
     STATE_COLUMNS,
     TRACKS,
@@ -39,7 +41,6 @@ from engine._state import (
     Cells,
     Contacts,
     FloatArray,
-    Int32Array,
     Laws,
     Log,
     Pairs,
@@ -205,23 +206,12 @@ def cells_of(scene: Scene) -> Cells:
     size = np.maximum(np.floor(extent / side).astype(np.int64), 1)
     leaves = 1 << (n - 1).bit_length()
 
-    def whole(length: int, value: int) -> Int32Array:
-        return np.full(length, value, dtype=np.int32)
-
     return Cells(
-        frame=np.array([*low, side]),
+        frame=np.array([*low, side, 2.0 * float(np.max(scene.radii))]),
         size=size,
-        first=whole(int(np.prod(size)), NOWHERE),
-        after=whole(n, NOWHERE),
-        before=whole(n, NOWHERE),
-        cell=whole(n, NOWHERE),
-        way=whole(n, 0),
-        leaves_at=np.full(n, np.inf),
-        least=np.full(n, np.inf),
-        others=np.full(n, np.inf),
-        partner=whole(n, 0),
-        partner_stamp=whole(n, 0),
-        stamp=whole(n, 0),
+        first=np.full(int(np.prod(size + 2)), NOWHERE, dtype=np.int32),
+        link=np.zeros((n, LINK_COLUMNS), dtype=np.int32),
+        slot=np.full((n, SLOT_COLUMNS), np.inf),
         tree=np.full(2 * leaves, np.inf),
     )
 

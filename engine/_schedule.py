@@ -44,13 +44,13 @@ def earliest(
 ) -> tuple[float, int, int]:
     """Return the instant [s] of the next event or bound; and whose.
 
-    That is the ball whose own event it is, or -1, and the only row of bounds that has it, or -1.
+    That is the ball whose own event it is, or -1, and the only row or slot of bounds that has it,
+    or -1.
     """
     if pairs is not None:
         return earliest_of_pairs(balls, pairs)
     if cells is not None:
-        t, single = earliest_in_cells(balls, laws, cells, contacts, counters)
-        return t, single, -1
+        return earliest_in_cells(balls, laws, cells, contacts, counters)
     return math.nan, -1, -1
 
 
@@ -74,6 +74,6 @@ def touching(
     """
     if pairs is not None:
         return touching_pairs(balls, laws, pairs, t, row, counters)
-    if cells is not None and touching_in_cells(balls, laws, cells, contacts, t, counters):
+    if cells is not None and touching_in_cells(balls, laws, cells, contacts, t, row, counters):
         return t
     return math.inf

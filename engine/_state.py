@@ -131,25 +131,36 @@ TRACK_OWN_TIME = 8 * LANES
 
 
 class Cells(NamedTuple):
-    """The cloth in cells, and the earliest bound of every ball with its neighbours; see `_cells`.
+    """The cloth in cells, and the earliest bound of every ball with its neighbours.
 
-    Numbers of balls and cells are 32 bits wide: memory is what limits the largest scenes.
+    See `_grid`, `_cells` and `_tree`. Numbers of balls and cells are 32 bits wide: memory is what
+    limits the largest scenes. What is used of a ball at one time is in one row.
     """
 
-    frame: FloatArray  # (3,) corner of the first cell, x and y, and side of a cell [m]
-    size: IntArray  # (2,) columns, rows
-    first: Int32Array  # (columns rows,) a ball in the cell, or NOWHERE
-    after: Int32Array  # (n,) the next ball in the same cell, or NOWHERE
-    before: Int32Array  # (n,) the one before
-    cell: Int32Array  # (n,) where the ball is; NOWHERE before the run begins
-    way: Int32Array  # (n,) on which side it will leave: 0 ... 3 is left, right, down, up
-    leaves_at: FloatArray  # (n,) when that is [s]
-    least: FloatArray  # (n,) earliest bound in the ball's slot [s]
-    others: FloatArray  # (n,) no other pair in the slot touches before that [s]
-    partner: Int32Array  # (n,) the other ball of the earliest
-    partner_stamp: Int32Array  # (n,) and its stamp then
-    stamp: Int32Array  # (n,) how often the ball's motion has changed
+    frame: FloatArray  # (4,) corner of the first cell, x and y, side of a cell, largest ball [m]
+    size: IntArray  # (2,) columns, rows; without the border
+    first: Int32Array  # ((columns + 2) (rows + 2),) a ball in the cell, or NOWHERE
+    link: Int32Array  # (n, 8): columns AFTER ... STAMP below
+    slot: FloatArray  # (n, 3): columns LEAVES ... OTHERS below
     tree: FloatArray  # (2 p,) p >= n, a power of 2: leaves p + i are the balls' next instants [s]
+
+
+# Columns of `Cells.link`.
+AFTER = 0  # the next ball in the same cell, or NOWHERE
+BEFORE = 1  # the one before
+COLUMN = 2  # of the ball's cell, from 1 on; 0 before the run begins
+ROW = 3
+WAY = 4  # on which side it will leave: 0 ... 3 is left, right, down, up
+MATE = 5  # the other ball of the earliest bound; NOWHERE: not known any more
+MATE_STAMP = 6  # and its stamp then
+STAMP = 7  # how often the ball's motion has changed
+LINK_COLUMNS = 8
+
+# Columns of `Cells.slot`.
+LEAVES = 0  # when the ball leaves its cell [s]
+LEAST = 1  # its earliest bound [s]
+OTHERS = 2  # no other pair in the slot touches before that [s]
+SLOT_COLUMNS = 3
 
 
 class Contacts(NamedTuple):

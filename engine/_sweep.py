@@ -130,7 +130,7 @@ def _clear_pairs(pairs: Pairs) -> None:
 @kernel
 def _clear_cells(cells: Cells) -> None:
     cells.first[:] = NOWHERE
-    cells.cell[:] = NOWHERE
+    cells.link[:] = 0
     cells.tree[:] = math.inf
 
 
