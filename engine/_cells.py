@@ -437,7 +437,7 @@ def _join_ties(
     """List also the pairs that touch but for rounding, as `_pairs._join_ties`."""
     until = when_tied(balls, listed, t, speed)
     count = listed
-    if not _is_more_due(balls, cells, listed, until):
+    if not _is_more_due(balls, cells, listed, t, until):
         return count
     for c in range(listed):
         for i in (balls.hits[c, FIRST], balls.hits[c, SECOND]):
@@ -458,13 +458,15 @@ def _join_ties(
 
 
 @kernel
-def _is_more_due(balls: Balls, cells: Cells, listed: int, until: float) -> bool:
-    """Whether a slot has a bound up to `until` [s], other than those of the listed pairs."""
+def _is_more_due(balls: Balls, cells: Cells, listed: int, t: float, until: float) -> bool:
+    """Whether a slot may have a bound past the instant t, up to `until` [s].
+
+    Those at t are of the listed pairs.
+    """
     for c in range(listed):
-        if cells.slot[balls.hits[c, FIRST], OTHERS] <= until:
-            return True
-        if cells.slot[balls.hits[c, SECOND], OTHERS] <= until:
-            return True
+        for i in (balls.hits[c, FIRST], balls.hits[c, SECOND]):
+            if t < cells.slot[i, LEAST] <= until or cells.slot[i, OTHERS] <= until:
+                return True
     i = first_due(cells.tree, until, 0)
     while i != NOWHERE:
         if not is_listed(balls, listed, i):
