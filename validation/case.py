@@ -42,13 +42,19 @@ class Case:
         The engine with its settings, as asked for.
     truth : Truth or TruthFailure
     criteria : tuple of Criterion
-        Those that apply to this engine with its settings.
+        Those that apply to this engine with its settings, and whose metric is computed.
+    metrics : tuple of str, or None
+        The metrics that are computed; None is all of them.
+    left_out : tuple of str
+        The metric of each criterion that would apply too, but isn't computed.
     """
 
     scene: Scene
     label: str
     truth: Truth | TruthFailure
     criteria: tuple[Criterion, ...] = ()
+    metrics: tuple[str, ...] | None = None
+    left_out: tuple[str, ...] = ()
 
 
 def run_case(case: Case) -> tuple[CaseRecord, Motion | None]:
@@ -121,7 +127,7 @@ def _approximations(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
 
 
 def _judged(record: CaseRecord, case: Case, truth: Truth, result: Result) -> CaseRecord:
-    measured = measure(result, truth)
+    measured = measure(result, truth, case.metrics)
     start = energy_of(result.scene, initial_state(result.scene))
     end = energy_of(result.scene, result.final_state)
     return replace(
@@ -153,6 +159,7 @@ def _judged(record: CaseRecord, case: Case, truth: Truth, result: Result) -> Cas
             )
             for criterion in case.criteria
         ),
+        left_out=case.left_out,
     )
 
 
