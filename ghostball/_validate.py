@@ -98,7 +98,7 @@ def run(
     if interrupted:
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} cases are done and "
-            f"kept in {folder}; `ghostball report {folder}` reports on them"
+            f"kept in {folder}; `ghostball report {folder}` reports on them, and the same command goes on"
         )
         return ExitStatus.INTERRUPTED
     return outcome.exit_status

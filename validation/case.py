@@ -17,7 +17,7 @@ from reference_adapters.base import ReferenceEngine
 from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
 from validation.criteria import Criterion
 from validation.metrics import METRICS, measure
-from validation.records import CaseRecord, Motion
+from validation.records import CaseRecord, Motion, status_name
 from validation.returned import check_result
 from validation.sampling import motion_of
 from validation.truth import Truth
@@ -135,7 +135,7 @@ def _judged(record: CaseRecord, case: Case, truth: Truth, result: Result) -> Cas
         outcome="ran",
         # An engine says in its result what a setting left open, such as a step of None, came to.
         settings=record.settings | dict(result.settings),
-        status=result.status.name.lower().replace("_", "-"),
+        status=status_name(result.status),
         reason=result.reason,
         truth=truth.kind,
         truth_positions=truth.rest_positions,

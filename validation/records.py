@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict, PlainSerializer, PlainValidator
 
-from engine import Scene
+from engine import Scene, Status
 from engine.result import Events
 
 SCHEMA: Final = 2
@@ -41,6 +41,11 @@ FloatArray = Annotated[
     PlainValidator(_array_from_json),
     PlainSerializer(_array_to_json, when_used="json"),
 ]
+
+
+def status_name(status: Status) -> str:
+    """Return how a record names the way in which a simulation ended, such as "t-max"."""
+    return status.name.lower().replace("_", "-")
 
 
 @dataclass(frozen=True)

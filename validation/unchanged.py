@@ -8,7 +8,8 @@ edited comment runs everything again, which costs time; a change that is missed 
 results their meaning.
 
 Two things can't be hashed, so such cases always run: an engine that another package brings depends
-on whatever that package loads, and a case that failed may do so for a reason outside of all this.
+on whatever that package loads; a case that failed, or stopped early, may have done so for a reason
+outside of all this, such as a limit of time.
 
 Modules stay in memory as they were imported, while their files may be edited and packages
 installed. So these are looked at when this module is imported, before each run and after each case:
@@ -31,12 +32,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from engine import GhostballError, Scene
+from engine import GhostballError, Scene, Status
 from reference_adapters.registry import engine_class, parse_spec
 from validation.criteria import Criterion
 from validation.environment import cpu_flags, cpu_name
 from validation.files import hash_of_file
-from validation.records import SCHEMA, CaseRecord
+from validation.records import SCHEMA, CaseRecord, status_name
 
 OUR_PACKAGES = ("engine", "reference_adapters", "validation")
 """Packages whose every line may decide a result."""
@@ -67,6 +68,8 @@ HARMLESS = frozenset(
 
 PYTHONPATH decides which files are imported; these are hashed themselves.
 """
+
+_COMPLETE = frozenset(status_name(status) for status in Status if status.complete)
 
 Pair = tuple[str, str]
 """A scene's name and an engine's label."""
@@ -171,9 +174,9 @@ def find_unchanged(
 
 
 def may_be_taken_over(case: CaseRecord) -> bool:
-    """Whether a case came to an end that it would come to again."""
+    """Whether a case came to an end that it would come to again: not to a failure or a limit."""
     return case.outcome == "not-representable" or (
-        case.outcome == "ran" and case.status != "failed"
+        case.outcome == "ran" and case.status in _COMPLETE
     )
 
 
