@@ -98,7 +98,8 @@ def run(
     if interrupted:
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} cases are done and "
-            f"kept in {folder}; `ghostball report {folder}` reports on them, and the same command goes on"
+            f"kept in {folder}; `ghostball report {folder}` reports on them, and "
+            "`validate` without --rerun goes on from there"
         )
         return ExitStatus.INTERRUPTED
     return outcome.exit_status

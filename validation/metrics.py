@@ -159,8 +159,7 @@ class Measured:
     notes : dict of str to str
         Why a value is None.
     ball_errors : (n,) float64 [m] or None
-        Distance of each ball from where it should end; None where no metric made of them has a
-        value.
+        Distance of each ball from where it should end; None where no metric of them has a value.
     """
 
     values: dict[str, Value] = field(default_factory=dict)
@@ -183,17 +182,16 @@ def choose_metrics(patterns: Sequence[str]) -> tuple[str, ...]:
     """
     if not patterns:
         raise MetricError("`metrics` must name at least one metric, got none")
-    for pattern in patterns:
-        if not any(fnmatchcase(name, pattern) for name in METRICS):
+    found = {pattern: [n for n in METRICS if fnmatchcase(n, pattern)] for pattern in patterns}
+    for pattern, names in found.items():
+        if not names:
             close = get_close_matches(pattern, METRICS, n=1)
             hint = f"Did you mean `{close[0]}`? " if close else ""
             raise MetricError(
                 f"`metrics` must name metrics that there are, got {pattern!r}. {hint}"
                 f"Known: {', '.join(METRICS)}"
             )
-    return tuple(
-        name for name in METRICS if any(fnmatchcase(name, pattern) for pattern in patterns)
-    )
+    return tuple(name for name in METRICS if any(name in names for names in found.values()))
 
 
 def measure(result: Result, truth: Truth, metrics: Collection[str] | None = None) -> Measured:
