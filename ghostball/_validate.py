@@ -15,8 +15,9 @@ from reference_adapters import make_engine, split_specs
 from reports import write_report
 from validation.junit import write_junit
 from validation.library import Suite, select
-from validation.store import CaseRecord, ResultsFolder
+from validation.store import CaseRecord, ResultsFolder, is_results_folder
 from validation.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite
+from validation.unchanged import Unchanged
 from validation.verdict import Verdict, verdict_of
 
 
@@ -26,6 +27,8 @@ def run(
     suite: Suite,
     engines: str | None,
     out: Path,
+    metrics: str | None,
+    rerun: bool,
     junit: Path | None,
     jobs: int,
     report: bool,
@@ -36,7 +39,7 @@ def run(
     ------
     GhostballError
         Before anything runs, where the input is wrong, an engine asked for by name can't run
-        here, or a file can't be written.
+        here, a metric is unknown, or a file can't be written.
     """
     specs = DEFAULT_ENGINES if engines is None else split_specs(engines)
     if engines is not None:
@@ -44,6 +47,7 @@ def run(
         for spec in specs:
             make_engine(spec)
     scenes, criteria = select(names_or_tags, suite), criteria_beside_paths(names_or_tags)
+    patterns = None if metrics is None else [name.strip() for name in metrics.split(",")]
     if junit is not None:
         check_writable(junit, "--junit")
     started = time.perf_counter()
@@ -55,10 +59,21 @@ def run(
                 verdict = verdict_of(case).words
                 say(f"[{colour_of(case)}]{verdict}[/] {escape(f'{case.scene} on {case.label}')}")
 
-        outcome = run_suite(scenes, specs, out, jobs=jobs, progress=progress, criteria=criteria)
+        outcome = run_suite(
+            scenes,
+            specs,
+            out,
+            jobs=jobs,
+            progress=progress,
+            criteria=criteria,
+            metrics=patterns,
+            reuse=not rerun,
+            announce=lambda unchanged: _announce(unchanged, out),
+        )
     folder = escape(str(out))
     if not outcome.cases:
-        say(f"[bold]Interrupted[/] before the first case was done: no results in {folder}")
+        kept = "the results stay as they were" if is_results_folder(out) else "no results"
+        say(f"[bold]Interrupted[/] before the first case was done: {kept} in {folder}")
         return outcome.exit_status
     results = ResultsFolder.load(out)
     if junit is not None:
@@ -74,6 +89,8 @@ def run(
     console = stdout()
     console.print(verdict_tables(results, console))
     console.print(_headline(outcome, time.perf_counter() - started), soft_wrap=True)
+    if outcome.counts.taken_over:
+        console.print(f"{_taken_over(outcome.counts.taken_over, out)}; their run times are of then")
     if not any(check.passed is not None for case in outcome.cases for check in case.checks):
         say(f"[bold yellow]warning:[/] {escape(_nothing_judged(outcome))}")
     if written is not None:
@@ -81,10 +98,29 @@ def run(
     if interrupted:
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} cases are done and "
-            f"kept in {folder}; `ghostball report {folder}` reports on them"
+            f"kept in {folder}; `ghostball report {folder}` reports on them, and "
+            "`validate` without --rerun goes on from there"
         )
         return ExitStatus.INTERRUPTED
     return outcome.exit_status
+
+
+def _announce(unchanged: Unchanged, out: Path) -> None:
+    """Say what isn't run again, or why all is, where there are results to take over."""
+    if unchanged.cases:
+        say(_taken_over(len(unchanged.cases), out))
+    elif unchanged.stored:
+        why = unchanged.why or "scene, settings, criteria or metrics of every case differ"
+        say(f"nothing is taken over from {escape(str(out))}: {escape(why)}")
+    if unchanged.stored and unchanged.always:
+        say(f"always run, for other packages bring them: {escape(', '.join(unchanged.always))}")
+    for name in unchanged.damaged:
+        say(f"run again, for its motion is missing or damaged: {escape(str(out / name))}")
+
+
+def _taken_over(count: int, out: Path) -> str:
+    cases = "1 case" if count == 1 else f"{count} cases"
+    return f"{cases} unchanged, taken over from {escape(str(out))} (run again with --rerun)"
 
 
 def _headline(outcome: Outcome, seconds: float) -> str:
@@ -95,6 +131,8 @@ def _headline(outcome: Outcome, seconds: float) -> str:
     ]
     if counts.checks_reference:
         parts.append(f"{counts.checks_reference} only compare our engine with itself")
+    if counts.checks_left_out:
+        parts.append(f"{counts.checks_left_out} left out by --metrics")
     if counts.failed:
         parts.append(f"cases that did not finish: {counts.failed}")
     if counts.unavailable:
@@ -105,6 +143,8 @@ def _headline(outcome: Outcome, seconds: float) -> str:
 
 def _nothing_judged(outcome: Outcome) -> str:
     """Say that a run passed only because nothing was judged, and how to have it judged."""
+    if outcome.counts.checks_left_out:
+        return "no check was made: --metrics leaves out every limit. Ask for a metric that has one"
     names = dict.fromkeys(case.scene for case in outcome.cases if not case.checks)
     if not names:
         return "no check was made: every limit compares our engine with itself. Add engines"

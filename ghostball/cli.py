@@ -190,9 +190,21 @@ def validate(
         Path,
         typer.Option(
             metavar="DIR",
-            help="Folder of the results; results that it already holds are replaced.",
+            help="Folder of the results. What it already holds is replaced, but for cases that are "
+            "unchanged: those aren't run again.",
         ),
     ] = Path("out"),
+    metrics: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A,B,...",
+            help="Metrics that are computed and judged, such as rest_error_max,energy_* (default: "
+            "all). Limits on others are left out, and counted.",
+        ),
+    ] = None,
+    rerun: Annotated[
+        bool, typer.Option("--rerun", help="Run every case, also those that are unchanged.")
+    ] = False,
     junit: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the verdicts as JUnit XML.")
     ] = None,
@@ -217,6 +229,8 @@ def validate(
             suite=(suite or SuiteChoice.FULL).value,
             engines=engines,
             out=out,
+            metrics=metrics,
+            rerun=rerun,
             junit=junit,
             jobs=jobs,
             report=report,

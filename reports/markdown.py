@@ -10,7 +10,15 @@ from typing import Any
 from reports import style
 from reports.counted import COUNTED_MEANS, counted_rows, unsolved
 from reports.figures.summary import independent_errors
-from reports.markdown_parts import Drawn, figure_link, many, number_text, one_line, table_of
+from reports.markdown_parts import (
+    Drawn,
+    figure_link,
+    many,
+    number_text,
+    one_line,
+    table_of,
+    taken_over_text,
+)
 from reports.markdown_scene import scene_section
 from reports.shots import NUMBERS_KEY, cell_text, legend_text, rest_error
 from validation.metrics import METRICS
@@ -76,6 +84,8 @@ def report_text(
     parts = [
         "# Validation report",
         _headline(results),
+        _metrics_text(results),
+        taken_over_text(results),
         "## Verdicts",
         _verdict_table(results),
         figure_link("Verdict and largest rest error", whole.get("verdicts")),
@@ -130,6 +140,20 @@ def _headline(results: ResultsFolder) -> str:
         place = results.cut_short.replace(str(results.path), ".", 1)
         lines.append(f"> The last line, `{place}`, was cut short and is left out.")
     return "\n".join(lines) + f"\n\n{counts}"
+
+
+def _metrics_text(results: ResultsFolder) -> str:
+    """Say which metrics were measured, where it isn't all, and what that leaves unjudged."""
+    measured = results.environment.get("metrics", list(METRICS))
+    if len(measured) == len(METRICS):
+        return ""
+    left_out = sum(len(case.left_out) for case in results.cases)
+    were = "was" if left_out == 1 else "were"
+    return (
+        f"> **Only some metrics were measured**: {', '.join(f'`{name}`' for name in measured)}. "
+        f"{many(left_out, 'limit')} on others {were} not judged, so a verdict says nothing "
+        "of them."
+    )
 
 
 def _engines_text(results: ResultsFolder) -> str:

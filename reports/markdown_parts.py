@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import PurePosixPath
 
 from reports import style
-from validation.store import CaseRecord
+from validation.store import CaseRecord, ResultsFolder
 
 Drawn = Mapping[str, PurePosixPath]
 """Figures by kind: file without its ending, relative to the report."""
@@ -31,6 +31,28 @@ def one_line(text: str) -> str:
 def many(count: int, noun: str) -> str:
     """Return "1 scene", "2 scenes"."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def taken_over_text(results: ResultsFolder) -> str:
+    """Say which cases an earlier run measured; "" where none is."""
+    dates = sorted(case.measured for case in results.cases if case.taken_over)
+    if not dates:
+        return ""
+    when = f"on {dates[0]}" if dates[0] == dates[-1] else f"between {dates[0]} and {dates[-1]}"
+    it_was = "it was" if len(dates) == 1 else "they were"
+    return (
+        f"{len(dates)} of {many(len(results.cases), 'case')} taken over from an earlier run, since "
+        f"{it_was} unchanged in inputs, code, versions and machine: measured {when}. A run time "
+        "with a date was taken then; medians of run times include such."
+    )
+
+
+def run_time_text(case: CaseRecord) -> str:
+    """Return the run time of a case, with the date where an earlier run measured it."""
+    text = style.format_time(metric_of(case, "wall_time"))
+    if not case.taken_over or metric_of(case, "wall_time") is None:
+        return text
+    return f"{text} ({case.measured[:10]})"
 
 
 def metric_of(case: CaseRecord, name: str) -> float | None:

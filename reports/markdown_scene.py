@@ -14,6 +14,7 @@ from reports.markdown_parts import (
     number_text,
     one_line,
     quantity_text,
+    run_time_text,
     table_of,
 )
 from reports.shots import rest_error_text, standing_text
@@ -121,7 +122,7 @@ def _number_table(cases: Sequence[CaseRecord]) -> str:
                 "–" if metrics.get("matching_events") is None else f"{metrics['matching_events']}",
                 "" if own else number_text(metric_of(case, "energy_difference_max")),
                 style.format_length(metric_of(case, "overlap_max")),
-                style.format_time(metric_of(case, "wall_time")),
+                run_time_text(case),
             ]
         )
     return table_of(header, rows)

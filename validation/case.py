@@ -17,7 +17,7 @@ from reference_adapters.base import ReferenceEngine
 from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
 from validation.criteria import Criterion
 from validation.metrics import METRICS, measure
-from validation.records import CaseRecord, Motion
+from validation.records import CaseRecord, Motion, status_name
 from validation.returned import check_result
 from validation.sampling import motion_of
 from validation.truth import Truth
@@ -42,13 +42,19 @@ class Case:
         The engine with its settings, as asked for.
     truth : Truth or TruthFailure
     criteria : tuple of Criterion
-        Those that apply to this engine with its settings.
+        Those that apply to this engine with its settings, and whose metric is computed.
+    metrics : tuple of str, or None
+        The metrics that are computed; None is all of them.
+    left_out : tuple of str
+        The metric of each criterion that would apply too, but isn't computed.
     """
 
     scene: Scene
     label: str
     truth: Truth | TruthFailure
     criteria: tuple[Criterion, ...] = ()
+    metrics: tuple[str, ...] | None = None
+    left_out: tuple[str, ...] = ()
 
 
 def run_case(case: Case) -> tuple[CaseRecord, Motion | None]:
@@ -121,7 +127,7 @@ def _approximations(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
 
 
 def _judged(record: CaseRecord, case: Case, truth: Truth, result: Result) -> CaseRecord:
-    measured = measure(result, truth)
+    measured = measure(result, truth, case.metrics)
     start = energy_of(result.scene, initial_state(result.scene))
     end = energy_of(result.scene, result.final_state)
     return replace(
@@ -129,7 +135,7 @@ def _judged(record: CaseRecord, case: Case, truth: Truth, result: Result) -> Cas
         outcome="ran",
         # An engine says in its result what a setting left open, such as a step of None, came to.
         settings=record.settings | dict(result.settings),
-        status=result.status.name.lower().replace("_", "-"),
+        status=status_name(result.status),
         reason=result.reason,
         truth=truth.kind,
         truth_positions=truth.rest_positions,
@@ -153,6 +159,7 @@ def _judged(record: CaseRecord, case: Case, truth: Truth, result: Result) -> Cas
             )
             for criterion in case.criteria
         ),
+        left_out=case.left_out,
     )
 
 

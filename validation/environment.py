@@ -42,6 +42,16 @@ def cpu_name() -> str:
     return next(models, platform.machine())
 
 
+def cpu_flags() -> str:
+    """Return what the processor says that it can do, "" where the system hides it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:  # not Linux
+        return ""
+    flags = (line.partition(":")[2] for line in lines if line.startswith(("flags", "Features")))
+    return next(flags, "").strip()
+
+
 def git_state(root: Path) -> dict[str, Any] | None:
     """Return revision and whether files differ from it, or None where `root` is no checkout.
 

@@ -90,6 +90,9 @@ def _judge(
         _verdict(element, "failure", "; ".join(failures), reasons)
     elif any(check.passed is None for check in checks):
         _verdict(element, "skipped", f"reference: {checks[0].note}")
+    elif metric not in case.metrics:
+        limit = ", though the scene limits it" if metric in case.left_out else ""
+        _verdict(element, "skipped", f"not measured: the run asked for other metrics{limit}")
     elif not checks:
         value = _value(case.metrics[metric], METRICS[metric].unit)
         note = case.notes.get(metric)

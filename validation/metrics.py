@@ -5,13 +5,15 @@ A metric that can't be computed is None with the reason beside it, never 0.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, Result, Scene
+from engine import EventKind, GhostballError, Result, Scene
 from engine.result import COLLISION_KINDS
 from validation.sampling import deepest_overlap, energy_at, energy_series, events_of
 from validation.sequences import matching_collisions
@@ -22,6 +24,10 @@ Value = int | float | None
 
 EPSILON = 2.0**-52
 """Spacing of doubles at 1: a conditioning times this is an "ulp" of the outcome."""
+
+
+class MetricError(GhostballError, ValueError):
+    """A choice of metrics that names none that exists."""
 
 
 class NotMeasuredError(Exception):
@@ -138,6 +144,9 @@ METRICS: dict[str, Metric] = {
 }
 """Every metric by name, in the order of reports."""
 
+_REST_ERRORS = ("rest_error_max", "rest_error_rms", "rest_error_ulps")
+"""Metrics that are made of the balls' errors."""
+
 
 @dataclass
 class Measured:
@@ -146,11 +155,11 @@ class Measured:
     Attributes
     ----------
     values : dict of str to int, float or None
-        By name, one for each of `METRICS`.
+        By name, one for each that was asked for, in the order of `METRICS`.
     notes : dict of str to str
         Why a value is None.
     ball_errors : (n,) float64 [m] or None
-        Distance of each ball from where it should end.
+        Distance of each ball from where it should end; None where no metric of them has a value.
     """
 
     values: dict[str, Value] = field(default_factory=dict)
@@ -158,10 +167,47 @@ class Measured:
     ball_errors: FloatArray | None = None
 
 
-def measure(result: Result, truth: Truth) -> Measured:
-    """Measure a run recorded with `record="trajectory"` against the truth of its scene."""
+def choose_metrics(patterns: Sequence[str]) -> tuple[str, ...]:
+    """Return the metrics that are named, in the order of `METRICS`, each once.
+
+    Parameters
+    ----------
+    patterns : sequence of str
+        Names, or patterns with `*`, `?` and `[...]` such as "rest_error_*".
+
+    Raises
+    ------
+    MetricError
+        Where there is no pattern, or one fits no metric.
+    """
+    if not patterns:
+        raise MetricError("`metrics` must name at least one metric, got none")
+    found = {pattern: [n for n in METRICS if fnmatchcase(n, pattern)] for pattern in patterns}
+    for pattern, names in found.items():
+        if not names:
+            close = get_close_matches(pattern, METRICS, n=1)
+            hint = f"Did you mean `{close[0]}`? " if close else ""
+            raise MetricError(
+                f"`metrics` must name metrics that there are, got {pattern!r}. {hint}"
+                f"Known: {', '.join(METRICS)}"
+            )
+    return tuple(name for name in METRICS if any(name in names for names in found.values()))
+
+
+def measure(result: Result, truth: Truth, metrics: Collection[str] | None = None) -> Measured:
+    """Measure a run recorded with `record="trajectory"` against the truth of its scene.
+
+    Parameters
+    ----------
+    result : Result
+    truth : Truth
+    metrics : collection of str, optional
+        Names of those that are computed; all where it is left out.
+    """
     measured = Measured()
     for name, compute in _COMPUTE.items():
+        if metrics is not None and name not in metrics:
+            continue
         try:
             value = compute(result, truth)
         except NotMeasuredError as why:
@@ -172,7 +218,7 @@ def measure(result: Result, truth: Truth) -> Measured:
             measured.notes[name] = f"not finite: {value}"
             continue
         measured.values[name] = value
-    if measured.values["rest_error_max"] is not None:
+    if any(measured.values.get(name) is not None for name in _REST_ERRORS):
         measured.ball_errors = ball_errors(result, truth)
     return measured
 

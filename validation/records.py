@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict, PlainSerializer, PlainValidator
 
-from engine import Scene
+from engine import Scene, Status
 from engine.result import Events
 
-SCHEMA: Final = 1
+SCHEMA: Final = 2
 """Version of records and of the folder that holds them; another one is refused."""
 
 CLOSED_FORM: Final = "closed form"
@@ -41,6 +41,11 @@ FloatArray = Annotated[
     PlainValidator(_array_from_json),
     PlainSerializer(_array_to_json, when_used="json"),
 ]
+
+
+def status_name(status: Status) -> str:
+    """Return how a record names the way in which a simulation ended, such as "t-max"."""
+    return status.name.lower().replace("_", "-")
 
 
 @dataclass(frozen=True)
@@ -120,8 +125,19 @@ class CaseRecord:
     notes : dict of str to str
         By metric.
     checks : tuple of Check
+    left_out : tuple of str
+        The metric of each limit that wasn't judged, for the run didn't ask for that metric.
     motion : str or None
         File of the sampled motion, relative to the folder; `ResultsFolder.motion` reads it.
+    motion_hash : str
+        SHA-256 of that file; "" where there is none.
+    measured : str
+        When the case was run: date and time in UTC, ISO 8601. `wall_time` is of then.
+    taken_over : bool
+        Whether it was run by an earlier run than the one that the folder is of, and is unchanged.
+    inputs_hash, code_hash : str
+        Hashes of all that decides what is measured; see `validation.unchanged`. "" where the case
+        must be run again whatever they are.
     schema : int
     """
 
@@ -152,7 +168,13 @@ class CaseRecord:
     metrics: dict[str, int | float | None] = field(default_factory=dict)
     notes: dict[str, str] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()
+    left_out: tuple[str, ...] = ()
     motion: str | None = None
+    motion_hash: str = ""
+    measured: str = ""
+    taken_over: bool = False
+    inputs_hash: str = ""
+    code_hash: str = ""
     schema: int = SCHEMA
 
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)

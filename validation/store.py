@@ -2,30 +2,45 @@
 
     results.jsonl    one JSON object per case (scene x engine), one per line, in order of completion
     motion/*.npz     events and sampled motion of each case that ran
+    earlier.jsonl    cases of earlier runs that this one hasn't replaced, as they were: no part of
+                     its results, but a later run may find that they are unchanged
     env.json         machine, versions, revision, command line, and how the run ended
 
 A line is written whole and flushed before the next case, and `env.json` is replaced in one step, so
-a run that is interrupted or killed leaves a folder that reads back. Only the last line may be cut
-short, by a kill in the midst of it: it is left out, and `ResultsFolder.cut_short` names it. Any
-other damage is an error that names its place.
+a run that is interrupted or killed leaves a folder that reads back. What earlier runs found is put
+by in `earlier.jsonl` before anything is replaced, and no file of motion that a line names is ever
+overwritten. Only the last line may be cut short, by a kill in the midst of it: it is left out, and
+`ResultsFolder.cut_short` names it. Any other damage is an error that names its place.
 """
 
 from __future__ import annotations
 
 import json
 import re
-import shutil
 import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Final, Literal, TextIO
+from typing import Any, Literal, TextIO
 
 import numpy as np
-from pydantic import TypeAdapter, ValidationError
 
-from engine import GhostballError
+from validation.files import (
+    EARLIER_FILE,
+    ENVIRONMENT_FILE,
+    FORMAT,
+    MOTION_FOLDER,
+    RESULTS_FILE,
+    ResultsError,
+    cannot_write,
+    is_results_folder,
+    line_of,
+    load_cases,
+    load_environment,
+    save_motion,
+    write_lines,
+)
 from validation.records import CLOSED_FORM, OUR_ENGINE, SCHEMA, CaseRecord, Check, Motion
 
 __all__ = [
@@ -39,21 +54,10 @@ __all__ = [
     "ResultsFolder",
     "ResultsWriter",
     "is_results_folder",
+    "read_earlier",
 ]
 
-FORMAT: Final = "ghostball results"
-RESULTS_FILE: Final = "results.jsonl"
-ENVIRONMENT_FILE: Final = "env.json"
-MOTION_FOLDER: Final = "motion"
-
 RunState = Literal["running", "complete", "interrupted", "killed"]
-
-
-class ResultsError(GhostballError):
-    """A results folder that can't be read, written or replaced."""
-
-
-_RECORD = TypeAdapter(CaseRecord)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,13 +95,13 @@ class ResultsFolder:
             raise ResultsError(
                 f"{folder}: no such results folder. Make one with `ghostball validate --out {path}`"
             )
-        environment = _load_environment(folder)
+        environment = load_environment(folder)
         if environment is None:
             raise ResultsError(
                 f"{folder}: not a results folder: it has no {ENVIRONMENT_FILE} of ours. Name the "
                 "folder that `ghostball validate --out` wrote"
             )
-        cases, cut_short = _load_cases(folder / RESULTS_FILE)
+        cases, cut_short = load_cases(folder / RESULTS_FILE)
         return cls(folder, cases, environment, cut_short)
 
     @property
@@ -169,7 +173,7 @@ class ResultsWriter:
     """Writes a results folder, case by case.
 
     Making one checks that the folder may be used and can be written, and changes nothing in it; a
-    folder with earlier results of ours is emptied of them by `begin`.
+    folder with earlier results of ours keeps them until `begin`.
 
     Raises
     ------
@@ -180,53 +184,95 @@ class ResultsWriter:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         self._file: TextIO | None = None
-        self._names: set[str] = set()
+        self._names: set[str] = set()  # files of motion that there are
+        self._kept: set[str] = set()  # those of them that the results name
         self._environment: dict[str, Any] = {}
+        self._earlier: dict[tuple[str, str], CaseRecord] = {}
         self._prepare()
 
-    def begin(self, environment: Mapping[str, Any]) -> None:
-        """Take over the folder: earlier results of ours go, `env.json` is written."""
+    def begin(
+        self,
+        environment: Mapping[str, Any],
+        *,
+        taken_over: Sequence[CaseRecord] = (),
+        earlier: Iterable[CaseRecord] = (),
+    ) -> None:
+        """Start anew in the folder: earlier results of ours go, `env.json` is written.
+
+        Parameters
+        ----------
+        environment : mapping
+        taken_over : sequence of CaseRecord
+            Cases of earlier runs that are results of this one too; their motion stays.
+        earlier : iterable of CaseRecord
+            What `read_earlier` returned: put by until `finish`.
+        """
         self._environment = {"format": FORMAT, "schema": SCHEMA, **environment, "state": "running"}
+        self._earlier = {(case.scene, case.label): case for case in earlier}
+        results = self.path / RESULTS_FILE
         try:
+            # First what was there is put by, so that a kill from here on loses nothing of it.
+            self._put_by()
             # env.json comes last to go and first to come: the folder stays recognisably ours.
-            (self.path / RESULTS_FILE).unlink(missing_ok=True)
-            if (self.path / MOTION_FOLDER).exists():
-                shutil.rmtree(self.path / MOTION_FOLDER)
+            results.unlink(missing_ok=True)
             self._write_environment()
-            (self.path / MOTION_FOLDER).mkdir()
-            self._file = (self.path / RESULTS_FILE).open("w", encoding="utf-8", newline="\n")
+            (self.path / MOTION_FOLDER).mkdir(exist_ok=True)
+            self._kept = {case.motion for case in taken_over if case.motion is not None}
+            self._drop_motion()
+            write_lines(results, taken_over)
+            self._file = results.open("a", encoding="utf-8", newline="\n")
         except OSError as error:
-            raise _cannot_write(self.path, error) from error
+            raise cannot_write(self.path, error) from error
+        for case in taken_over:
+            self._earlier.pop((case.scene, case.label), None)
 
     def write(self, record: CaseRecord, motion: Motion | None) -> CaseRecord:
-        """Append a case; return it with the name of its motion file.
+        """Append a case; return it with the name and the hash of its motion file.
 
         `begin` must have been called.
         """
         assert self._file is not None, "begin() comes first"
-        if motion is not None:
-            record = replace(record, motion=self._motion_name(record))
-        line = _RECORD.dump_json(record).decode() + "\n"
         try:
-            if motion is not None and record.motion is not None:
-                _save_motion(self.path / record.motion, motion)
-            self._file.write(line)
+            if motion is not None:
+                name = self._motion_name(record)
+                digest = save_motion(self.path / name, motion)
+                # Before its line: an interrupt between the two must not part them.
+                self._kept.add(name)
+                record = replace(record, motion=name, motion_hash=digest)
+            self._file.write(line_of(record))
             self._file.flush()
         except OSError as error:
-            raise _cannot_write(self.path, error) from error
+            raise cannot_write(self.path, error) from error
+        self._earlier.pop((record.scene, record.label), None)
         return record
 
-    def finish(self, state: RunState) -> None:
-        """Close the folder and note in `env.json` how the run ended."""
+    def finish(
+        self, state: RunState, *, still_of_use: Callable[[CaseRecord], bool] | None = None
+    ) -> None:
+        """Close the folder and note in `env.json` how the run ended.
+
+        Parameters
+        ----------
+        state : RunState
+        still_of_use : callable, optional
+            Which of the earlier cases that this run hasn't replaced stay put by; all of them where
+            it is left out.
+        """
         if self._file is None:
             return
         self._file.close()
         self._file = None
         self._environment["state"] = state
+        if still_of_use is not None:
+            self._earlier = {
+                pair: case for pair, case in self._earlier.items() if still_of_use(case)
+            }
         try:
             self._write_environment()
+            self._put_by()
+            self._drop_motion()
         except OSError as error:
-            raise _cannot_write(self.path, error) from error
+            raise cannot_write(self.path, error) from error
 
     def _prepare(self) -> None:
         try:
@@ -241,7 +287,23 @@ class ResultsWriter:
             with tempfile.NamedTemporaryFile(dir=self.path):
                 pass
         except OSError as error:
-            raise _cannot_write(self.path, error) from error
+            raise cannot_write(self.path, error) from error
+
+    def _put_by(self) -> None:
+        """Write the earlier cases that aren't replaced, in one step."""
+        if self._earlier:
+            write_lines(self.path / EARLIER_FILE, self._earlier.values())
+        else:
+            (self.path / EARLIER_FILE).unlink(missing_ok=True)
+
+    def _drop_motion(self) -> None:
+        """Remove the files of motion that neither the results nor what is put by name."""
+        put_by = {case.motion for case in self._earlier.values() if case.motion is not None}
+        self._names = self._kept | put_by
+        for path in (self.path / MOTION_FOLDER).iterdir():
+            stray = f"{MOTION_FOLDER}/{path.name}" not in self._names
+            if stray and path.suffix in (".npz", ".part"):
+                path.unlink()
 
     def _write_environment(self) -> None:
         part = self.path / (ENVIRONMENT_FILE + ".part")
@@ -251,94 +313,30 @@ class ResultsWriter:
     def _motion_name(self, record: CaseRecord) -> str:
         slug = re.sub(r"[^A-Za-z0-9.+-]+", "-", f"{record.scene}--{record.label}")
         name, copy = f"{MOTION_FOLDER}/{slug}.npz", 1
-        while name in self._names:  # labels that differ only in what the slug leaves out
+        # Labels that differ only in what the slug leaves out, or the same case of an earlier run,
+        # whose motion must not be replaced before its line is.
+        while name in self._names:
             copy += 1
             name = f"{MOTION_FOLDER}/{slug}-{copy}.npz"
         self._names.add(name)
         return name
 
 
-def is_results_folder(path: Path) -> bool:
-    """Whether `path` holds results of ours, of any schema version."""
-    try:
-        environment = json.loads((path / ENVIRONMENT_FILE).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
-    return isinstance(environment, dict) and environment.get("format") == FORMAT
+def read_earlier(path: Path) -> list[CaseRecord]:
+    """Return every case that a folder holds, those put by first; none where it has no results.
 
-
-def _load_environment(folder: Path) -> dict[str, Any] | None:
-    path = folder / ENVIRONMENT_FILE
-    if not is_results_folder(folder):
-        if _is_damaged(path):
-            raise ResultsError(
-                f"{path}: is cut short: it is no whole JSON. Run the suite again in another folder"
-            )
-        return None
-    environment: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    _check_schema(environment.get("schema"), str(path))
-    return environment
-
-
-def _is_damaged(path: Path) -> bool:
-    """Whether there is a file that holds no whole JSON."""
-    try:
-        json.loads(path.read_text(encoding="utf-8"))
-    except OSError:
-        return False
-    except ValueError:
-        return True
-    return False
-
-
-def _load_cases(path: Path) -> tuple[list[CaseRecord], str]:
-    """Return the whole lines as cases, and the place of a last line that is cut short, or ""."""
-    try:
-        # Cut before it is decoded: a kill may leave half a character. Also not splitlines(), for
-        # a reason may hold U+2028.
-        whole, newline, rest = path.read_bytes().rpartition(b"\n")
-        lines = whole.decode("utf-8").split("\n") if newline else []
-    except FileNotFoundError:
-        raise ResultsError(f"{path}: missing. Run the suite again") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ResultsError(f"{path}: can't read the results: {error}") from error
-    cases = [_load_case(line, f"{path}:{number}") for number, line in enumerate(lines, start=1)]
-    return cases, f"{path}:{len(lines) + 1}" if rest else ""
-
-
-def _load_case(line: str, place: str) -> CaseRecord:
-    try:
-        data = json.loads(line)
-        if not isinstance(data, dict):
-            raise ResultsError(f"{place}: not a case: a JSON object was expected")
-        _check_schema(data.get("schema"), place)
-        return _RECORD.validate_python(data)
-    except json.JSONDecodeError as error:
-        raise ResultsError(
-            f"{place}: not valid JSON: {error.msg} (column {error.colno}). Run the suite again"
-        ) from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        name = ".".join(map(str, first["loc"]))
-        raise ResultsError(f"{place}: `{name}`: {first['msg']}. Run the suite again") from None
-
-
-def _check_schema(schema: object, place: str) -> None:
-    if schema != SCHEMA:
-        raise ResultsError(
-            f"{place}: `schema` must be {SCHEMA}, got {schema!r}: another version of ghostball "
-            "wrote it. Read it with that version, or run the suite again"
-        )
-
-
-def _save_motion(path: Path, motion: Motion) -> None:
-    part = path.with_suffix(".part")
-    with part.open("wb") as file:
-        parts = {part.name: getattr(motion, part.name) for part in fields(Motion)}
-        np.savez_compressed(file, **{name: p for name, p in parts.items() if p is not None})
-    part.replace(path)
-
-
-def _cannot_write(path: Path, error: OSError) -> ResultsError:
-    reason = error.strerror or type(error).__name__
-    return ResultsError(f"{path}: can't write the results folder: {reason}. Choose another `--out`")
+    Raises
+    ------
+    ResultsError
+        Where they are of another schema version, or damaged elsewhere than in the last line of the
+        results.
+    """
+    if not is_results_folder(path):
+        return []
+    load_environment(path)
+    return [
+        case
+        for name in (EARLIER_FILE, RESULTS_FILE)
+        if (path / name).exists()
+        for case in load_cases(path / name)[0]
+    ]

@@ -8,8 +8,9 @@
 
 from __future__ import annotations
 
+import logging
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -25,11 +26,25 @@ from reference_adapters.registry import (
 from validation.case import Case, TruthFailure, plain_settings
 from validation.criteria import SUFFIX, Criteria, Criterion, criteria_beside
 from validation.environment import describe_environment
+from validation.files import ResultsError
 from validation.library import FOLDER, find_scene, paths_among, scene_names
+from validation.metrics import METRICS, choose_metrics
 from validation.records import CaseRecord
-from validation.store import ResultsWriter, RunState
-from validation.truth import Truth, check_truth, truth_of
+from validation.store import ResultsWriter, RunState, read_earlier
+from validation.truth import Truth, TruthPart, check_truth, truth_of
+from validation.unchanged import (
+    Code,
+    Pair,
+    Unchanged,
+    dates_of,
+    find_unchanged,
+    inputs_hash,
+    is_ours,
+    stamped,
+)
 from validation.worker import run_cases
+
+_LOGGER = logging.getLogger("ghostball.validation")
 
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",
@@ -51,7 +66,10 @@ INTERRUPTED = 130
 """Exit status of an interrupted run, as shells have it: 128 + SIGINT."""
 
 Progress = Callable[[CaseRecord, int, int], None]
-"""Called after each case with its record, how many are done, and how many there are."""
+"""Called with each case that is done, how many are, and how many there are; see `run_suite`."""
+
+Announce = Callable[[Unchanged], None]
+"""Called once, before anything runs, with what is taken over from earlier results."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +83,8 @@ class Counts:
     checks_passed: int = 0
     checks_failed: int = 0
     checks_reference: int = 0
+    checks_left_out: int = 0
+    taken_over: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +96,7 @@ class Outcome:
     folder : Path
         Where the results are.
     cases : list of CaseRecord
-        Those that are done, in order of completion.
+        Those that are done: those taken over, then the others in order of completion.
     planned : int
         How many there would have been.
     interrupted : bool
@@ -101,6 +121,8 @@ class Outcome:
             checks_passed=verdicts.count(True),
             checks_failed=verdicts.count(False),
             checks_reference=verdicts.count(None),
+            checks_left_out=sum(len(case.left_out) for case in self.cases),
+            taken_over=sum(case.taken_over for case in self.cases),
         )
 
     @property
@@ -126,6 +148,9 @@ def run_suite(
     jobs: int = 1,
     progress: Progress | None = None,
     criteria: Mapping[str, Criteria] | None = None,
+    metrics: Sequence[str] | None = None,
+    reuse: bool = False,
+    announce: Announce | None = None,
 ) -> Outcome:
     """Run every scene on every engine and write a results folder.
 
@@ -137,44 +162,80 @@ def run_suite(
         `NAME` or `NAME:key=value,...`; an engine that is known but can't run here gives cases
         that say so.
     out : Path
-        The results folder; earlier results in it are replaced when the first case is done.
+        The results folder; earlier results in it are replaced when the first case that runs is
+        done.
     jobs : int
         Processes; 1 runs everything in this one. Wall times are best taken with 1.
     progress : callable, optional
-        See `Progress`.
+        See `Progress`. Called first with the cases that are taken over.
     criteria : mapping of str to Criteria, optional
         By scene name. A scene that isn't named here and equals a shipped one has that one's.
+    metrics : sequence of str, optional
+        Names, or patterns such as "rest_error_*", of the metrics that are computed and judged; all
+        where it is left out. A criterion on another metric isn't judged: `CaseRecord.left_out`.
+    reuse : bool
+        Whether cases that are unchanged since an earlier run into the same folder are taken over
+        from there instead of run again; see `validation.unchanged`.
+    announce : callable, optional
+        See `Announce`.
 
     Raises
     ------
     GhostballError
-        Before anything runs: where an engine or a setting is unknown, the criteria are wrong, or
-        the folder can't be used.
+        Before anything runs: where an engine, a setting or a metric is unknown, the criteria are
+        wrong, or the folder can't be used.
 
     Notes
     -----
     Each case is recorded with its whole motion. The truth of a scene is computed once. Interrupted
-    by Ctrl-C, the run stops, keeps what is done and says so in `Outcome.interrupted`.
+    by Ctrl-C, the run stops, keeps what is done and says so in `Outcome.interrupted`; what earlier
+    runs found and this one has not come to is kept too, for a later run with `reuse`.
     """
-    plan = _plan(scenes, engine_specs, criteria or {}, jobs)
+    plan = _plan(scenes, engine_specs, criteria or {}, jobs, metrics)
     writer = ResultsWriter(out)
     outcome = Outcome(writer.path, planned=plan.size)
-    environment = describe_environment() | plan.describe()
+    code, earlier = Code.now(), _read_earlier(writer.path)
+    unchanged = Unchanged()
+    if reuse:
+        unchanged = find_unchanged(writer.path, earlier, plan.inputs, code, plan.foreign)
+    if announce is not None:
+        announce(unchanged)
+    taken_over = list(unchanged.cases.values())
+    environment = describe_environment() | plan.describe() | {"taken_over": dates_of(taken_over)}
     state: RunState = "interrupted"
+
+    def begin() -> None:
+        writer.begin(environment, taken_over=taken_over, earlier=earlier)
+        outcome.cases.extend(taken_over)
+
     try:
-        warm_up(plan.scenes)  # here, once: else each process would compile, and say so
-        with closing(run_cases(plan.cases(), jobs)) as finished:
-            for record, motion in finished:
-                if not outcome.cases:
-                    writer.begin(environment)
-                outcome.cases.append(writer.write(record, motion))
-                if progress is not None:
-                    progress(outcome.cases[-1], len(outcome.cases), plan.size)
+        if progress is not None:
+            for done, record in enumerate(taken_over, start=1):
+                progress(record, done, plan.size)
+        rest = plan.without(unchanged.cases)
+        if not rest:
+            begin()
+        else:
+            warm_up(plan.scenes_of(rest))  # here, once: else each process would compile, and say so
+            with closing(run_cases(plan.cases(rest), jobs)) as finished:
+                for ran, motion in finished:
+                    if not outcome.cases:
+                        begin()
+                    record = stamped(ran, plan.inputs[ran.scene, ran.label], code)
+                    outcome.cases.append(writer.write(record, motion))
+                    if progress is not None:
+                        progress(outcome.cases[-1], len(outcome.cases), plan.size)
         state = "complete"
     except KeyboardInterrupt:
         return replace(outcome, interrupted=True)
     finally:
-        writer.finish(state)
+        # What this code could never take over is of no use once a run has come to its end.
+        writer.finish(
+            state,
+            still_of_use=(lambda case: case.code_hash == code.hash)
+            if state == "complete"
+            else None,
+        )
     return outcome
 
 
@@ -218,7 +279,11 @@ class _Plan:
     scenes: Sequence[Scene]
     settings: Mapping[str, dict[str, Any] | None]  # by label; None: the engine is unavailable
     criteria: Mapping[str, Criteria]  # by scene name
-    applying: Mapping[tuple[str, str], tuple[Criterion, ...]]  # by scene name and label
+    applying: Mapping[Pair, tuple[Criterion, ...]]  # by scene name and label
+    left_out: Mapping[Pair, tuple[str, ...]]  # metrics of the criteria that aren't judged
+    inputs: Mapping[Pair, str]  # hashes; "": always run
+    metrics: tuple[str, ...] | None  # None: all
+    foreign: tuple[str, ...]  # labels of engines that other packages bring
 
     @property
     def size(self) -> int:
@@ -230,14 +295,34 @@ class _Plan:
             "scenes": [scene.name for scene in self.scenes],
             "engines": list(self.settings),
             "engine_settings": dict(self.settings),
+            "metrics": list(self.metrics or METRICS),
         }
 
-    def cases(self) -> Iterator[Case]:
-        """Yield every case, scene by scene; a scene's truth is computed when its turn comes."""
-        for scene in self.scenes:
-            truth = _truth_or_failure(scene, self.criteria[scene.name])
-            for label in self.settings:
-                yield Case(scene, label, truth, self.applying[scene.name, label])
+    def without(self, done: Container[Pair]) -> list[Pair]:
+        """Return the cases that aren't in `done`, scene by scene."""
+        return [pair for pair in self.inputs if pair not in done]
+
+    def scenes_of(self, pairs: Sequence[Pair]) -> list[Scene]:
+        """Return the scenes that these cases need, each once."""
+        names = {name for name, _ in pairs}
+        return [scene for scene in self.scenes if scene.name in names]
+
+    def cases(self, pairs: Sequence[Pair]) -> Iterator[Case]:
+        """Yield these cases, scene by scene; a scene's truth is computed when its turn comes."""
+        computed = METRICS if self.metrics is None else self.metrics
+        parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
+        for scene in self.scenes_of(pairs):
+            truth = _truth_or_failure(scene, self.criteria[scene.name], parts)
+            for pair in pairs:
+                if pair[0] == scene.name:
+                    yield Case(
+                        scene,
+                        pair[1],
+                        truth,
+                        self.applying[pair],
+                        self.metrics,
+                        self.left_out[pair],
+                    )
 
 
 def _plan(
@@ -245,9 +330,11 @@ def _plan(
     labels: Sequence[str],
     criteria: Mapping[str, Criteria],
     jobs: int,
+    metrics: Sequence[str] | None,
 ) -> _Plan:
     if jobs < 1:
         raise SuiteError(f"`jobs` must be at least 1, got {jobs}")
+    chosen = None if metrics is None else choose_metrics(metrics)
     _each_once("scene", [scene.name for scene in scenes])
     _each_once("engine", labels)
     settings = {label: _settings_of(label) for label in labels}
@@ -258,14 +345,32 @@ def _plan(
     for scene in scenes:
         own[scene.name].check_engines(engine_names(), f'criteria of scene "{scene.name}"')
         check_truth(scene, own[scene.name].truth)
-    applying = {
-        (scene.name, label): ()
-        if values is None
-        else own[scene.name].applying_to(parse_spec(label)[0], values)
-        for scene in scenes
-        for label, values in settings.items()
-    }
-    return _Plan(scenes, settings, own, applying)
+    foreign = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))
+    applying: dict[Pair, tuple[Criterion, ...]] = {}
+    left_out: dict[Pair, tuple[str, ...]] = {}
+    inputs: dict[Pair, str] = {}
+    for scene in scenes:
+        for label, values in settings.items():
+            pair, limits = (scene.name, label), own[scene.name]
+            asked = () if values is None else limits.applying_to(parse_spec(label)[0], values)
+            judged = tuple(one for one in asked if chosen is None or one.metric in chosen)
+            applying[pair] = judged
+            left_out[pair] = tuple(one.metric for one in asked if one not in judged)
+            inputs[pair] = (
+                ""
+                if values is None or label in foreign
+                else inputs_hash(scene, label, values, judged, limits.truth, chosen, left_out[pair])
+            )
+    return _Plan(scenes, settings, own, applying, left_out, inputs, chosen, foreign)
+
+
+def _read_earlier(folder: Path) -> list[CaseRecord]:
+    """Return what earlier runs left in a folder that a later run may take over."""
+    try:
+        return [case for case in read_earlier(folder) if case.inputs_hash]
+    except ResultsError as error:
+        _LOGGER.warning("nothing is taken over from the results that are there: %s", error)
+        return []
 
 
 def _each_once(what: str, names: Sequence[str]) -> None:
@@ -284,8 +389,10 @@ def _settings_of(label: str) -> dict[str, Any] | None:
         return None
 
 
-def _truth_or_failure(scene: Scene, criteria: Criteria) -> Truth | TruthFailure:
+def _truth_or_failure(
+    scene: Scene, criteria: Criteria, parts: frozenset[TruthPart]
+) -> Truth | TruthFailure:
     try:
-        return truth_of(scene, criteria.truth)
+        return truth_of(scene, criteria.truth, parts)
     except Exception as error:  # a fault of ours; the run goes on and reports it
         return TruthFailure(f"{type(error).__name__}: {error}", traceback.format_exc())

@@ -7,9 +7,9 @@ from our engine, also then, so those parts are not independent of it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import mpmath
 import numpy as np
@@ -29,6 +29,8 @@ Collision = tuple[int, int, int]
 
 TruthPart = Literal["rest", "time", "events", "energy", "conditioning"]
 """What a metric may be measured against."""
+
+PARTS: frozenset[TruthPart] = frozenset(get_args(TruthPart))
 
 _NO_TIMES: FloatArray = np.empty(0)
 
@@ -103,7 +105,11 @@ def check_truth(scene: Scene, wanted: Literal["closed-form", "engine"] | None) -
         )
 
 
-def truth_of(scene: Scene, wanted: Literal["closed-form", "engine"] | None = None) -> Truth:
+def truth_of(
+    scene: Scene,
+    wanted: Literal["closed-form", "engine"] | None = None,
+    parts: Collection[TruthPart] = PARTS,
+) -> Truth:
     """Return the truth of a scene.
 
     Parameters
@@ -111,6 +117,8 @@ def truth_of(scene: Scene, wanted: Literal["closed-form", "engine"] | None = Non
     scene : Scene
     wanted : "closed-form", "engine" or None
         What the scene's criteria ask for; None takes the closed form where there is one.
+    parts : collection of TruthPart
+        Those that will be measured against; what only others need may be left out.
 
     Raises
     ------
@@ -119,13 +127,15 @@ def truth_of(scene: Scene, wanted: Literal["closed-form", "engine"] | None = Non
     """
     check_truth(scene, wanted)
     form = None if wanted == "engine" else closed_form(scene)
-    ours, missing = _our_run(scene)
     if form is not None:
-        return _from_form(scene, form, ours, missing)
+        needed = not {"events", "energy"}.isdisjoint(parts)  # a closed form lacks these alone
+        ours, missing = _our_run(scene) if needed else (None, "it was not asked for")
+        return _from_form(scene, form, ours, missing, parts)
+    ours, missing = _our_run(scene)
     if ours is None:
         return Truth(None, missing=missing)
     collisions, times = collisions_of(events_of(ours))
-    energy_times, energy = _energy_curve(ours)
+    energy_times, energy = _energy_curve(ours, parts)
     return Truth(
         OUR_ENGINE,
         rest_positions=ours.rest_positions,
@@ -149,7 +159,13 @@ def collisions_of(events: Events) -> tuple[list[Collision], FloatArray]:
     return collisions, kept["t"].astype(np.float64)
 
 
-def _from_form(scene: Scene, form: ClosedForm, ours: Result | None, missing: str) -> Truth:
+def _from_form(
+    scene: Scene,
+    form: ClosedForm,
+    ours: Result | None,
+    missing: str,
+    parts: Collection[TruthPart],
+) -> Truth:
     with mpmath.workdps(DIGITS):
         high, low = _split(
             [[*xy, r] for xy, r in zip(form.rest_positions, scene.radii, strict=True)]
@@ -160,7 +176,7 @@ def _from_form(scene: Scene, form: ClosedForm, ours: Result | None, missing: str
     if ours is not None:
         found, found_times = collisions_of(events_of(ours))
         times = found_times if tuple(found) == collisions else _NO_TIMES
-        energy_times, energy = _energy_curve(ours)
+        energy_times, energy = _energy_curve(ours, parts)
     return Truth(
         CLOSED_FORM,
         independent=frozenset({"rest", "time", "events", "conditioning"}),
@@ -194,8 +210,12 @@ def _our_run(scene: Scene) -> tuple[Result | None, str]:
     return result, ""
 
 
-def _energy_curve(result: Result) -> tuple[FloatArray, FloatArray]:
-    """Return times [s] and the total energy there [J], (k,) each."""
+def _energy_curve(
+    result: Result, parts: Collection[TruthPart]
+) -> tuple[FloatArray, FloatArray | None]:
+    """Return times [s] and the total energy there [J], (k,) each; none where it isn't needed."""
+    if "energy" not in parts:
+        return _NO_TIMES, None
     times = union_times(
         result.rest_time, events_of(result)["t"], uniform=UNIFORM_TIMES, limit=MAX_TIMES
     )

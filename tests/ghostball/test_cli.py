@@ -3,6 +3,7 @@
 import json
 import logging
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -180,6 +181,9 @@ def test_the_scene_that_the_bad_ones_vary_is_good(cli, tmp_path):
         (["validate", "stop", "--engines", "ghostball,,pymunk"], ["between commas"]),
         (["validate", "stop", "--engines", "pymunk,dt=1"], ["Write `pymunk:dt=1`"]),
         (["validate", "stop", "--engines", "pymunk,pymunk"], ["once", "pymunk"]),
+        (["validate", "stop", "--metrics", "rest_eror_max"], ["Did you mean `rest_error_max`"]),
+        (["validate", "stop", "--metrics", "speed*"], ["'speed*'", "Known: rest_error_max, "]),
+        (["validate", "stop", "--metrics", "wall_time,"], ["got ''", "Known: rest_error_max, "]),
         (["validate", "stop", "--junit", "missing/a.xml"], ["missing/a.xml", "--junit"]),
         (["report", "missing"], ["missing", "no such results folder"]),
         (["report", "."], ["not a results folder"]),
@@ -288,6 +292,63 @@ def test_validate_writes_the_report_and_report_writes_it_again(cli, tmp_path):
     assert again.exit_code == 0, again.output
     assert again.stdout == f"{report}\n"
     assert report.read_text() == written
+
+
+def test_a_second_run_takes_over_what_is_unchanged_and_says_so(cli, tmp_path):
+    command = ("validate", "stop", "--engines", "ghostball,paper-discrete", "--out", tmp_path)
+    first = cli(*command)
+    assert first.exit_code == 0, first.output
+    assert "taken over" not in first.output
+    second = cli(*command)
+    assert second.exit_code == 0, second.output
+    said = f"2 cases unchanged, taken over from {tmp_path} (run again with --rerun)"
+    assert said in second.stderr
+    assert f"{said}; their run times are of then" in second.stdout
+    lines = (tmp_path / "results.jsonl").read_text().splitlines()
+    cases = [json.loads(line) for line in lines]
+    assert all(case["taken_over"] for case in cases)
+    report = (tmp_path / "report.md").read_text()
+    assert "2 of 2 cases taken over from an earlier run, since they were unchanged" in report
+    assert report.count(f"({cases[0]['measured'][:10]})") == 2  # beside each run time
+    third = cli(*command, "--rerun", "--no-report")
+    assert "taken over" not in third.output
+    lines = (tmp_path / "results.jsonl").read_text().splitlines()
+    assert not any(json.loads(line)["taken_over"] for line in lines)
+
+
+def test_a_run_that_takes_over_nothing_says_why(cli, tmp_path, monkeypatch):
+    command = ("validate", "stop", "--engines", "paper-discrete", "--out", tmp_path, "--no-report")
+    cli(*command)
+    monkeypatch.setattr("validation.unchanged.hash_sources", lambda folders: "edited")
+    changed = cli(*command)
+    assert f"nothing is taken over from {tmp_path}: the code or the environment" in changed.stderr
+    (motion,) = (tmp_path / "motion").iterdir()
+    motion.write_bytes(b"")
+    damaged = cli(*command)
+    assert f"its motion is missing or damaged: {motion}" in damaged.stderr
+    other = cli(*command[:3], "paper-discrete:dt=0.01", *command[4:])
+    assert "scene, settings, criteria or metrics of every case differ" in other.stderr
+
+
+def test_only_the_metrics_asked_for_are_judged_and_the_others_counted(cli, tmp_path):
+    junit = tmp_path / "junit.xml"
+    command = ("validate", "stop", "--engines", "ghostball", "--out", tmp_path / "out")
+    whole = cli(*command, "--no-report").stdout
+    every = int(re.search(r"(\d+) checks passed", whole)[1])
+    result = cli(*command, "--metrics", "rest_error_*, wall_time", "--junit", junit)
+    assert result.exit_code == 0, result.output
+    passed, left_out = re.search(
+        r"(\d+) checks passed, 0 failed, (\d+) left out by --metrics", result.stdout
+    ).groups()
+    assert 0 < int(passed) < every
+    assert int(passed) + int(left_out) == every
+    report = (tmp_path / "out" / "report.md").read_text()
+    assert "**Only some metrics were measured**: `rest_error_max`, `rest_error_rms`," in report
+    assert f"{left_out} limits on others were not judged" in report
+    root = ElementTree.parse(junit).getroot()
+    assert int(root.get("tests")) - int(root.get("skipped")) == int(passed)
+    nothing = cli(*command, "--metrics", "wall_time", "--no-report")
+    assert "no check was made: --metrics leaves out every limit" in nothing.stderr
 
 
 def test_a_run_that_was_killed_in_a_line_is_reported_and_said_to_be(cli, tmp_path):
@@ -420,6 +481,11 @@ def test_ctrl_c_before_the_first_case_says_that_there_are_no_results(cli, tmp_pa
     result = cli("validate", "stop", "--engines", "ghostball", "--out", out)
     assert result.exit_code == 130
     assert f"before the first case was done: no results in {out}" in result.stderr
+    monkeypatch.undo()
+    assert cli("validate", "stop", "--engines", "paper-discrete", "--out", out).exit_code == 0
+    monkeypatch.setattr("validation.suite.run_cases", interrupted)
+    result = cli("validate", "stop", "--engines", "ghostball", "--out", out)
+    assert f"was done: the results stay as they were in {out}" in result.stderr
 
 
 # --- lists ------------------------------------------------------------------------------------

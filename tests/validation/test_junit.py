@@ -111,6 +111,16 @@ def test_a_case_that_did_not_run(outcome: str, tag: str, message: str) -> None:
     assert element[0].text == ("line 1\nline 2" if outcome == "failed" else None)
 
 
+def test_a_metric_that_was_not_asked_for_is_skipped_and_says_whether_it_has_a_limit() -> None:
+    # Breaks where leaving out a limit makes a test pass.
+    some = case(metrics={"wall_time": 0.5}, notes={}, left_out=("rest_error_max",))
+    found = parsed(some)
+    for metric, more in (("rest_error_max", ", though the scene limits it"), ("energy_rise", "")):
+        message = f"not measured: the run asked for other metrics{more}"
+        assert verdict(found[f"pymunk:mode=landed: {metric}"]) == ("skipped", message)
+    assert len(found) == len(METRICS)
+
+
 def test_totals_are_right() -> None:
     cases = [
         case(checks=(check(), check("wall_time", passed=False))),

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import validation.metrics
 from engine import (
     EVENT_DTYPE,
     Ball,
@@ -21,7 +22,14 @@ from engine import (
     Status,
     Table,
 )
-from validation.metrics import _COMPUTE, METRICS, conserves_energy, measure
+from validation.metrics import (
+    _COMPUTE,
+    METRICS,
+    MetricError,
+    choose_metrics,
+    conserves_energy,
+    measure,
+)
 from validation.truth import Truth
 
 R, M = 0.03, 0.2
@@ -311,3 +319,55 @@ def test_balls_apart_do_not_overlap_and_one_ball_has_none_to_overlap() -> None:
 
 def test_run_time_is_the_engines_own() -> None:
     assert measure(still(), truth()).values["wall_time"] == 0.25
+
+
+# --- only some metrics
+
+
+@pytest.mark.parametrize(
+    ("patterns", "names"),
+    [
+        (["wall_time", "rest_error_max"], ("rest_error_max", "wall_time")),
+        (
+            ["rest_error_*", "rest_error_m?x"],
+            ("rest_error_max", "rest_error_rms", "rest_error_ulps"),
+        ),
+        (["*"], tuple(METRICS)),
+    ],
+)
+def test_metrics_are_chosen_by_name_and_pattern(
+    patterns: list[str], names: tuple[str, ...]
+) -> None:
+    assert choose_metrics(patterns) == names
+
+
+@pytest.mark.parametrize(
+    ("patterns", "message"),
+    [
+        (["rest_eror_max"], "Did you mean `rest_error_max`"),
+        (["wall_time", "speed_*"], "got 'speed_\\*'.*Known: rest_error_max, rest_error_rms"),
+        (["wall_time", ""], "got ''"),
+        (["WALL_TIME"], "got 'WALL_TIME'"),
+        ([], "at least one metric"),
+    ],
+)
+def test_a_choice_that_names_no_metric_is_refused(patterns: list[str], message: str) -> None:
+    with pytest.raises(MetricError, match=message):
+        choose_metrics(patterns)
+
+
+def test_what_nobody_asks_for_is_not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any) -> Any:
+        raise AssertionError("sampled for nothing")
+
+    truth = Truth("closed form", PARTS, rest_positions=np.array([[2.0, 0.0, R]]))
+    run = result(scene(balls=1), [[0.0], [1.0], [2.5]], [1.0, 1.0, 0.0])
+    whole = measure(run, truth)
+    for name in ("energy_at", "energy_series", "deepest_overlap", "collisions_of"):
+        monkeypatch.setattr(validation.metrics, name, refuse)
+    some = measure(run, truth, ("wall_time", "rest_error_max"))
+    assert list(some.values) == ["rest_error_max", "wall_time"]
+    assert some.values == {name: whole.values[name] for name in some.values}
+    assert some.ball_errors is not None
+    monkeypatch.setattr(validation.metrics, "ball_errors", refuse)
+    assert measure(run, truth, ("wall_time",)).ball_errors is None

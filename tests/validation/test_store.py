@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import fields, replace
 from pathlib import Path
@@ -10,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+import validation.store
 from engine import EVENT_DTYPE, Ball, Scene
+from validation.files import EARLIER_FILE, ENVIRONMENT_FILE, RESULTS_FILE
 from validation.store import (
-    ENVIRONMENT_FILE,
-    RESULTS_FILE,
     SCHEMA,
     CaseRecord,
     Check,
@@ -21,6 +22,7 @@ from validation.store import (
     ResultsError,
     ResultsFolder,
     ResultsWriter,
+    read_earlier,
 )
 
 SCENE = Scene(name="roll", tags=("smoke",), balls=[Ball(id="cue", position=(0.1, 0.2))])
@@ -91,6 +93,11 @@ def test_a_case_reads_back_to_the_bit(tmp_path: Path) -> None:
         metrics={"collision_count": 3, "rest_error_max": 2.0**-53, "energy_drift": None},
         notes={"energy_drift": "energy is lost"},
         checks=(Check("collision_count", 3, "equals", 3, "1", True, "by hand"),),
+        left_out=("energy_rise",),
+        measured="2026-01-02T03:04:05+00:00",
+        taken_over=True,
+        inputs_hash="12",
+        code_hash="34",
     )
     written(tmp_path, full)
     (read,) = ResultsFolder.load(tmp_path).cases
@@ -98,6 +105,9 @@ def test_a_case_reads_back_to_the_bit(tmp_path: Path) -> None:
         before, after = getattr(full, part.name), getattr(read, part.name)
         if part.name == "motion":
             assert after == "motion/roll--pymunk.npz"
+        elif part.name == "motion_hash":
+            content = (tmp_path / "motion/roll--pymunk.npz").read_bytes()
+            assert after == hashlib.sha256(content).hexdigest()
         elif isinstance(before, np.ndarray):
             assert before.tobytes() == after.tobytes(), part.name
         else:
@@ -239,7 +249,7 @@ def test_an_environment_that_is_cut_short_is_said_to_be(tmp_path: Path, left: in
         ("{broken", r"results\.jsonl:2: not valid JSON"),
         ("[1]", r"results\.jsonl:2: not a case"),
         ("", r"results\.jsonl:2: not valid JSON"),
-        (f'{{"schema": {SCHEMA + 1}}}', r"results\.jsonl:2: `schema` must be 1, got 2"),
+        (f'{{"schema": {SCHEMA + 1}}}', r"results\.jsonl:2: `schema` must be 2, got 3"),
         (f'{{"schema": {SCHEMA}}}', r"results\.jsonl:2: `scene`: "),
     ],
 )
@@ -253,7 +263,7 @@ def test_a_damaged_line_is_named(tmp_path: Path, line: str, message: str) -> Non
 
 @pytest.mark.parametrize(
     ("change", "message"),
-    [({"schema": 99}, "`schema` must be 1, got 99"), ({"format": "x"}, "not a results folder")],
+    [({"schema": 99}, "`schema` must be 2, got 99"), ({"format": "x"}, "not a results folder")],
 )
 def test_another_folder_is_refused(tmp_path: Path, change: dict[str, Any], message: str) -> None:
     written(tmp_path, record())
@@ -299,6 +309,115 @@ def test_earlier_results_stay_until_the_run_begins(tmp_path: Path) -> None:
     assert [case.label for case in folder.cases] == ["pybullet"]
     assert [path.name for path in (tmp_path / "motion").iterdir()] == ["roll--pybullet.npz"]
     assert (tmp_path / "report.md").exists()  # not the store's to delete
+
+
+def labels(cases: list[CaseRecord]) -> list[str]:
+    return [case.label for case in cases]
+
+
+def taking_over(path: Path) -> ResultsWriter:
+    """Make a folder of three cases, and a writer that will take over the second of them."""
+    written(path, record("pymunk"), record("ghostball"), record("pybullet"))
+    return ResultsWriter(path)
+
+
+def begin(writer: ResultsWriter) -> None:
+    earlier = read_earlier(writer.path)
+    writer.begin(ENVIRONMENT, taken_over=[replace(earlier[1], taken_over=True)], earlier=earlier)
+
+
+def all_motions_read(path: Path) -> bool:
+    folder = ResultsFolder(path, [], {})
+    return all(folder.motion(case) is not None for case in read_earlier(path))
+
+
+def test_cases_that_are_taken_over_come_first_and_keep_their_motion(tmp_path: Path) -> None:
+    writer = taking_over(tmp_path)
+    begin(writer)
+    writer.write(record("pymunk"), motion(7))
+    writer.finish("complete", still_of_use=lambda case: False)
+    folder = ResultsFolder.load(tmp_path)
+    assert [(case.label, case.taken_over) for case in folder.cases] == [
+        ("ghostball", True),
+        ("pymunk", False),
+    ]
+    kept, new = (folder.motion(case) for case in folder.cases)
+    assert kept is not None
+    assert new is not None
+    assert np.array_equal(kept.positions, motion().positions)
+    assert np.array_equal(new.positions, motion(7).positions)
+    assert sorted(path.name for path in (tmp_path / "motion").iterdir()) == [
+        "roll--ghostball.npz",
+        "roll--pymunk-2.npz",
+    ]
+    assert not (tmp_path / EARLIER_FILE).exists()
+
+
+def test_a_run_that_is_killed_leaves_earlier_cases_with_their_own_motion(tmp_path: Path) -> None:
+    # Breaks where a new motion takes the place of an earlier one before its line is there.
+    writer = taking_over(tmp_path)
+    begin(writer)
+    writer.write(record("pymunk"), motion(7))
+    results = tmp_path / RESULTS_FILE
+    results.write_bytes(results.read_bytes()[:-9])  # killed in the midst of that line
+    left = read_earlier(tmp_path)
+    assert labels(left) == ["pymunk", "ghostball", "pybullet", "ghostball"]
+    assert all_motions_read(tmp_path)
+    read = ResultsFolder(tmp_path, [], {}).motion(left[0])
+    assert read is not None
+    assert np.array_equal(read.positions, motion().positions)
+    writer.finish("interrupted")
+
+
+@pytest.mark.parametrize("state", ["interrupted", "complete"])
+def test_what_is_not_replaced_stays_put_by_if_it_is_of_use(tmp_path: Path, state: str) -> None:
+    writer = taking_over(tmp_path)
+    begin(writer)
+    if state == "complete":
+        writer.finish("complete", still_of_use=lambda case: case.label == "pybullet")
+    else:
+        writer.write(record("pymunk"), motion(7))
+        writer.finish("interrupted")
+    assert labels(ResultsFolder.load(tmp_path).cases)[0] == "ghostball"
+    assert labels(read_earlier(tmp_path))[0] == "pybullet"
+    assert sum(label == "pymunk" for label in labels(read_earlier(tmp_path))) == (
+        state == "interrupted"
+    )
+    assert all_motions_read(tmp_path)
+
+
+@pytest.mark.parametrize("step", range(5))
+def test_a_full_disk_while_a_run_begins_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: int
+) -> None:
+    writer = taking_over(tmp_path)
+    earlier = read_earlier(tmp_path)
+    steps = 0
+
+    def failing(real: Any) -> Any:
+        def call(*given: Any) -> Any:
+            nonlocal steps
+            steps += 1
+            if steps == step + 1:
+                raise OSError(28, "No space left on device")
+            return real(*given)
+
+        return call
+
+    with monkeypatch.context() as full:
+        full.setattr(validation.store, "write_lines", failing(validation.store.write_lines))
+        for name in ("_put_by", "_write_environment", "_drop_motion"):
+            full.setattr(ResultsWriter, name, failing(getattr(ResultsWriter, name)))
+        with pytest.raises(ResultsError, match="No space left"):
+            writer.begin(ENVIRONMENT, taken_over=earlier[1:2], earlier=earlier)
+    assert steps == step + 1
+    assert set(labels(read_earlier(tmp_path))) == {"pymunk", "ghostball", "pybullet"}
+    assert all_motions_read(tmp_path)
+
+
+def test_a_folder_without_results_holds_nothing_earlier(tmp_path: Path) -> None:
+    assert read_earlier(tmp_path) == []
+    assert read_earlier(tmp_path / "missing") == []
 
 
 def test_a_folder_that_is_not_ours_is_refused_and_left_alone(tmp_path: Path) -> None:

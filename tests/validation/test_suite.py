@@ -10,6 +10,7 @@ import sys
 import textwrap
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -173,6 +174,29 @@ def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
     assert outcome.exit_status == 1
 
 
+def test_only_the_metrics_asked_for_are_measured_and_judged(tmp_path: Path) -> None:
+    both = (*limits("fake").criteria, *limits("fake", metric="overlap_max").criteria)
+    outcome = run_suite(
+        [scene()],
+        ["ghostball", "fake", "fake:does=refuse"],
+        tmp_path,
+        criteria={"roll": Criteria(criteria=both)},
+        metrics=["rest_time_*", "rest_error_m*"],
+    )
+    ours, fake, refused = outcome.cases
+    assert list(fake.metrics) == ["rest_error_max", "rest_time_error", "rest_time_error_ulps"]
+    assert [check.metric for check in fake.checks] == ["rest_error_max"]
+    # Only where it would have been judged: our engine has no limit, the third did not run.
+    assert [case.left_out for case in (ours, fake, refused)] == [(), ("overlap_max",), ()]
+    assert (outcome.counts.checks_passed, outcome.counts.checks_left_out) == (1, 1)
+    folder = ResultsFolder.load(tmp_path)
+    assert folder.environment["metrics"] == list(fake.metrics)
+    assert folder.motion(fake) is not None  # figures draw it
+    with pytest.raises(GhostballError, match="Did you mean `wall_time`"):
+        run_suite([scene()], ["fake"], tmp_path / "other", metrics=["walltime"])
+    assert not (tmp_path / "other").exists()
+
+
 def test_what_an_engine_cannot_do_is_said_with_the_reason(tmp_path: Path) -> None:
     outcome = run_suite([scene()], ["fake:does=refuse", "absent"], tmp_path)
     refused, absent = outcome.cases
@@ -226,10 +250,10 @@ def test_a_result_that_breaks_the_contract_is_a_failure_that_names_the_field(
 def test_a_truth_that_fails_fails_its_scene_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(shot: Scene, wanted: str | None = None) -> object:
+    def broken(shot: Scene, *wanted: Any) -> object:
         if shot.name == "broken":
             raise ZeroDivisionError("no truth today")
-        return real(shot)
+        return real(shot, *wanted)
 
     real = validation.suite.truth_of
     monkeypatch.setattr(validation.suite, "truth_of", broken)
@@ -247,7 +271,7 @@ def test_truth_is_computed_once_for_each_scene(
     monkeypatch.setattr(
         validation.suite,
         "truth_of",
-        lambda shot, wanted: (computed.append(shot.name), real(shot, wanted))[1],
+        lambda shot, *wanted: (computed.append(shot.name), real(shot, *wanted))[1],
     )
     run_suite([scene("one"), scene("two")], ["fake", "fake:shift=1.0"], tmp_path)
     assert computed == ["one", "two"]
@@ -460,7 +484,7 @@ def test_ctrl_c_in_a_terminal(tmp_path: Path, fake_engines: Path, jobs: int) -> 
     )
     process = subprocess.Popen(
         [sys.executable, str(script)],
-        env=os.environ | {"PYTHONPATH": str(fake_engines)},
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(fake_engines), *sys.path])},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

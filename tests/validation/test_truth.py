@@ -9,6 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
+import validation.truth
 from engine import (
     Ball,
     EventKind,
@@ -139,3 +140,20 @@ def test_truth_travels_to_another_process() -> None:
     assert copy.rest_positions is not None
     assert np.array_equal(copy.rest_positions_low, truth.rest_positions_low)
     assert copy.collisions == truth.collisions
+
+
+def test_only_the_parts_that_are_asked_for_are_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any, **__: Any) -> Any:
+        raise AssertionError("computed for nothing")
+
+    scene = find_scene("half-ball-cut")
+    whole = truth_of(scene)
+    monkeypatch.setattr(validation.truth, "energy_at", refuse)
+    events = truth_of(scene, parts=frozenset({"events"}))
+    assert events.energy is None
+    assert np.array_equal(events.collision_times, whole.collision_times)
+    assert truth_of(shot(), parts=frozenset({"rest"})).rest_positions is not None
+    monkeypatch.setattr(validation.truth, "simulate", refuse)
+    rest = truth_of(scene, parts=frozenset({"rest", "time", "conditioning"}))
+    assert np.array_equal(rest.rest_positions, whole.rest_positions)
+    assert rest.collisions == whole.collisions

@@ -1,0 +1,145 @@
+"""The files of a results folder: written whole, read back, refused with place and reason."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from pydantic import TypeAdapter, ValidationError
+
+from engine import GhostballError
+from validation.records import SCHEMA, CaseRecord, Motion
+
+FORMAT: Final = "ghostball results"
+RESULTS_FILE: Final = "results.jsonl"
+EARLIER_FILE: Final = "earlier.jsonl"
+ENVIRONMENT_FILE: Final = "env.json"
+MOTION_FOLDER: Final = "motion"
+
+
+class ResultsError(GhostballError):
+    """A results folder that can't be read, written or replaced."""
+
+
+_RECORD = TypeAdapter(CaseRecord)
+
+
+def is_results_folder(path: Path) -> bool:
+    """Whether `path` holds results of ours, of any schema version."""
+    try:
+        environment = json.loads((path / ENVIRONMENT_FILE).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(environment, dict) and environment.get("format") == FORMAT
+
+
+def load_environment(folder: Path) -> dict[str, Any] | None:
+    """Return the content of `env.json`, or None where there is none of ours.
+
+    Raises
+    ------
+    ResultsError
+        Where it is cut short, or of another schema version.
+    """
+    path = folder / ENVIRONMENT_FILE
+    if not is_results_folder(folder):
+        if _is_damaged(path):
+            raise ResultsError(
+                f"{path}: is cut short: it is no whole JSON. Run the suite again in another folder"
+            )
+        return None
+    environment: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    _check_schema(environment.get("schema"), str(path))
+    return environment
+
+
+def _is_damaged(path: Path) -> bool:
+    """Whether there is a file that holds no whole JSON."""
+    try:
+        json.loads(path.read_text(encoding="utf-8"))
+    except OSError:
+        return False
+    except ValueError:
+        return True
+    return False
+
+
+def load_cases(path: Path) -> tuple[list[CaseRecord], str]:
+    """Return the whole lines as cases, and the place of a last line that is cut short, or ""."""
+    try:
+        # Cut before it is decoded: a kill may leave half a character. Also not splitlines(), for
+        # a reason may hold U+2028.
+        whole, newline, rest = path.read_bytes().rpartition(b"\n")
+        lines = whole.decode("utf-8").split("\n") if newline else []
+    except FileNotFoundError:
+        raise ResultsError(f"{path}: missing. Run the suite again") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ResultsError(f"{path}: can't read the results: {error}") from error
+    cases = [_load_case(line, f"{path}:{number}") for number, line in enumerate(lines, start=1)]
+    return cases, f"{path}:{len(lines) + 1}" if rest else ""
+
+
+def _load_case(line: str, place: str) -> CaseRecord:
+    try:
+        data = json.loads(line)
+        if not isinstance(data, dict):
+            raise ResultsError(f"{place}: not a case: a JSON object was expected")
+        _check_schema(data.get("schema"), place)
+        return _RECORD.validate_python(data)
+    except json.JSONDecodeError as error:
+        raise ResultsError(
+            f"{place}: not valid JSON: {error.msg} (column {error.colno}). Run the suite again"
+        ) from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        name = ".".join(map(str, first["loc"]))
+        raise ResultsError(f"{place}: `{name}`: {first['msg']}. Run the suite again") from None
+
+
+def _check_schema(schema: object, place: str) -> None:
+    if schema != SCHEMA:
+        raise ResultsError(
+            f"{place}: `schema` must be {SCHEMA}, got {schema!r}: another version of ghostball "
+            "wrote it. Read it with that version, or run the suite again"
+        )
+
+
+def line_of(record: CaseRecord) -> str:
+    """Return a case as one line of JSON, with its end."""
+    return _RECORD.dump_json(record).decode() + "\n"
+
+
+def write_lines(path: Path, records: Iterable[CaseRecord]) -> None:
+    """Write cases, one per line, whole or not at all."""
+    part = path.with_name(path.name + ".part")
+    with part.open("w", encoding="utf-8", newline="\n") as file:
+        file.writelines(map(line_of, records))
+    part.replace(path)
+
+
+def save_motion(path: Path, motion: Motion) -> str:
+    """Write a file of motion, whole or not at all, and return its SHA-256."""
+    part = path.with_suffix(".part")
+    with part.open("wb") as file:
+        parts = {part.name: getattr(motion, part.name) for part in fields(Motion)}
+        np.savez_compressed(file, **{name: p for name, p in parts.items() if p is not None})
+    digest = hash_of_file(part)
+    part.replace(path)
+    return digest
+
+
+def cannot_write(path: Path, error: OSError) -> ResultsError:
+    """Return the error that says why a folder can't be written."""
+    reason = error.strerror or type(error).__name__
+    return ResultsError(f"{path}: can't write the results folder: {reason}. Choose another `--out`")
+
+
+def hash_of_file(path: Path) -> str:
+    """Return the SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
