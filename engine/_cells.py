@@ -329,8 +329,9 @@ def touching_in_cells(
     counters[PENDING] = 1
     counters[PENDING_VERDICT] = verdict
     if verdict == IMPACT and laws.simultaneous:
-        count = _join_ties(balls, laws, cells, contacts, t, speed, 1, counters)
-        if count > 1:
+        until = t + tie_rounding(balls, row, mate, t) / speed
+        if _is_more_due(balls, cells, 1, t, until):
+            count = _join_ties(balls, laws, cells, contacts, t, until, 1, counters)
             hand_over(balls, count, 0, counters)
     return True
 
@@ -380,7 +381,9 @@ def _touching_several(
                 list_hit(balls, count - 1, i, j)
         i = first_due(cells.tree, t, i + 1)
     if count > 0 and laws.simultaneous:
-        count = _join_ties(balls, laws, cells, contacts, t, fastest, count, counters)
+        until = when_tied(balls, count, t, fastest)
+        if _is_more_due(balls, cells, count, t, until):
+            count = _join_ties(balls, laws, cells, contacts, t, until, count, counters)
     return hand_over(balls, count, pressed, counters)
 
 
@@ -430,15 +433,12 @@ def _join_ties(
     cells: Cells,
     contacts: Contacts | None,
     t: float,
-    speed: float,
+    until: float,
     listed: int,
     counters: IntArray,
 ) -> int:
     """List also the pairs that touch but for rounding, as `_pairs._join_ties`."""
-    until = when_tied(balls, listed, t, speed)
     count = listed
-    if not _is_more_due(balls, cells, listed, t, until):
-        return count
     for c in range(listed):
         for i in (balls.hits[c, FIRST], balls.hits[c, SECOND]):
             for k in range(list_near(balls, cells, i)):
@@ -457,7 +457,7 @@ def _join_ties(
     return count
 
 
-@kernel
+@kernel(inline=True)
 def _is_more_due(balls: Balls, cells: Cells, listed: int, t: float, until: float) -> bool:
     """Whether a slot may have a bound past the instant t, up to `until` [s].
 
