@@ -58,7 +58,7 @@ from engine._ties import (
     when_tied,
 )
 from engine._touch import IMPACT, NOT_YET, PRESSED, first_bound, touch
-from engine._tree import enter_instant, first_due
+from engine._tree import enter_instant, first_due, least_of_others
 
 _CLEARLY = 2.0**-30
 """What a bound must be later by, relative to the distance, to be seen without computing it."""
@@ -312,19 +312,35 @@ def touching_in_cells(
     t: float,
     row: int,
     counters: IntArray,
-) -> bool:
-    """Judge every pair whose bound is the instant t [s], as `_schedule.touching`; whether one does.
+) -> float:
+    """Judge every pair whose bound is the instant t [s], as `_schedule.touching`.
 
     Contract: `earliest_in_cells` has returned t and `row`, and no own event.
     """
     if row < 0:
-        return _touching_several(balls, laws, cells, contacts, t, counters)
+        several = _touching_several(balls, laws, cells, contacts, t, counters)
+        return t if several else math.inf
+    # Advance the one pair from its bound until it touches, or something else comes first.
     mate = cells.link[row, MATE]
-    counters[ADVANCEMENTS] += 1
-    verdict, bound, speed = touch(balls, row, mate, t, 0.0)
+    end = min(balls.state[row, OWN_TIME], balls.state[mate, OWN_TIME])
+    others = min(cells.slot[row, OTHERS], cells.slot[row, LEAVES], laws.t_max)
+    until = min(others, least_of_others(cells.tree, row))
+    first = t
+    while True:
+        counters[ADVANCEMENTS] += 1
+        verdict, bound, speed = touch(balls, row, mate, t, 0.0)
+        if verdict != NOT_YET:
+            break
+        bound = bound if bound <= end else math.inf
+        if not bound < until:
+            break
+        t = bound
     if verdict == NOT_YET:
-        _advance_slot(balls, laws, cells, contacts, row, mate, bound, t, counters)
-        return False
+        _advance_slot(balls, laws, cells, contacts, row, mate, bound, first, t, counters)
+        return math.inf
+    if t > first:
+        cells.slot[row, LEAST] = t
+        enter_instant(cells.tree, row, t)
     list_hit(balls, 0, row, mate)
     counters[PENDING] = 1
     counters[PENDING_VERDICT] = verdict
@@ -333,7 +349,7 @@ def touching_in_cells(
         if _is_more_due(balls, cells, 1, t, until):
             count = _join_ties(balls, laws, cells, contacts, t, until, 1, counters)
             hand_over(balls, count, 0, counters)
-    return True
+    return t
 
 
 @kernel
@@ -369,8 +385,8 @@ def _touching_several(
             counters[ADVANCEMENTS] += 1
             verdict, bound, speed = touch(balls, i, j, t, 0.0)
             if verdict == NOT_YET:
-                _advance_slot(balls, laws, cells, contacts, i, j, bound, t, counters)
-                _advance_slot(balls, laws, cells, contacts, j, i, bound, t, counters)
+                _advance_slot(balls, laws, cells, contacts, i, j, bound, t, t, counters)
+                _advance_slot(balls, laws, cells, contacts, j, i, bound, t, t, counters)
             elif verdict == PRESSED:
                 # From the other end, out of the way of impacts.
                 pressed += 1
@@ -412,11 +428,15 @@ def _advance_slot(
     i: int,
     j: int,
     bound: float,
+    was: float,
     t: float,
     counters: IntArray,
 ) -> None:
-    """Move on ball i's slot to its next bound with ball j, if the one at t [s] is there."""
-    if cells.slot[i, LEAST] != t or cells.link[i, MATE] != j:
+    """Move on ball i's slot to its next bound with ball j, if the one that `was` [s] is there.
+
+    All before the instant t [s] is known.
+    """
+    if cells.slot[i, LEAST] != was or cells.link[i, MATE] != j:
         return
     end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
     if bound <= end and bound <= cells.slot[i, OTHERS]:

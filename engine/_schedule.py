@@ -74,6 +74,6 @@ def touching(
     """
     if pairs is not None:
         return touching_pairs(balls, laws, pairs, t, row, counters)
-    if cells is not None and touching_in_cells(balls, laws, cells, contacts, t, row, counters):
-        return t
-    return math.inf
+    if cells is not None:
+        return touching_in_cells(balls, laws, cells, contacts, t, row, counters)
+    return math.nan

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from engine._jit import kernel
 from engine._state import NOWHERE, FloatArray
 
@@ -18,6 +20,17 @@ def enter_instant(tree: FloatArray, i: int, t: float) -> None:
             return
         tree[place] = value
         place >>= 1
+
+
+@kernel(inline=True)
+def least_of_others(tree: FloatArray, i: int) -> float:
+    """Return the earliest instant of all balls but ball i [s]."""
+    least = math.inf
+    place = len(tree) // 2 + i
+    while place > 1:
+        least = min(least, tree[place ^ 1])
+        place >>= 1
+    return least
 
 
 @kernel
