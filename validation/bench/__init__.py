@@ -1,0 +1,30 @@
+"""Measurements of speed: our engine against its targets, and beside its peers."""
+
+from validation.bench.measure import measure_targets
+from validation.bench.measurements import (
+    Measurement,
+    PeerRow,
+    Row,
+    TargetsMeasurement,
+)
+from validation.bench.peer_engines import DEFAULT_PEERS, make_peers
+from validation.bench.running import BenchError
+from validation.bench.targets import TARGETS, Target, chosen_workloads
+from validation.bench.workloads import FULL, QUICK, WORKLOADS
+
+__all__ = [
+    "DEFAULT_PEERS",
+    "FULL",
+    "QUICK",
+    "TARGETS",
+    "WORKLOADS",
+    "BenchError",
+    "Measurement",
+    "PeerRow",
+    "Row",
+    "Target",
+    "TargetsMeasurement",
+    "chosen_workloads",
+    "make_peers",
+    "measure_targets",
+]
