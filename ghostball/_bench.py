@@ -94,6 +94,38 @@ def targets(
     _finish(measured, paths)
 
 
+@app.command()
+@command
+def scaling(
+    repeats: Repeats = 3,
+    quick: Quick = False,
+    out: Out = None,
+    store: Store = False,
+    peers: Peers = None,
+    peer_python: PeerPython = None,
+) -> None:
+    """Measure time per event against number of balls and packing."""
+    from ghostball._bench_tables import scaling_tables  # noqa: PLC0415
+    from ghostball._progress import counting  # noqa: PLC0415
+    from validation import bench  # noqa: PLC0415
+
+    compared = bench.make_peers(peers, peer_python)
+    paths = _paths("scaling", out, store, part=quick)
+    try:
+        with counting("measuring") as count:
+            measured = bench.measure_scaling(
+                compared,
+                rounds=1 if quick else repeats,
+                extent=bench.TINY if quick else bench.WIDE,
+                progress=count,
+            )
+    finally:
+        for peer in compared:
+            peer.close()
+    stdout().print(scaling_tables(measured))
+    _finish(measured, paths)
+
+
 def _paths(kind: str, out: Path | None, store: bool, *, part: bool) -> dict[str, Path]:
     """Return the files to write, by option, each checked before anything is measured."""
     from validation.bench import BenchError, measurements  # noqa: PLC0415

@@ -11,7 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from reports.style import format_time
-from validation.bench import PeerRow, Row, TargetsMeasurement
+from validation.bench import PeerRow, Row, ScalingMeasurement, TargetsMeasurement
+from validation.bench.measurements import Point
 from validation.bench.targets import Target, target_of
 from validation.bench.workloads import MEANINGS
 
@@ -31,6 +32,37 @@ def targets_tables(measured: TargetsMeasurement) -> RenderableType:
     return Group(*parts)
 
 
+def scaling_tables(measured: ScalingMeasurement) -> RenderableType:
+    """Return time per event against the number of balls and against packing, and who lacks."""
+    parts: list[RenderableType] = []
+    if measured.quick:
+        parts.append(Text(QUICK_SAYS, style="yellow"))
+    at = f"at packing {measured.fixed_packing:g}"
+    parts.append(_points(f"time per event, {at}", "balls", measured.by_balls))
+    parts.append(
+        _points(f"time per event, {measured.fixed_balls} balls", "packing", measured.by_packing)
+    )
+    for curve in measured.curves:
+        if curve.detail:
+            what = OUTCOMES.get(curve.outcome, "measured")
+            parts.append(Text(f"{curve.engine}, {curve.physics}: {what}; {curve.detail}"))
+    return Group(*parts)
+
+
+def _points(title: str, along: str, points: Sequence[Point]) -> Table:
+    """Return a table of the points: a row for each place, a column for each engine and physics."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=title, title_justify="left")
+    table.add_column(along, justify="right")
+    columns = list(dict.fromkeys((point.engine, point.physics) for point in points))
+    for engine, physics in columns:
+        table.add_column(escape(f"{engine}\n{physics}"), justify="right", no_wrap=True)
+    found = {(getattr(p, along), p.engine, p.physics): p for p in points}
+    for place in dict.fromkeys(getattr(point, along) for point in points):
+        cells = [found.get((place, *column)) for column in columns]
+        table.add_row(f"{place}", *(format_time(p.per_event) if p else "" for p in cells))
+    return table
+
+
 def value_text(value: float, unit: str) -> str:
     """Return a quantity to three digits, with a unit that suits it."""
     if unit == "s":
@@ -45,6 +77,8 @@ def verdict_text(target: Target, median: float, met: bool | None) -> str:
     """Return met or missed, and by how much of the limit; nothing where it isn't judged."""
     if met is None:
         return ""
+    if met and median <= 0.0:
+        return "[green]met[/]"
     by = abs(100.0 * target.margin(median))
     size = f"{by:.0f} %" if by < 1000.0 else f"{by / 100.0 + 1.0:.0f} times"
     return f"[green]met[/], {size} better" if met else f"[bold red]missed[/] by {size}"

@@ -5,10 +5,12 @@ from validation.bench.measurements import (
     Measurement,
     PeerRow,
     Row,
+    ScalingMeasurement,
     TargetsMeasurement,
 )
 from validation.bench.peer_engines import DEFAULT_PEERS, make_peers
 from validation.bench.running import BenchError
+from validation.bench.scaling import TINY, WIDE, measure_scaling
 from validation.bench.targets import TARGETS, Target, chosen_workloads
 from validation.bench.workloads import FULL, QUICK, WORKLOADS
 
@@ -17,14 +19,18 @@ __all__ = [
     "FULL",
     "QUICK",
     "TARGETS",
+    "TINY",
+    "WIDE",
     "WORKLOADS",
     "BenchError",
     "Measurement",
     "PeerRow",
     "Row",
+    "ScalingMeasurement",
     "Target",
     "TargetsMeasurement",
     "chosen_workloads",
     "make_peers",
+    "measure_scaling",
     "measure_targets",
 ]

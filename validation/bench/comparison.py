@@ -36,11 +36,14 @@ COMPARED: Mapping[str, Callable[[Size], Sequence[Scene]]] = {
 MOST = 7
 """Samples of a peer on a workload: some take seconds."""
 
-OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
-    (PeerAbsentError, "absent"),
-    (PeerCannotError, "not-representable"),
-    (PeerFailedError, "failed"),
-)
+PEER_ERRORS = (PeerAbsentError, PeerCannotError, PeerFailedError)
+
+
+def outcome_of(error: Exception) -> Outcome:
+    """Return what an error of a peer means for its measurement."""
+    if isinstance(error, PeerAbsentError):
+        return "absent"
+    return "not-representable" if isinstance(error, PeerCannotError) else "failed"
 
 
 def _shorter(scene: Scene) -> Scene:
@@ -94,7 +97,7 @@ class Comparison:
             for scene in scenes[:1]:
                 run(scene)
                 self.peer.simulate(scene)  # it may compile
-        except (PeerAbsentError, PeerCannotError, PeerFailedError) as error:
+        except PEER_ERRORS as error:
             self._note(error)
             return lambda _: {}
         self._turns = cycle(scenes)
@@ -109,7 +112,7 @@ class Comparison:
         ours_events = ours[0].work["events"]
         try:
             theirs = self.peer.simulate(scene)
-        except (PeerAbsentError, PeerCannotError, PeerFailedError) as error:
+        except PEER_ERRORS as error:
             self._note(error)
             return {}
         per_event = theirs.seconds / max(theirs.events, 1)
@@ -126,8 +129,7 @@ class Comparison:
         }
 
     def _note(self, error: Exception) -> None:
-        self.outcome = next(outcome for kind, outcome in OUTCOMES if isinstance(error, kind))
-        self.detail = str(error)
+        self.outcome, self.detail = outcome_of(error), str(error)
 
 
 def comparisons(workloads: Sequence[str], peers: Sequence[Peer], size: Size) -> list[Comparison]:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Final, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from validation.bench.running import BenchError
 from validation.bench.timing import Spread
 
-SCHEMA = 1
+SCHEMA: Final = 1
 """Version of the files; another one is refused."""
 
 STORE = Path(__file__).resolve().parent.parent.parent / "benchmarks" / "results"
@@ -46,8 +46,8 @@ class PeerRow(_Model):
     """One peer on one workload, beside ours on the same scenes in the same minutes.
 
     `seconds` and `per_event` are the peer's medians [s], `events` is how many it had; `ours_` the
-    same of our engine. `times_quicker` is the median of the peer's time over ours, `per_event_ratio`
-    of its time per event over ours. `detail` says why there is none, or how the peer ran.
+    same of our engine. `times_quicker` is the median of the peer's time over ours,
+    `per_event_ratio` of its time per event over ours. `detail` says why there is none.
     """
 
     workload: str
@@ -160,7 +160,7 @@ def store_path(environment: dict[str, Any], kind: str) -> Path:
 
 
 def stored_paths(kind: str) -> list[Path]:
-    """Return the committed measurements of a kind, one per machine; none where there is no store."""
+    """Return the committed measurements of a kind, one per machine."""
     return sorted(STORE.glob(f"*/{kind}.json"))
 
 

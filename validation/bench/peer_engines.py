@@ -199,8 +199,14 @@ class AbsentPeer:
 
 
 _SCRIPTS = {
-    "pooltool": ("pooltool_peer", "`make peers`, or name an interpreter that has it: --peer-python"),
-    "billiards": ("billiards_peer", "`make peers`, or name an interpreter that has it: --peer-python"),
+    "pooltool": (
+        "pooltool_peer",
+        "`make peers`, or name an interpreter that has it: --peer-python",
+    ),
+    "billiards": (
+        "billiards_peer",
+        "`make peers`, or name an interpreter that has it: --peer-python",
+    ),
 }
 _ABSENT = {
     "FastFiz": "C++ from source, with GSL; no package, and no way to drive it from here yet",

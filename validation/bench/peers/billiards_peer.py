@@ -22,8 +22,7 @@ def simulate(scene: dict) -> dict:
     # Inside is to the left of the way from the first point to the second one.
     corners = [(0.0, 0.0), (length, 0.0), (length, width), (0.0, width)]
     walls = [
-        billiards.InfiniteWall(corners[k], corners[(k + 1) % 4], inside="left")
-        for k in range(4)
+        billiards.InfiniteWall(corners[k], corners[(k + 1) % 4], inside="left") for k in range(4)
     ]
     world = billiards.Billiard(walls)
     for ball in scene["balls"]:
