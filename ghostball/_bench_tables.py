@@ -146,7 +146,8 @@ def _peer_verdict(row: PeerRow) -> str:
 
 
 def _headline(measured: TargetsMeasurement) -> str:
-    judged = [row.met for row in (*measured.rows, *measured.peers) if row.met is not None]
+    verdicts = [*(row.met for row in measured.rows), *(row.met for row in measured.peers)]
+    judged = [met for met in verdicts if met is not None]
     environment = measured.environment
     where = f"{environment['cpu']}, {environment['cores']} cores"
     return f"{judged.count(True)} of {len(judged)} targets met; medians of up to " + (

@@ -11,6 +11,7 @@ from reports import style
 from reports.counted import COUNTED_MEANS, counted_rows, unsolved
 from reports.figures.summary import independent_errors
 from reports.markdown_parts import Drawn, figure_link, many, number_text, one_line, table_of
+from reports.markdown_scaling import scaling_section
 from reports.markdown_scene import scene_section
 from reports.shots import NUMBERS_KEY, cell_text, legend_text, rest_error
 from validation.metrics import METRICS
@@ -95,6 +96,7 @@ def report_text(
     if paper:
         parts += ["## The paper's figures, remade"]
         parts += [figure_link(PAPER_CAPTIONS[kind], path) for kind, path in paper.items()]
+    parts += scaling_section(results, whole.get("scaling"))
     parts += ["## Environment", _environment_table(results)]
     return "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
 

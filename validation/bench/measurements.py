@@ -17,6 +17,9 @@ SCHEMA: Final = 1
 STORE = Path(__file__).resolve().parent.parent.parent / "benchmarks" / "results"
 """Committed measurements, one folder per machine; there in a checkout only."""
 
+Physics = Literal["gas", "cloth"]
+"""An elastic gas, or balls with all of pool's physics."""
+
 Outcome = Literal["ran", "absent", "not-representable", "failed"]
 
 Stored = TypeVar("Stored", bound="Measurement")
@@ -96,7 +99,7 @@ class Point(_Model):
     """Time per event of one engine on one scene [s], and what it had to do."""
 
     engine: str
-    physics: Literal["gas", "cloth"]
+    physics: Physics
     balls: int
     packing: Annotated[float, Field(gt=0.0)]
     events: float
@@ -110,7 +113,7 @@ class Curve(_Model):
     """What became of one engine: as far as it went, and why no further."""
 
     engine: str
-    physics: Literal["gas", "cloth"]
+    physics: Physics
     version: str = ""
     outcome: Outcome
     detail: str = ""

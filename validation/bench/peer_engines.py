@@ -99,13 +99,11 @@ class ScriptPeer:
         What it is called, and the module in `peers/` that drives it.
     python : Path or None
         The interpreter; None: that of `make peers`.
-    get : str
-        How to get it.
     """
 
-    def __init__(self, name: str, module: str, python: Path | None, get: str) -> None:
+    def __init__(self, name: str, module: str, python: Path | None) -> None:
         self.name, self.version = name, ""
-        self._module, self._get = module, get
+        self._module = module
         self._python = python or PEERS_VENV / "bin" / "python"
         self._process: subprocess.Popen[str] | None = None
         self._messages: IO[str] | None = None
@@ -132,7 +130,7 @@ class ScriptPeer:
                     stream.close()
 
     def _start(self) -> None:
-        self._messages = tempfile.TemporaryFile(mode="w+")
+        self._messages = tempfile.TemporaryFile(mode="w+")  # noqa: SIM115 - `close` closes it
         try:
             self._process = subprocess.Popen(
                 [str(self._python), str(SCRIPTS / "serve.py"), self._module],
@@ -143,11 +141,11 @@ class ScriptPeer:
             )
         except OSError:
             self._messages.close()
-            raise PeerAbsentError(self._get) from None
+            raise PeerAbsentError(_GET) from None
         hello = self._ask(None)
         if "absent" in hello:
             self.close()
-            raise PeerAbsentError(f"{self._get} ({hello['absent']})")
+            raise PeerAbsentError(f"{_GET} ({hello['absent']})")
         self.version = str(hello["version"])
 
     def _ask(self, line: str | None) -> dict[str, Any]:
@@ -192,22 +190,14 @@ class AbsentPeer:
     def simulate(self, scene: Scene) -> PeerRun:
         """Say that it is absent."""
         del scene
-        raise PeerAbsentError(self._get)
+        raise PeerAbsentError(_GET)
 
     def close(self) -> None:
         """Do nothing."""
 
 
-_SCRIPTS = {
-    "pooltool": (
-        "pooltool_peer",
-        "`make peers`, or name an interpreter that has it: --peer-python",
-    ),
-    "billiards": (
-        "billiards_peer",
-        "`make peers`, or name an interpreter that has it: --peer-python",
-    ),
-}
+_SCRIPTS = {"pooltool": "pooltool_peer", "billiards": "billiards_peer"}
+_GET = "get it with `make peers`, or name an interpreter that has it: --peer-python"
 _ABSENT = {
     "FastFiz": "C++ from source, with GSL; no package, and no way to drive it from here yet",
 }
@@ -243,8 +233,7 @@ def make_peers(names: str | None, python: Path | None) -> list[Peer]:
 
 def _make_peer(name: str, python: Path | None) -> Peer:
     if name in _SCRIPTS:
-        module, get = _SCRIPTS[name]
-        return ScriptPeer(name, module, python, get)
+        return ScriptPeer(name, _SCRIPTS[name], python)
     if name in _ABSENT:
         return AbsentPeer(name, _ABSENT[name])
     known = [*_SCRIPTS, *_ABSENT, *(n for n in engine_names() if n != "ghostball")]

@@ -14,6 +14,7 @@ from validation.bench.comparison import PEER_ERRORS, outcome_of
 from validation.bench.measurements import (
     Curve,
     Outcome,
+    Physics,
     Point,
     ScalingMeasurement,
 )
@@ -23,7 +24,6 @@ from validation.bench.scenes import FRICTIONLESS, FULL_CLOTH, packed_gas
 from validation.bench.timing import Clock, Progress, Samples, Task, take_turns
 from validation.environment import describe_environment
 
-Physics = Literal["gas", "cloth"]
 Along = Literal["balls", "packing"]
 
 PHYSICS: tuple[Physics, ...] = ("gas", "cloth")

@@ -1,4 +1,4 @@
-"""Scenes that are measured and no data files: random racks, and gases of as many balls as wanted."""
+"""Scenes that are measured but no data files: random racks, and gases of any number of balls."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SLOWEST_BREAK, FASTEST_BREAK = 8.0, 10.0  # [m/s]
 NARROWEST_GAP, WIDEST_GAP = 1e-5, 1e-4  # [m]
 
 LARGEST_CHECKED = 2_000
-"""Balls up to which a lattice is checked like any scene: that compares each ball with each other."""
+"""Balls up to which a lattice is checked like any scene, each ball against each other."""
 
 
 def racked_break(seed: int, physics: dict[str, Any]) -> Scene:

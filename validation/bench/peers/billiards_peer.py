@@ -2,6 +2,7 @@
 
 import time
 from importlib import metadata
+from typing import Any
 
 import billiards
 
@@ -11,7 +12,7 @@ def version() -> str:
     return metadata.version("billiards")
 
 
-def simulate(scene: dict) -> dict:
+def simulate(scene: dict[str, Any]) -> dict[str, Any]:
     """Run a scene to its `t_max`; building the table of pairs is not timed."""
     physics, table = scene["physics"], scene["table"]
     if physics["rolling_friction"] or physics["motion"] != "rolling":

@@ -2,6 +2,7 @@
 
 import time
 from importlib import metadata
+from typing import Any
 
 import numpy as np
 import pooltool as pt
@@ -29,7 +30,7 @@ def version() -> str:
     return metadata.version("pooltool-billiards")
 
 
-def simulate(scene: dict) -> dict:
+def simulate(scene: dict[str, Any]) -> dict[str, Any]:
     """Run a scene to its end; building it is not timed, keeping its history is part of the run."""
     physics, table = scene["physics"], scene["table"]
     if physics["motion"] != "sliding" or not physics["rolling_friction"]:
@@ -64,7 +65,7 @@ def simulate(scene: dict) -> dict:
     return {"seconds": seconds, "events": len(events)}
 
 
-def _ball(ball: dict, physics: dict, speed_dependent: bool) -> pt.Ball:
+def _ball(ball: dict[str, Any], physics: dict[str, Any], speed_dependent: bool) -> Any:
     radius = ball["radius"]
     params = pt.BallParams(
         m=ball["mass"],

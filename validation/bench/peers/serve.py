@@ -2,15 +2,16 @@
 
     PYTHON serve.py MODULE
 
-Runs in the peer's interpreter, without ghostball; needs nothing but MODULE, which lies beside it and
-has `version()` and `simulate(scene)`. That returns {"seconds", "events"}, or {"cannot": why} where
-the peer can't represent the scene.
+Runs in the peer's interpreter, without ghostball; needs nothing but MODULE, which lies beside it
+and has `version()` and `simulate(scene)`. That returns {"seconds", "events"}, or {"cannot": why}
+where the peer can't represent the scene.
 """
 
 import importlib
 import json
 import os
 import sys
+from typing import Any
 
 
 def main() -> None:
@@ -19,7 +20,7 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
 
-    def answer(value: dict) -> None:
+    def answer(value: dict[str, Any]) -> None:
         answers.write(json.dumps(value) + "\n")
         answers.flush()
 
