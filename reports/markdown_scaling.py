@@ -12,9 +12,10 @@ from validation.store import ResultsFolder
 
 CAPTION = "Time per event, against the number of balls and against their packing"
 _MEANS = """\
-Time of the simulation alone over the number of its events, median of the rounds; every engine runs
-the same scenes, in turns. An event is a collision of two balls or of one with a cushion and, where
-balls slide, also the start of rolling and of rest. Times are those of this machine.\
+Time of the simulation alone over the number of its events, median of the rounds. Engines take turns
+on the same scenes; ours runs them for longer, since peers need so much more time. An event is a
+collision of two balls, or of one with a cushion, and where balls slide also the start of rolling
+and of rest. Times are those of this machine.\
 """
 
 

@@ -35,11 +35,17 @@ FIXED_PACKING = 0.3
 FIXED_BALLS = 256
 """How many balls there are, where their packing varies."""
 
-MELTING, MEASURED = 5.0, 2.0
-"""Collisions of each ball, by `collision_rate`, before a gas is measured, and in the measurement.
+MELTING = 5.0
+"""Collisions of each ball, by `collision_rate`, before a gas is measured.
 
-On cloth balls start from the lattice and are slowed, so that they have fewer.
+On cloth balls start from the lattice: they would be at rest.
 """
+
+OUR_COLLISIONS, PEER_COLLISIONS = 10.0, 2.0
+"""The same while it is measured; peers need long. On cloth, where balls are slowed, it's fewer."""
+
+MOST_SCENES = 200
+"""Of few balls, in one sample."""
 
 LONGEST_SAMPLE = 5.0
 """Seconds: a peer that needs more goes no further, and measures that point only once."""
@@ -61,7 +67,7 @@ class Extent:
     balls: tuple[int, ...] = (2, 4, 8, 16, 32, 64, 128, 256, 1000, 3000, 10_000, 30_000, 100_000)
     packings: tuple[float, ...] = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
     fixed_balls: int = FIXED_BALLS
-    least_events: int = 2_000
+    least_events: int = 5_000
     least_peer_events: int = 40
 
 
@@ -89,6 +95,7 @@ class _Course:
 
     engine: Peer
     physics: Physics
+    collisions: float
     least_events: int
     ours: bool = False
     outcome: Outcome = "ran"
@@ -150,7 +157,9 @@ class _Place:
             return {}
         try:
             if not course.warm:  # it may compile
-                course.engine.simulate(scene_of(course.physics, 2, FIXED_PACKING, 0))
+                course.engine.simulate(
+                    scene_of(course.physics, 2, FIXED_PACKING, 0, course.collisions)
+                )
                 course.warm = True
             return self._measure(clock)
         except PEER_ERRORS as error:
@@ -159,10 +168,11 @@ class _Place:
 
     def _measure(self, clock: Clock) -> dict[str, float]:
         course = self.course
-        expected = max(self.balls * MEASURED / 2.0, 1.0)
+        expected = self.balls * course.collisions / 2.0
+        count = min(math.ceil(course.least_events / expected), MOST_SCENES)
         scenes = [
-            scene_of(course.physics, self.balls, self.packing, seed)
-            for seed in range(math.ceil(course.least_events / expected))
+            scene_of(course.physics, self.balls, self.packing, seed, course.collisions)
+            for seed in range(count)
         ]
         for scene in scenes[:1] if course.ours else ():
             course.engine.simulate(scene)  # laid out, and whatever it needs compiled
@@ -187,14 +197,17 @@ class _Place:
             course.outcome, course.detail = outcome_of(error), str(error)
 
 
+def scene_of(physics: Physics, balls: int, packing: float, seed: int, collisions: float) -> Scene:
+    """Return a scene to measure on; it begins alike for all engines, and lasts `collisions`."""
+    return until(_beginning(physics, balls, packing, seed), collisions / collision_rate(packing))
+
+
 @cache
-def scene_of(physics: Physics, balls: int, packing: float, seed: int) -> Scene:
-    """Return the scene that engines are compared on, the same for all."""
-    each = 1.0 / collision_rate(packing)
+def _beginning(physics: Physics, balls: int, packing: float, seed: int) -> Scene:
+    melting = MELTING / collision_rate(packing)
     if physics == "cloth":
-        return packed_gas(balls, packing, FULL_CLOTH, MEASURED * each, seed)
-    gas = packed_gas(balls, packing, FRICTIONLESS, MELTING * each, seed)
-    return until(after(gas), MEASURED * each)
+        return packed_gas(balls, packing, FULL_CLOTH, melting, seed)
+    return after(packed_gas(balls, packing, FRICTIONLESS, melting, seed))
 
 
 def measure_scaling(
@@ -218,9 +231,14 @@ def measure_scaling(
     """
     environment = describe_environment()
     ours = OurEngine()
-    courses = [_Course(ours, physics, extent.least_events, True) for physics in PHYSICS]
+    courses = [
+        _Course(ours, physics, OUR_COLLISIONS, extent.least_events, ours=True)
+        for physics in PHYSICS
+    ]
     courses += [
-        _Course(peer, physics, extent.least_peer_events) for peer in peers for physics in PHYSICS
+        _Course(peer, physics, PEER_COLLISIONS, extent.least_peer_events)
+        for peer in peers
+        for physics in PHYSICS
     ]
     places = list(_places(courses, extent))
     samples = take_turns([p.task() for p in places], rounds, clock=clock, progress=progress)
@@ -229,7 +247,7 @@ def measure_scaling(
         tuple(point for along, point in points if point and along == wanted)
         for wanted in ("balls", "packing")
     )
-    scene_of.cache_clear()
+    _beginning.cache_clear()
     return ScalingMeasurement(
         environment=environment,
         rounds=rounds,
