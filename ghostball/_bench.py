@@ -19,6 +19,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
+ROUNDS = 15
+"""Rounds of the targets: some three minutes without peers."""
+
 Only = Annotated[
     str | None,
     typer.Option("--only", metavar="GLOB", help="Measure only what matches, such as 'gas-*'."),
@@ -61,7 +64,7 @@ PeerPython = Annotated[
 def targets(
     context: typer.Context,
     only: Only = None,
-    repeats: Repeats = 15,
+    repeats: Repeats = ROUNDS,
     quick: Quick = False,
     out: Out = None,
     store: Store = False,
@@ -70,6 +73,11 @@ def targets(
 ) -> None:
     """Measure our engine against its targets, and peers beside it."""
     if context.invoked_subcommand is not None:
+        if any((only, out, store, peers, quick, peer_python)) or repeats != ROUNDS:
+            name = context.invoked_subcommand
+            raise typer.BadParameter(
+                f"options go after `{name}`: `ghostball bench {name} --help` lists its own"
+            )
         return
     from ghostball._bench_tables import targets_tables  # noqa: PLC0415
     from ghostball._progress import counting  # noqa: PLC0415

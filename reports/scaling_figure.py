@@ -57,7 +57,7 @@ def draw_measured(measured: ScalingMeasurement) -> Figure | None:
     _draw(left, measured.by_balls, "balls")
     _draw(right, measured.by_packing, "packing")
     left.set(xscale="log", yscale="log", xlabel="balls", ylabel="time per event [s]")
-    left.set_title(f"against their number, packing {measured.fixed_packing:g}", fontsize=9)
+    left.set_title(f"against the number of balls, packing {measured.fixed_packing:g}", fontsize=9)
     right.set(xlabel="part of the area that balls cover [1]")
     right.set_title(f"against packing, {measured.fixed_balls} balls", fontsize=9)
     for axes in (left, right):

@@ -71,8 +71,8 @@ class Comparison:
         """Return it as something to be measured by turns; a peer that can't is asked only once."""
         return Task(self.name, self._prepare, most=MOST)
 
-    def row(self, samples: Samples) -> PeerRow:
-        """Return what became of it."""
+    def row(self, samples: Samples, *, judged: bool) -> PeerRow:
+        """Return what became of it; `judged` where its target counts."""
         spreads = samples.spreads(self.name)
         target = target_of(self.workload, TIMES_QUICKER, self.peer.name)
         base = PeerRow(
@@ -86,7 +86,7 @@ class Comparison:
         if not spreads:
             return base
         found = {name: spread.median for name, spread in spreads.items()}
-        met = target.met(found[TIMES_QUICKER]) if target else None
+        met = target.met(found[TIMES_QUICKER]) if target and judged else None
         seconds = spreads["seconds"]
         counts = {"samples": seconds.samples, "least": seconds.least, "met": met}
         return base.model_copy(update=found | counts)

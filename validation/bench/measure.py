@@ -47,7 +47,7 @@ def measure_targets(
         quick=size != FULL,
         interrupted=samples.interrupted,
         rows=tuple(row for load in workloads for row in _rows(load, samples, size)),
-        peers=tuple(one.row(samples) for one in compared),
+        peers=tuple(one.row(samples, judged=size == FULL) for one in compared),
     )
 
 

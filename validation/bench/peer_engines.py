@@ -154,7 +154,13 @@ class ScriptPeer:
         assert process is not None
         assert process.stdin is not None
         assert process.stdout is not None
-        watch = threading.Timer(LONGEST, process.kill)
+        late = threading.Event()
+
+        def give_up() -> None:
+            late.set()
+            process.kill()
+
+        watch = threading.Timer(LONGEST, give_up)
         watch.start()
         try:
             if line is not None:
@@ -162,7 +168,7 @@ class ScriptPeer:
                 process.stdin.flush()
             answer: dict[str, Any] = json.loads(process.stdout.readline())
         except (OSError, ValueError):
-            said = self._last_message() or f"it took over {LONGEST:.0f} s"
+            said = f"over {LONGEST:.0f} s" if late.is_set() else self._last_message()
             self.close()
             raise PeerFailedError(f"its process ended without an answer: {said}") from None
         except KeyboardInterrupt:
@@ -190,7 +196,7 @@ class AbsentPeer:
     def simulate(self, scene: Scene) -> PeerRun:
         """Say that it is absent."""
         del scene
-        raise PeerAbsentError(_GET)
+        raise PeerAbsentError(self._get)
 
     def close(self) -> None:
         """Do nothing."""

@@ -113,7 +113,7 @@ class Size:
 
 
 FULL = Size()
-QUICK = Size(racks=2, gas_time=2.0, gas_collisions=0.2, most_balls=20, shots=20, runs=1)
+QUICK = Size(racks=2, gas_time=2.0, gas_collisions=2.0, most_balls=20, shots=20, runs=1)
 
 
 @dataclass(frozen=True)
