@@ -14,7 +14,10 @@ from validation.bench.timing import Spread
 SCHEMA: Final = 1
 """Version of the files; another one is refused."""
 
-STORE = Path(__file__).resolve().parent.parent.parent / "benchmarks" / "results"
+CHECKOUT = Path(__file__).resolve().parent.parent.parent
+"""Root of the checkout; of an installed package, a folder without a project file."""
+
+STORE = CHECKOUT / "benchmarks" / "results"
 """Committed measurements, one folder per machine; there in a checkout only."""
 
 Physics = Literal["gas", "cloth"]
@@ -154,7 +157,7 @@ def store_path(environment: dict[str, Any], kind: str) -> Path:
     BenchError
         Where this is no checkout.
     """
-    if not STORE.is_dir():
+    if not (CHECKOUT / "pyproject.toml").is_file():
         raise BenchError(
             "`--store` needs a checkout of ghostball, for it writes into its benchmarks/results, "
             "and this is an installed package. Use `--out FILE`"

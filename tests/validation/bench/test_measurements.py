@@ -87,7 +87,7 @@ def test_the_store_has_a_folder_for_each_machine(tmp_path, monkeypatch):
     assert stored_paths("targets") == []
     save(MEASURED, path, "--store")
     assert stored_paths("targets") == [path]
-    monkeypatch.setattr(measurements, "STORE", tmp_path / "gone")
+    monkeypatch.setattr(measurements, "CHECKOUT", tmp_path)
     with pytest.raises(BenchError, match="`--store` needs a checkout"):
         store_path(ENVIRONMENT, "targets")
 
