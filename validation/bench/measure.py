@@ -6,12 +6,11 @@ import time
 from collections.abc import Iterator, Sequence
 
 from validation.bench.comparison import comparisons
-from validation.bench.measurements import Row, TargetsMeasurement, spread_fields
+from validation.bench.measurements import Row, TargetsMeasurement, measured_where, spread_fields
 from validation.bench.peer_engines import Peer
 from validation.bench.targets import target_of
 from validation.bench.timing import Clock, Progress, Samples, take_turns
 from validation.bench.workloads import FULL, UNITS, Size, Workload
-from validation.environment import describe_environment
 
 
 def measure_targets(
@@ -37,7 +36,7 @@ def measure_targets(
     clock, progress
         As for `take_turns`.
     """
-    environment = describe_environment()
+    environment = measured_where()
     compared = comparisons([load.name for load in workloads], peers, size)
     tasks = [load.task(size) for load in workloads] + [one.task() for one in compared]
     samples = take_turns(tasks, rounds, clock=clock, progress=progress)

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from validation.bench.running import BenchError
 from validation.bench.timing import Spread
+from validation.environment import describe_environment
 
 SCHEMA: Final = 1
 """Version of the files; another one is refused."""
@@ -141,6 +142,11 @@ def spread_fields(spread: Spread) -> dict[str, Any]:
         "greatest": spread.greatest,
         "samples": spread.samples,
     }
+
+
+def measured_where() -> dict[str, Any]:
+    """Return machine, versions, revision and date; no command line, for that may hold paths."""
+    return {k: v for k, v in describe_environment().items() if k != "command"}
 
 
 def machine_name(environment: dict[str, Any]) -> str:

@@ -17,12 +17,12 @@ from validation.bench.measurements import (
     Physics,
     Point,
     ScalingMeasurement,
+    measured_where,
 )
 from validation.bench.peer_engines import Peer, PeerRun
 from validation.bench.running import after, collision_rate, run, until
 from validation.bench.scenes import FRICTIONLESS, FULL_CLOTH, packed_gas
 from validation.bench.timing import Clock, Progress, Samples, Task, take_turns
-from validation.environment import describe_environment
 
 Along = Literal["balls", "packing"]
 
@@ -229,7 +229,7 @@ def measure_scaling(
     clock, progress
         As for `take_turns`.
     """
-    environment = describe_environment()
+    environment = measured_where()
     ours = OurEngine()
     courses = [
         _Course(ours, physics, OUR_COLLISIONS, extent.least_events, ours=True)
