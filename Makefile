@@ -18,7 +18,7 @@ PYTEST := $(BIN)/python -m pytest --quiet --numprocesses $(JOBS)
 # Two test runs at once would time each other, and mix their output.
 .NOTPARALLEL:
 .PHONY: help venv validate test test-slow test-nojit test-boundscheck lint types imports check \
-	gallery clean
+	gallery peers clean
 
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -66,7 +66,17 @@ check: lint types imports test test-slow test-nojit test-boundscheck  ## all tha
 gallery: validate  ## remake the pictures that the README shows
 	$(BIN)/python -c "from reports import write_gallery; write_gallery('$(OUT)', 'reports/gallery')"
 
+peers:  ## other billiards engines, into .venv-peers, for `ghostball bench` to measure beside ours
+	@test -n "$(PYTHON)" && $(PYTHON) $(FIT) || { \
+		echo "error: Python 3.11 or newer is needed, got '$(PYTHON)'" >&2; exit 2; }
+	$(PYTHON) -m venv --clear .venv-peers
+	.venv-peers/bin/python -m pip install --quiet --disable-pip-version-check \
+		--requirement validation/bench/peers/requirements.txt
+	@# Without what it asks for: that would be a panda3d that is nowhere to be had.
+	.venv-peers/bin/python -m pip install --quiet --disable-pip-version-check --no-deps \
+		pooltool-billiards==0.6.0
+
 clean:  ## remove the environment and the caches; results stay
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache \
+	rm -rf $(VENV) .venv-peers .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache \
 		.coverage .coverage.* htmlcov
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from ghostball import _bench
 from ghostball._terminal import ExitStatus, busy, check_writable, command, say, stdout
 
 app = typer.Typer(
@@ -23,6 +24,7 @@ app = typer.Typer(
     # Plain help and one-line errors, also where a CI pretends to be a terminal.
     rich_markup_mode=None,
 )
+app.add_typer(_bench.app)
 
 
 class RecordChoice(enum.StrEnum):

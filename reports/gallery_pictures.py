@@ -13,6 +13,7 @@ from reports.figures.paths import WIDTH, draw_panel
 from reports.figures.summary import accuracy_errors, draw_accuracy_on, draw_verdicts
 from reports.paper_figures import PAPER_FIGURES
 from reports.physics_figures import PHYSICS_FIGURES
+from reports.scaling_figure import draw_scaling_or_committed
 from reports.shots import Shot, load_shot
 from validation.store import ResultsFolder
 
@@ -82,6 +83,12 @@ GALLERY: dict[str, Callable[[ResultsFolder], Figure | None]] = {
 }
 
 
+OPTIONAL: dict[str, Callable[[ResultsFolder], Figure | None]] = {
+    "scaling": draw_scaling_or_committed,
+}
+"""Pictures of measurements, which results need not have."""
+
+
 def write_gallery(results_dir: str | Path, gallery_dir: str | Path) -> list[Path]:
     """Write the pictures of the README, as PNG and SVG; return the files written.
 
@@ -95,6 +102,8 @@ def write_gallery(results_dir: str | Path, gallery_dir: str | Path) -> list[Path
     folder = Path(gallery_dir)
     with style.drawing():
         figures = {name: _drawn(results, name) for name in GALLERY}
+        measured = {name: draw(results) for name, draw in OPTIONAL.items()}
+        figures |= {name: figure for name, figure in measured.items() if figure is not None}
         try:
             folder.mkdir(parents=True, exist_ok=True)
             saved = [style.save_figure(figure, folder / name) for name, figure in figures.items()]

@@ -19,6 +19,7 @@ from reports.markdown_parts import (
     table_of,
     taken_over_text,
 )
+from reports.markdown_scaling import scaling_section
 from reports.markdown_scene import scene_section
 from reports.shots import NUMBERS_KEY, cell_text, legend_text, rest_error
 from validation.metrics import METRICS
@@ -105,6 +106,7 @@ def report_text(
     if paper:
         parts += ["## The paper's figures, remade"]
         parts += [figure_link(PAPER_CAPTIONS[kind], path) for kind, path in paper.items()]
+    parts += scaling_section(results, whole.get("scaling"))
     parts += ["## Environment", _environment_table(results)]
     return "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
 

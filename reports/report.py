@@ -17,6 +17,7 @@ from reports.markdown import report_text
 from reports.markdown_parts import Drawn
 from reports.paper_figures import PAPER_FIGURES
 from reports.physics_figures import PHYSICS_FIGURES
+from reports.scaling_figure import draw_scaling
 from reports.shots import load_shot
 from validation.store import ResultsFolder
 
@@ -38,6 +39,7 @@ Progress = Callable[[int, int, str], None]
 WHOLE_FIGURES: dict[str, Callable[[ResultsFolder], Figure | None]] = {
     "verdicts": draw_verdicts,
     "accuracy": draw_accuracy,
+    "scaling": draw_scaling,
     **PHYSICS_FIGURES,
     **PAPER_FIGURES,
 }

@@ -43,6 +43,8 @@ FAMILY_COLOURS = {
     "pybullet": VERMILLION,
     "paper-continuous": GREEN,
     "paper-discrete": PURPLE,
+    "pooltool": ORANGE,
+    "billiards": SKY,
 }
 OTHER_COLOURS = (ORANGE, SKY, YELLOW)
 

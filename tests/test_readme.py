@@ -1,6 +1,5 @@
 """What README says is true: its program runs, its figures are those of a stored measurement."""
 
-import json
 import re
 from pathlib import Path
 
@@ -9,13 +8,13 @@ import pytest
 from engine import Ball, Physics, Scene, SceneError, Status, UnsupportedSceneError, simulate
 from engine._tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
 from engine.impact_laws.registry import BALL_LAWS, CUSHION_LAWS
+from validation.bench import TargetsMeasurement
+from validation.bench.measurements import load
 from validation.library import select
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-MEASURED = json.loads(
-    (ROOT / "benchmarks/results/amd-epyc-2-cores/engine_break.json").read_text(encoding="utf-8")
-)
+MEASURED = load(ROOT / "benchmarks/results/amd-epyc-2-cores/targets.json", TargetsMeasurement)
 
 
 def on_one_line(text: str) -> str:
@@ -66,15 +65,15 @@ def test_it_is_short_and_its_links_lead_somewhere():
 def test_times_are_those_measured(scene, pattern):
     """Rounded to two digits; a new measurement that is not carried over to README fails here."""
     said = float(re.search(pattern, on_one_line(README))[1])
-    (row,) = (row for row in MEASURED["rows"] if row["scene"] == scene)
-    assert said == float(f"{row['wall_time_us']['median'] / 1000:.2g}")
+    row = MEASURED.row(f"scene:{scene}", "kernel")
+    assert said == float(f"{1e3 * row.median:.2g}")
 
 
 def test_the_revision_measured_is_named():
     """Times of another state of the engine than the one they are said to be of fail here."""
     revision = re.search(r"at revision ([0-9a-f]{7,40})", on_one_line(README))[1]
-    assert MEASURED["environment"]["git"]["revision"].startswith(revision)
-    assert not MEASURED["environment"]["git"]["dirty"]
+    assert MEASURED.environment["git"]["revision"].startswith(revision)
+    assert not MEASURED.environment["git"]["dirty"]
 
 
 def test_the_numbers_of_scenes_are_those_shipped():

@@ -1,0 +1,169 @@
+"""`ghostball bench`: how quick our engine is, against its targets and beside its peers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ghostball._terminal import ExitStatus, command, say, stdout
+
+if TYPE_CHECKING:
+    from validation.bench import Measurement
+
+app = typer.Typer(
+    name="bench",
+    help="Measure speed: bare, our engine against its targets, and peers beside it.",
+    add_completion=False,
+    rich_markup_mode=None,
+)
+
+ROUNDS = 15
+"""Rounds of the targets: some three minutes without peers."""
+
+Only = Annotated[
+    str | None,
+    typer.Option("--only", metavar="GLOB", help="Measure only what matches, such as 'gas-*'."),
+]
+Repeats = Annotated[
+    int, typer.Option(min=1, help="Rounds: how often each is measured; slow ones less often.")
+]
+Quick = Annotated[
+    bool, typer.Option("--quick", help="Tiny sizes, to see that all runs; its times mean nothing.")
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE|DIR", help="Write the measurement there, as JSON."),
+]
+Store = Annotated[
+    bool,
+    typer.Option(
+        "--store", help="Write it to benchmarks/results/MACHINE of the checkout, to be committed."
+    ),
+]
+Peers = Annotated[
+    str | None,
+    typer.Option(
+        metavar="A,B,...",
+        help="Other engines beside ours: pooltool, billiards, FastFiz, or as for `simulate "
+        "--engine`; none for none (default: all that are known).",
+    ),
+]
+PeerPython = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="PATH",
+        help="Interpreter that has pooltool and billiards (default: that of `make peers`).",
+    ),
+]
+
+
+@app.callback(invoke_without_command=True)
+@command
+def targets(
+    context: typer.Context,
+    only: Only = None,
+    repeats: Repeats = ROUNDS,
+    quick: Quick = False,
+    out: Out = None,
+    store: Store = False,
+    peers: Peers = None,
+    peer_python: PeerPython = None,
+) -> None:
+    """Measure our engine against its targets, and peers beside it."""
+    if context.invoked_subcommand is not None:
+        if any((only, out, store, peers, quick, peer_python)) or repeats != ROUNDS:
+            name = context.invoked_subcommand
+            raise typer.BadParameter(
+                f"options go after `{name}`: `ghostball bench {name} --help` lists its own"
+            )
+        return
+    from ghostball._bench_tables import targets_tables  # noqa: PLC0415
+    from ghostball._progress import counting  # noqa: PLC0415
+    from validation import bench  # noqa: PLC0415
+
+    workloads = bench.chosen_workloads(only)
+    compared = bench.make_peers(peers, peer_python)
+    paths = _paths("targets", out, store, part=only is not None or quick)
+    try:
+        with counting("measuring") as count:
+            measured = bench.measure_targets(
+                workloads,
+                compared,
+                rounds=1 if quick else repeats,
+                size=bench.QUICK if quick else bench.FULL,
+                progress=count,
+            )
+    finally:
+        for peer in compared:
+            peer.close()
+    stdout().print(targets_tables(measured))
+    _finish(measured, paths)
+
+
+@app.command()
+@command
+def scaling(
+    repeats: Repeats = 3,
+    quick: Quick = False,
+    out: Out = None,
+    store: Store = False,
+    peers: Peers = None,
+    peer_python: PeerPython = None,
+) -> None:
+    """Measure time per event against number of balls and packing."""
+    from ghostball._bench_tables import scaling_tables  # noqa: PLC0415
+    from ghostball._progress import counting  # noqa: PLC0415
+    from validation import bench  # noqa: PLC0415
+
+    compared = bench.make_peers(peers, peer_python)
+    paths = _paths("scaling", out, store, part=quick)
+    try:
+        with counting("measuring") as count:
+            measured = bench.measure_scaling(
+                compared,
+                rounds=1 if quick else repeats,
+                extent=bench.TINY if quick else bench.WIDE,
+                progress=count,
+            )
+    finally:
+        for peer in compared:
+            peer.close()
+    stdout().print(scaling_tables(measured))
+    _finish(measured, paths)
+
+
+def _paths(kind: str, out: Path | None, store: bool, *, part: bool) -> dict[str, Path]:
+    """Return the files to write, by option, each checked before anything is measured."""
+    from validation.bench import BenchError, measurements  # noqa: PLC0415
+    from validation.environment import describe_environment  # noqa: PLC0415
+
+    paths: dict[str, Path] = {}
+    if store:
+        if part:
+            raise BenchError(
+                "`--store` keeps whole measurements only, so it can't go with `--only` or "
+                "`--quick`. Use `--out FILE`"
+            )
+        paths["--store"] = measurements.store_path(describe_environment(), kind)
+    if out is not None:
+        paths["--out"] = measurements.out_path(out, kind)
+    for option, path in paths.items():
+        measurements.check_target(path, kind, option)
+    return paths
+
+
+def _finish(measured: Measurement, paths: dict[str, Path]) -> None:
+    """Write what was measured, and end with 130 where it was interrupted."""
+    from validation.bench import measurements  # noqa: PLC0415
+
+    for option, path in paths.items():
+        if measured.interrupted and option == "--store":
+            say("[bold]Interrupted:[/] nothing is stored, for a part would replace the whole")
+            continue
+        measurements.save(measured, path, option)
+        stdout().print(f"written: {path}", soft_wrap=True, markup=False)
+    if measured.interrupted:
+        say("[bold]Interrupted:[/] the tables hold what was measured until then")
+        raise typer.Exit(ExitStatus.INTERRUPTED)

@@ -1,0 +1,155 @@
+"""Measurements of speed as tables for the eye."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich import box
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from reports.style import format_time
+from validation.bench import PeerRow, Row, ScalingMeasurement, TargetsMeasurement
+from validation.bench.measurements import Point
+from validation.bench.targets import Target, target_of
+from validation.bench.workloads import MEANINGS
+
+QUICK_SAYS = "A trial at tiny sizes (--quick): these times mean nothing, and no target is judged."
+OUTCOMES = {"absent": "absent", "not-representable": "can't", "failed": "failed"}
+
+
+def targets_tables(measured: TargetsMeasurement) -> RenderableType:
+    """Return our engine's workloads with their targets, then the peers beside it."""
+    parts: list[RenderableType] = []
+    if measured.quick:
+        parts.append(Text(QUICK_SAYS, style="yellow"))
+    parts.append(_ours(measured.rows))
+    if measured.peers:
+        parts.append(_peers(measured.peers))
+    parts.append(Text(_headline(measured)))
+    return Group(*parts)
+
+
+def scaling_tables(measured: ScalingMeasurement) -> RenderableType:
+    """Return time per event against the number of balls and against packing, and who lacks."""
+    parts: list[RenderableType] = []
+    if measured.quick:
+        parts.append(Text(QUICK_SAYS, style="yellow"))
+    at = f"at packing {measured.fixed_packing:g}"
+    parts.append(_points(f"time per event, {at}", "balls", measured.by_balls))
+    parts.append(
+        _points(f"time per event, {measured.fixed_balls} balls", "packing", measured.by_packing)
+    )
+    for curve in measured.curves:
+        if curve.detail:
+            what = OUTCOMES.get(curve.outcome, "measured")
+            parts.append(Text(f"{curve.engine}, {curve.physics}: {what}; {curve.detail}"))
+    return Group(*parts)
+
+
+def _points(title: str, along: str, points: Sequence[Point]) -> Table:
+    """Return a table of the points: a row for each place, a column for each engine and physics."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=title, title_justify="left")
+    table.add_column(along, justify="right")
+    columns = list(dict.fromkeys((point.engine, point.physics) for point in points))
+    for engine, physics in columns:
+        table.add_column(escape(f"{engine}\n{physics}"), justify="right", no_wrap=True)
+    found = {(getattr(p, along), p.engine, p.physics): p for p in points}
+    for place in dict.fromkeys(getattr(point, along) for point in points):
+        cells = [found.get((place, *column)) for column in columns]
+        table.add_row(f"{place}", *(format_time(p.per_event) if p else "" for p in cells))
+    return table
+
+
+def value_text(value: float, unit: str) -> str:
+    """Return a quantity to three digits, with a unit that suits it."""
+    if unit == "s":
+        return f"-{format_time(-value)}" if value < 0.0 else format_time(value)
+    if unit == "1/s":
+        scale, prefix = (1e6, " million/s") if value >= 1e6 else (1e3, " thousand/s")
+        return f"{value / scale:.3g}{prefix}"
+    return f"{value:.3g}" + ("" if unit == "1" else f" {unit}")
+
+
+def verdict_text(target: Target, median: float, met: bool | None) -> str:
+    """Return met or missed, and by how much of the limit; nothing where it isn't judged."""
+    if met is None:
+        return ""
+    if met and median <= 0.0:
+        return "[green]met[/]"
+    by = abs(100.0 * target.margin(median))
+    size = f"{by:.0f} %" if by < 1000.0 else f"{by / 100.0 + 1.0:.0f} times"
+    return f"[green]met[/], {size} better" if met else f"[bold red]missed[/] by {size}"
+
+
+def _ours(rows: Sequence[Row]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column("workload", no_wrap=True)
+    table.add_column("quantity")
+    for heading in ("median", "least", "greatest", "target"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("verdict", no_wrap=True)
+    before = ""
+    for row in rows:
+        target = target_of(row.workload, row.quantity)
+        limit, verdict = "", ""
+        if target is not None:
+            sign = "≤" if target.kind == "at_most" else "≥"
+            limit = f"{sign} {value_text(target.limit, row.unit)}"
+            verdict = verdict_text(target, row.median, row.met)
+        table.add_row(
+            escape(row.workload) if row.workload != before else "",
+            MEANINGS[row.quantity],
+            *(value_text(value, row.unit) for value in (row.median, row.least, row.greatest)),
+            limit,
+            verdict,
+        )
+        before = row.workload
+    return table
+
+
+def _peers(rows: Sequence[PeerRow]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column("workload", no_wrap=True)
+    table.add_column("peer", no_wrap=True)
+    for heading in ("time", "ours", "ours is quicker", "events", "ours", "per event", "ours"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("target, or why not")
+    for row in rows:
+        name = escape(f"{row.peer} {row.version}".strip())
+        if row.times_quicker is None:
+            said = f"{OUTCOMES.get(row.outcome, 'not measured')}: {row.detail}".rstrip(": ")
+            cells = [""] * 7
+        else:
+            said = _peer_verdict(row)
+            cells = [
+                format_time(row.seconds),
+                format_time(row.ours_seconds),
+                f"{row.times_quicker:,.3g} times".replace("e+0", "e"),
+                f"{row.events:.0f}",
+                f"{row.ours_events:.0f}",
+                format_time(row.per_event),
+                format_time(row.ours_per_event),
+            ]
+        table.add_row(row.workload, name, *cells, said)
+    return table
+
+
+def _peer_verdict(row: PeerRow) -> str:
+    target = target_of(row.workload, "times_quicker", row.peer)
+    if target is None or row.times_quicker is None:
+        return ""
+    verdict = verdict_text(target, row.times_quicker, row.met)
+    return f"≥ {target.limit:g} times: {verdict}"
+
+
+def _headline(measured: TargetsMeasurement) -> str:
+    verdicts = [*(row.met for row in measured.rows), *(row.met for row in measured.peers)]
+    judged = [met for met in verdicts if met is not None]
+    environment = measured.environment
+    where = f"{environment['cpu']}, {environment['cores']} cores"
+    return f"{judged.count(True)} of {len(judged)} targets met; medians of up to " + (
+        f"{measured.rounds} rounds, on {where}"
+    )

@@ -1,0 +1,179 @@
+"""`ghostball bench`: what it prints and writes, and the exit status of every kind of input."""
+
+import json
+
+import pytest
+from peers import FakePeer
+from typer.testing import CliRunner
+
+from ghostball import _bench_tables
+from ghostball.cli import app
+from validation.bench import (
+    ScalingMeasurement,
+    TargetsMeasurement,
+    measurements,
+    targets,
+)
+from validation.bench.peer_engines import PeerAbsentError
+from validation.bench.workloads import Workload
+
+LOAD = Workload("break-pool", "t", lambda _: lambda _: {"kernel": 20e-6, "per_event": 560e-9})
+
+
+@pytest.fixture
+def bench(monkeypatch):
+    """Run `ghostball bench` in this process, on a workload that takes no time."""
+    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setattr(targets, "WORKLOADS", (LOAD,))
+
+    def run(*arguments):
+        return CliRunner().invoke(app, ["bench", *map(str, arguments)])
+
+    return run
+
+
+def refused(result, *parts):
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    assert all(part in result.stderr for part in parts), result.stderr
+    return True
+
+
+def test_a_table_says_met_and_missed_and_by_how_much(bench):
+    result = bench("--peers", "none", "--repeats", "2")
+    assert result.exit_code == 0, result.output
+    assert "met, 33 % better" in result.stdout
+    assert "missed by 100 %" in result.stdout
+    assert "≤ 30 µs" in result.stdout
+    assert "1 of 2 targets met" in result.stdout
+
+
+def test_a_trial_says_so_and_judges_nothing(bench):
+    result = bench("--quick", "--peers", "none")
+    assert "these times mean nothing" in result.stdout
+    assert "0 of 0 targets met" in result.stdout
+
+
+def test_it_writes_what_reads_back(bench, tmp_path):
+    result = bench("--peers", "none", "--out", tmp_path / "new")
+    assert result.exit_code == 0, result.output
+    path = tmp_path / "new" / "targets.json"
+    assert f"written: {path}" in result.stdout
+    stored = measurements.load(path, TargetsMeasurement)
+    assert stored.rounds == 15
+    assert {"cpu", "cores", "git", "versions", "date"} <= stored.environment.keys()
+
+
+def test_store_is_this_machines_file(bench, tmp_path, monkeypatch):
+    monkeypatch.setattr(measurements, "STORE", tmp_path)
+    assert bench("--peers", "none", "--store").exit_code == 0
+    (path,) = tmp_path.glob("*/targets.json")
+    assert json.loads(path.read_text())["kind"] == "targets"
+
+
+def test_peers_are_beside_it_and_an_absent_one_is_listed(bench, monkeypatch):
+    fakes = [FakePeer("pooltool", seconds=9.0), FakePeer("FastFiz", error=PeerAbsentError("C++"))]
+    monkeypatch.setattr("validation.bench.make_peers", lambda *_: fakes)
+    monkeypatch.setattr(
+        "validation.bench.comparison.COMPARED", {"break-pool": lambda _: [_scene()]}
+    )
+    result = bench("--repeats", "1")
+    assert result.exit_code == 0, result.output
+    assert "≥ 4000 times: met" in result.stdout
+    assert "absent: C++" in result.stdout
+    assert all(fake.closed for fake in fakes)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (["--only", "brake"], ["`--only` must match", "'brake'"]),
+        (["--repeats", "0"], ["--repeats", "greater than or equal to 1"]),
+        (["--peers", "pooltol"], ['unknown peer "pooltol"', "pooltool"]),
+        (["--peer-python", "nowhere"], ["`--peer-python`", "nowhere"]),
+        (["--store", "--quick"], ["`--store`", "--quick"]),
+        (["--store", "--only", "break*"], ["`--store`", "--only"]),
+        (["scaling", "--store", "--quick"], ["`--store`", "--quick"]),
+        (["scaling", "--repeats", "0"], ["--repeats"]),
+        (["nonsense"], ["nonsense"]),
+        (["--quick", "scaling"], ["after `scaling`", "ghostball bench scaling --help"]),
+        (["--repeats", "3", "scaling"], ["after `scaling`"]),
+    ],
+)
+def test_bad_input_is_refused(bench, arguments, parts):
+    assert refused(bench(*arguments), *parts)
+
+
+@pytest.mark.parametrize("command", [[], ["scaling"]])
+def test_a_file_that_is_not_ours_is_refused_before_measuring(bench, tmp_path, command):
+    path = tmp_path / "notes.json"
+    path.write_text("{}")
+    assert refused(bench(*command, "--out", path), "notes.json: holds no measurement")
+    assert path.read_text() == "{}"
+    (tmp_path / "file").touch()
+    assert refused(bench(*command, "--out", tmp_path / "file" / "x"), "can't write the file")
+
+
+def test_an_interrupt_prints_and_writes_what_is_there_but_stores_nothing(
+    bench, tmp_path, monkeypatch
+):
+    turns = iter(range(2))
+
+    def sample(_):
+        if next(turns) == 1:
+            raise KeyboardInterrupt
+        return {"kernel": 20e-6}
+
+    load = Workload("break-pool", "t", lambda _: sample)
+    monkeypatch.setattr(targets, "WORKLOADS", (load,))
+    monkeypatch.setattr(measurements, "STORE", tmp_path / "store")
+    (tmp_path / "store").mkdir()
+    result = bench("--peers", "none", "--store", "--out", tmp_path / "x.json")
+    assert result.exit_code == 130, result.output
+    assert "met, 33 % better" in result.stdout
+    assert "nothing is stored" in result.stderr
+    assert measurements.load(tmp_path / "x.json", TargetsMeasurement).interrupted
+    assert not list((tmp_path / "store").glob("*/*.json"))
+
+
+def test_scaling_prints_both_tables_and_writes(bench, tmp_path, monkeypatch):
+    fakes = [FakePeer("fake"), FakePeer("gone", error=PeerAbsentError("get it"))]
+    monkeypatch.setattr("validation.bench.make_peers", lambda *_: fakes)
+    result = bench("scaling", "--quick", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert "time per event, at packing 0.3" in result.stdout
+    assert "time per event, 4 balls" in result.stdout
+    assert "gone, gas: absent; get it" in result.stdout
+    stored = measurements.load(tmp_path / "scaling.json", ScalingMeasurement)
+    assert len(stored.by_balls) == 2 * 2 * 2
+    assert all(fake.closed for fake in fakes)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (3.05e-5, "s", "30.5 µs"),
+        (-2e-6, "s", "-2 µs"),
+        (1.234e6, "1/s", "1.23 million/s"),
+        (4.5e5, "1/s", "450 thousand/s"),
+        (351.2, "B", "351 B"),
+        (0.0512, "1", "0.0512"),
+    ],
+)
+def test_values_have_units_that_suit_them(value, unit, text):
+    assert _bench_tables.value_text(value, unit) == text
+
+
+def test_a_margin_is_told_in_words():
+    target = targets.Target("w", "q", "at_most", 0.05)
+    assert _bench_tables.verdict_text(target, -0.01, True) == "[green]met[/]"
+    assert "better" in _bench_tables.verdict_text(target, 0.04, True)
+    assert "1001 times" in _bench_tables.verdict_text(target, 50.05, False)
+    assert _bench_tables.verdict_text(target, 0.04, None) == ""
+
+
+def _scene():
+    from validation.bench.scenes import table_gas
+
+    return table_gas(2, 0.5)

@@ -1,0 +1,26 @@
+"""Peers that need no package: they answer what a test tells them to."""
+
+from __future__ import annotations
+
+from engine import Scene
+from validation.bench.peer_engines import PeerRun
+
+
+class FakePeer:
+    """Takes `seconds` and has `events`, or raises `error`, for scenes of more than `from_balls`."""
+
+    def __init__(self, name="fake", seconds=1.0, events=10, error=None, from_balls=0) -> None:
+        self.name, self.version = name, "1.0"
+        self.run = PeerRun(seconds, events)
+        self.error, self.from_balls = error, from_balls
+        self.asked: list[Scene] = []
+        self.closed = False
+
+    def simulate(self, scene: Scene) -> PeerRun:
+        self.asked.append(scene)
+        if self.error is not None and len(scene.balls) > self.from_balls:
+            raise self.error
+        return self.run
+
+    def close(self) -> None:
+        self.closed = True

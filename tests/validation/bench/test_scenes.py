@@ -1,0 +1,69 @@
+"""Fails where a generated scene is not what its description says, or would be refused as a file."""
+
+import math
+
+import numpy as np
+import pytest
+
+from engine import Scene, SceneError
+from engine.scene import POOL_BALL_RADIUS as R
+from validation.bench import scenes
+from validation.bench.scenes import FRICTIONLESS, FULL_CLOTH, ROLLING
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_rack_has_its_gaps_and_its_speed(seed):
+    scene = scenes.racked_break(seed, FULL_CLOTH)
+    assert len(scene.balls) == 16
+    assert 8.0 <= scene.balls[0].speed <= 10.0
+    racked = scene.positions[1:, :2]
+    apart = np.linalg.norm(racked[:, None] - racked[None], axis=2)[np.triu_indices(15, 1)]
+    assert 1e-5 * 0.999 <= apart.min() - 2 * R <= 1e-4 * 1.001
+    assert scene.balls[0].angular_velocity == (0.0, 0.0, 0.0)
+
+
+def test_the_same_seed_is_the_same_rack_and_physics_change_nothing_else():
+    one, again = (scenes.racked_break(3, ROLLING) for _ in range(2))
+    assert one == again
+    assert one != scenes.racked_break(4, ROLLING)
+    pool = scenes.racked_break(3, FULL_CLOTH)
+    assert np.array_equal(pool.positions, one.positions)
+    assert np.array_equal(pool.velocities, one.velocities)
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 16])
+@pytest.mark.parametrize("packing", [0.1, 0.6, 0.75])
+def test_a_packed_gas_has_its_packing(count, packing):
+    scene = scenes.packed_gas(count, packing, FRICTIONLESS, t_max=1.0)
+    columns = math.ceil(math.sqrt(count))
+    places = columns * math.ceil(count / columns)
+    covered = places * math.pi * R**2 / (scene.table.length * scene.table.width)
+    assert covered == pytest.approx(packing)
+    assert len(scene.balls) == count
+
+
+def test_a_gas_on_a_table_has_its_balls_and_is_slowed_by_nothing():
+    scene = scenes.table_gas(16, 5.0)
+    assert (len(scene.balls), scene.t_max) == (16, 5.0)
+    assert np.all(scene.rolling_frictions == 0.0)
+
+
+def test_many_balls_are_not_checked_but_would_pass(monkeypatch):
+    checked = scenes.packed_gas(12, 0.6, FRICTIONLESS, t_max=1.0)
+    monkeypatch.setattr(scenes, "LARGEST_CHECKED", 3)
+    unchecked = scenes.packed_gas(12, 0.6, FRICTIONLESS, t_max=1.0)
+    assert Scene.model_validate(unchecked.model_dump(by_alias=True)) == checked == unchecked
+
+
+def test_too_dense_a_lattice_is_refused():
+    with pytest.raises(SceneError, match=r"overlap|cushion"):
+        scenes.packed_gas(4, 0.8, FRICTIONLESS, t_max=1.0)
+
+
+def test_later_moves_the_balls_and_keeps_the_rest():
+    scene = scenes.packed_gas(4, 0.3, FRICTIONLESS, t_max=1.0)
+    places, speeds = scene.positions + np.array([1e-3, 1e-3, 0.0]), -scene.velocities
+    moved = scenes.later(scene, places, speeds)
+    assert np.array_equal(moved.positions, places)
+    assert np.array_equal(moved.velocities, speeds)
+    assert (moved.table, moved.physics, moved.t_max) == (scene.table, scene.physics, scene.t_max)

@@ -1,0 +1,36 @@
+"""Measurements of speed: our engine against its targets, and beside its peers."""
+
+from validation.bench.measure import measure_targets
+from validation.bench.measurements import (
+    Measurement,
+    PeerRow,
+    Row,
+    ScalingMeasurement,
+    TargetsMeasurement,
+)
+from validation.bench.peer_engines import DEFAULT_PEERS, make_peers
+from validation.bench.running import BenchError
+from validation.bench.scaling import TINY, WIDE, measure_scaling
+from validation.bench.targets import TARGETS, Target, chosen_workloads
+from validation.bench.workloads import FULL, QUICK, WORKLOADS
+
+__all__ = [
+    "DEFAULT_PEERS",
+    "FULL",
+    "QUICK",
+    "TARGETS",
+    "TINY",
+    "WIDE",
+    "WORKLOADS",
+    "BenchError",
+    "Measurement",
+    "PeerRow",
+    "Row",
+    "ScalingMeasurement",
+    "Target",
+    "TargetsMeasurement",
+    "chosen_workloads",
+    "make_peers",
+    "measure_scaling",
+    "measure_targets",
+]

@@ -1,0 +1,258 @@
+"""Stored measurements: a JSON file that says what was measured, where, when and with what."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from validation.bench.running import BenchError
+from validation.bench.timing import Spread
+from validation.environment import describe_environment
+
+SCHEMA: Final = 1
+"""Version of the files; another one is refused."""
+
+CHECKOUT = Path(__file__).resolve().parent.parent.parent
+"""Root of the checkout; of an installed package, a folder without a project file."""
+
+STORE = CHECKOUT / "benchmarks" / "results"
+"""Committed measurements, one folder per machine; there in a checkout only."""
+
+Physics = Literal["gas", "cloth"]
+"""An elastic gas, or balls with all of pool's physics."""
+
+Outcome = Literal["ran", "absent", "not-representable", "failed"]
+
+Stored = TypeVar("Stored", bound="Measurement")
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+
+
+class Row(_Model):
+    """One quantity of one workload, in SI units; `met` is None where nothing was aimed at."""
+
+    workload: str
+    title: str
+    quantity: str
+    unit: str
+    median: float
+    least: float
+    greatest: float
+    samples: int
+    target: float | None = None
+    target_kind: Literal["at_most", "at_least"] | None = None
+    met: bool | None = None
+
+
+class PeerRow(_Model):
+    """One peer on one workload, beside ours on the same scenes in the same minutes.
+
+    `seconds` and `per_event` are the peer's medians [s], `events` is how many it had; `ours_` the
+    same of our engine. `times_quicker` is the median of the peer's time over ours,
+    `per_event_ratio` of its time per event over ours. `detail` says why there is none.
+    """
+
+    workload: str
+    peer: str
+    version: str = ""
+    outcome: Outcome
+    detail: str = ""
+    samples: int = 0
+    seconds: float | None = None
+    least: float | None = None
+    events: float | None = None
+    per_event: float | None = None
+    ours_seconds: float | None = None
+    ours_events: float | None = None
+    ours_per_event: float | None = None
+    times_quicker: float | None = None
+    per_event_ratio: float | None = None
+    target: float | None = None
+    met: bool | None = None
+
+
+class Measurement(_Model):
+    """What every stored measurement has; see the classes below."""
+
+    schema_version: Literal[1] = Field(default=SCHEMA, alias="schema")
+    environment: dict[str, Any]
+    rounds: int
+    quick: bool = False
+    interrupted: bool = False
+
+
+class TargetsMeasurement(Measurement):
+    """What `ghostball bench` measured."""
+
+    kind: Literal["targets"] = "targets"
+    rows: tuple[Row, ...]
+    peers: tuple[PeerRow, ...] = ()
+
+    def row(self, workload: str, quantity: str) -> Row | None:
+        """Return a row, or None where it wasn't measured."""
+        found = (r for r in self.rows if (r.workload, r.quantity) == (workload, quantity))
+        return next(found, None)
+
+
+class Point(_Model):
+    """Time per event of one engine on one scene [s], and what it had to do."""
+
+    engine: str
+    physics: Physics
+    balls: int
+    packing: Annotated[float, Field(gt=0.0)]
+    events: float
+    per_event: float
+    least: float
+    greatest: float
+    samples: int
+
+
+class Curve(_Model):
+    """What became of one engine: as far as it went, and why no further."""
+
+    engine: str
+    physics: Physics
+    version: str = ""
+    outcome: Outcome
+    detail: str = ""
+
+
+class ScalingMeasurement(Measurement):
+    """What `ghostball bench scaling` measured."""
+
+    kind: Literal["scaling"] = "scaling"
+    fixed_packing: float
+    fixed_balls: int
+    by_balls: tuple[Point, ...]
+    by_packing: tuple[Point, ...]
+    curves: tuple[Curve, ...] = ()
+
+
+def spread_fields(spread: Spread) -> dict[str, Any]:
+    """Return a spread as fields of a row."""
+    return {
+        "median": spread.median,
+        "least": spread.least,
+        "greatest": spread.greatest,
+        "samples": spread.samples,
+    }
+
+
+def measured_where() -> dict[str, Any]:
+    """Return machine, versions, revision and date; no command line, for that may hold paths."""
+    return {k: v for k, v in describe_environment().items() if k != "command"}
+
+
+def machine_name(environment: dict[str, Any]) -> str:
+    """Return the name of a machine's folder, such as "amd-epyc-2-cores"."""
+    text = f"{environment['cpu']} {environment['cores']} cores".lower()
+    return "-".join(re.findall(r"[a-z0-9]+", text))
+
+
+def store_path(environment: dict[str, Any], kind: str) -> Path:
+    """Return where this machine's committed measurement lies.
+
+    Raises
+    ------
+    BenchError
+        Where this is no checkout.
+    """
+    if not (CHECKOUT / "pyproject.toml").is_file():
+        raise BenchError(
+            "`--store` needs a checkout of ghostball, for it writes into its benchmarks/results, "
+            "and this is an installed package. Use `--out FILE`"
+        )
+    return STORE / machine_name(environment) / f"{kind}.json"
+
+
+def stored_paths(kind: str) -> list[Path]:
+    """Return the committed measurements of a kind, one per machine."""
+    return sorted(STORE.glob(f"*/{kind}.json"))
+
+
+def out_path(out: Path, kind: str) -> Path:
+    """Return the file that `--out` means: a .json file, or KIND.json in a folder."""
+    return out if out.suffix.lower() == ".json" else out / f"{kind}.json"
+
+
+def check_target(path: Path, kind: str, option: str) -> None:
+    """Refuse a file that can't be written, or that holds something else, before measuring.
+
+    Raises
+    ------
+    BenchError
+    """
+    try:
+        if path.is_dir():
+            raise BenchError(f"{path}: `{option}` must be a file, but it is a folder. Name another")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = _part(path)
+        part.touch()
+        part.unlink()
+    except OSError as error:
+        raise _cannot_write(path, option, error) from None
+    if path.exists() and not _is_of_kind(path, kind):
+        raise BenchError(
+            f"{path}: holds no measurement of `{kind}`, so it is not replaced. Choose another "
+            f"`{option}`"
+        )
+
+
+def save(measurement: Measurement, path: Path, option: str) -> None:
+    """Write a measurement, whole or not at all.
+
+    Raises
+    ------
+    BenchError
+    """
+    part = _part(path)
+    text = measurement.model_dump_json(indent=2, by_alias=True) + "\n"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    except OSError as error:
+        raise _cannot_write(path, option, error) from error
+
+
+def load(path: Path, kind: type[Stored]) -> Stored:
+    """Read a measurement of a kind.
+
+    Raises
+    ------
+    BenchError
+        Where it can't be read, or is another file.
+    """
+    try:
+        return kind.model_validate_json(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise BenchError(f"{path}: can't read the measurement: {error}") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join(map(str, first["loc"])) or "the file"
+        raise BenchError(f"{path}: `{field}`: {first['msg']}. Measure again") from None
+
+
+def _is_of_kind(path: Path, kind: str) -> bool:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return False
+    return re.search(rf'"kind": "{kind}"', text) is not None
+
+
+def _part(path: Path) -> Path:
+    return path.with_name(path.name + ".part")
+
+
+def _cannot_write(path: Path, option: str, error: OSError) -> BenchError:
+    reason = error.strerror or type(error).__name__
+    return BenchError(
+        f"{path}: can't write the file of `{option}`: {reason}. Choose another `{option}`"
+    )

@@ -1,0 +1,99 @@
+"""How long a new process needs until its first shot, with compiled kernels and without."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+import engine
+from validation.bench.running import BenchError
+from validation.bench.timing import Clock, Sampler
+from validation.library import FOLDER
+
+SHOT = "half-ball-cut"
+"""The shipped scene that is shot."""
+
+PROGRAM = """\
+import time
+began = time.perf_counter()
+import engine, sys
+imported = time.perf_counter() - began
+engine.simulate(engine.Scene.load(sys.argv[1]))
+print(imported, flush=True)
+"""
+
+LONGEST = 300.0
+"""Seconds after which a process is given up."""
+
+
+def sample_start(_: object) -> Sampler:
+    """Prepare a process that finds its kernels in the cache; the first one puts them there."""
+    first_shot({}, time.perf_counter)
+
+    def sample(clock: Clock) -> dict[str, float]:
+        shot, imported = first_shot({}, clock)
+        return {"first_shot": shot, "import": imported}
+
+    return sample
+
+
+def sample_cold_start(_: object) -> Sampler:
+    """Prepare a process that has to compile."""
+
+    def sample(clock: Clock) -> dict[str, float]:
+        with tempfile.TemporaryDirectory() as empty:
+            shot, _ = first_shot({"GHOSTBALL_CACHE_DIR": empty}, clock)
+        return {"first_shot": shot}
+
+    return sample
+
+
+def first_shot(environment: Mapping[str, str], clock: Clock) -> tuple[float, float]:
+    """Start a process that shoots once.
+
+    Parameters
+    ----------
+    environment : mapping of str to str
+        Variables besides those that this process has.
+    clock : callable
+
+    Returns
+    -------
+    shot, imported : float [s]
+        From the start of the process to the end of its shot, and what importing the engine took.
+
+    Raises
+    ------
+    BenchError
+        Where it fails, or takes more than `LONGEST`.
+    """
+    root = str(Path(engine.__file__).resolve().parent.parent)
+    paths = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
+    variables = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), **environment}
+    command = [sys.executable, "-c", PROGRAM, str(FOLDER / f"{SHOT}.toml")]
+    with tempfile.TemporaryFile(mode="w+") as messages:
+        began = clock()
+        with subprocess.Popen(
+            command, env=variables, stdout=subprocess.PIPE, stderr=messages, text=True
+        ) as process:
+            watch = threading.Timer(LONGEST, process.kill)
+            watch.start()
+            try:
+                line = process.stdout.readline() if process.stdout else ""
+                shot = clock() - began
+            finally:
+                watch.cancel()
+                if sys.exc_info()[0] is not None:
+                    process.kill()
+        try:
+            return shot, float(line)
+        except ValueError:
+            messages.seek(0)
+            said = messages.read().strip().splitlines()[-1:] or [f"it took over {LONGEST:.0f} s"]
+            raise BenchError(f"a new process could not shoot: {said[0]}") from None

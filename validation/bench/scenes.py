@@ -1,0 +1,165 @@
+"""Scenes that are measured but no data files: random racks, and gases of any number of balls."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+import numpy as np
+
+from engine import Ball, Physics, Scene, Table
+from engine.scene import POOL_BALL_RADIUS
+
+POOL_TABLE = Table(length=2.54, width=1.27)
+
+FRICTIONLESS: dict[str, Any] = {"preset": "paper", "rolling_friction": 0.0}
+"""Physics of an elastic gas: nothing slows a ball, cushions are mirrors."""
+
+FULL_CLOTH: dict[str, Any] = {"preset": "pool"}
+"""Physics of the whole game: sliding, spin, throw, restitution, Han's cushions."""
+
+ROLLING: dict[str, Any] = {"preset": "paper"}
+"""Physics of the paper: balls roll, impacts are elastic."""
+
+SLOWEST_BREAK, FASTEST_BREAK = 8.0, 10.0  # [m/s]
+NARROWEST_GAP, WIDEST_GAP = 1e-5, 1e-4  # [m]
+
+LARGEST_CHECKED = 2_000
+"""Balls up to which a lattice is checked like any scene, each ball against each other."""
+
+
+def racked_break(seed: int, physics: dict[str, Any]) -> Scene:
+    """Return a break of 15 racked balls, without spin, on a pool table without pockets.
+
+    Parameters
+    ----------
+    seed : int
+        Decides all that is random, uniformly: speed of the cue ball 8 to 10 m/s, its offset up to
+        half a radius and its aim up to 0.01 rad off the rack's axis. The gap between racked
+        neighbours is log-uniform in 1e-5 to 1e-4 m, one for the whole rack.
+    physics : dict
+        Fields of `Physics`.
+    """
+    chance = random.Random(seed)
+    speed = chance.uniform(SLOWEST_BREAK, FASTEST_BREAK)
+    aim = chance.uniform(-0.01, 0.01)
+    offset = chance.uniform(-0.5, 0.5) * POOL_BALL_RADIUS
+    gap = math.exp(chance.uniform(math.log(NARROWEST_GAP), math.log(WIDEST_GAP)))
+    middle = POOL_TABLE.width / 2.0
+    cue = Ball(
+        id="cue",
+        position=(0.25 * POOL_TABLE.length, middle + offset),
+        velocity=(speed * math.cos(aim), speed * math.sin(aim)),
+        angular_velocity=(0.0, 0.0, 0.0) if physics.get("preset") == "pool" else None,
+    )
+    spacing = 2.0 * POOL_BALL_RADIUS + gap
+    rack = [
+        Ball(
+            id=str(row * (row + 1) // 2 + place + 1),
+            position=(
+                0.75 * POOL_TABLE.length + row * spacing * math.sqrt(0.75),
+                middle + (place - row / 2.0) * spacing,
+            ),
+        )
+        for row in range(5)
+        for place in range(row + 1)
+    ]
+    return Scene(
+        name=f"break-{seed}", table=POOL_TABLE, balls=(cue, *rack), physics=Physics(**physics)
+    )
+
+
+def table_gas(count: int, t_max: float, seed: int = 0) -> Scene:
+    """Return an elastic gas of `count` balls on a pool table; see `packed_gas`."""
+    columns = math.ceil(math.sqrt(2.0 * count))
+    rows = math.ceil(count / columns)
+    steps = np.array([POOL_TABLE.length / columns, POOL_TABLE.width / rows])
+    return _lattice("table-gas", count, columns, steps, POOL_TABLE, FRICTIONLESS, t_max, seed)
+
+
+def packed_gas(
+    count: int,
+    packing: float,
+    physics: dict[str, Any],
+    t_max: float | None = None,
+    seed: int = 0,
+) -> Scene:
+    """Return balls that fill `packing` of a square of their own, with random velocities.
+
+    Parameters
+    ----------
+    count : int
+    packing : float
+        The part of the area that balls cover, up to 0.75; a square lattice holds pi / 4.
+    physics : dict
+        Fields of `Physics`.
+    t_max : float or None
+        Where to stop [s]; needed where nothing slows a ball.
+    seed : int
+        Of the velocities: each component normal, with 1 m/s.
+
+    Notes
+    -----
+    A lattice at the start: only what has moved for a while is a gas; see `later`. The table is as
+    large as the lattice's cells, so that it is a little wider than high where `count` is no square.
+    """
+    columns = math.ceil(math.sqrt(count))
+    rows = math.ceil(count / columns)
+    spacing = POOL_BALL_RADIUS * math.sqrt(math.pi / packing)
+    table = Table(length=columns * spacing, width=rows * spacing)
+    steps = np.array([spacing, spacing])
+    return _lattice(f"gas-{count}", count, columns, steps, table, physics, t_max, seed)
+
+
+def later(scene: Scene, positions: Any, velocities: Any) -> Scene:
+    """Return the scene with its balls at other places, moving otherwise.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of balls that have no angular velocity of their own.
+    positions, velocities : (n, 3) float64 [m], [m/s]
+        As an engine returned them, and so free of overlaps.
+    """
+    states = zip(scene.balls, positions.tolist(), velocities.tolist(), strict=True)
+    moved = [
+        _ball(ball.id, tuple(position), tuple(velocity)) for ball, position, velocity in states
+    ]
+    return _scene(scene.name, moved, scene.table, scene.physics, scene.t_max)
+
+
+def _lattice(
+    name: str,
+    count: int,
+    columns: int,
+    steps: Any,
+    table: Table,
+    physics: dict[str, Any],
+    t_max: float | None,
+    seed: int,
+) -> Scene:
+    """Return balls in the middles of the cells of a lattice, row by row."""
+    velocities = np.random.default_rng(seed).normal(size=(count, 2)).tolist()
+    balls = [
+        _ball(
+            str(k),
+            ((k % columns + 0.5) * steps[0], (k // columns + 0.5) * steps[1], POOL_BALL_RADIUS),
+            (*velocities[k], 0.0),
+        )
+        for k in range(count)
+    ]
+    return _scene(name, balls, table, Physics(**physics), t_max)
+
+
+def _ball(name: str, position: tuple[float, ...], velocity: tuple[float, ...]) -> Ball:
+    return Ball(id=name, position=tuple(map(float, position)), velocity=velocity)
+
+
+def _scene(
+    name: str, balls: list[Ball], table: Table | None, physics: Physics, t_max: float | None
+) -> Scene:
+    """Return a scene; one of many balls is not checked for overlaps, which takes their square."""
+    make: Any = Scene if len(balls) <= LARGEST_CHECKED else Scene.model_construct
+    scene: Scene = make(name=name, balls=tuple(balls), table=table, physics=physics, t_max=t_max)
+    return scene

@@ -1,0 +1,346 @@
+"""What is measured of our engine: each workload builds its scenes and samples them once a round."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from statistics import mean, median
+from typing import Any
+
+import numpy as np
+
+from engine import Scene, simulate_sweep
+from validation.bench.processes import sample_cold_start, sample_start
+from validation.bench.running import after, bytes_per_ball, collision_rate, run, until
+from validation.bench.scenes import (
+    FRICTIONLESS,
+    FULL_CLOTH,
+    ROLLING,
+    packed_gas,
+    racked_break,
+    table_gas,
+)
+from validation.bench.timing import Clock, Sampler, Task
+from validation.library import find_scene
+
+PACKING = 0.6
+"""Of the elastic gases: the part of the area that balls cover."""
+
+CLOTH_PACKING = 0.3
+"""Of the balls on cloth, which run until all of them rest."""
+
+MELTING = 20.0
+"""Collisions of each ball after which nothing is left of the lattice of the start."""
+
+SHIPPED = (
+    "break-16",
+    "break-16@8",
+    "break-8",
+    "break-7",
+    "pool-break-9",
+    "frozen-break",
+    "galperin-3",
+    "push",
+)
+"""Shipped scenes, measured for themselves; SCENE@SPEED sets the first ball's speed [m/s]."""
+
+SWEPT = "half-ball-cut"
+"""The shipped scene of two balls that the sweep shoots."""
+
+UNITS = {
+    "kernel": "s",
+    "kernel_mean": "s",
+    "kernel_slowest": "s",
+    "call": "s",
+    "call_extra": "s",
+    "first_call_extra": "s",
+    "per_event": "s",
+    "events_extra": "1",
+    "collisions_per_second": "1/s",
+    "bytes_per_ball": "B",
+    "shots_per_second": "1/s",
+    "two_threads": "1",
+    "first_shot": "s",
+    "import": "s",
+}
+"""Every quantity, with its unit."""
+
+MEANINGS = {
+    "kernel": "the simulation alone",
+    "kernel_mean": "the same, mean over the scenes",
+    "kernel_slowest": "the same of the slowest scene",
+    "call": "the whole call of simulate()",
+    "call_extra": "the whole call, over that",
+    "first_call_extra": "the same of a scene that is run for the first time",
+    "per_event": "the simulation alone, per event",
+    "events_extra": 'what record="events" adds to it, a part of it',
+    "collisions_per_second": "impacts of two balls in a second",
+    "bytes_per_ball": "arrays of the kernels, per ball",
+    "shots_per_second": "shots in a second, one thread",
+    "two_threads": "shots in a second, two threads over one",
+    "first_shot": "from the start of the process to the end of a shot",
+    "import": "`import engine` in a new process",
+}
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much work a sample is; the small one shows that all of it runs, and times nothing.
+
+    Attributes
+    ----------
+    racks : int
+        Random breaks.
+    gas_time : float [s]
+        For how long 16 balls bounce on a table.
+    gas_collisions : float
+        Collisions of each ball of a packed gas in one sample.
+    most_balls : int
+        More are never placed.
+    shots : int
+    runs : int
+        Of a shipped scene in one sample.
+    """
+
+    racks: int = 100
+    gas_time: float = 500.0
+    gas_collisions: float = 20.0
+    most_balls: int = 100_000
+    shots: int = 100_000
+    runs: int = 15
+
+
+FULL = Size()
+QUICK = Size(racks=2, gas_time=2.0, gas_collisions=2.0, most_balls=20, shots=20, runs=1)
+
+
+@dataclass(frozen=True)
+class Workload:
+    """One workload: its name, what it is, how a sample of it is prepared.
+
+    Attributes
+    ----------
+    name, title : str
+    prepare : callable
+        Takes a `Size`.
+    most : int or None
+        See `Task`.
+    """
+
+    name: str
+    title: str
+    prepare: Callable[[Size], Sampler]
+    most: int | None = None
+
+    def task(self, size: Size) -> Task:
+        """Return it as something to be measured by turns."""
+        return Task(self.name, partial(self.prepare, size), self.most)
+
+
+def break_scenes(physics: dict[str, Any], size: Size) -> tuple[Scene, ...]:
+    """Return the random racks that breaks are measured on; the same ones each time."""
+    return tuple(racked_break(seed, physics) for seed in range(size.racks))
+
+
+def gas_scene(count: int, size: Size) -> Scene:
+    """Return a melted elastic gas that runs for a sample's number of collisions."""
+    each = 1.0 / collision_rate(PACKING)  # seconds between two collisions of a ball
+    melting = min(MELTING, size.gas_collisions) * each
+    gas = packed_gas(min(count, size.most_balls), PACKING, FRICTIONLESS, t_max=melting)
+    return until(after(gas), size.gas_collisions * each)
+
+
+def shipped_scene(name: str) -> Scene:
+    """Return a shipped scene, its first ball sped up where the name says so."""
+    name, _, speed = name.partition("@")
+    scene = find_scene(name)
+    if not speed:
+        return scene
+    cue = scene.balls[0]
+    factor = float(speed) / cue.speed
+    faster = cue.model_copy(update={"velocity": tuple(factor * v for v in cue.velocity)})
+    return scene.model_copy(update={"balls": (faster, *scene.balls[1:])})
+
+
+def _prepare_breaks(physics: dict[str, Any], size: Size) -> Sampler:
+    scenes = _warm(break_scenes(physics, size))
+
+    def sample(clock: Clock) -> dict[str, float]:
+        walls, extras, per_event = [], [], []
+        for scene in scenes:
+            began = clock()
+            result = run(scene)
+            extras.append(clock() - began - result.wall_time)
+            walls.append(result.wall_time)
+            per_event.append(result.wall_time / result.work["events"])
+        return {
+            "kernel": median(walls),
+            "kernel_mean": mean(walls),
+            "kernel_slowest": max(walls),
+            "per_event": median(per_event),
+            "call_extra": median(extras),
+            "first_call_extra": median(_first_extra(scene, clock) for scene in scenes),
+        }
+
+    return sample
+
+
+def _first_extra(scene: Scene, clock: Clock) -> float:
+    fresh = scene.model_copy()
+    began = clock()
+    wall = run(fresh).wall_time
+    return clock() - began - wall
+
+
+def _prepare_recorded_breaks(size: Size) -> Sampler:
+    scenes = _warm(break_scenes(FULL_CLOTH, size))
+    for scene in scenes:
+        run(scene, record="events")
+
+    def sample(clock: Clock) -> dict[str, float]:
+        calls, walls, ratios = [], [], []
+        for scene in scenes:
+            plain = run(scene).wall_time
+            began = clock()
+            wall = run(scene, record="events").wall_time
+            calls.append(clock() - began - wall)
+            walls.append(wall)
+            ratios.append(wall / plain)
+        return {
+            "kernel": median(walls),
+            "events_extra": median(ratios) - 1.0,
+            "call_extra": median(calls),
+        }
+
+    return sample
+
+
+def _prepare_table_gas(size: Size) -> Sampler:
+    (scene,) = _warm([table_gas(16, size.gas_time)])
+
+    def sample(_: Clock) -> dict[str, float]:
+        result = run(scene)
+        return {
+            "per_event": result.wall_time / result.work["events"],
+            "collisions_per_second": result.collision_counts["ball-ball"] / result.wall_time,
+        }
+
+    return sample
+
+
+def _prepare_gas(count: int, size: Size) -> Sampler:
+    (scene,) = _warm([gas_scene(count, size)])
+    memory = bytes_per_ball(scene)
+
+    def sample(_: Clock) -> dict[str, float]:
+        result = run(scene)
+        return {
+            "collisions_per_second": result.collision_counts["ball-ball"] / result.wall_time,
+            "per_event": result.wall_time / result.work["events"],
+            "bytes_per_ball": memory,
+        }
+
+    return sample
+
+
+def _prepare_cloth(size: Size) -> Sampler:
+    (scene,) = _warm([packed_gas(min(10_000, size.most_balls), CLOTH_PACKING, FULL_CLOTH)])
+
+    def sample(_: Clock) -> dict[str, float]:
+        result = run(scene)
+        return {"per_event": result.wall_time / result.work["events"], "kernel": result.wall_time}
+
+    return sample
+
+
+def _prepare_sweep(size: Size) -> Sampler:
+    scene = find_scene(SWEPT)
+    chance = np.random.default_rng(0)
+    cue, target = scene.positions[:2, :2]
+    across, along = target[1] - cue[1], target[0] - cue[0]
+    reach = float(scene.radii[:2].sum() / np.hypot(along, across))
+    speeds = chance.uniform(0.5, 2.0, size.shots)
+    angles = np.arctan2(across, along) + np.arcsin(reach) * chance.uniform(-1.0, 1.0, size.shots)
+
+    def shoot(threads: int, clock: Clock) -> float:
+        began = clock()
+        simulate_sweep(scene, speeds, angles, threads=threads)
+        return clock() - began
+
+    def sample(clock: Clock) -> dict[str, float]:
+        one = shoot(1, clock)
+        measured = {"shots_per_second": size.shots / one}
+        if (os.cpu_count() or 1) > 1:
+            measured["two_threads"] = one / shoot(2, clock)
+        return measured
+
+    simulate_sweep(scene, speeds, angles, threads=1)
+    return sample
+
+
+def _prepare_shipped(name: str, size: Size) -> Sampler:
+    (scene,) = _warm([shipped_scene(name)])
+
+    def sample(clock: Clock) -> dict[str, float]:
+        walls, calls = [], []
+        events = 1
+        for _ in range(size.runs):
+            began = clock()
+            result = run(scene)
+            calls.append(clock() - began)
+            walls.append(result.wall_time)
+            events = result.work["events"]
+        wall = median(walls)
+        return {"kernel": wall, "call": median(calls), "per_event": wall / events}
+
+    return sample
+
+
+def _warm(scenes: Sequence[Scene]) -> Sequence[Scene]:
+    """Compile what scenes need, and lay them out, by running each once."""
+    for scene in scenes:
+        run(scene)
+    return scenes
+
+
+def _gas(count: int, most: int | None = None) -> Workload:
+    title = f"elastic gas of {count} balls, packing {PACKING}"
+    return Workload(f"gas-{count}", title, partial(_prepare_gas, count), most)
+
+
+WORKLOADS: tuple[Workload, ...] = (
+    Workload(
+        "break-pool",
+        "break of 16 with all of pool's physics, random racks",
+        partial(_prepare_breaks, FULL_CLOTH),
+    ),
+    Workload(
+        "break-pool-events",
+        "the same breaks, every event recorded",
+        _prepare_recorded_breaks,
+    ),
+    Workload(
+        "break-paper",
+        "break of 16 with the paper's physics, random racks",
+        partial(_prepare_breaks, ROLLING),
+    ),
+    Workload("gas-16", "elastic gas of 16 balls on a pool table", _prepare_table_gas),
+    _gas(1_000),
+    _gas(10_000, most=7),
+    _gas(100_000, most=3),
+    Workload(
+        "cloth-10000",
+        f"10000 balls with all of pool's physics, packing {CLOTH_PACKING}, until they rest",
+        _prepare_cloth,
+        most=5,
+    ),
+    Workload("sweep", "simulate_sweep of two-ball shots", _prepare_sweep),
+    Workload("start", "a new process, kernels in the cache", sample_start, most=5),
+    Workload("cold-start", "a new process that compiles its kernels", sample_cold_start, most=1),
+    *(
+        Workload(f"scene:{name}", f"shipped scene {name}", partial(_prepare_shipped, name))
+        for name in SHIPPED
+    ),
+)
