@@ -134,6 +134,38 @@ def scaling(
     _finish(measured, paths)
 
 
+@app.command()
+@command
+def skips(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="SCENE|TAG",
+            help="Names or tags of shipped scenes, or TOML files (default: all that are shipped, "
+            "and two of 256 balls).",
+        ),
+    ] = None,
+    repeats: Repeats = 5,
+    out: Out = None,
+    store: Store = False,
+) -> None:
+    """Run scenes with each skip off and on; exit with 1 where one changes an answer."""
+    from ghostball._bench_tables import skips_tables  # noqa: PLC0415
+    from ghostball._progress import counting  # noqa: PLC0415
+    from validation import bench  # noqa: PLC0415
+    from validation.library import select  # noqa: PLC0415
+
+    chosen = [*select(scenes)] if scenes else [*select(), *bench.many_balls()]
+    paths = _paths("skips", out, store, part=bool(scenes))
+    with counting("comparing") as count:
+        measured = bench.measure_skips(chosen, rounds=repeats, progress=count)
+    stdout().print(skips_tables(measured))
+    _finish(measured, paths)
+    if measured.defects:
+        say(f"[bold red]{len(measured.defects)} skips change an answer;[/] see above")
+        raise typer.Exit(ExitStatus.CHECK_FAILED)
+
+
 def _paths(kind: str, out: Path | None, store: bool, *, part: bool) -> dict[str, Path]:
     """Return the files to write, by option, each checked before anything is measured."""
     from validation.bench import BenchError, measurements  # noqa: PLC0415
@@ -143,8 +175,8 @@ def _paths(kind: str, out: Path | None, store: bool, *, part: bool) -> dict[str,
     if store:
         if part:
             raise BenchError(
-                "`--store` keeps whole measurements only, so it can't go with `--only` or "
-                "`--quick`. Use `--out FILE`"
+                "`--store` keeps whole measurements only, so it can't go with `--only`, `--quick` "
+                "or single scenes. Use `--out FILE`"
             )
         paths["--store"] = measurements.store_path(describe_environment(), kind)
     if out is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from statistics import median
 
 from rich import box
 from rich.console import Group, RenderableType
@@ -10,9 +11,18 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from engine.skips import Skip
 from reports.style import format_time
-from validation.bench import PeerRow, Row, ScalingMeasurement, TargetsMeasurement
+from validation.bench import (
+    PeerRow,
+    Row,
+    ScalingMeasurement,
+    SkipRow,
+    SkipsMeasurement,
+    TargetsMeasurement,
+)
 from validation.bench.measurements import Point
+from validation.bench.skips import COUNTERS
 from validation.bench.targets import Target, target_of
 from validation.bench.workloads import MEANINGS
 
@@ -60,6 +70,63 @@ def _points(title: str, along: str, points: Sequence[Point]) -> Table:
     for place in dict.fromkeys(getattr(point, along) for point in points):
         cells = [found.get((place, *column)) for column in columns]
         table.add_row(f"{place}", *(format_time(p.per_event) if p else "" for p in cells))
+    return table
+
+
+def skips_tables(measured: SkipsMeasurement) -> RenderableType:
+    """Return each scene's skips, off and on; then, for each skip, what it came to."""
+    scenes = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    scenes.add_column("scene", no_wrap=True)
+    scenes.add_column("skip", no_wrap=True)
+    for heading in ("on", "off", "off / on", *COUNTERS):
+        scenes.add_column(heading.replace("_", " "), justify="right", no_wrap=True)
+    scenes.add_column("answer")
+    before = ""
+    for row in measured.rows:
+        scenes.add_row(
+            escape(row.scene) if row.scene != before else "",
+            row.skip,
+            format_time(row.seconds_on),
+            format_time(row.seconds_off),
+            f"{row.seconds_off / row.seconds_on:.2f}",
+            *(_change(row.work_on[name], row.work_off[name]) for name in COUNTERS),
+            _answer(row),
+        )
+        before = row.scene
+    return Group(scenes, _skips_summary(measured))
+
+
+def _change(on: int, off: int) -> str:
+    return f"{on}" if on == off else f"{on} → {off}"
+
+
+def _answer(row: SkipRow) -> str:
+    if row.equality == "differs":
+        return f"[bold red]differs[/]: {row.detail}"
+    return row.equality + (f": {row.detail}" if row.detail else "")
+
+
+def _skips_summary(measured: SkipsMeasurement) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("skip", no_wrap=True)
+    for heading in ("used in", "same bits", "rounding", "differs", "off / on", "bounds, off / on"):
+        table.add_column(heading, justify="right")
+    table.add_column("it leaves out")
+    for skip in Skip:
+        rows = [row for row in measured.rows if row.skip == skip]
+        verdicts = [row.equality for row in rows]
+        off, on = (
+            sum(row.work_off["bounds"] for row in rows),
+            sum(r.work_on["bounds"] for r in rows),
+        )
+        table.add_row(
+            skip,
+            f"{len(rows)} of {len(measured.unused)}",
+            *(str(verdicts.count(name)) for name in ("same bits", "rounding", "differs")),
+            f"{median(r.seconds_off / r.seconds_on for r in rows):.2f}" if rows else "",
+            f"{off / on:.2f}" if on else "",
+            skip.leaves_out,
+        )
     return table
 
 

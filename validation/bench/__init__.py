@@ -11,6 +11,7 @@ from validation.bench.measurements import (
 from validation.bench.peer_engines import DEFAULT_PEERS, make_peers
 from validation.bench.running import BenchError
 from validation.bench.scaling import TINY, WIDE, measure_scaling
+from validation.bench.skips import SkipRow, SkipsMeasurement, many_balls, measure_skips
 from validation.bench.targets import TARGETS, Target, chosen_workloads
 from validation.bench.workloads import FULL, QUICK, WORKLOADS
 
@@ -27,10 +28,14 @@ __all__ = [
     "PeerRow",
     "Row",
     "ScalingMeasurement",
+    "SkipRow",
+    "SkipsMeasurement",
     "Target",
     "TargetsMeasurement",
     "chosen_workloads",
     "make_peers",
+    "many_balls",
     "measure_scaling",
+    "measure_skips",
     "measure_targets",
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,8 @@ class BenchError(GhostballError):
     """A measurement that can't be made, stored or read."""
 
 
-def run(scene: Scene, *, record: Record = "rest") -> Result:
-    """Simulate `scene` to its natural end.
+def run(scene: Scene, *, record: Record = "rest", no_skip: Collection[str] = ()) -> Result:
+    """Simulate `scene` to its natural end; arguments as for `simulate`.
 
     Raises
     ------
@@ -28,7 +29,7 @@ def run(scene: Scene, *, record: Record = "rest") -> Result:
     BenchError
         Where the run broke off: the time it took says nothing.
     """
-    result = simulate(scene, record=record)
+    result = simulate(scene, record=record, no_skip=no_skip)
     if result.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     if not result.status.complete:
