@@ -10,10 +10,12 @@ from ghostball import _bench_tables
 from ghostball.cli import app
 from validation.bench import (
     ScalingMeasurement,
+    SkipsMeasurement,
     TargetsMeasurement,
     measurements,
     targets,
 )
+from validation.bench import skips as bench_skips
 from validation.bench.peer_engines import PeerAbsentError
 from validation.bench.workloads import Workload
 
@@ -177,3 +179,36 @@ def _scene():
     from validation.bench.scenes import table_gas
 
     return table_gas(2, 0.5)
+
+
+def test_skips_are_tabled_and_a_defect_is_the_exit_status(monkeypatch, tmp_path):
+    monkeypatch.setenv("COLUMNS", "200")
+    honest = bench_skips.run
+    monkeypatch.setattr(
+        bench_skips, "run", lambda scene, record="rest", no_skip=(): honest(scene, record=record)
+    )
+
+    def run():
+        arguments = ["bench", "skips", "half-ball-cut", "--repeats", "1", "--out", str(tmp_path)]
+        return CliRunner().invoke(app, arguments)
+
+    result = run()
+    assert result.exit_code == 0, result.output
+    assert "same bits" in result.stdout
+    kept = measurements.load(tmp_path / "skips.json", SkipsMeasurement)
+    assert {row.scene for row in kept.rows} == {"half-ball-cut"}
+    monkeypatch.setattr(bench_skips, "compare_answers", lambda on, off: ("differs", "planted"))
+    result = run()
+    assert result.exit_code == 1
+    assert "differs: planted" in result.stdout
+    assert "skips change an answer" in result.stderr
+
+
+def test_an_unknown_scene_is_refused():
+    result = CliRunner().invoke(app, ["bench", "skips", "nosuch"])
+    assert refused(result, "nosuch")
+
+
+def test_part_of_the_scenes_is_not_stored():
+    result = CliRunner().invoke(app, ["bench", "skips", "break-16", "--store"])
+    assert refused(result, "`--store` keeps whole measurements only")
