@@ -25,7 +25,8 @@ def scaling_section(results: ResultsFolder, figure: PurePosixPath | None) -> lis
     if measured is None:
         return []
     environment = measured.environment
-    where = f"Measured on {environment['cpu']}, {environment['date']}, {many(measured.rounds, 'round')}."
+    rounds = many(measured.rounds, "round")
+    where = f"Measured on {environment['cpu']}, {environment['date']}, {rounds}."
     notes = ["This measurement was interrupted."] * measured.interrupted
     notes += ["This is a trial at tiny sizes: its times mean nothing."] * measured.quick
     return [
