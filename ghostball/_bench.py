@@ -191,6 +191,8 @@ def _finish(measured: Measurement, paths: dict[str, Path]) -> None:
     from validation.bench import measurements  # noqa: PLC0415
 
     for option, path in paths.items():
+        if measured.interrupted and not measured.anything:
+            continue
         if measured.interrupted and option == "--store":
             say("[bold]Interrupted:[/] nothing is stored, for a part would replace the whole")
             continue

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import PurePosixPath
 
 from reports import style
-from reports.markdown_parts import figure_link, one_line, table_of
+from reports.markdown_parts import figure_link, many, one_line, table_of
 from reports.scaling_figure import NAMES, measured_scaling
 from validation.bench import ScalingMeasurement
 from validation.store import ResultsFolder
@@ -25,7 +25,8 @@ def scaling_section(results: ResultsFolder, figure: PurePosixPath | None) -> lis
     if measured is None:
         return []
     environment = measured.environment
-    where = f"Measured on {environment['cpu']}, {environment['date']}, {measured.rounds} rounds."
+    rounds = many(measured.rounds, "round")
+    where = f"Measured on {environment['cpu']}, {environment['date']}, {rounds}."
     notes = ["This measurement was interrupted."] * measured.interrupted
     notes += ["This is a trial at tiny sizes: its times mean nothing."] * measured.quick
     return [

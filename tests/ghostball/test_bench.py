@@ -139,6 +139,24 @@ def test_an_interrupt_prints_and_writes_what_is_there_but_stores_nothing(
     assert not list((tmp_path / "store").glob("*/*.json"))
 
 
+def test_an_interrupt_before_anything_was_measured_replaces_nothing(bench, tmp_path, monkeypatch):
+    path = tmp_path / "x.json"
+    assert bench("--peers", "none", "--repeats", "1", "--out", path).exit_code == 0
+    before = path.read_text()
+
+    def prepare(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(targets, "WORKLOADS", (Workload("break-pool", "t", prepare),))
+    assert bench("--peers", "none", "--out", path).exit_code == 130
+    assert path.read_text() == before
+    ours = FakePeer("ghostball", error=KeyboardInterrupt())
+    monkeypatch.setattr("validation.bench.scaling.OurEngine", lambda: ours)
+    monkeypatch.setattr("validation.bench.make_peers", lambda *_: [])
+    assert bench("scaling", "--quick", "--out", tmp_path / "y.json").exit_code == 130
+    assert not (tmp_path / "y.json").exists()
+
+
 def test_scaling_prints_both_tables_and_writes(bench, tmp_path, monkeypatch):
     fakes = [FakePeer("fake"), FakePeer("gone", error=PeerAbsentError("get it"))]
     monkeypatch.setattr("validation.bench.make_peers", lambda *_: fakes)

@@ -85,6 +85,11 @@ class Measurement(_Model):
     quick: bool = False
     interrupted: bool = False
 
+    @property
+    def anything(self) -> bool:
+        """Whether anything was measured before an interrupt."""
+        raise NotImplementedError
+
 
 class TargetsMeasurement(Measurement):
     """What `ghostball bench` measured."""
@@ -92,6 +97,11 @@ class TargetsMeasurement(Measurement):
     kind: Literal["targets"] = "targets"
     rows: tuple[Row, ...]
     peers: tuple[PeerRow, ...] = ()
+
+    @property
+    def anything(self) -> bool:
+        """Whether any row was measured."""
+        return bool(self.rows)
 
     def row(self, workload: str, quantity: str) -> Row | None:
         """Return a row, or None where it wasn't measured."""
@@ -132,6 +142,11 @@ class ScalingMeasurement(Measurement):
     by_balls: tuple[Point, ...]
     by_packing: tuple[Point, ...]
     curves: tuple[Curve, ...] = ()
+
+    @property
+    def anything(self) -> bool:
+        """Whether any point was measured."""
+        return bool(self.by_balls or self.by_packing)
 
 
 def spread_fields(spread: Spread) -> dict[str, Any]:

@@ -76,7 +76,7 @@ def take_turns(
     clock: Clock = time.perf_counter,
     progress: Progress | None = None,
 ) -> Samples:
-    """Prepare all tasks, then sample them round by round.
+    """Sample tasks round by round, each prepared when its first turn comes.
 
     Ctrl-C ends it early and keeps what was measured.
 
@@ -100,13 +100,13 @@ def take_turns(
 
     try:
         samplers: dict[str, Sampler] = {}
-        for task in tasks:
-            samplers[task.name] = task.prepare()
-            one_more(f"preparing {task.name}")
         for turn in range(rounds):
             for task in tasks:
                 if not task.due(turn, rounds):
                     continue
+                if task.name not in samplers:
+                    samplers[task.name] = task.prepare()
+                    one_more(f"preparing {task.name}")
                 sample = samplers[task.name](clock)
                 kept = found.values.setdefault(task.name, {})
                 for quantity, value in sample.items():

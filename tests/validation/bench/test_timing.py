@@ -24,10 +24,10 @@ def ticking():
     return lambda: float(next(seconds))
 
 
-def test_tasks_take_turns_after_all_are_prepared():
+def test_tasks_take_turns_and_are_prepared_once():
     log = []
     take_turns([task_of("a", log), task_of("b", log)], 2)
-    assert log == ["prepare a", "prepare b", "a", "b", "a", "b"]
+    assert log == ["prepare a", "a", "prepare b", "b", "a", "b"]
 
 
 @pytest.mark.parametrize(
