@@ -140,12 +140,8 @@ def _check_overlaps(scene: Scene) -> None:
     dimensions = 3 if scene.physics.airborne else 2
     centres = scene.positions[:, :dimensions]
     radii = scene.radii
-    for i in range(1, len(scene.balls)):
-        distance = np.sqrt(np.sum((centres[:i] - centres[i]) ** 2, axis=1))
-        depth = radii[:i] + radii[i] - distance
-        j = int(np.argmax(depth))
-        permitted = position_rounding(*centres[i], *centres[j], radii[i], radii[j])
-        if depth[j] > permitted:
+    for i, j, depth in overlapping_pairs(centres, radii):
+        if depth > position_rounding(*centres[i], *centres[j], radii[i], radii[j]):
             raise problem(
                 "overlap",
                 '`balls[{j}]` ("{a}") and `balls[{i}]` ("{b}") must not overlap, but do by '
@@ -156,10 +152,33 @@ def _check_overlaps(scene: Scene) -> None:
                 j=j,
                 a=scene.balls[j].id,
                 b=scene.balls[i].id,
-                depth=float(depth[j]),
-                distance=float(distance[j]),
+                depth=depth,
+                distance=float(np.sqrt(np.sum((centres[j] - centres[i]) ** 2))),
                 reach=float(radii[i] + radii[j]),
             )
+
+
+def overlapping_pairs(
+    centres: NDArray[np.float64], radii: NDArray[np.float64]
+) -> list[tuple[int, int, float]]:
+    """Return the pairs i > j that overlap, and by how much [m]: in order of i, the deepest first.
+
+    Balls are sorted along x, so that each is compared with those that follow within reach, and no
+    others: the first with the next, with the one after that ..., all at once.
+    """
+    order = np.argsort(centres[:, 0], kind="stable")
+    sorted_centres, sorted_radii = centres[order], radii[order]
+    reach = 2.0 * float(np.max(radii, initial=0.0))
+    found: list[tuple[int, int, float]] = []
+    for lag in range(1, len(order)):
+        apart = sorted_centres[lag:] - sorted_centres[:-lag]
+        if np.min(apart[:, 0]) > reach:
+            break
+        depth = sorted_radii[lag:] + sorted_radii[:-lag] - np.sqrt(np.sum(apart**2, axis=1))
+        for k in np.flatnonzero(depth > 0.0):
+            i, j = int(order[k]), int(order[k + lag])
+            found.append((max(i, j), min(i, j), float(depth[k])))
+    return sorted(found, key=lambda pair: (pair[0], -pair[2], pair[1]))
 
 
 def _check_rolling(scene: Scene, rolling: NDArray[np.float64]) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from refusals import refusal
 from shots import ball, scene_of
 
 from engine import SceneError
+from engine._scene_checks import overlapping_pairs
 
 SLIDE = {"motion": "sliding"}
 
@@ -108,3 +110,17 @@ class TestSpinMagnitude:
         assert scene_of(at_origin, motion="sliding", t_max=1.0).rolls.tolist() == [False]
         ends = refusal(at_origin, motion="sliding", rolling_friction=1e-30)
         assert "would roll for more than 1e+50 s" in ends
+
+
+def test_every_overlap_is_found_and_no_other():
+    """Against each ball compared with each other."""
+    chance = np.random.default_rng(1)
+    for count in (1, 2, 3, 8, 30):
+        for _ in range(40):
+            centres = chance.uniform(0.0, 1.0, (count, 2))
+            radii = chance.uniform(0.01, 0.2, count)
+            depth = radii[:, None] + radii - np.linalg.norm(centres[:, None] - centres, axis=2)
+            expected = np.argwhere(np.tril(depth > 0.0, -1)).tolist()
+            found = overlapping_pairs(centres, radii)
+            assert sorted([i, j] for i, j, _ in found) == expected
+            assert [i for i, _, _ in found] == sorted(i for i, _, _ in found)

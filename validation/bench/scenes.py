@@ -25,9 +25,6 @@ ROLLING: dict[str, Any] = {"preset": "paper"}
 SLOWEST_BREAK, FASTEST_BREAK = 8.0, 10.0  # [m/s]
 NARROWEST_GAP, WIDEST_GAP = 1e-5, 1e-4  # [m]
 
-LARGEST_CHECKED = 2_000
-"""Balls up to which a lattice is checked like any scene, each ball against each other."""
-
 
 def racked_break(seed: int, physics: dict[str, Any]) -> Scene:
     """Return a break of 15 racked balls, without spin, on a pool table without pockets.
@@ -126,7 +123,13 @@ def later(scene: Scene, positions: Any, velocities: Any) -> Scene:
     moved = [
         _ball(ball.id, tuple(position), tuple(velocity)) for ball, position, velocity in states
     ]
-    return _scene(scene.name, moved, scene.table, scene.physics, scene.t_max)
+    return Scene(
+        name=scene.name,
+        balls=moved,
+        table=scene.table,
+        physics=scene.physics,
+        t_max=scene.t_max,
+    )
 
 
 def _lattice(
@@ -149,17 +152,8 @@ def _lattice(
         )
         for k in range(count)
     ]
-    return _scene(name, balls, table, Physics(**physics), t_max)
+    return Scene(name=name, balls=balls, table=table, physics=Physics(**physics), t_max=t_max)
 
 
 def _ball(name: str, position: tuple[float, ...], velocity: tuple[float, ...]) -> Ball:
     return Ball(id=name, position=tuple(map(float, position)), velocity=velocity)
-
-
-def _scene(
-    name: str, balls: list[Ball], table: Table | None, physics: Physics, t_max: float | None
-) -> Scene:
-    """Return a scene; one of many balls is not checked for overlaps, which takes their square."""
-    make: Any = Scene if len(balls) <= LARGEST_CHECKED else Scene.model_construct
-    scene: Scene = make(name=name, balls=tuple(balls), table=table, physics=physics, t_max=t_max)
-    return scene
