@@ -173,10 +173,11 @@ def _meet_cell(
     shares: bool,
     counters: IntArray,
 ) -> None:
-    """Enter in ball i's slot its bounds with the balls of one cell."""
+    """Enter in ball i's slot its bounds with the balls of one cell; but not with its mate again."""
     j = cells.first[cell]
     while j != NOWHERE:
-        left = j == i or (shares and j > i and balls.changed[j])
+        known = j == cells.link[i, MATE] and cells.link[j, STAMP] == cells.link[i, MATE_STAMP]
+        left = j == i or known or (shares and j > i and balls.changed[j])
         if contacts is not None:
             left = left or _holds(contacts, i, j)
         if not left:
