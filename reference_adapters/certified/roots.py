@@ -1,0 +1,239 @@
+"""The first instant at which a gap closes, isolated with proof.
+
+A gap is a polynomial of degree 4 or less in the time. In Bernstein form on an interval it lies
+between its least and its largest coefficient, and has at most as many roots there as its
+coefficients change sign (Descartes; Rouillier and Zimmermann 2004). So coefficients that are all
+positive exclude the interval, and + ... + - ... - isolates one root, which is an entry; anything
+else is halved. The same search runs in doubles, with a margin far above their errors, and in balls
+without one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import comb
+from typing import Any, NamedTuple
+
+from flint import arb
+
+from reference_adapters.certified.arithmetic import ZERO
+
+NONE = 0
+"""The gap stays open."""
+ROOT = 1
+"""It closes exactly once within the bracket, and not before it."""
+UNSURE = 2
+"""It stays open up to the start of the bracket; from there on it can't be told."""
+
+_WEIGHTS = {
+    n: tuple(tuple(comb(i, k) / comb(n, k) for k in range(i + 1)) for i in range(n + 1))
+    for n in range(5)
+}
+_RATIOS = {
+    n: tuple(tuple((comb(i, k), comb(n, k)) for k in range(i + 1)) for i in range(n + 1))
+    for n in range(5)
+}
+
+Margin = Callable[[float], float]
+
+
+class Bracket(NamedTuple):
+    """What a search found: a verdict, and the interval it is about [s]."""
+
+    verdict: int
+    low: float
+    high: float
+
+
+def first_entry_quick(
+    gap: Sequence[float], low: float, high: float, margin: Margin, pieces: int = 80
+) -> Bracket:
+    """Search in doubles for the first entry of a gap in [low, high].
+
+    Parameters
+    ----------
+    gap : coefficients from the constant up, [m^2, m^2/s ...]
+    low, high : float [s]
+    margin : callable
+        What an error of a Bernstein coefficient on an interval that ends at a time can't exceed.
+    pieces : int
+        Intervals after which to give up, with UNSURE.
+    """
+    weights = _WEIGHTS[len(gap) - 1]
+    stack = [(low, high)]
+    while stack:
+        start, end = stack.pop()
+        allowed = margin(end)
+        signs = _signs(_bernstein(gap, start, end, weights), allowed)
+        if signs == _ALL_POSITIVE:
+            continue
+        if signs == _ONE_ENTRY:
+            return Bracket(ROOT, start, end)
+        pieces -= 1
+        if pieces <= 0:
+            return Bracket(UNSURE, start, high)
+        middle = 0.5 * (start + end)
+        stack.append((middle, end))
+        stack.append((start, middle))
+    return Bracket(NONE, high, high)
+
+
+def first_entry(gap: Sequence[arb], low: float, high: float, bits: int) -> Bracket:
+    """Search in balls for the first entry of a gap in [low, high] [s].
+
+    Contract: gives up, with UNSURE, where intervals come down to 2^-`bits` of the first; their ends
+    are doubles, so never below what those resolve.
+    """
+    gap = _trimmed(gap)
+    ratios = _RATIOS[len(gap) - 1]
+    stack = [(low, high)]
+    narrow = (high - low) * 2.0 ** -min(bits, 60)
+    while stack:
+        start, end = stack.pop()
+        signs = _signs(_bernstein_of_balls(gap, start, end, ratios), 0)
+        if signs == _ALL_POSITIVE:
+            continue
+        if signs == _ONE_ENTRY:
+            return Bracket(ROOT, start, end)
+        middle = 0.5 * (start + end)
+        if end - start <= narrow or not start < middle < end:
+            return Bracket(UNSURE, start, high)
+        stack.append((middle, end))
+        stack.append((start, middle))
+    return Bracket(NONE, high, high)
+
+
+def refined(
+    value: Callable[[arb], arb], slope: Callable[[arb], arb], low: float, high: float
+) -> arb | None:
+    """Enclose the one root in a bracket as narrowly as the precision allows.
+
+    Parameters
+    ----------
+    value, slope : callable
+        A function with exactly one root in [low, high], where it falls through 0, and its
+        derivative; of a ball, the range.
+    low, high : float [s]
+
+    Returns
+    -------
+    arb [s], or None where the precision can't
+        The interval Newton step from the middle of a ball that contains its own image: so the
+        ball has one root, for every function that the coefficients enclose.
+    """
+    start, end = arb(low), arb(high)
+    x = ((start + end) / 2).mid()
+    for _ in range(400):
+        at = value(x)
+        if at > 0:
+            start = x
+        elif at < 0:
+            end = x
+        else:
+            break  # x is a root as far as this precision can tell
+        rate = slope(x)
+        new = (x - at / rate).mid() if rate < 0 else ZERO
+        if not (rate < 0 and start < new < end):
+            new = ((start + end) / 2).mid()
+            if not start < new < end:
+                break
+        elif new == x:
+            break
+        x = new
+    at, rate = value(x), slope(x)
+    if not rate < 0:
+        return None
+    reach = (2 * abs(at / rate)).upper() + abs(x) * arb((1, -2 * _bits_of(x)))
+    for _ in range(8):
+        ball = arb(x, reach)
+        rate = slope(ball)
+        if not rate < 0:
+            return None
+        image = x - at / rate
+        if ball.contains(image):
+            # Only what is in the bracket is known to be the first root.
+            return image if start <= image.upper() and image.lower() <= end else None
+        reach = 4 * reach
+    return None
+
+
+def _bits_of(x: arb) -> int:
+    return max(int(x.mid().bits()), 32)
+
+
+_ALL_POSITIVE = 1
+_ONE_ENTRY = 2
+_OPEN = 3
+
+
+def _signs(coefficients: Sequence[Any], margin: float) -> int:
+    """Classify coefficients: all positive, surely one change from + to -, or neither.
+
+    One coefficient between the last positive and the first negative may have any sign.
+    """
+    count = len(coefficients)
+    positive = 0
+    while positive < count and coefficients[positive] > margin:
+        positive += 1
+    if positive == count:
+        return _ALL_POSITIVE
+    if positive == 0:
+        return _OPEN
+    rest = positive if coefficients[positive] < -margin else positive + 1
+    if rest == count:
+        return _OPEN
+    for k in range(rest, count):
+        if not coefficients[k] < -margin:
+            return _OPEN
+    return _ONE_ENTRY
+
+
+def _bernstein(
+    gap: Sequence[float], low: float, high: float, weights: Sequence[Sequence[float]]
+) -> list[float]:
+    """Return the Bernstein coefficients of a polynomial on [low, high]."""
+    shifted = _shifted(gap, low)
+    width = high - low
+    scale = 1.0
+    for k in range(len(shifted)):
+        shifted[k] *= scale
+        scale *= width
+    return [sum(w * c for w, c in zip(row, shifted, strict=False)) for row in weights]
+
+
+def _bernstein_of_balls(
+    gap: Sequence[arb], low: float, high: float, ratios: Sequence[Sequence[tuple[int, int]]]
+) -> list[arb]:
+    """Return the same of balls; with quotients, since 1/6 is no double."""
+    shifted = _shifted(gap, low)
+    width = arb(high) - arb(low)
+    scale = arb(1)
+    for k in range(1, len(shifted)):
+        scale = scale * width
+        shifted[k] = shifted[k] * scale
+    coefficients = []
+    for row in ratios:
+        total = shifted[0]
+        for (over, under), c in zip(row[1:], shifted[1:], strict=False):
+            total = total + c * over / under
+        coefficients.append(total)
+    return coefficients
+
+
+def _shifted(gap: Sequence[Any], by: float) -> list[Any]:
+    """Return the coefficients in powers of (s - by)."""
+    shifted = list(gap)
+    if by != 0.0:
+        degree = len(shifted) - 1
+        for j in range(degree):
+            for k in range(degree - 1, j - 1, -1):
+                shifted[k] = shifted[k] + by * shifted[k + 1]
+    return shifted
+
+
+def _trimmed(gap: Sequence[arb]) -> Sequence[arb]:
+    """Leave out leading coefficients that are exactly 0: the form gets narrower."""
+    count = len(gap)
+    while count > 1 and gap[count - 1].is_zero():
+        count -= 1
+    return gap[:count]
