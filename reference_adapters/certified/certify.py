@@ -1,217 +1,68 @@
-"""A certificate of a shot: runs in wider and wider precision until everything is proved."""
+"""A certificate of a scene: computed once, then read from the disk."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
-
-import numpy as np
-from flint import arb
-from numpy.typing import NDArray
-
 from engine import Scene
-from engine.trajectory import Phase
-from reference_adapters.certified.arithmetic import (
-    ZERO,
-    SustainedContactError,
-    UndecidedError,
-    enclosure_of,
-    working_precision,
-)
-from reference_adapters.certified.certificate import (
-    Certificate,
-    CertifiedEvent,
-    Choice,
-    Enclosure,
-    Ending,
-)
-from reference_adapters.certified.motion import Body
-from reference_adapters.certified.problem import Problem, problem_of
-from reference_adapters.certified.run import Run
+from engine.features import EXACT, Capability, Feature, check_supported
+from reference_adapters.certified import cache
+from reference_adapters.certified.certificate import Certificate
+from reference_adapters.certified.problem import problem_of
+from reference_adapters.certified.prove import prove
+from reference_adapters.certified.settings import CertifiedSettings
 
-START_PRECISION = 53
-MAX_PRECISION = 53 * 2**6
-MAX_EVENTS = 100_000
-WIDTH = 1e-18
-"""Width asked for of positions [m]: a hundredth of the rounding of a double on a table."""
+NAME = "certified"
+
+_INTEGRATED = Capability("none", "its law is integrated over the impact and has no closed form")
+_OFF_CLOTH = Capability("none", "only motion on the cloth, without air, is certified")
+
+CAPABILITIES = {
+    **dict.fromkeys(Feature, EXACT),
+    Feature.MATHAVAN_BALL: _INTEGRATED,
+    Feature.MATHAVAN_CUSHION: _INTEGRATED,
+    Feature.AIR_DRAG: _OFF_CLOTH,
+    Feature.FLIGHT: _OFF_CLOTH,
+}
+"""What can be certified, feature by feature."""
 
 
 def certify(
     scene: Scene,
+    settings: CertifiedSettings | None = None,
     *,
-    start_precision: int = START_PRECISION,
-    max_precision: int = MAX_PRECISION,
-    max_events: int = MAX_EVENTS,
-    time_limit: float = float("inf"),
-    width: float = WIDTH,
-    keep_motion: bool = False,
+    motion: bool = False,
+    cached: bool = True,
 ) -> Certificate:
     """Prove what happens in a scene, as far as it can be proved.
 
     Parameters
     ----------
     scene : Scene
-        Of a model that `CertifiedEngine` represents; its numbers are taken as the very doubles.
-    start_precision, max_precision : int [bits]
-        The first precision, doubled until everything is proved or it would exceed the other.
-    max_events : int
-        Events after which to stop.
-    time_limit : float [s]
-        Computing time after which to stop.
-    width : float [m]
-        How wide the enclosure of a position may be in the end.
-    keep_motion : bool
-        Whether to keep the motion between events, too.
+        Its numbers are taken as the very doubles that they are.
+    settings : CertifiedSettings, optional
+    motion : bool
+        Whether the certificate also holds the motion between events.
+    cached : bool
+        Whether to read the certificate from the disk if it was computed before by the same code,
+        and to keep it there.
+
+    Returns
+    -------
+    Certificate
+
+    Raises
+    ------
+    UnsupportedSceneError
+        Where the scene has physics without a closed form.
     """
-    return certify_problem(
-        problem_of(scene),
-        tuple(ball.id for ball in scene.balls),
-        start_precision=start_precision,
-        max_precision=max_precision,
-        max_events=max_events,
-        time_limit=time_limit,
-        width=width,
-        keep_motion=keep_motion,
-    )
-
-
-def certify_problem(
-    problem: Problem,
-    ids: tuple[str, ...],
-    *,
-    start_precision: int,
-    max_precision: int,
-    max_events: int,
-    time_limit: float,
-    width: float,
-    keep_motion: bool,
-) -> Certificate:
-    """Prove what happens in a problem whose balls have these names; see `certify`."""
-    started = time.perf_counter()
-    deadline = started + time_limit
-    stop: tuple[int, str, tuple[Choice, ...]] | None = None
-    for bits in _precisions(start_precision, max_precision):
-        last = 2 * bits > max_precision
-        with working_precision(bits):
-            run = Run(problem, bits)
-            ending, reason, choices, decided = "proved", "", (), True
-            try:
-                ending = run.go(max_events, deadline)
-                if ending == "proved":
-                    end = run.end_instant()
-            except SustainedContactError as error:
-                ending = "sustained contact"
-                choices = error.choices
-                reason = _sentence(f"{error.what}, sustained from here on", choices, ids, run.now)
-            except UndecidedError as error:
-                # Where more bits don't get any further, they are equal for all that can be known.
-                here = (len(run.events), error.what, error.choices)
-                decided = error.exact
-                ending = "ambiguous" if error.exact or here == stop else "precision cap"
-                stop = here
-                choices = error.choices
-                reason = _sentence(f"can't tell {error.what}", choices, ids, error.t)
-                if ending == "precision cap":
-                    reason += f" in {bits} bits (`max_precision`)"
-            certificate = None
-            if ending == "proved":
-                certificate = _certificate(run, ending, "", (), end, started, keep_motion)
-                decided = certificate.widest <= width
-                if not decided:
-                    certificate = None
-                    if last:
-                        ending = "precision cap"
-                        reason = f"positions are wider than {width:g} m in {bits} bits (`max_precision`)"
-            if decided or last or time.perf_counter() > deadline:
-                if certificate is None:
-                    if ending == "event limit":
-                        reason = f"{max_events} events (`max_events`) by t = {float(run.now):.9g} s"
-                    elif ending == "time limit":
-                        reason = (
-                            f"{time_limit:g} s of computing (`time_limit`) by t = "
-                            f"{float(run.now):.9g} s"
-                        )
-                    end = run.end_instant() if run.ended else run.now
-                    certificate = _certificate(
-                        run, ending, reason, choices, end, started, keep_motion
-                    )
-                return certificate
-    raise AssertionError("there is a last precision")
-
-
-def _precisions(start: int, most: int) -> Iterator[int]:
-    bits = min(start, most)
-    while bits <= most:
-        yield bits
-        bits *= 2
-
-
-def _sentence(what: str, choices: tuple[Choice, ...], ids: tuple[str, ...], t: arb) -> str:
-    named = "; ".join(choice.describe(ids) for choice in choices)
-    return f"{what}{': ' if named else ''}{named}, at t = {float(t):.17g} s"
-
-
-def _certificate(
-    run: Run,
-    ending: str,
-    reason: str,
-    choices: tuple[Choice, ...],
-    end: arb,
-    started: float,
-    keep_motion: bool,
-) -> Certificate:
-    positions, velocities, spins = [], [], []
-    for body in run.bodies:
-        place, velocity, spin = _state_at(body, end)
-        positions.append(tuple(map(enclosure_of, place)))
-        velocities.append(tuple(map(enclosure_of, velocity)))
-        spins.append(tuple(map(enclosure_of, spin)))
-    named: Ending = ending  # type: ignore[assignment]
-    return Certificate(
-        ending=named,
-        reason=reason,
-        choices=choices,
-        precision=run.bits,
-        events=tuple(
-            CertifiedEvent(choice.kind, choice.a, choice.b, enclosure_of(t), tie)
-            for choice, t, tie in run.events
-        ),
-        t_end=enclosure_of(end),
-        rested=run.rested,
-        positions=tuple(positions),
-        velocities=tuple(velocities),
-        spins=tuple(spins),
-        seconds=time.perf_counter() - started,
-        knots=_knots(run) if keep_motion else None,
-    )
-
-
-def _state_at(body: Body, t: arb) -> tuple[tuple[arb, ...], tuple[arb, ...], tuple[arb, ...]]:
-    s = ZERO if body.t is t else t - body.t
-    place = (body.x, body.y) if body.resting else body.position_after(s)
-    velocity = (body.vx, body.vy) if body.resting else body.velocity_after(s)
-    wx, wy = _turning(body, velocity, body.slip_after(s))
-    return place, velocity, (wx, wy, body.spin_after(s))
-
-
-def _turning(body: Body, velocity: tuple[arb, arb], slip: tuple[arb, arb]) -> tuple[arb, arb]:
-    """Return the angular velocity about the horizontal, from u = (vx - R wy, vy + R wx)."""
-    radius = body.constants.radius
-    return (slip[1] - velocity[1]) / radius, (velocity[0] - slip[0]) / radius
-
-
-def _knots(run: Run) -> tuple[NDArray[np.float64], ...]:
-    """Return the motion of each ball in doubles, as an `ExactTrajectory` has it."""
-    rows: list[list[tuple[float, ...]]] = [[] for _ in run.bodies]
-    for k, body in run.knots:
-        wx, wy = _turning(body, (body.vx, body.vy), (body.ux, body.uy))
-        radius, slides = body.constants.radius, body.phase is Phase.SLIDING
-        bx = 5 * body.ay / (2 * radius) if slides else ZERO
-        by = -5 * body.ax / (2 * radius) if slides else ZERO
-        numbers = (body.t, body.x, body.y, body.vx, body.vy, body.ax, body.ay)
-        numbers += (wx, wy, body.wz, bx, by, ZERO)
-        rows[k].append((*map(float, numbers), float(body.phase)))
-    return tuple(np.array(row, dtype=np.float64) for row in rows)
-
-
-__all__ = ["Enclosure", "certify", "certify_problem"]
+    settings = CertifiedSettings() if settings is None else settings
+    check_supported(NAME, CAPABILITIES, scene)
+    problem, ids = problem_of(scene), tuple(ball.id for ball in scene.balls)
+    if not cached:
+        return prove(problem, ids, settings, motion=motion)
+    key = cache.key_of(problem, ids, settings, motion)
+    certificate = cache.read(key)
+    if certificate is None:
+        certificate = prove(problem, ids, settings, motion=motion)
+        if certificate.ending != "time limit":  # another machine, or a quieter hour, gets further
+            cache.write(key, certificate)
+    return certificate

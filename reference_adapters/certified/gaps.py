@@ -89,6 +89,12 @@ class PairGap:
             self._relative = ((bx - ax, by - ay), (bvx - avx, bvy - avy), h)
         return self._relative
 
+    def _lag(self, body: Body) -> float:
+        """Return how long ago the body's instant was at `t` [s]; 0 where it doesn't matter."""
+        if body.order == self._later.order or body.resting:
+            return 0.0
+        return float(self.t - body.t)
+
     def _at_reference(self, body: Body) -> tuple[Vector, Vector]:
         if body.order == self._later.order or body.resting:
             return (body.x, body.y), (body.vx, body.vy)
@@ -143,8 +149,8 @@ class PairGap:
         a, b = self._a.quick, self._b.quick
         if not (a.exact_enough and b.exact_enough):
             return Bracket(UNSURE, 0.0, high)
-        now = self._later.quick.t
-        sa, sb = now - a.t, now - b.t
+        # Differences of instants are taken before rounding, which would be coarser.
+        sa, sb = self._lag(self._a), self._lag(self._b)
         rx = b.x + sb * (b.vx + 0.5 * sb * b.ax) - (a.x + sa * (a.vx + 0.5 * sa * a.ax))
         ry = b.y + sb * (b.vy + 0.5 * sb * b.ay) - (a.y + sa * (a.vy + 0.5 * sa * a.ay))
         vx, vy = b.vx + sb * b.ax - (a.vx + sa * a.ax), b.vy + sb * b.ay - (a.vy + sa * a.ay)
@@ -184,9 +190,7 @@ class CushionGap:
     def coefficients(self) -> list[arb]:
         """Coefficients from the constant up [m, m/s, m/s^2]."""
         body, n = self._body, self._across
-        x, v, a = (
-            (body.x, body.vx, body.ax) if self._along_x else (body.y, body.vy, body.ay)
-        )
+        x, v, a = (body.x, body.vx, body.ax) if self._along_x else (body.y, body.vy, body.ay)
         return [n * (x - self._line) - body.constants.radius, n * v, n * a / 2]
 
     def value(self, s: arb) -> arb:

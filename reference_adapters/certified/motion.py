@@ -31,6 +31,9 @@ from reference_adapters.certified.problem import BallNumbers, Problem
 _EXACT_ENOUGH = 1e-13
 """Relative width of a state up to which a search in doubles may stand for it; see `contacts`."""
 
+_SMALLEST, _LARGEST = 1e-60, 1e60
+"""Between these doubles neither over- nor underflow in products of four."""
+
 
 class Constants(NamedTuple):
     """What never changes about a ball."""
@@ -51,7 +54,6 @@ class Quick(NamedTuple):
     vy: float
     ax: float
     ay: float
-    t: float
     speed: float  # |vx| + |vy|
     pull: float  # |ax| + |ay|
     place: float  # |x| + |y|
@@ -200,19 +202,21 @@ class Body:
 
     def _in_doubles(self) -> Quick:
         x, y, vx, vy = float(self.x), float(self.y), float(self.vx), float(self.vy)
-        ax, ay, t = float(self.ax), float(self.ay), float(self.t)
+        ax, ay = float(self.ax), float(self.ay)
         speed, pull, place = abs(vx) + abs(vy), abs(ax) + abs(ay), abs(x) + abs(y)
-        most = _EXACT_ENOUGH
-        size = most * float(self.constants.radius)
+        most, radius = _EXACT_ENOUGH, float(self.constants.radius)
+        size = most * radius
         enough = (
-            radius_of(self.x) <= size
+            _SMALLEST < radius
+            and place + speed + pull < _LARGEST
+            and radius_of(self.x) <= size
             and radius_of(self.y) <= size
             and radius_of(self.t) * speed <= size
             and radius_of(self.t) <= most
             and radius_of(self.vx) + radius_of(self.vy) <= most * speed
             and radius_of(self.ax) + radius_of(self.ay) <= most * pull
         )
-        return Quick(x, y, vx, vy, ax, ay, t, speed, pull, place, enough)
+        return Quick(x, y, vx, vy, ax, ay, speed, pull, place, enough)
 
 
 def decayed(spin: arb, loss: arb) -> arb:

@@ -151,8 +151,8 @@ def refined(
             return None
         image = x - at / rate
         if ball.contains(image):
-            # Only what is in the bracket is known to be the first root.
-            return image if start <= image.upper() and image.lower() <= end else None
+            # Only of the bracket it is known that its root is the first one.
+            return image if low <= ball.lower() and ball.upper() <= high else None
         reach = 4 * reach
     return None
 

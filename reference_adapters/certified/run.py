@@ -19,6 +19,7 @@ from reference_adapters.certified.arithmetic import (
     ZERO,
     SustainedContactError,
     UndecidedError,
+    Vector,
     exactly,
 )
 from reference_adapters.certified.certificate import Choice
@@ -401,7 +402,9 @@ class Run:
         self.order += 1
         self._here = 0
         bodies = self.bodies
-        self._touching = {(i, j) for i, j in self._touching if bodies[i].resting and bodies[j].resting}
+        self._touching = {
+            (i, j) for i, j in self._touching if bodies[i].resting and bodies[j].resting
+        }
         self._railed = {(i, c) for i, c in self._railed if self._stays_on_rail(i, c)}
 
     def _stays_on_rail(self, i: int, cushion: int) -> bool:
@@ -431,7 +434,9 @@ class Run:
                 dt = (gap.t - body.t) + s
             places.append(body.position_after(dt))
             v, u = body.velocity_after(dt), body.slip_after(dt)
-            seen.append(seen_along(n, v, u, body.spin_after(self._elapsed(body, dt)), body.constants.radius))
+            seen.append(
+                seen_along(n, v, u, body.spin_after(self._elapsed(body, dt)), body.constants.radius)
+            )
         after = self._laws.collide(i, j, seen[0], seen[1])
         for k, body, place, ball in zip((i, j), chosen.bodies, places, after, strict=True):
             velocity, slip = seen_from_table(n, ball)
@@ -456,13 +461,27 @@ class Run:
         self._check_hop(chosen, rate, opening, 2 * body.constants.radius)
         n = (arb(-inward[0]), arb(-inward[1]))
         seen = seen_along(n, (vx, vy), u, body.spin_after(s), body.constants.radius)
-        velocity, slip = seen_from_table(n, self._laws.bounce(i, seen))
+        after = self._laws.bounce(i, seen)
+        velocity, slip = seen_from_table(n, after)
         if not self._problem.slides:
             slip = (ZERO, ZERO)
-        place = body.position_after(s)
-        wz = self._laws.bounce(i, seen).wz
+        place = self._at_cushion(chosen, body.position_after(s), s)
+        wz = after.wz
         self.bodies[i] = Body(body.constants, place, velocity, slip, wz, self.now, self.order)
         self._railed.add((i, cushion))
+
+    def _at_cushion(self, chosen: Candidate, place: Vector, s: arb) -> Vector:
+        """Return where a ball touches a cushion: across it there is no doubt.
+
+        But where a ball begins beyond it, by the rounding of the scene's numbers.
+        """
+        i, cushion = chosen.choice.a, chosen.choice.b
+        if s.is_zero() and (i, cushion) not in self._railed:
+            return place
+        line, radius = self._problem.noses[cushion], self._problem.balls[i].radius
+        assert line is not None
+        across = arb(exactly(line) + sum(SIDES[cushion]) * exactly(radius))
+        return (across, place[1]) if SIDES[cushion][0] else (place[0], across)
 
     def _check_hop(self, chosen: Candidate, rate: arb, opening: arb, diameter: arb) -> None:
         """Raise where a rebound would be too low to be followed: the contact is sustained."""
