@@ -53,12 +53,16 @@ class UndecidedError(Exception):
 
 
 class SustainedContactError(Exception):
-    """From here on balls press each other or a cushion, which has no closed form."""
+    """From here on balls press each other or a cushion, which has no closed form.
 
-    def __init__(self, what: str, choices: tuple[Choice, ...] = ()) -> None:
+    Attributes are those of `UndecidedError`.
+    """
+
+    def __init__(self, what: str, choices: tuple[Choice, ...], t: arb) -> None:
         super().__init__(what)
         self.what = what
         self.choices = choices
+        self.t = t
 
 
 def exactly(value: float) -> fmpq:
@@ -78,7 +82,10 @@ def length(x: arb, y: arb) -> arb:
         return abs(x)
     if x.is_zero():
         return abs(y)
-    return (x * x + y * y).nonnegative_part().sqrt()
+    square = x * x + y * y
+    if square > 0:
+        return square.sqrt()
+    return ZERO.union(square.upper().sqrt())
 
 
 def unit(x: arb, y: arb, what: str) -> Vector:

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.errors import GhostballError
-from engine.result import CUSHIONS, EventKind
+from engine.result import EventKind
+from engine.scene import CUSHIONS
 
 Ending = Literal[
     "proved", "ambiguous", "sustained contact", "precision cap", "event limit", "time limit"
@@ -166,7 +167,7 @@ class Certificate:
         With which it was proved.
     events : tuple of CertifiedEvent, in order of time
     t_end : Enclosure [s]
-        When the last ball rests and no longer spins, or `t_max`; or the last instant that is proved.
+        When the last ball rests and no longer spins, or `t_max`; or the last event proved.
     rested : bool
         Whether every ball rests at `t_end`.
     positions, velocities, spins : tuple of tuples of Enclosure [m], [m/s], [rad/s]

@@ -53,15 +53,15 @@ class Gap(Protocol):
     """What closes it."""
 
     def coefficients(self) -> list[arb]:
-        """Coefficients, from the constant up."""
+        """Return the coefficients, from the constant up."""
         ...
 
     def value(self, s: arb) -> arb:
-        """The gap after a time s [s]."""
+        """Return the gap after a time s [s]."""
         ...
 
     def slope(self, s: arb) -> arb:
-        """Its derivative after a time s [s]."""
+        """Return its derivative after a time s [s]."""
         ...
 
     def quick(self, high: float) -> Bracket:
@@ -81,7 +81,7 @@ class PairGap:
         self._relative: tuple[Vector, Vector, Vector] | None = None
 
     def _terms(self) -> tuple[Vector, Vector, Vector]:
-        """Position, velocity and half the acceleration of b relative to a, at `t`."""
+        """Return position, velocity and half the acceleration of b relative to a, at `t`."""
         if self._relative is None:
             (ax, ay), (avx, avy) = self._at_reference(self._a)
             (bx, by), (bvx, bvy) = self._at_reference(self._b)
@@ -102,7 +102,7 @@ class PairGap:
         return body.position_after(s), body.velocity_after(s)
 
     def coefficients(self) -> list[arb]:
-        """Coefficients from the constant up [m^2, m^2/s ...]."""
+        """Return the coefficients from the constant up [m^2, m^2/s ...]."""
         (rx, ry), (vx, vy), (hx, hy) = self._terms()
         return [
             rx * rx + ry * ry - self.reach * self.reach,
@@ -113,32 +113,32 @@ class PairGap:
         ]
 
     def offset(self, s: arb) -> Vector:
-        """Position of b relative to a after a time s [m]."""
+        """Return the position of b relative to a after a time s [m]."""
         (rx, ry), (vx, vy), (hx, hy) = self._terms()
         return (rx + s * (vx + s * hx), ry + s * (vy + s * hy))
 
     def rate(self, s: arb) -> Vector:
-        """Velocity of b relative to a after a time s [m/s]."""
+        """Return the velocity of b relative to a after a time s [m/s]."""
         _, (vx, vy), (hx, hy) = self._terms()
         return (vx + 2 * s * hx, vy + 2 * s * hy)
 
     def pull(self) -> Vector:
-        """Acceleration of b relative to a [m/s^2]."""
+        """Return the acceleration of b relative to a [m/s^2]."""
         _, _, (hx, hy) = self._terms()
         return (2 * hx, 2 * hy)
 
     def value(self, s: arb) -> arb:
-        """Gap after a time s, from the positions: narrower than by powers of s."""
+        """Return the gap after a time s, from the positions: narrower than by powers of s."""
         x, y = self.offset(s)
         return x * x + y * y - self.reach * self.reach
 
     def slope(self, s: arb) -> arb:
-        """Derivative of the gap after a time s."""
+        """Return the derivative of the gap after a time s."""
         (x, y), (vx, vy) = self.offset(s), self.rate(s)
         return 2 * (x * vx + y * vy)
 
     def normal(self, s: arb, touching: bool) -> Vector:
-        """Unit normal from a to b where they touch, after a time s."""
+        """Return the unit normal from a to b where they touch, after a time s."""
         x, y = self.offset(s)
         if x.is_zero() or y.is_zero() or not touching:
             return unit(x, y, "where two balls meet")
@@ -188,18 +188,18 @@ class CushionGap:
         self._along_x = nx != 0
 
     def coefficients(self) -> list[arb]:
-        """Coefficients from the constant up [m, m/s, m/s^2]."""
+        """Return the coefficients from the constant up [m, m/s, m/s^2]."""
         body, n = self._body, self._across
         x, v, a = (body.x, body.vx, body.ax) if self._along_x else (body.y, body.vy, body.ay)
         return [n * (x - self._line) - body.constants.radius, n * v, n * a / 2]
 
     def value(self, s: arb) -> arb:
-        """Gap after a time s [m]."""
+        """Return the gap after a time s [m]."""
         c0, c1, c2 = self.coefficients()
         return c0 + s * (c1 + s * c2)
 
     def slope(self, s: arb) -> arb:
-        """Its rate after a time s [m/s]."""
+        """Return its rate after a time s [m/s]."""
         _, c1, c2 = self.coefficients()
         return c1 + 2 * s * c2
 
@@ -261,7 +261,7 @@ def meeting_again(gap: Gap, high: float, bits: int) -> Meeting | None:
     if rest[0].is_zero():
         rest = rest[1:]
         if rest[0] < 0:
-            raise SustainedContactError("pressed together", (gap.choice,))
+            raise SustainedContactError("pressed together", (gap.choice,), gap.t)
     if not rest[0] > 0:
         raise UndecidedError("whether they part or press", (gap.choice,), gap.t)
     divided = _Divided(rest, gap)
@@ -280,7 +280,7 @@ def _after_overlap(gap: Gap, coefficients: list[arb], high: float, bits: int) ->
     if rate < 0:
         return Meeting(ZERO, gap.t, 0.0)
     if rate.is_zero() and pull < 0:
-        raise SustainedContactError("pressed together", (gap.choice,))
+        raise SustainedContactError("pressed together", (gap.choice,), gap.t)
     left = first_entry([-c for c in coefficients], 0.0, high, bits)
     if left.verdict != ROOT:
         return Meeting(None, gap.t, 0.0)

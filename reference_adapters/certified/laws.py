@@ -53,7 +53,6 @@ class Laws:
     """The laws of impacts of one problem, in the precision at hand."""
 
     def __init__(self, problem: Problem) -> None:
-        self._slides = problem.slides
         self._restitution = arb(problem.ball_restitution)
         self._friction = None if problem.ball_friction is None else arb(problem.ball_friction)
         self._rubs = problem.ball_friction != 0.0
@@ -94,7 +93,7 @@ class Laws:
         )
 
     def _part(self, along: arb, up: arb, approach: arb) -> arb:
-        """What part of the slip the friction of an impact takes, over the reduced mass."""
+        """Return what part of the slip the friction of an impact takes, over the reduced mass."""
         slip = length(along, up)
         mu = self._friction
         if mu is None:
@@ -160,7 +159,7 @@ def _exchanged(own: Seen, other: Seen, part: arb) -> Seen:
 def _capped(most: arb, slip: arb) -> arb:
     """Return what part of a slip a friction of at most `most` takes, no more than 2/7.
 
-    It rises with `most` and falls with the slip, so where the slip may be 0 the ends give the range.
+    It rises with `most` and falls with the slip: where the slip may be 0, the ends give the range.
     """
     limit = arb(STICKING)
     if most.is_zero():

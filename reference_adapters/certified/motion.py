@@ -161,31 +161,31 @@ class Body:
         return EventKind.ROLL_TO_REST if stops else EventKind.SLIDE_TO_ROLL
 
     def _final_velocity(self) -> Vector:
-        """Velocity with which the phase ends."""
+        """Return the velocity with which the phase ends."""
         if self.phase is Phase.ROLLING:
             return (ZERO, ZERO)
         # One quotient, so that equal numbers leave exactly 0.
         return ((7 * self.vx - 2 * self.ux) / 7, (7 * self.vy - 2 * self.uy) / 7)
 
     def position_after(self, s: arb) -> Vector:
-        """Centre after a time s of this phase [m]."""
+        """Return the centre after a time s of this phase [m]."""
         return (
             self.x + s * (self.vx + s * self.ax / 2),
             self.y + s * (self.vy + s * self.ay / 2),
         )
 
     def velocity_after(self, s: arb) -> Vector:
-        """Velocity after a time s of this phase [m/s]."""
+        """Return the velocity after a time s of this phase [m/s]."""
         return (self.vx + s * self.ax, self.vy + s * self.ay)
 
     def slip_after(self, s: arb) -> Vector:
-        """Slip after a time s of this phase [m/s]."""
+        """Return the slip after a time s of this phase [m/s]."""
         if self.phase is not Phase.SLIDING:
             return (ZERO, ZERO)
         return (self.ux + 7 * s * self.ax / 2, self.uy + 7 * s * self.ay / 2)
 
     def spin_after(self, s: arb) -> arb:
-        """Spin about the vertical after a time s [rad/s]: it decays linearly to 0, in any phase."""
+        """Return the spin about the vertical after a time s [rad/s]: it decays in any phase."""
         return decayed(self.wz, s * self.constants.spinning)
 
     def after_phase(self, t: arb, order: int) -> Body:
@@ -207,7 +207,7 @@ class Body:
         most, radius = _EXACT_ENOUGH, float(self.constants.radius)
         size = most * radius
         enough = (
-            _SMALLEST < radius
+            radius > _SMALLEST
             and place + speed + pull < _LARGEST
             and radius_of(self.x) <= size
             and radius_of(self.y) <= size

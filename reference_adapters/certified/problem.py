@@ -55,9 +55,13 @@ def problem_of(scene: Scene) -> Problem:
     spinning = scene.spinning_friction_rates
     balls = tuple(
         BallNumbers(
-            *ball.position[:2],
-            *ball.velocity[:2],
-            *(float(w) for w in spins[i]),
+            x=ball.position[0],
+            y=ball.position[1],
+            vx=ball.velocity[0],
+            vy=ball.velocity[1],
+            wx=float(spins[i, 0]),
+            wy=float(spins[i, 1]),
+            wz=float(spins[i, 2]),
             rolls=bool(rolls[i]),
             radius=ball.radius,
             mass=ball.mass,

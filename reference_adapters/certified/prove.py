@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from flint import arb
@@ -15,6 +16,7 @@ from reference_adapters.certified.arithmetic import (
     SustainedContactError,
     UndecidedError,
     enclosure_of,
+    radius_of,
     working_precision,
 )
 from reference_adapters.certified.certificate import (
@@ -29,95 +31,100 @@ from reference_adapters.certified.run import Run
 from reference_adapters.certified.settings import CertifiedSettings
 
 
+class _Stop(NamedTuple):
+    """Where one run ended, and why."""
+
+    ending: Ending
+    what: str = ""
+    choices: tuple[Choice, ...] = ()
+    t: arb = ZERO
+    final: bool = True  # whether more precision can't get any further
+
+
 def prove(
     problem: Problem, ids: tuple[str, ...], settings: CertifiedSettings, *, motion: bool
 ) -> Certificate:
-    """Prove what happens in a problem whose balls have these names.
+    """Prove what happens in a problem whose balls have these names, as far as it can be proved.
 
     With `motion` the motion between events is kept, too.
     """
     started = time.perf_counter()
-    deadline = started + settings.time_limit
-    stop: tuple[int, str, tuple[Choice, ...]] | None = None
-    for bits in _precisions(settings.start_precision, settings.max_precision):
-        last = 2 * bits > settings.max_precision
+    before: tuple[int, str, tuple[Choice, ...]] | None = None
+    for bits in _precisions(settings):
         with working_precision(bits):
             run = Run(problem, bits)
-            ending, reason, choices, decided = "proved", "", (), True
-            try:
-                ending = run.go(settings.max_events, deadline)
-                if ending == "proved":
-                    end = run.end_instant()
-            except SustainedContactError as error:
-                ending = "sustained contact"
-                choices = error.choices
-                reason = _sentence(f"{error.what}, sustained from here on", choices, ids, run.now)
-            except UndecidedError as error:
-                # Where more bits don't get any further, they are equal for all that can be known.
-                here = (len(run.events), error.what, error.choices)
-                decided = error.exact
-                ending = "ambiguous" if error.exact or here == stop else "precision cap"
-                stop = here
-                choices = error.choices
-                reason = _sentence(f"can't tell {error.what}", choices, ids, error.t)
-                if ending == "precision cap":
-                    reason += f" in {bits} bits (`max_precision`)"
-            certificate = None
-            if ending == "proved":
-                certificate = _certificate(run, ending, "", (), end, started, motion)
-                decided = certificate.widest <= settings.width
-                if not decided:
-                    certificate = None
-                    if last:
-                        ending = "precision cap"
-                        reason = f"positions are wider than {settings.width:g} m in {bits} bits (`max_precision`)"
-            if decided or last or time.perf_counter() > deadline:
-                if certificate is None:
-                    if ending == "event limit":
-                        reason = f"{settings.max_events} events (`max_events`) by t = {float(run.now):.9g} s"
-                    elif ending == "time limit":
-                        reason = (
-                            f"{settings.time_limit:g} s of computing (`time_limit`) by t = "
-                            f"{float(run.now):.9g} s"
-                        )
-                    end = run.end_instant() if run.ended else run.now
-                    certificate = _certificate(run, ending, reason, choices, end, started, motion)
-                return certificate
-    raise AssertionError("there is a last precision")
+            stop = _attempt(run, settings, started + settings.time_limit)
+            if not stop.final:
+                here = (len(run.events), stop.what, stop.choices)
+                if 2 * bits > settings.max_precision:
+                    # Where the last doubling didn't get any further, it's for all we know a tie.
+                    stop = stop._replace(
+                        ending="ambiguous" if here == before else "precision cap", final=True
+                    )
+                elif time.perf_counter() > started + settings.time_limit:
+                    stop = _Stop("time limit", t=run.now)
+                before = here
+            if stop.final:
+                seconds = time.perf_counter() - started
+                return _certificate(run, stop, _reason(stop, ids, settings), seconds, motion)
+    raise AssertionError("the last precision is final")
 
 
-def _precisions(start: int, most: int) -> Iterator[int]:
-    bits = min(start, most)
-    while bits <= most:
+def _precisions(settings: CertifiedSettings) -> Iterator[int]:
+    bits = min(settings.start_precision, settings.max_precision)
+    while bits <= settings.max_precision:
         yield bits
         bits *= 2
 
 
-def _sentence(what: str, choices: tuple[Choice, ...], ids: tuple[str, ...], t: arb) -> str:
-    named = "; ".join(choice.describe(ids) for choice in choices)
-    return f"{what}{': ' if named else ''}{named}, at t = {float(t):.17g} s"
+def _attempt(run: Run, settings: CertifiedSettings, deadline: float) -> _Stop:
+    """Run in one precision, and say where and why it ended."""
+    try:
+        ending = run.go(settings.max_events, deadline)
+        if ending != "proved":
+            return _Stop(ending, t=run.now)
+        end = run.end_instant()
+    except SustainedContactError as error:
+        return _Stop("sustained contact", error.what, error.choices, error.t)
+    except UndecidedError as error:
+        return _Stop("ambiguous", error.what, error.choices, error.t, final=error.exact)
+    widest = max(radius_of(x) for body in run.bodies for x in _state_at(body, end)[0])
+    if 2.0 * widest > settings.width:
+        return _Stop("precision cap", f"positions to {settings.width:g} m", t=end, final=False)
+    return _Stop("proved", t=end)
 
 
-def _certificate(
-    run: Run,
-    ending: str,
-    reason: str,
-    choices: tuple[Choice, ...],
-    end: arb,
-    started: float,
-    motion: bool,
-) -> Certificate:
+def _reason(stop: _Stop, ids: tuple[str, ...], settings: CertifiedSettings) -> str:
+    """Return the sentence that says why a proof ended early."""
+    named = "; ".join(choice.describe(ids) for choice in stop.choices)
+    colon = ": " if named else ""
+    at = f"{colon}{named}, at t = {float(stop.t):.17g} s"
+    if stop.ending == "ambiguous":
+        return f"can't tell {stop.what}{at}"
+    if stop.ending == "precision cap":
+        cap = f"{settings.max_precision} bits (`max_precision`) don't tell"
+        return f"{cap} {stop.what}{at}. Raise it"
+    if stop.ending == "sustained contact":
+        return f"{stop.what}, sustained from here on{at}"
+    if stop.ending == "event limit":
+        return f"{settings.max_events} events (`max_events`){at}"
+    if stop.ending == "time limit":
+        return f"{settings.time_limit:g} s of computing (`time_limit`){at}"
+    return ""
+
+
+def _certificate(run: Run, stop: _Stop, reason: str, seconds: float, motion: bool) -> Certificate:
     positions, velocities, spins = [], [], []
+    end = stop.t if stop.ending == "proved" else run.now
     for body in run.bodies:
         place, velocity, spin = _state_at(body, end)
         positions.append(tuple(map(enclosure_of, place)))
         velocities.append(tuple(map(enclosure_of, velocity)))
         spins.append(tuple(map(enclosure_of, spin)))
-    named: Ending = ending  # type: ignore[assignment]
     return Certificate(
-        ending=named,
+        ending=stop.ending,
         reason=reason,
-        choices=choices,
+        choices=stop.choices,
         precision=run.bits,
         events=tuple(
             CertifiedEvent(choice.kind, choice.a, choice.b, enclosure_of(t), tie)
@@ -128,7 +135,7 @@ def _certificate(
         positions=tuple(positions),
         velocities=tuple(velocities),
         spins=tuple(spins),
-        seconds=time.perf_counter() - started,
+        seconds=seconds,
         knots=_knots(run) if motion else None,
     )
 
@@ -155,7 +162,7 @@ def _knots(run: Run) -> tuple[NDArray[np.float64], ...]:
         radius, slides = body.constants.radius, body.phase is Phase.SLIDING
         bx = 5 * body.ay / (2 * radius) if slides else ZERO
         by = -5 * body.ax / (2 * radius) if slides else ZERO
-        numbers = (body.t, body.x, body.y, body.vx, body.vy, body.ax, body.ay)
-        numbers += (wx, wy, body.wz, bx, by, ZERO)
+        place = (body.t, body.x, body.y, body.vx, body.vy, body.ax, body.ay)
+        numbers = (*place, wx, wy, body.wz, bx, by, ZERO)
         rows[k].append((*map(float, numbers), float(body.phase)))
     return tuple(np.array(row, dtype=np.float64) for row in rows)

@@ -22,7 +22,7 @@ from reference_adapters.certified.arithmetic import (
     Vector,
     exactly,
 )
-from reference_adapters.certified.certificate import Choice
+from reference_adapters.certified.certificate import Choice, Ending
 from reference_adapters.certified.gaps import (
     SIDES,
     CushionGap,
@@ -32,7 +32,7 @@ from reference_adapters.certified.gaps import (
     meeting,
     meeting_again,
 )
-from reference_adapters.certified.laws import Laws, seen_along, seen_from_table
+from reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
 from reference_adapters.certified.motion import Body, body_at_start
 from reference_adapters.certified.problem import Problem
 from reference_adapters.certified.roots import NONE, Bracket
@@ -82,7 +82,9 @@ class Candidate:
 
     def _key(self) -> float:
         if self.meeting is not None:
-            return math.nextafter(float(self.meeting.t.lower()), -math.inf)
+            key = math.nextafter(float(self.meeting.t.lower()), -math.inf)
+            # Where numbers have become too wide for anything: first of all, and undecided.
+            return key if math.isfinite(key) else -math.inf
         assert self.gap is not None
         assert self.bracket is not None
         earliest = float(self.gap.t.lower()) + self.bracket.low
@@ -98,6 +100,17 @@ class Candidate:
                 return False
             self.key = self._key()
         return True
+
+    @property
+    def instant(self) -> arb:
+        """When it happens; or, where that can't be told, an instant before which it doesn't [s]."""
+        assert self.meeting is not None
+        return self.meeting.t
+
+    @property
+    def rank(self) -> tuple[int, int, int]:
+        """Its place among events of one instant: by kind, then by ball."""
+        return (int(self.choice.kind), self.choice.a, self.choice.b)
 
     @property
     def balls(self) -> tuple[int, ...]:
@@ -140,7 +153,7 @@ class Run:
         self._touching: set[tuple[int, int]] = set()
         self._railed: set[tuple[int, int]] = set()
 
-    def go(self, max_events: int, deadline: float) -> str:
+    def go(self, max_events: int, deadline: float) -> Ending:
         """Run on until the end, `max_events` events, or `deadline` of `time.perf_counter`.
 
         Returns "proved", "event limit" or "time limit".
@@ -166,16 +179,16 @@ class Run:
                 return "proved"
             self._resolve(chosen)
             self.events.append((chosen.choice, self.now, tie))
+            for k in chosen.balls:
+                self.knots.append((k, self.bodies[k]))
+            self._predict_touched(chosen.balls)
 
     # -- what may come next ----------------------------------------------------------------------
 
     def _begin(self) -> None:
         balls = self._problem.balls
         for i, ball in enumerate(balls):
-            try:
-                self.bodies.append(body_at_start(ball, self._problem))
-            except UndecidedError as error:
-                raise UndecidedError(error.what, (Choice(EventKind.ROLL_TO_REST, i, -1),)) from None
+            self.bodies.append(body_at_start(ball, self._problem))
             self.knots.append((i, self.bodies[i]))
         self._note_contacts()
         for i in range(len(balls)):
@@ -226,13 +239,12 @@ class Run:
                 if found is not None:
                     self._push(Candidate(gap.choice, (body,), gap, None, found))
                 continue
-            self._push_quick(Candidate, gap, (body,), gap.quick(high))
+            self._push_quick(gap, (body,), high)
 
-    def _push_quick(
-        self, make: type[Candidate], gap: PairGap | CushionGap, bodies: tuple[Body, ...], b: Bracket
-    ) -> None:
-        if b.verdict != NONE:
-            self._push(make(gap.choice, bodies, gap, b, None))
+    def _push_quick(self, gap: PairGap | CushionGap, bodies: tuple[Body, ...], high: float) -> None:
+        bracket = gap.quick(high)
+        if bracket.verdict != NONE:
+            self._push(Candidate(gap.choice, bodies, gap, bracket, None))
 
     def _predict_pair(self, i: int, j: int) -> None:
         """Predict when balls i < j meet, while both go on as they do."""
@@ -247,9 +259,9 @@ class Run:
             if found is not None:
                 self._push(Candidate(gap.choice, (a, b), gap, None, found))
             elif not (a.resting and b.resting) and self._moves_as_one(gap):
-                raise SustainedContactError("they move as one", (gap.choice,))
+                raise SustainedContactError("they move as one", (gap.choice,), gap.t)
             return
-        self._push_quick(Candidate, gap, (a, b), gap.quick(high))
+        self._push_quick(gap, (a, b), high)
 
     @staticmethod
     def _moves_as_one(gap: PairGap) -> bool:
@@ -271,15 +283,14 @@ class Run:
         group = self._first_group()
         if not group:
             return None, False
-        first = min(group, key=lambda c: (float(c.meeting.t.mid()), c.choice.kind, c.choice.a))  # type: ignore[union-attr]
-        for c in group:
-            assert c.meeting is not None
-            assert first.meeting is not None
-            if c.meeting.t.mid() < first.meeting.t.mid():
+        first = group[0]
+        for c in group[1:]:
+            earlier, later = c.instant.mid(), first.instant.mid()
+            if earlier < later or (earlier == later and c.rank < first.rank):
                 first = c
         assert first.meeting is not None
-        t = first.meeting.t
-        rivals = [c for c in group if c is not first and not self._after(c, first)]
+        t = first.instant
+        rivals = [c for c in group if c is not first and not c.instant > t]
         if self._t_max is not None:
             if t > self._t_max:
                 return None, False
@@ -309,9 +320,8 @@ class Run:
                     self._push(candidate)
                 continue
             group.append(candidate)
-            assert candidate.meeting is not None
-            upper = float(candidate.meeting.t.upper())
             if candidate.meeting.s is not None:
+                upper = float(candidate.instant.upper())
                 latest = min(latest, math.nextafter(upper, math.inf))
         return group
 
@@ -321,19 +331,11 @@ class Run:
             for k, body in zip(candidate.balls, candidate.bodies, strict=True)
         )
 
-    @staticmethod
-    def _after(c: Candidate, first: Candidate) -> bool:
-        """Whether `c` surely comes after `first`."""
-        assert c.meeting is not None
-        assert first.meeting is not None
-        return bool(c.meeting.t > first.meeting.t)
-
     def _check_tie(
         self, first: Candidate, rivals: list[Candidate], choices: tuple[Choice, ...]
     ) -> None:
         """Let events pass that can't be ordered but needn't be; raise for the others."""
-        assert first.meeting is not None
-        t = first.meeting.t
+        t = first.instant
         for c in rivals:
             assert c.meeting is not None
             if c.meeting.s is None or set(c.balls) & set(first.balls):
@@ -347,7 +349,7 @@ class Run:
             raise UndecidedError("whether the order matters", choices, t)
 
     def _isolated(self, candidate: Candidate, t: arb, width: float) -> bool:
-        """Whether no other ball is so near to a candidate's that either can feel it within `width`."""
+        """Whether no other ball is near enough to a candidate's to feel it within `width` [s]."""
         reach = 4.0 * _SPEED_LIMIT * width + 1e-12
         for k in candidate.balls:
             x, y = self._place(k, t)
@@ -367,27 +369,36 @@ class Run:
     # -- what it does ----------------------------------------------------------------------------
 
     def _resolve(self, chosen: Candidate) -> None:
+        """Move the clock to an event, and its balls on from there.
+
+        Nothing is changed where the outcome can't be told.
+        """
         found, choice = chosen.meeting, chosen.choice
         assert found is not None
         assert found.s is not None
-        if found.t is self.now:
-            self._here += 1
-            if self._here > _SAME_INSTANT:
-                raise SustainedContactError("impacts without end at one instant", (choice,))
-        else:
-            self._start_instant(found.t)
+        same = found.t is self.now
+        if same and self._here == _SAME_INSTANT:
+            raise SustainedContactError("impacts without end at one instant", (choice,), self.now)
+        order = self.order if same else self.order + 1
         try:
             if choice.kind is EventKind.BALL_BALL:
-                self._collide(chosen, found.s)
+                bodies = self._collided(chosen, found, order)
             elif choice.kind is EventKind.BALL_CUSHION:
-                self._bounce(chosen, found.s)
+                bodies = (self._bounced(chosen, found, order),)
             else:
-                self.bodies[choice.a] = chosen.bodies[0].after_phase(self.now, self.order)
+                bodies = (chosen.bodies[0].after_phase(found.t, order),)
         except UndecidedError as error:
-            raise UndecidedError(error.what, error.choices or (choice,), self.now) from None
-        for k in chosen.balls:
-            self.knots.append((k, self.bodies[k]))
-        self._predict_touched(chosen.balls)
+            raise UndecidedError(error.what, (choice,), found.t) from None
+        if same:
+            self._here += 1
+        else:
+            self._start_instant(found.t)
+        for k, body in zip(chosen.balls, bodies, strict=True):
+            self.bodies[k] = body
+        if choice.kind is EventKind.BALL_BALL:
+            self._touching.add((choice.a, choice.b))
+        elif choice.kind is EventKind.BALL_CUSHION:
+            self._railed.add((choice.a, choice.b))
 
     def _predict_touched(self, balls: tuple[int, ...]) -> None:
         for k in balls:
@@ -412,63 +423,54 @@ class Run:
         v, a = (body.vx, body.ax) if SIDES[cushion][0] else (body.vy, body.ay)
         return bool(v.is_zero() and a.is_zero())
 
-    def _collide(self, chosen: Candidate, s: arb) -> None:
-        gap = chosen.gap
+    def _collided(self, chosen: Candidate, found: Meeting, order: int) -> tuple[Body, ...]:
+        """Return both balls after their impact."""
+        gap, s, t = chosen.gap, found.s, found.t
         assert isinstance(gap, PairGap)
-        i, j = chosen.choice.a, chosen.choice.b
-        touching = not s.is_zero() or (i, j) in self._touching
-        n = gap.normal(s, touching)
+        assert s is not None
+        i, j = chosen.balls
+        n = gap.normal(s, touching=not s.is_zero() or (i, j) in self._touching)
         (vx, vy), (ax, ay) = gap.rate(s), gap.pull()
-        rate = n[0] * vx + n[1] * vy
-        across = n[0] * vy - n[1] * vx
+        rate, across = n[0] * vx + n[1] * vy, n[0] * vy - n[1] * vx
         opening = across * across / gap.reach + n[0] * ax + n[1] * ay
-        self._check_hop(chosen, rate, opening, gap.reach)
+        self._check_hop(chosen, t, rate, opening, gap.reach)
         places, seen = [], []
         for body in chosen.bodies:
-            # Of the two instants the later is the gap's: its s is the narrower one.
-            if body.resting:
-                dt = ZERO
-            elif body.t is gap.t:
-                dt = s
-            else:
-                dt = (gap.t - body.t) + s
-            places.append(body.position_after(dt))
-            v, u = body.velocity_after(dt), body.slip_after(dt)
-            seen.append(
-                seen_along(n, v, u, body.spin_after(self._elapsed(body, dt)), body.constants.radius)
-            )
+            # The gap's own time is narrower than a difference of instants.
+            dt = s if body.t is gap.t else (gap.t - body.t) + s
+            moved = ZERO if body.resting else dt
+            places.append(body.position_after(moved))
+            v, u = body.velocity_after(moved), body.slip_after(moved)
+            seen.append(seen_along(n, v, u, body.spin_after(dt), body.constants.radius))
         after = self._laws.collide(i, j, seen[0], seen[1])
-        for k, body, place, ball in zip((i, j), chosen.bodies, places, after, strict=True):
-            velocity, slip = seen_from_table(n, ball)
-            if not self._problem.slides:
-                slip = (ZERO, ZERO)
-            self.bodies[k] = Body(
-                body.constants, place, velocity, slip, ball.wz, self.now, self.order
-            )
-        self._touching.add((i, j))
+        return tuple(
+            self._sent_off(body, n, place, ball, t, order)
+            for body, place, ball in zip(chosen.bodies, places, after, strict=True)
+        )
 
-    def _elapsed(self, body: Body, dt: arb) -> arb:
-        """Return the time since a body's instant; a resting one's spin decays, too."""
-        return self.now - body.t if body.resting and not body.wz.is_zero() else dt
-
-    def _bounce(self, chosen: Candidate, s: arb) -> None:
+    def _bounced(self, chosen: Candidate, found: Meeting, order: int) -> Body:
+        """Return a ball after it met a cushion."""
+        body, s, t = chosen.bodies[0], found.s, found.t
+        assert s is not None
         i, cushion = chosen.choice.a, chosen.choice.b
-        body = chosen.bodies[0]
         inward = SIDES[cushion]
         (vx, vy), u = body.velocity_after(s), body.slip_after(s)
         rate = inward[0] * vx + inward[1] * vy
         opening = inward[0] * body.ax + inward[1] * body.ay
-        self._check_hop(chosen, rate, opening, 2 * body.constants.radius)
+        self._check_hop(chosen, t, rate, opening, 2 * body.constants.radius)
         n = (arb(-inward[0]), arb(-inward[1]))
         seen = seen_along(n, (vx, vy), u, body.spin_after(s), body.constants.radius)
         after = self._laws.bounce(i, seen)
+        place = self._at_cushion(chosen, body.position_after(s), s)
+        return self._sent_off(body, n, place, after, t, order)
+
+    def _sent_off(
+        self, body: Body, n: Vector, place: Vector, after: Seen, t: arb, order: int
+    ) -> Body:
         velocity, slip = seen_from_table(n, after)
         if not self._problem.slides:
-            slip = (ZERO, ZERO)
-        place = self._at_cushion(chosen, body.position_after(s), s)
-        wz = after.wz
-        self.bodies[i] = Body(body.constants, place, velocity, slip, wz, self.now, self.order)
-        self._railed.add((i, cushion))
+            slip = (ZERO, ZERO)  # a ball that always rolls has the spin of its velocity
+        return Body(body.constants, place, velocity, slip, after.wz, t, order)
 
     def _at_cushion(self, chosen: Candidate, place: Vector, s: arb) -> Vector:
         """Return where a ball touches a cushion: across it there is no doubt.
@@ -483,15 +485,16 @@ class Run:
         across = arb(exactly(line) + sum(SIDES[cushion]) * exactly(radius))
         return (across, place[1]) if SIDES[cushion][0] else (place[0], across)
 
-    def _check_hop(self, chosen: Candidate, rate: arb, opening: arb, diameter: arb) -> None:
+    @staticmethod
+    def _check_hop(chosen: Candidate, t: arb, rate: arb, opening: arb, diameter: arb) -> None:
         """Raise where a rebound would be too low to be followed: the contact is sustained."""
         square = rate * rate
         most = 2 * HOP * diameter * arb.max(-opening, ZERO)
         if square > most:
             return
         if opening < 0 and square <= most:
-            raise SustainedContactError("pressed together", (chosen.choice,))
-        raise UndecidedError("whether they bounce or stay in contact", (chosen.choice,), self.now)
+            raise SustainedContactError("pressed together", (chosen.choice,), t)
+        raise UndecidedError("whether they bounce or stay in contact", (chosen.choice,), t)
 
     def end_instant(self) -> arb:
         """Return when everything is over: `t_max`, or the last centre rests and the last spin ends.
