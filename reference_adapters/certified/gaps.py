@@ -211,7 +211,7 @@ class CushionGap:
         x, v, a = (q.x, q.vx, q.ax) if self._along_x else (q.y, q.vy, q.ay)
         radius = float(self._body.constants.radius)
         size = abs(x) + abs(self._line) + radius
-        gap = (n * (x - self._line) - radius, n * v, 0.5 * n * a)
+        gap = (n * (x - self._line) - radius, n * v, 0.5 * n * a, 0.0, 0.0)
 
         def margin(s: float) -> float:
             return _QUICK_ERROR * (size + s * (q.speed + s * q.pull))

@@ -35,10 +35,10 @@ class _Stop(NamedTuple):
     """Where one run ended, and why."""
 
     ending: Ending
-    what: str = ""
-    choices: tuple[Choice, ...] = ()
-    t: arb = ZERO
-    final: bool = True  # whether more precision can't get any further
+    what: str
+    choices: tuple[Choice, ...]
+    t: arb
+    final: bool  # whether more precision can't get any further
 
 
 def prove(
@@ -49,25 +49,31 @@ def prove(
     With `motion` the motion between events is kept, too.
     """
     started = time.perf_counter()
-    before: tuple[int, str, tuple[Choice, ...]] | None = None
+    deadline = started + settings.time_limit
+    before: _Stop | None = None
     for bits in _precisions(settings):
         with working_precision(bits):
             run = Run(problem, bits)
-            stop = _attempt(run, settings, started + settings.time_limit)
-            if not stop.final:
-                here = (len(run.events), stop.what, stop.choices)
-                if 2 * bits > settings.max_precision:
-                    # Where the last doubling didn't get any further, it's for all we know a tie.
-                    stop = stop._replace(
-                        ending="ambiguous" if here == before else "precision cap", final=True
-                    )
-                elif time.perf_counter() > started + settings.time_limit:
-                    stop = _Stop("time limit", t=run.now)
-                before = here
+            stop = _attempt(run, settings, deadline)
+            if not stop.final and time.perf_counter() > deadline:
+                stop = stop._replace(ending="time limit", final=True)
+            if not stop.final and 2 * bits > settings.max_precision:
+                stop = _at_the_cap(stop, before)
             if stop.final:
                 seconds = time.perf_counter() - started
                 return _certificate(run, stop, _reason(stop, ids, settings), seconds, motion)
+            before = stop
     raise AssertionError("the last precision is final")
+
+
+def _at_the_cap(stop: _Stop, before: _Stop | None) -> _Stop:
+    """Return what to call an end that more bits might have moved."""
+    if stop.ending not in ("ambiguous", "proved"):
+        return stop._replace(final=True)
+    # Where the last doubling didn't get any further, the numbers are equal for all we know.
+    same = before is not None and (stop.what, stop.choices) == (before.what, before.choices)
+    tie = stop.ending == "ambiguous" and same
+    return stop._replace(ending="ambiguous" if tie else "precision cap", final=True)
 
 
 def _precisions(settings: CertifiedSettings) -> Iterator[int]:
@@ -81,17 +87,15 @@ def _attempt(run: Run, settings: CertifiedSettings, deadline: float) -> _Stop:
     """Run in one precision, and say where and why it ended."""
     try:
         ending = run.go(settings.max_events, deadline)
-        if ending != "proved":
-            return _Stop(ending, t=run.now)
-        end = run.end_instant()
+        end = run.end_instant() if run.ended else run.now
+        stop = _Stop(ending, f"positions to {settings.width:g} m", (), end, True)
     except SustainedContactError as error:
-        return _Stop("sustained contact", error.what, error.choices, error.t)
+        stop = _Stop("sustained contact", error.what, error.choices, error.t, True)
     except UndecidedError as error:
-        return _Stop("ambiguous", error.what, error.choices, error.t, final=error.exact)
+        stop = _Stop("ambiguous", error.what, error.choices, error.t, error.exact)
+    end = stop.t if run.ended else run.now
     widest = max(radius_of(x) for body in run.bodies for x in _state_at(body, end)[0])
-    if 2.0 * widest > settings.width:
-        return _Stop("precision cap", f"positions to {settings.width:g} m", t=end, final=False)
-    return _Stop("proved", t=end)
+    return stop._replace(final=stop.final and 2.0 * widest <= settings.width)
 
 
 def _reason(stop: _Stop, ids: tuple[str, ...], settings: CertifiedSettings) -> str:
@@ -115,7 +119,7 @@ def _reason(stop: _Stop, ids: tuple[str, ...], settings: CertifiedSettings) -> s
 
 def _certificate(run: Run, stop: _Stop, reason: str, seconds: float, motion: bool) -> Certificate:
     positions, velocities, spins = [], [], []
-    end = stop.t if stop.ending == "proved" else run.now
+    end = stop.t if run.ended else run.now
     for body in run.bodies:
         place, velocity, spin = _state_at(body, end)
         positions.append(tuple(map(enclosure_of, place)))

@@ -25,10 +25,6 @@ ROOT = 1
 UNSURE = 2
 """It stays open up to the start of the bracket; from there on it can't be told."""
 
-_WEIGHTS = {
-    n: tuple(tuple(comb(i, k) / comb(n, k) for k in range(i + 1)) for i in range(n + 1))
-    for n in range(5)
-}
 _RATIOS = {
     n: tuple(tuple((comb(i, k), comb(n, k)) for k in range(i + 1)) for i in range(n + 1))
     for n in range(5)
@@ -52,19 +48,19 @@ def first_entry_quick(
 
     Parameters
     ----------
-    gap : coefficients from the constant up, [m^2, m^2/s ...]
+    gap : 5 float
+        Coefficients from the constant up [m^2, m^2/s ...].
     low, high : float [s]
     margin : callable
         What an error of a Bernstein coefficient on an interval that ends at a time can't exceed.
     pieces : int
         Intervals after which to give up, with UNSURE.
     """
-    weights = _WEIGHTS[len(gap) - 1]
     stack = [(low, high)]
     while stack:
         start, end = stack.pop()
         allowed = margin(end)
-        signs = _signs(_bernstein(gap, start, end, weights), allowed)
+        signs = _signs(_bernstein(gap, start, end), allowed)
         if signs == _ALL_POSITIVE:
             continue
         if signs == _ONE_ENTRY:
@@ -188,17 +184,37 @@ def _signs(coefficients: Sequence[Any], margin: float) -> int:
     return _ONE_ENTRY
 
 
-def _bernstein(
-    gap: Sequence[float], low: float, high: float, weights: Sequence[Sequence[float]]
-) -> list[float]:
-    """Return the Bernstein coefficients of a polynomial on [low, high]."""
-    shifted = _shifted(gap, low)
+def _bernstein(gap: Sequence[float], low: float, high: float) -> tuple[float, ...]:
+    """Return the Bernstein coefficients of a polynomial of degree 4 on [low, high].
+
+    Written out: it runs some hundred times for each event.
+    """
+    c0, c1, c2, c3, c4 = gap
+    if low != 0.0:
+        # In powers of (s - low): Horner's scheme, again and again.
+        d3 = c3 + low * c4
+        d2 = c2 + low * d3
+        d1 = c1 + low * d2
+        c0 += low * d1
+        e3 = d3 + low * c4
+        e2 = d2 + low * e3
+        c1 = d1 + low * e2
+        f3 = e3 + low * c4
+        c2 = e2 + low * f3
+        c3 = f3 + low * c4
     width = high - low
-    scale = 1.0
-    for k in range(len(shifted)):
-        shifted[k] *= scale
-        scale *= width
-    return [sum(w * c for w, c in zip(row, shifted, strict=False)) for row in weights]
+    square = width * width
+    c1 *= width
+    c2 *= square
+    c3 *= width * square
+    c4 *= square * square
+    return (
+        c0,
+        c0 + 0.25 * c1,
+        c0 + 0.5 * c1 + c2 / 6.0,
+        c0 + 0.75 * c1 + 0.5 * c2 + 0.25 * c3,
+        c0 + c1 + c2 + c3 + c4,
+    )
 
 
 def _bernstein_of_balls(
@@ -220,7 +236,7 @@ def _bernstein_of_balls(
     return coefficients
 
 
-def _shifted(gap: Sequence[Any], by: float) -> list[Any]:
+def _shifted(gap: Sequence[arb], by: float) -> list[arb]:
     """Return the coefficients in powers of (s - by)."""
     shifted = list(gap)
     if by != 0.0:

@@ -45,6 +45,13 @@ finite time. Where a rebound at the speed of approach would not rise higher, the
 there on; the model that is certified says so too (README, "What our engine models").
 """
 
+LOW_HOPS = 4
+"""Hops of one contact in a row, each no higher than `HOP`, that are taken for an endless series.
+
+So it goes where friction presses only in between: a ball that rolls up to a resting one touches it
+again and again, since the one that it hit stops at once.
+"""
+
 TIE_BITS = 100
 """Events of different balls that are within 2^-100 s count as simultaneous.
 
@@ -152,6 +159,7 @@ class Run:
         self.knots: list[tuple[int, Body]] = []
         self._touching: set[tuple[int, int]] = set()
         self._railed: set[tuple[int, int]] = set()
+        self._hops: dict[tuple[EventKind, int, int], tuple[float, float, int]] = {}
 
     def go(self, max_events: int, deadline: float) -> Ending:
         """Run on until the end, `max_events` events, or `deadline` of `time.perf_counter`.
@@ -434,6 +442,7 @@ class Run:
         rate, across = n[0] * vx + n[1] * vy, n[0] * vy - n[1] * vx
         opening = across * across / gap.reach + n[0] * ax + n[1] * ay
         self._check_hop(chosen, t, rate, opening, gap.reach)
+        self._count_hop(chosen, t, rate, gap.reach)
         places, seen = [], []
         for body in chosen.bodies:
             # The gap's own time is narrower than a difference of instants.
@@ -458,6 +467,7 @@ class Run:
         rate = inward[0] * vx + inward[1] * vy
         opening = inward[0] * body.ax + inward[1] * body.ay
         self._check_hop(chosen, t, rate, opening, 2 * body.constants.radius)
+        self._count_hop(chosen, t, rate, 2 * body.constants.radius)
         n = (arb(-inward[0]), arb(-inward[1]))
         seen = seen_along(n, (vx, vy), u, body.spin_after(s), body.constants.radius)
         after = self._laws.bounce(i, seen)
@@ -495,6 +505,22 @@ class Run:
         if opening < 0 and square <= most:
             raise SustainedContactError("pressed together", (chosen.choice,), t)
         raise UndecidedError("whether they bounce or stay in contact", (chosen.choice,), t)
+
+    def _count_hop(self, chosen: Candidate, t: arb, rate: arb, diameter: arb) -> None:
+        """Raise where a contact has hopped so low so often that there is no end to it.
+
+        In doubles: where to stop is a choice, and nothing that is proved depends on it.
+        """
+        if all(b.constants.rolling.is_zero() for b in chosen.bodies):
+            return
+        choice, now, speed = chosen.choice, float(t), abs(float(rate))
+        key = (choice.kind, choice.a, choice.b)
+        before, was, hops = self._hops.get(key, (-math.inf, 0.0, 0))
+        low = (now - before) * max(speed, was) <= HOP * float(diameter)
+        hops = hops + 1 if low else 0
+        if hops > LOW_HOPS:
+            raise SustainedContactError("bounces that get ever lower", (choice,), t)
+        self._hops[key] = (now, speed, hops)
 
     def end_instant(self) -> arb:
         """Return when everything is over: `t_max`, or the last centre rests and the last spin ends.
