@@ -4,7 +4,7 @@ A gap is a polynomial of degree 4 or less in the time. In Bernstein form on an i
 between its least and its largest coefficient, and has at most as many roots there as its
 coefficients change sign (Descartes; Rouillier and Zimmermann 2004). So coefficients that are all
 positive exclude the interval, and + ... + - ... - isolates one root, which is an entry; anything
-else is halved. The same search runs in doubles, with a margin far above their errors, and in balls
+else is cut in two. The same search runs in doubles, with a margin far above their errors, and in balls
 without one.
 """
 
@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from math import comb
 from typing import Any, NamedTuple
 
-from flint import arb
+from flint import arb, ctx
 
 from reference_adapters.certified.arithmetic import ZERO
 
@@ -29,6 +29,12 @@ _RATIOS = {
     n: tuple(tuple((comb(i, k), comb(n, k)) for k in range(i + 1)) for i in range(n + 1))
     for n in range(5)
 }
+
+_CUTS = (0.486, 0.523, 0.461)
+"""Where an interval is cut, in parts of it: not in halves, since roots of simple numbers lie there.
+
+A root at the end of a piece would stay there for ever.
+"""
 
 Margin = Callable[[float], float]
 
@@ -68,7 +74,7 @@ def first_entry_quick(
         pieces -= 1
         if pieces <= 0:
             return Bracket(UNSURE, start, high)
-        middle = 0.5 * (start + end)
+        middle = start + _CUTS[0] * (end - start)
         stack.append((middle, end))
         stack.append((start, middle))
     return Bracket(NONE, high, high)
@@ -91,12 +97,25 @@ def first_entry(gap: Sequence[arb], low: float, high: float, bits: int) -> Brack
             continue
         if signs == _ONE_ENTRY:
             return Bracket(ROOT, start, end)
-        middle = 0.5 * (start + end)
+        middle = _cut(gap, start, end)
         if end - start <= narrow or not start < middle < end:
             return Bracket(UNSURE, start, high)
         stack.append((middle, end))
         stack.append((start, middle))
     return Bracket(NONE, high, high)
+
+
+def _cut(gap: Sequence[arb], start: float, end: float) -> float:
+    """Return where to cut an interval: not at a root."""
+    middle = 0.5 * (start + end)
+    for part in _CUTS:
+        middle = start + part * (end - start)
+        at = ZERO
+        for c in reversed(gap):
+            at = at * middle + c
+        if not at.contains(0):
+            break
+    return middle
 
 
 def refined(
@@ -139,7 +158,7 @@ def refined(
     at, rate = value(x), slope(x)
     if not rate < 0:
         return None
-    reach = (2 * abs(at / rate)).upper() + abs(x) * arb((1, -2 * _bits_of(x)))
+    reach = (2 * abs(at / rate)).upper() + abs(x) * arb((1, -2 * ctx.prec))
     for _ in range(8):
         ball = arb(x, reach)
         rate = slope(ball)
@@ -151,10 +170,6 @@ def refined(
             return image if low <= ball.lower() and ball.upper() <= high else None
         reach = 4 * reach
     return None
-
-
-def _bits_of(x: arb) -> int:
-    return max(int(x.mid().bits()), 32)
 
 
 _ALL_POSITIVE = 1
