@@ -31,6 +31,7 @@ from reference_adapters.certified.roots import (
     first_entry,
     first_entry_quick,
     refined,
+    unsearched,
 )
 
 _QUICK_ERROR = 1e-10
@@ -148,7 +149,7 @@ class PairGap:
         """Search in doubles; balls too wide for that are UNSURE."""
         a, b = self._a.quick, self._b.quick
         if not (a.exact_enough and b.exact_enough):
-            return Bracket(UNSURE, 0.0, high)
+            return unsearched(high)
         # Differences of instants are taken before rounding, which would be coarser.
         sa, sb = self._lag(self._a), self._lag(self._b)
         rx = b.x + sb * (b.vx + 0.5 * sb * b.ax) - (a.x + sa * (a.vx + 0.5 * sa * a.ax))
@@ -207,7 +208,7 @@ class CushionGap:
         """Search in doubles; a ball too wide for that is UNSURE."""
         q, n = self._body.quick, self._across
         if not q.exact_enough:
-            return Bracket(UNSURE, 0.0, high)
+            return unsearched(high)
         x, v, a = (q.x, q.vx, q.ax) if self._along_x else (q.y, q.vy, q.ay)
         radius = float(self._body.constants.radius)
         size = abs(x) + abs(self._line) + radius
@@ -220,11 +221,10 @@ class CushionGap:
 
 
 class Meeting(NamedTuple):
-    """When a gap closes: after s, at t; or not before `low`, where `s` is None [s]."""
+    """When a gap closes: after s, at t; or not before t, where `s` is None [s]."""
 
     s: arb | None
     t: arb
-    low: float
 
 
 def meeting(gap: Gap, bracket: Bracket, bits: int) -> Meeting | None:
@@ -234,16 +234,18 @@ def meeting(gap: Gap, bracket: Bracket, bits: int) -> Meeting | None:
     """
     if bracket.verdict == UNSURE:
         coefficients = gap.coefficients()
-        if bracket.low == 0.0 and not coefficients[0] > 0:
+        if bracket.low.is_zero() and not coefficients[0] > 0:
             if coefficients[0] < 0:
                 return _after_overlap(gap, coefficients, bracket.high, bits)
-            return Meeting(None, gap.t, 0.0)
+            return Meeting(None, gap.t)
         bracket = first_entry(coefficients, bracket.low, bracket.high, bits)
     return _narrowed(gap, bracket)
 
 
-def meeting_again(gap: Gap, high: float, bits: int) -> Meeting | None:
+def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> Meeting | None:
     """Find when a gap that is exactly 0 now closes again: at once, later, or never (None).
+
+    `still` says that its rate is exactly 0, too, though computed from numbers that are not exact.
 
     Raises
     ------
@@ -252,8 +254,10 @@ def meeting_again(gap: Gap, high: float, bits: int) -> Meeting | None:
     SustainedContactError
         Where they are pressed together.
     """
-    now = Meeting(ZERO, gap.t, 0.0)
+    now = Meeting(ZERO, gap.t)
     _, *rest = gap.coefficients()
+    if still:
+        rest[0] = ZERO
     if all(c.is_zero() for c in rest):
         return None
     if rest[0] < 0:
@@ -265,10 +269,10 @@ def meeting_again(gap: Gap, high: float, bits: int) -> Meeting | None:
     if not rest[0] > 0:
         raise UndecidedError("whether they part or press", (gap.choice,), gap.t)
     divided = _Divided(rest, gap)
-    return _narrowed(divided, first_entry(rest, 0.0, high, bits))
+    return _narrowed(divided, first_entry(rest, ZERO, arb(high), bits))
 
 
-def _after_overlap(gap: Gap, coefficients: list[arb], high: float, bits: int) -> Meeting | None:
+def _after_overlap(gap: Gap, coefficients: list[arb], high: arb, bits: int) -> Meeting | None:
     """Find the next entry of balls that overlap by the rounding of the scene's numbers.
 
     The rule of the model (Bannerman, Strobl, Formella and Poeschel 2014): an overlap that closes is
@@ -278,12 +282,12 @@ def _after_overlap(gap: Gap, coefficients: list[arb], high: float, bits: int) ->
         return None
     rate, pull = coefficients[1:3]
     if rate < 0:
-        return Meeting(ZERO, gap.t, 0.0)
+        return Meeting(ZERO, gap.t)
     if rate.is_zero() and pull < 0:
         raise SustainedContactError("pressed together", (gap.choice,), gap.t)
-    left = first_entry([-c for c in coefficients], 0.0, high, bits)
+    left = first_entry([-c for c in coefficients], ZERO, high, bits)
     if left.verdict != ROOT:
-        return Meeting(None, gap.t, 0.0)
+        return Meeting(None, gap.t)
     return _narrowed(gap, first_entry(coefficients, left.high, high, bits))
 
 
@@ -310,7 +314,7 @@ class _Divided:
         return total
 
     def quick(self, high: float) -> Bracket:
-        return Bracket(UNSURE, 0.0, high)
+        return unsearched(high)
 
 
 def _narrowed(gap: Gap, bracket: Bracket) -> Meeting | None:
@@ -320,8 +324,8 @@ def _narrowed(gap: Gap, bracket: Bracket) -> Meeting | None:
     if bracket.verdict == ROOT:
         s = refined(gap.value, gap.slope, bracket.low, bracket.high)
         if s is not None:
-            return Meeting(s, gap.t + s, bracket.low)
-    return Meeting(None, gap.t + arb(bracket.low), bracket.low)
+            return Meeting(s, gap.t + s)
+    return Meeting(None, gap.t + bracket.low)
 
 
 def cushion_choice(i: int, cushion: int) -> Choice:

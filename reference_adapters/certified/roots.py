@@ -4,8 +4,8 @@ A gap is a polynomial of degree 4 or less in the time. In Bernstein form on an i
 between its least and its largest coefficient, and has at most as many roots there as its
 coefficients change sign (Descartes; Rouillier and Zimmermann 2004). So coefficients that are all
 positive exclude the interval, and + ... + - ... - isolates one root, which is an entry; anything
-else is cut in two. The same search runs in doubles, with a margin far above their errors, and in balls
-without one.
+else is cut in two. The same search runs in doubles, with a margin far above their errors, and in
+balls without one.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ Margin = Callable[[float], float]
 
 
 class Bracket(NamedTuple):
-    """What a search found: a verdict, and the interval it is about [s]."""
+    """What a search found: a verdict, and the interval it is about [s]; its ends are exact."""
 
     verdict: int
-    low: float
-    high: float
+    low: arb
+    high: arb
 
 
 def first_entry_quick(
@@ -70,26 +70,34 @@ def first_entry_quick(
         if signs == _ALL_POSITIVE:
             continue
         if signs == _ONE_ENTRY:
-            return Bracket(ROOT, start, end)
+            return _bracket(ROOT, start, end)
         pieces -= 1
         if pieces <= 0:
-            return Bracket(UNSURE, start, high)
+            return _bracket(UNSURE, start, high)
         middle = start + _CUTS[0] * (end - start)
         stack.append((middle, end))
         stack.append((start, middle))
-    return Bracket(NONE, high, high)
+    return _bracket(NONE, high, high)
 
 
-def first_entry(gap: Sequence[arb], low: float, high: float, bits: int) -> Bracket:
-    """Search in balls for the first entry of a gap in [low, high] [s].
+def _bracket(verdict: int, low: float, high: float) -> Bracket:
+    return Bracket(verdict, arb(low), arb(high))
 
-    Contract: gives up, with UNSURE, where intervals come down to 2^-`bits` of the first; their ends
-    are doubles, so never below what those resolve.
+
+def unsearched(high: float) -> Bracket:
+    """Return the bracket of a search that wasn't made."""
+    return _bracket(UNSURE, 0.0, high)
+
+
+def first_entry(gap: Sequence[arb], low: arb, high: arb, bits: int) -> Bracket:
+    """Search in balls for the first entry of a gap in [low, high] [s], both exact.
+
+    Contract: gives up, with UNSURE, where intervals come down to 2^-`bits` of the first.
     """
     gap = _trimmed(gap)
     ratios = _RATIOS[len(gap) - 1]
     stack = [(low, high)]
-    narrow = (high - low) * 2.0 ** -min(bits, 60)
+    narrow = ((high - low) * arb((1, -bits))).upper()
     while stack:
         start, end = stack.pop()
         signs = _signs(_bernstein_of_balls(gap, start, end, ratios), 0)
@@ -105,11 +113,11 @@ def first_entry(gap: Sequence[arb], low: float, high: float, bits: int) -> Brack
     return Bracket(NONE, high, high)
 
 
-def _cut(gap: Sequence[arb], start: float, end: float) -> float:
+def _cut(gap: Sequence[arb], start: arb, end: arb) -> arb:
     """Return where to cut an interval: not at a root."""
-    middle = 0.5 * (start + end)
+    middle = start
     for part in _CUTS:
-        middle = start + part * (end - start)
+        middle = (start + part * (end - start)).mid()
         at = ZERO
         for c in reversed(gap):
             at = at * middle + c
@@ -119,7 +127,7 @@ def _cut(gap: Sequence[arb], start: float, end: float) -> float:
 
 
 def refined(
-    value: Callable[[arb], arb], slope: Callable[[arb], arb], low: float, high: float
+    value: Callable[[arb], arb], slope: Callable[[arb], arb], low: arb, high: arb
 ) -> arb | None:
     """Enclose the one root in a bracket as narrowly as the precision allows.
 
@@ -128,7 +136,7 @@ def refined(
     value, slope : callable
         A function with exactly one root in [low, high], where it falls through 0, and its
         derivative; of a ball, the range.
-    low, high : float [s]
+    low, high : arb [s], exact
 
     Returns
     -------
@@ -136,7 +144,7 @@ def refined(
         The interval Newton step from the middle of a ball that contains its own image: so the
         ball has one root, for every function that the coefficients enclose.
     """
-    start, end = arb(low), arb(high)
+    start, end = low, high
     x = ((start + end) / 2).mid()
     for _ in range(400):
         at = value(x)
@@ -233,11 +241,11 @@ def _bernstein(gap: Sequence[float], low: float, high: float) -> tuple[float, ..
 
 
 def _bernstein_of_balls(
-    gap: Sequence[arb], low: float, high: float, ratios: Sequence[Sequence[tuple[int, int]]]
+    gap: Sequence[arb], low: arb, high: arb, ratios: Sequence[Sequence[tuple[int, int]]]
 ) -> list[arb]:
     """Return the same of balls; with quotients, since 1/6 is no double."""
     shifted = _shifted(gap, low)
-    width = arb(high) - arb(low)
+    width = high - low
     scale = arb(1)
     for k in range(1, len(shifted)):
         scale = scale * width
@@ -251,10 +259,10 @@ def _bernstein_of_balls(
     return coefficients
 
 
-def _shifted(gap: Sequence[arb], by: float) -> list[arb]:
+def _shifted(gap: Sequence[arb], by: arb) -> list[arb]:
     """Return the coefficients in powers of (s - by)."""
     shifted = list(gap)
-    if by != 0.0:
+    if not by.is_zero():
         degree = len(shifted) - 1
         for j in range(degree):
             for k in range(degree - 1, j - 1, -1):

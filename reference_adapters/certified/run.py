@@ -94,7 +94,7 @@ class Candidate:
             return key if math.isfinite(key) else -math.inf
         assert self.gap is not None
         assert self.bracket is not None
-        earliest = float(self.gap.t.lower()) + self.bracket.low
+        earliest = float((self.gap.t + self.bracket.low).lower())
         return earliest - _SLACK * (1.0 + abs(earliest) * 1e-3)
 
     def find(self, bits: int) -> bool:
@@ -159,6 +159,7 @@ class Run:
         self.knots: list[tuple[int, Body]] = []
         self._touching: set[tuple[int, int]] = set()
         self._railed: set[tuple[int, int]] = set()
+        self._still: dict[tuple[int, int], tuple[Body, Body]] = {}  # hit without restitution
         self._hops: dict[tuple[EventKind, int, int], tuple[float, float, int]] = {}
 
     def go(self, max_events: int, deadline: float) -> Ending:
@@ -236,7 +237,7 @@ class Run:
         if body.duration is not None:
             choice = Choice(body.end_kind, i, -1)
             s = body.duration
-            self._push(Candidate(choice, (body,), None, None, Meeting(s, body.t + s, 0.0)))
+            self._push(Candidate(choice, (body,), None, None, Meeting(s, body.t + s)))
         for cushion, line in enumerate(self._problem.noses):
             if line is None:
                 continue
@@ -263,7 +264,7 @@ class Run:
         later = a if a.order >= b.order else b
         high = self._window(min(a.end, b.end), later)
         if (i, j) in self._touching:
-            found = meeting_again(gap, high, self.bits)
+            found = meeting_again(gap, high, self.bits, still=self._still.get((i, j)) == (a, b))
             if found is not None:
                 self._push(Candidate(gap.choice, (a, b), gap, None, found))
             elif not (a.resting and b.resting) and self._moves_as_one(gap):
@@ -366,7 +367,8 @@ class Run:
                     continue
                 ox, oy = self._place(m, t)
                 least = self.bodies[k].constants.radius + body.constants.radius + reach
-                if not (x - ox) ** 2 + (y - oy) ** 2 > least * least:
+                dx, dy = x - ox, y - oy
+                if not dx * dx + dy * dy > least * least:
                     return False
         return True
 
@@ -405,6 +407,8 @@ class Run:
             self.bodies[k] = body
         if choice.kind is EventKind.BALL_BALL:
             self._touching.add((choice.a, choice.b))
+            if self._problem.ball_restitution == 0.0:
+                self._still[choice.a, choice.b] = (bodies[0], bodies[1])
         elif choice.kind is EventKind.BALL_CUSHION:
             self._railed.add((choice.a, choice.b))
 
