@@ -36,6 +36,9 @@ _CUTS = (0.486, 0.523, 0.461)
 A root at the end of a piece would stay there for ever.
 """
 
+_SMALL_STEP = 2.0**-30
+"""Newton step, in units of the bracket, whose sign is left to the proof that follows."""
+
 Margin = Callable[[float], float]
 
 
@@ -155,13 +158,14 @@ def refined(
         else:
             break  # x is a root as far as this precision can tell
         rate = slope(x)
-        new = (x - at / rate).mid() if rate < 0 else ZERO
+        step = at / rate if rate < 0 else ZERO
+        new = (x - step).mid()
         if not (rate < 0 and start < new < end):
+            if rate < 0 and abs(step) < _SMALL_STEP * (end - start):
+                break  # rounding alone put it outside
             new = ((start + end) / 2).mid()
             if not start < new < end:
                 break
-        elif new == x:
-            break
         x = new
     at, rate = value(x), slope(x)
     if not rate < 0:
