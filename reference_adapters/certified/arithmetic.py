@@ -11,7 +11,6 @@ from reference_adapters.certified.certificate import Choice, Enclosure
 
 ZERO = arb(0)
 ONE = arb(1)
-HALF = arb(0.5)
 
 Vector = tuple[arb, arb]
 

@@ -8,7 +8,7 @@ tells whether they part, and when they meet again.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
 from flint import arb
@@ -239,7 +239,7 @@ def meeting(gap: Gap, bracket: Bracket, bits: int) -> Meeting | None:
                 return _after_overlap(gap, coefficients, bracket.high, bits)
             return Meeting(None, gap.t)
         bracket = first_entry(coefficients, bracket.low, bracket.high, bits)
-    return _narrowed(gap, bracket)
+    return _narrowed(gap.t, gap.value, gap.slope, bracket)
 
 
 def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> Meeting | None:
@@ -268,8 +268,7 @@ def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> M
             raise SustainedContactError("pressed together", (gap.choice,), gap.t)
     if not rest[0] > 0:
         raise UndecidedError("whether they part or press", (gap.choice,), gap.t)
-    divided = _Divided(rest, gap)
-    return _narrowed(divided, first_entry(rest, ZERO, arb(high), bits))
+    return _narrowed(gap.t, *_horner(rest), first_entry(rest, ZERO, arb(high), bits))
 
 
 def _after_overlap(gap: Gap, coefficients: list[arb], high: arb, bits: int) -> Meeting | None:
@@ -288,44 +287,39 @@ def _after_overlap(gap: Gap, coefficients: list[arb], high: arb, bits: int) -> M
     left = first_entry([-c for c in coefficients], ZERO, high, bits)
     if left.verdict != ROOT:
         return Meeting(None, gap.t)
-    return _narrowed(gap, first_entry(coefficients, left.high, high, bits))
+    again = first_entry(coefficients, left.high, high, bits)
+    return _narrowed(gap.t, gap.value, gap.slope, again)
 
 
-class _Divided:
-    """A gap over a power of the time: the same later roots, without those at 0."""
+def _horner(coefficients: Sequence[arb]) -> tuple[Callable[[arb], arb], Callable[[arb], arb]]:
+    """Return a polynomial and its derivative as functions."""
 
-    def __init__(self, coefficients: Sequence[arb], gap: Gap) -> None:
-        self.t, self.choice = gap.t, gap.choice
-        self._coefficients = list(coefficients)
-
-    def coefficients(self) -> list[arb]:
-        return self._coefficients
-
-    def value(self, s: arb) -> arb:
+    def value(s: arb) -> arb:
         total = ZERO
-        for c in reversed(self._coefficients):
+        for c in reversed(coefficients):
             total = total * s + c
         return total
 
-    def slope(self, s: arb) -> arb:
+    def slope(s: arb) -> arb:
         total = ZERO
-        for k in range(len(self._coefficients) - 1, 0, -1):
-            total = total * s + k * self._coefficients[k]
+        for k in range(len(coefficients) - 1, 0, -1):
+            total = total * s + k * coefficients[k]
         return total
 
-    def quick(self, high: float) -> Bracket:
-        return unsearched(high)
+    return value, slope
 
 
-def _narrowed(gap: Gap, bracket: Bracket) -> Meeting | None:
-    """Return the meeting in a bracket, as narrow as the precision allows."""
+def _narrowed(
+    t: arb, value: Callable[[arb], arb], slope: Callable[[arb], arb], bracket: Bracket
+) -> Meeting | None:
+    """Return the meeting in a bracket of times from t on, as narrow as the precision allows."""
     if bracket.verdict == NONE:
         return None
     if bracket.verdict == ROOT:
-        s = refined(gap.value, gap.slope, bracket.low, bracket.high)
+        s = refined(value, slope, bracket.low, bracket.high)
         if s is not None:
-            return Meeting(s, gap.t + s)
-    return Meeting(None, gap.t + bracket.low)
+            return Meeting(s, t + s)
+    return Meeting(None, t + bracket.low)
 
 
 def cushion_choice(i: int, cushion: int) -> Choice:

@@ -148,7 +148,10 @@ class Body:
 
     @property
     def resting(self) -> bool:
-        """Whether its centre rests until something acts on it."""
+        """Whether its centre rests until something acts on it; it may spin on the spot."""
+        if self.phase is Phase.SLIDING:
+            slips = not self.constants.sliding.is_zero()
+            return not slips and self.vx.is_zero() and self.vy.is_zero()
         return self.phase is Phase.RESTING
 
     @property
