@@ -88,14 +88,22 @@ def _attempt(run: Run, settings: CertifiedSettings, deadline: float) -> _Stop:
     try:
         ending = run.go(settings.max_events, deadline)
         end = run.end_instant() if run.ended else run.now
-        stop = _Stop(ending, f"positions to {settings.width:g} m", (), end, True)
+        stop = _Stop(ending, f"positions to {settings.width:g} m (`width`)", (), end, True)
     except SustainedContactError as error:
         stop = _Stop("sustained contact", error.what, error.choices, error.t, True)
     except UndecidedError as error:
         stop = _Stop("ambiguous", error.what, error.choices, error.t, error.exact)
     end = stop.t if run.ended else run.now
-    widest = max(radius_of(x) for body in run.bodies for x in _state_at(body, end)[0])
-    return stop._replace(final=stop.final and 2.0 * widest <= settings.width)
+    return stop._replace(final=stop.final and _widest(run, end) <= settings.width)
+
+
+def _widest(run: Run, end: arb) -> float:
+    """Width of the widest number that a certificate would hold, in m, s and m/s."""
+    numbers = [end, *(t for _, t, _ in run.events)]
+    for body in run.bodies:
+        place, velocity, spin = _state_at(body, end)
+        numbers += [*place, *velocity, *(body.constants.radius * w for w in spin)]
+    return 2.0 * max(map(radius_of, numbers))
 
 
 def _reason(stop: _Stop, ids: tuple[str, ...], settings: CertifiedSettings) -> str:

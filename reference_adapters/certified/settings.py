@@ -23,8 +23,8 @@ class CertifiedSettings(EngineSettings):
     time_limit : float [s]
         Computing time after which to stop; what was stopped so isn't kept for later.
     width : float [m]
-        How wide the enclosure of a position may be at the end. The default is a hundredth of the
-        rounding of a double on a table.
+        How wide the enclosure of a position may be at the end; in s and m/s, that of an instant and
+        of a speed. The default is a hundredth of the rounding of a double on a table.
     """
 
     start_precision: Annotated[int, Field(ge=24, le=2**20)] = 53

@@ -349,6 +349,83 @@ def test_balls_that_overlap_by_a_rounding_touch():
     assert keys(proved(scene)) == [(3, 0, -1)]
 
 
+def rail(vx, **fields):
+    """Return a ball that is beyond the left cushion by a rounding."""
+    place = (math.nextafter(R, 0.0), 0.5)
+    return scene_of(
+        ball(place, (vx, 0.0), **fields), table=Table(length=2.0, width=1.0), motion="sliding"
+    )
+
+
+def test_a_ball_that_begins_beyond_a_cushion_by_a_rounding():
+    into = proved(rail(-0.5))
+    assert keys(into)[0] == (1, 0, 0)
+    assert float(into.events[0].t) == 0.0
+    assert (1, 0, 0) not in keys(proved(rail(0.5)))
+    # Backspin brings it back: that is a meeting of its own.
+    back = proved(rail(0.3, angular_velocity=(0.0, -120.0, 0.0)))
+    assert keys(back)[0] == (1, 0, 0)
+    assert float(back.events[0].t) > 0.1
+    pressed = certify(rail(0.0, angular_velocity=(0.0, -60.0, 0.0)))
+    assert (pressed.ending, pressed.events) == ("sustained contact", ())
+
+
+def test_overlapping_balls_that_come_back_meet_again():
+    overlap = math.nextafter(2 * R, 0.0)
+    scene = scene_of(
+        ball((0.0, 0.0)),
+        ball((overlap, 0.0), (0.3, 0.0), angular_velocity=(0.0, -120.0, 0.0)),
+        motion="sliding",
+    )
+    certificate = proved(scene)
+    assert keys(certificate)[0] == (0, 0, 1)
+    assert float(certificate.events[0].t) > 0.1
+
+
+def test_a_ball_spins_on_the_spot_where_the_cloth_does_not_rub():
+    scene = scene_of(
+        ball((0.0, 0.0), angular_velocity=(0.0, 10.0, 0.0)),
+        ball((1.0, 0.0), angular_velocity=(0.0, 0.0, 5.0)),
+        motion="sliding",
+        sliding_friction=0.0,
+        t_max=3.0,
+    )
+    certificate = proved(scene)
+    assert certificate.rested
+    assert certificate.events == ()
+    assert float(certificate.spins[0][1]) == 10.0
+    assert simulate(scene).status.complete
+
+
+def test_a_mirrored_shot_has_the_mirrored_proof():
+    scene = SHOTS["sliding"]
+    mirrored = scene_of(
+        *(
+            {
+                "position": (b.position[0], -b.position[1]),
+                "velocity": (b.velocity[0], -b.velocity[1]),
+                "angular_velocity": None
+                if b.angular_velocity is None
+                else (-b.angular_velocity[0], b.angular_velocity[1], -b.angular_velocity[2]),
+                "radius": b.radius,
+                "mass": b.mass,
+                "rolling_friction": b.rolling_friction,
+                "sliding_friction": b.sliding_friction,
+                "spinning_friction_rate": b.spinning_friction_rate,
+            }
+            for b in scene.balls
+        ),
+        t_max=scene.t_max,
+        **scene.physics.model_dump(exclude={"preset"}, exclude_unset=True),
+    )
+    straight = scene.model_copy(update={"table": None})
+    one, other = proved(straight), proved(mirrored)
+    assert keys(one) == keys(other)
+    for here, there in zip(one.positions, other.positions, strict=True):
+        assert here[0].mid == there[0].mid
+        assert here[1].mid == -there[1].mid
+
+
 def test_a_ball_on_a_cushion_bounces_or_rolls_along_it():
     assert keys(proved(find_scene("rail-into")))[0] == (1, 0, 2)
     assert keys(proved(find_scene("rail-along"))) == [(3, 0, -1)]
