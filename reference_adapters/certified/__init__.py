@@ -25,7 +25,7 @@ from reference_adapters.certified.certificate import (
     Enclosure,
     Ending,
 )
-from reference_adapters.certified.certify import certify
+from reference_adapters.certified.api import certify
 from reference_adapters.certified.engine import CertifiedEngine
 from reference_adapters.certified.settings import CertifiedSettings
 
