@@ -18,6 +18,7 @@ What differs from our engine, which rounds: a gap of 1e-17 m between balls of a 
 and a slip of 1e-17 m/s is a slip; and a slow hit on a resting ball is an impact, however low.
 """
 
+from reference_adapters.certified.api import certify
 from reference_adapters.certified.certificate import (
     Certificate,
     CertifiedEvent,
@@ -25,7 +26,6 @@ from reference_adapters.certified.certificate import (
     Enclosure,
     Ending,
 )
-from reference_adapters.certified.api import certify
 from reference_adapters.certified.engine import CertifiedEngine
 from reference_adapters.certified.settings import CertifiedSettings
 

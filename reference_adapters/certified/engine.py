@@ -12,8 +12,8 @@ from engine.features import Capabilities
 from engine.result import COLLISION_KINDS
 from engine.trajectory import ExactTrajectory
 from reference_adapters.base import EngineBase, EngineSettings
-from reference_adapters.certified.certificate import Certificate, Enclosure, Ending
 from reference_adapters.certified.api import CAPABILITIES, NAME, certify
+from reference_adapters.certified.certificate import Certificate, Enclosure, Ending
 from reference_adapters.certified.settings import CertifiedSettings
 
 _STATUS: dict[Ending, Status] = {

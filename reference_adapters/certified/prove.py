@@ -39,6 +39,7 @@ class _Stop(NamedTuple):
     choices: tuple[Choice, ...]
     t: arb
     final: bool  # whether more precision can't get any further
+    events: int  # proved until then
 
 
 def prove(
@@ -57,7 +58,7 @@ def prove(
             stop = _attempt(run, settings, deadline)
             if not stop.final and time.perf_counter() > deadline:
                 stop = stop._replace(ending="time limit", final=True)
-            if not stop.final and 2 * bits > settings.max_precision:
+            if not stop.final and bits == settings.max_precision:
                 stop = _at_the_cap(stop, before)
             if stop.final:
                 seconds = time.perf_counter() - started
@@ -70,17 +71,18 @@ def _at_the_cap(stop: _Stop, before: _Stop | None) -> _Stop:
     """Return what to call an end that more bits might have moved."""
     if stop.ending not in ("ambiguous", "proved"):
         return stop._replace(final=True)
-    # Where the last doubling didn't get any further, the numbers are equal for all we know.
-    same = before is not None and (stop.what, stop.choices) == (before.what, before.choices)
-    tie = stop.ending == "ambiguous" and same
+    # Where the last widening didn't get any further, the numbers are equal for all we know.
+    further = before is None or stop._replace(t=before.t) != before
+    tie = stop.ending == "ambiguous" and not further
     return stop._replace(ending="ambiguous" if tie else "precision cap", final=True)
 
 
 def _precisions(settings: CertifiedSettings) -> Iterator[int]:
-    bits = min(settings.start_precision, settings.max_precision)
-    while bits <= settings.max_precision:
+    bits = settings.start_precision
+    while bits < settings.max_precision:
         yield bits
         bits *= 2
+    yield settings.max_precision
 
 
 def _attempt(run: Run, settings: CertifiedSettings, deadline: float) -> _Stop:
@@ -88,13 +90,14 @@ def _attempt(run: Run, settings: CertifiedSettings, deadline: float) -> _Stop:
     try:
         ending = run.go(settings.max_events, deadline)
         end = run.end_instant() if run.ended else run.now
-        stop = _Stop(ending, f"positions to {settings.width:g} m (`width`)", (), end, True)
+        stop = _Stop(ending, f"positions to {settings.width:g} m (`width`)", (), end, True, 0)
     except SustainedContactError as error:
-        stop = _Stop("sustained contact", error.what, error.choices, error.t, True)
+        stop = _Stop("sustained contact", error.what, error.choices, error.t, True, 0)
     except UndecidedError as error:
-        stop = _Stop("ambiguous", error.what, error.choices, error.t, error.exact)
+        stop = _Stop("ambiguous", error.what, error.choices, error.t, error.exact, 0)
     end = stop.t if run.ended else run.now
-    return stop._replace(final=stop.final and _widest(run, end) <= settings.width)
+    final = stop.final and _widest(run, end) <= settings.width
+    return stop._replace(final=final, events=len(run.events))
 
 
 def _widest(run: Run, end: arb) -> float:

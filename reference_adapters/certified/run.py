@@ -72,10 +72,9 @@ class Run:
         self._impacts = Impacts(problem, self._contacts)
         self.bodies = [body_at_start(ball, problem) for ball in problem.balls]
         self.knots = list(enumerate(self.bodies))
-        self._begun = False
 
     def go(self, max_events: int, deadline: float) -> Ending:
-        """Run on until the end, `max_events` events, or `deadline` of `time.perf_counter`.
+        """Run until the end, `max_events` events, or `deadline` of `time.perf_counter`.
 
         Returns "proved", "event limit" or "time limit".
 
@@ -86,9 +85,7 @@ class Run:
         SustainedContactError
             Where a contact is sustained from here on.
         """
-        if not self._begun:
-            self._begun = True
-            self._begin()
+        self._begin()
         while True:
             if len(self.events) >= max_events:
                 return "event limit"

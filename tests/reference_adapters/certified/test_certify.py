@@ -524,6 +524,18 @@ def test_the_cap_returns_what_was_proved():
     )
 
 
+def test_the_last_precision_is_the_cap():
+    certificate = certify(find_scene("corner-exact"), CertifiedSettings(max_precision=150))
+    assert (certificate.ending, certificate.precision) == ("ambiguous", 150)
+
+
+def test_without_a_second_precision_nothing_is_called_a_tie():
+    settings = CertifiedSettings(start_precision=106, max_precision=106)
+    certificate = certify(find_scene("corner-exact"), settings)
+    assert certificate.ending == "precision cap"
+    assert "106 bits (`max_precision`) don't tell what comes first" in certificate.reason
+
+
 def test_positions_that_stay_too_wide_reach_the_cap():
     certificate = certify(SHOTS["rolling"], CertifiedSettings(width=1e-40, max_precision=106))
     assert certificate.ending == "precision cap"
