@@ -177,7 +177,9 @@ class Run:
             if not t <= self._t_max:
                 raise UndecidedError("whether it comes before `t_max`", (first.choice,), t)
         rivals = [c for c in group if c is not first and not c.instant > t]
-        choices = (first.choice, *(c.choice for c in rivals))
+        # By rank: which of a tie's middles is the first changes with the precision.
+        ranked = sorted((first, *rivals), key=lambda c: c.rank)
+        choices = tuple(c.choice for c in ranked)
         if not first.told:
             what = "whether they touch" if len(choices) == 1 else "what comes first"
             raise UndecidedError(what, choices, t)
