@@ -53,6 +53,7 @@ class Status(enum.Enum):
         "the event limit was reached; raise `max_events`, or look for balls pressed together"
     )
     STEP_LIMIT = "the step limit was reached before every ball rested; raise `max_time` or `dt`"
+    UNPROVED = "what comes next can't be proved; the result holds what is; see `reason`"
     INTERRUPTED = "interrupted; the result holds what was done until then"
     FAILED = "the engine failed; see `reason`"
 

@@ -11,7 +11,17 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-PACKAGES = ("ghostball", "numpy", "numba", "llvmlite", "pymunk", "pybullet", "mpmath", "pydantic")
+PACKAGES = (
+    "ghostball",
+    "numpy",
+    "numba",
+    "llvmlite",
+    "pymunk",
+    "pybullet",
+    "mpmath",
+    "python-flint",
+    "pydantic",
+)
 """Distributions whose versions can change a number."""
 
 _GIT_TIMEOUT = 10.0

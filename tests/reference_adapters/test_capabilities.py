@@ -22,6 +22,7 @@ SPECS = (
     "paper-discrete",
     "paper-continuous",
     "paper-continuous:cushions=searched",
+    "certified",
 )
 
 TABLE = Table(length=1.0, width=1.0)

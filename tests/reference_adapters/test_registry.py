@@ -18,7 +18,7 @@ from reference_adapters import (
     split_specs,
 )
 
-SHIPPED = ("ghostball", "paper-continuous", "paper-discrete", "pybullet", "pymunk")
+SHIPPED = ("ghostball", "certified", "paper-continuous", "paper-discrete", "pybullet", "pymunk")
 
 # A foreign package's engine; what tests change is in single braces.
 FOREIGN = """

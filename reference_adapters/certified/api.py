@@ -1,0 +1,68 @@
+"""A certificate of a scene: computed once, then read from the disk."""
+
+from __future__ import annotations
+
+from engine import Scene
+from engine.features import EXACT, Capability, Feature, check_supported
+from reference_adapters.certified import cache
+from reference_adapters.certified.certificate import Certificate
+from reference_adapters.certified.problem import problem_of
+from reference_adapters.certified.prove import prove
+from reference_adapters.certified.settings import CertifiedSettings
+
+NAME = "certified"
+
+_INTEGRATED = Capability("none", "its law is integrated over the impact and has no closed form")
+_OFF_CLOTH = Capability("none", "only motion on the cloth, without air, is certified")
+
+CAPABILITIES = {
+    **dict.fromkeys(Feature, EXACT),
+    Feature.MATHAVAN_BALL: _INTEGRATED,
+    Feature.MATHAVAN_CUSHION: _INTEGRATED,
+    Feature.AIR_DRAG: _OFF_CLOTH,
+    Feature.FLIGHT: _OFF_CLOTH,
+}
+"""What can be certified, feature by feature."""
+
+
+def certify(
+    scene: Scene,
+    settings: CertifiedSettings | None = None,
+    *,
+    motion: bool = False,
+    cached: bool = True,
+) -> Certificate:
+    """Prove what happens in a scene, as far as it can be proved.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its numbers are taken as the very doubles that they are.
+    settings : CertifiedSettings, optional
+    motion : bool
+        Whether the certificate also holds the motion between events.
+    cached : bool
+        Whether to read the certificate from the disk if it was computed before by the same code,
+        and to keep it there.
+
+    Returns
+    -------
+    Certificate
+
+    Raises
+    ------
+    UnsupportedSceneError
+        Where the scene has physics without a closed form.
+    """
+    settings = CertifiedSettings() if settings is None else settings
+    check_supported(NAME, CAPABILITIES, scene)
+    problem, ids = problem_of(scene), tuple(ball.id for ball in scene.balls)
+    if not cached:
+        return prove(problem, ids, settings, motion=motion)
+    key = cache.key_of(problem, ids, settings, motion)
+    certificate = cache.read(key)
+    if certificate is None:
+        certificate = prove(problem, ids, settings, motion=motion)
+        if certificate.ending != "time limit":  # another machine, or a quieter hour, gets further
+            cache.write(key, certificate)
+    return certificate

@@ -1,0 +1,111 @@
+"""Certificates on the disk, named by a hash of the problem, the settings and the code.
+
+What is proved depends on nothing else. A changed source or library means another name, so nothing
+stale is ever found; a file that can't be read is computed anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import flint
+import platformdirs
+
+from engine.errors import GhostballError
+from reference_adapters.certified.certificate import Certificate
+from reference_adapters.certified.problem import Problem
+from reference_adapters.certified.settings import CertifiedSettings
+
+logger = logging.getLogger("ghostball.certified")
+
+KEPT = 1_000
+"""Certificates that are kept; the ones longest unused go first."""
+
+
+def directory() -> Path:
+    """Directory of the certificates; GHOSTBALL_CACHE_DIR in the environment overrides it.
+
+    There they are files beside the folders of compiled kernels, which are pruned.
+    """
+    chosen = os.environ.get("GHOSTBALL_CACHE_DIR")
+    return Path(chosen) if chosen else Path(platformdirs.user_cache_dir("ghostball")) / "proofs"
+
+
+def key_of(
+    problem: Problem, ids: tuple[str, ...], settings: CertifiedSettings, motion: bool
+) -> str:
+    """Return the name of a certificate; doubles count with every bit.
+
+    The names of the balls are in it because the reason of a partial proof names them.
+    """
+    digest = hashlib.sha256(code_hash().encode())
+    # repr gives the shortest text that reads back to the same double.
+    digest.update(repr((problem, ids, sorted(settings.model_dump().items()), motion)).encode())
+    return digest.hexdigest()[:32]
+
+
+@cache
+def code_hash() -> str:
+    """Hash of the sources of this package and of the versions of the library."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    digest.update(repr((flint.__version__, flint.__FLINT_VERSION__)).encode())
+    return digest.hexdigest()
+
+
+def path_of(key: str) -> Path:
+    """Return where a certificate of this name is kept."""
+    return directory() / f"certificate-{key}.json"
+
+
+def read(key: str) -> Certificate | None:
+    """Return the certificate of this name, or None where there is none that can be read."""
+    path = path_of(key)
+    try:
+        certificate = Certificate.from_json(path.read_text("utf-8"))
+        os.utime(path)
+    except FileNotFoundError:
+        return None
+    except (OSError, UnicodeDecodeError, GhostballError) as error:
+        logger.warning("%s can't be read and is computed anew: %s", path, error)
+        return None
+    return certificate
+
+
+def write(key: str, certificate: Certificate) -> None:
+    """Keep a certificate; where that can't be done, say so and go on."""
+    path = path_of(key)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # Another process may read at any time: the file appears whole or not at all.
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".certificate-")
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(certificate.to_json())
+        Path(temporary).replace(path)
+        _prune(path.parent)
+    except OSError as error:
+        logger.warning(
+            "certificates can't be kept in %s: %s. Every run will compute them again; set "
+            "GHOSTBALL_CACHE_DIR to a directory that can be written",
+            path.parent,
+            error.strerror or type(error).__name__,
+        )
+
+
+def _prune(folder: Path) -> None:
+    kept = sorted(folder.glob("certificate-*.json"), key=_last_used, reverse=True)
+    for path in kept[KEPT:]:
+        path.unlink(missing_ok=True)  # another process may have been quicker
+
+
+def _last_used(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except FileNotFoundError:
+        return 0.0

@@ -1,0 +1,132 @@
+"""Events that may come next, in the order of sure bounds; and which of them may be first."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from itertools import count
+
+from flint import arb
+
+from engine import EventKind
+from reference_adapters.certified.certificate import Choice
+from reference_adapters.certified.gaps import CushionGap, Meeting, PairGap, meeting
+from reference_adapters.certified.motion import Body
+from reference_adapters.certified.roots import NONE, Bracket
+
+_SLACK = 1e-9
+"""By how much a bound in doubles is put earlier [s]: far more than doubles err."""
+
+
+class Candidate:
+    """An event that may come next; void once one of its bodies is no longer the ball's.
+
+    Either when it happens is known, or only a quick search was made of its gap, for a bound.
+    """
+
+    __slots__ = ("bodies", "bracket", "choice", "gap", "key", "meeting")
+
+    def __init__(
+        self,
+        choice: Choice,
+        bodies: tuple[Body, ...],
+        gap: PairGap | CushionGap | None = None,
+        *,
+        bracket: Bracket | None = None,
+        found: Meeting | None = None,
+    ) -> None:
+        self.choice = choice
+        self.bodies = bodies
+        self.gap = gap
+        self.bracket = bracket
+        self.meeting = found
+        self.key = self._bound()
+
+    def _bound(self) -> float:
+        """Return an instant before which it surely doesn't happen [s]."""
+        if self.meeting is not None:
+            bound = math.nextafter(float(self.meeting.t.lower()), -math.inf)
+            # Where numbers have become too wide for anything: first of all, and undecided.
+            return bound if math.isfinite(bound) else -math.inf
+        assert self.gap is not None
+        assert self.bracket is not None
+        earliest = float((self.gap.t + self.bracket.low).lower())
+        return earliest - _SLACK * (1.0 + abs(earliest) * 1e-3)
+
+    def find(self, bits: int) -> bool:
+        """Enclose when it happens, if that wasn't done yet; False where it never does."""
+        if self.meeting is None:
+            assert self.gap is not None
+            assert self.bracket is not None
+            self.meeting = meeting(self.gap, self.bracket, bits)
+            if self.meeting is None:
+                return False
+            self.key = self._bound()
+        return True
+
+    @property
+    def instant(self) -> arb:
+        """When it happens; or, where that can't be told, an instant before which it doesn't [s]."""
+        assert self.meeting is not None
+        return self.meeting.t
+
+    @property
+    def told(self) -> bool:
+        """Whether it is known to happen, and when."""
+        return self.meeting is not None and self.meeting.s is not None
+
+    @property
+    def rank(self) -> tuple[int, int, int]:
+        """Its place among events of one instant: by kind, then by ball."""
+        return (int(self.choice.kind), self.choice.a, self.choice.b)
+
+    @property
+    def balls(self) -> tuple[int, ...]:
+        """Indices of its balls."""
+        c = self.choice
+        return (c.a, c.b) if c.kind is EventKind.BALL_BALL else (c.a,)
+
+
+class Agenda:
+    """All candidates, the one with the earliest bound first."""
+
+    def __init__(self, bits: int) -> None:
+        self._bits = bits
+        self._heap: list[tuple[float, int, Candidate]] = []
+        self._ticket = count()
+
+    def add(self, candidate: Candidate) -> None:
+        """Put a candidate on the agenda."""
+        heapq.heappush(self._heap, (candidate.key, next(self._ticket), candidate))
+
+    def add_searched(
+        self, gap: PairGap | CushionGap, bodies: tuple[Body, ...], high: float
+    ) -> None:
+        """Search a gap quickly up to a time [s]; note it where it may close."""
+        bracket = gap.quick(high)
+        if bracket.verdict != NONE:
+            self.add(Candidate(gap.choice, bodies, gap, bracket=bracket))
+
+    def take_first(self, bodies: list[Body]) -> list[Candidate]:
+        """Take off all candidates that may be first, each enclosed; those not void.
+
+        All that stay come later than the earliest of these that is told.
+        """
+        group: list[Candidate] = []
+        latest = math.inf
+        while self._heap and self._heap[0][0] <= latest:
+            _, _, candidate = heapq.heappop(self._heap)
+            if any(
+                bodies[k] is not body
+                for k, body in zip(candidate.balls, candidate.bodies, strict=True)
+            ):
+                continue
+            if candidate.meeting is None:
+                if candidate.find(self._bits):
+                    self.add(candidate)
+                continue
+            group.append(candidate)
+            if candidate.told:
+                upper = float(candidate.instant.upper())
+                latest = min(latest, math.nextafter(upper, math.inf))
+        return group

@@ -1,0 +1,147 @@
+"""What touches exactly at an instant, and which contacts are sustained.
+
+That a gap is exactly 0 can't be read off numbers that aren't exact: it is known of the scene's own
+doubles and of what just collided, and kept as long as nothing moves.
+"""
+
+from __future__ import annotations
+
+import math
+
+from flint import arb
+
+from engine import EventKind
+from reference_adapters.certified.arithmetic import (
+    ZERO,
+    SustainedContactError,
+    UndecidedError,
+    exactly,
+)
+from reference_adapters.certified.candidates import Candidate
+from reference_adapters.certified.certificate import Choice
+from reference_adapters.certified.gaps import SIDES
+from reference_adapters.certified.motion import Body
+from reference_adapters.certified.problem import Problem
+
+HOP = 2.0**-18
+"""Height of a hop, in diameters, at which a contact counts as sustained: 2e-7 m for pool balls.
+
+A ball that friction presses against another, or a cushion, bounces ever lower, without end in a
+finite time. Where a rebound at the speed of approach would not rise higher, the contact holds from
+there on; the model that is certified says so too (README, "What our engine models").
+"""
+
+LOW_HOPS = 4
+"""Hops of one contact in a row, each no higher than `HOP`, that are taken for an endless series.
+
+So it goes where friction presses only in between: a ball that rolls up to a resting one touches it
+again and again, since the one that it hit stops at once.
+"""
+
+AT_ONE_INSTANT = 10_000
+"""Impacts at one instant after which they are taken for an endless series."""
+
+
+class Contacts:
+    """Contacts of one run, at the instant of its last event."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._restores = problem.ball_restitution > 0.0
+        self._balls: set[tuple[int, int]] = set()
+        self._cushions: set[tuple[int, int]] = set()
+        self._still: dict[tuple[int, int], tuple[Body, ...]] = {}
+        self._hops: dict[Choice, tuple[float, float, int]] = {}
+        self._impacts = 0
+        for i in range(len(problem.balls)):
+            self._note_start(problem, i)
+
+    def _note_start(self, problem: Problem, i: int) -> None:
+        """Note what ball i touches in the scene, by its exact numbers."""
+        ball = problem.balls[i]
+        x, y, radius = exactly(ball.x), exactly(ball.y), exactly(ball.radius)
+        for j, other in enumerate(problem.balls[:i]):
+            dx, dy, reach = ball.x - other.x, ball.y - other.y, ball.radius + other.radius
+            if abs(dx * dx + dy * dy - reach * reach) > 1e-9 * reach * reach:
+                continue  # far from it: spare the rationals
+            rx, ry, r = x - exactly(other.x), y - exactly(other.y), radius + exactly(other.radius)
+            if rx * rx + ry * ry == r * r:
+                self._balls.add((j, i))
+        for cushion, line in enumerate(problem.noses):
+            if line is None:
+                continue
+            nx, ny = SIDES[cushion]
+            if nx * x + ny * y - (nx + ny) * exactly(line) == radius:
+                self._cushions.add((i, cushion))
+
+    def touches_ball(self, i: int, j: int) -> bool:
+        """Whether the gap of balls i < j is exactly 0."""
+        return (i, j) in self._balls
+
+    def touches_cushion(self, i: int, cushion: int) -> bool:
+        """Whether the gap of ball i to a cushion is exactly 0."""
+        return (i, cushion) in self._cushions
+
+    def is_still(self, i: int, j: int, bodies: tuple[Body, ...]) -> bool:
+        """Whether balls i < j have just lost all approach, in an impact without restitution."""
+        kept = self._still.get((i, j))
+        return kept is not None and all(a is b for a, b in zip(kept, bodies, strict=True))
+
+    def start_instant(self, bodies: list[Body]) -> None:
+        """Forget, at a new instant, the contacts of what moved until then."""
+        self._impacts = 0
+        self._balls = {(i, j) for i, j in self._balls if bodies[i].resting and bodies[j].resting}
+        self._cushions = {(i, c) for i, c in self._cushions if _keeps_to(bodies[i], c)}
+
+    def same_instant(self, choice: Choice, t: arb) -> None:
+        """Count an event at the instant of the last one; raise where they don't end."""
+        self._impacts += 1
+        if self._impacts > AT_ONE_INSTANT:
+            raise SustainedContactError("impacts without end at one instant", (choice,), t)
+
+    def note(self, choice: Choice, bodies: tuple[Body, ...], overlapping: bool) -> None:
+        """Note that what just collided touches, unless it overlaps."""
+        if overlapping:
+            return
+        if choice.kind is EventKind.BALL_CUSHION:
+            self._cushions.add((choice.a, choice.b))
+        elif choice.kind is EventKind.BALL_BALL:
+            self._balls.add((choice.a, choice.b))
+            if not self._restores:
+                self._still[choice.a, choice.b] = bodies
+
+    def check_hop(self, chosen: Candidate, rate: arb, opening: arb, diameter: arb) -> None:
+        """Raise where the contact that an event makes is sustained from here on.
+
+        Parameters
+        ----------
+        rate : arb [m/s]
+            Of the gap, before the impact.
+        opening : arb [m/s^2]
+            By which the gap would open, or is pulled closed where it is negative.
+        diameter : arb [m]
+            The sum of the radii, or twice the ball's.
+        """
+        choice, t, square = chosen.choice, chosen.instant, rate * rate
+        most = 2 * HOP * diameter * arb.max(-opening, ZERO)
+        if not square > most:
+            if opening < 0 and square <= most:
+                raise SustainedContactError("pressed together", (choice,), t)
+            raise UndecidedError("whether they bounce or stay in contact", (choice,), t)
+        self._count_hop(chosen, abs(float(rate)), HOP * float(diameter))
+
+    def _count_hop(self, chosen: Candidate, speed: float, height: float) -> None:
+        """Count low hops in a row; in doubles, since where to stop is a choice."""
+        if all(body.constants.rolling.is_zero() for body in chosen.bodies):
+            return
+        choice, now = chosen.choice, float(chosen.instant)
+        before, was, hops = self._hops.get(choice, (-math.inf, 0.0, 0))
+        hops = hops + 1 if (now - before) * max(speed, was) <= height else 0
+        if hops > LOW_HOPS:
+            raise SustainedContactError("bounces that get ever lower", (choice,), chosen.instant)
+        self._hops[choice] = (now, speed, hops)
+
+
+def _keeps_to(body: Body, cushion: int) -> bool:
+    """Whether the distance of a ball from a cushion stays exactly as it is."""
+    v, a = (body.vx, body.ax) if SIDES[cushion][0] else (body.vy, body.ay)
+    return bool(v.is_zero() and a.is_zero())

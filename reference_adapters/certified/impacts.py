@@ -1,0 +1,97 @@
+"""One impact: balls moved to its instant, turned into the frame of the contact, and sent off."""
+
+from __future__ import annotations
+
+from flint import arb
+
+from reference_adapters.certified.arithmetic import ZERO, Vector, exactly
+from reference_adapters.certified.candidates import Candidate
+from reference_adapters.certified.contacts import Contacts
+from reference_adapters.certified.gaps import SIDES, PairGap
+from reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
+from reference_adapters.certified.motion import Body
+from reference_adapters.certified.problem import Problem
+
+
+class Impacts:
+    """What impacts do in one run.
+
+    Both methods raise where the outcome can't be told, or the contact is sustained from here on.
+    """
+
+    def __init__(self, problem: Problem, contacts: Contacts) -> None:
+        self._problem = problem
+        self._laws = Laws(problem)
+        self._contacts = contacts
+
+    def overlapping(self, chosen: Candidate) -> bool:
+        """Whether an impact begins in an overlap, by the rounding of the scene's numbers."""
+        assert chosen.meeting is not None
+        assert chosen.meeting.s is not None
+        a, b = chosen.choice.a, chosen.choice.b
+        pair = isinstance(chosen.gap, PairGap)
+        known = self._contacts.touches_ball if pair else self._contacts.touches_cushion
+        return chosen.meeting.s.is_zero() and not known(a, b)
+
+    def collided(self, chosen: Candidate, order: int) -> tuple[Body, ...]:
+        """Return both balls after their impact."""
+        assert isinstance(chosen.gap, PairGap)
+        assert chosen.meeting is not None
+        assert chosen.meeting.s is not None
+        gap, s = chosen.gap, chosen.meeting.s
+        n = gap.normal(s, touching=not self.overlapping(chosen))
+        (vx, vy), (ax, ay) = gap.rate(s), gap.pull()
+        rate, across = n[0] * vx + n[1] * vy, n[0] * vy - n[1] * vx
+        # The second derivative of the distance: the line of centres turns away, and friction.
+        opening = across * across / gap.reach + n[0] * ax + n[1] * ay
+        self._contacts.check_hop(chosen, rate, opening, gap.reach)
+        places, seen = [], []
+        for body in chosen.bodies:
+            # The gap's own time is narrower than a difference of instants.
+            dt = s if body.t is gap.t else (gap.t - body.t) + s
+            moved = ZERO if body.resting else dt
+            places.append(body.position_after(moved))
+            v, u = body.velocity_after(moved), body.slip_after(moved)
+            seen.append(seen_along(n, v, u, body.spin_after(dt), body.constants.radius))
+        after = self._laws.collide(chosen.choice.a, chosen.choice.b, seen[0], seen[1])
+        return tuple(
+            self._sent_off(body, n, place, ball, chosen.instant, order)
+            for body, place, ball in zip(chosen.bodies, places, after, strict=True)
+        )
+
+    def bounced(self, chosen: Candidate, order: int) -> Body:
+        """Return a ball after it met a cushion."""
+        assert chosen.meeting is not None
+        assert chosen.meeting.s is not None
+        body, s = chosen.bodies[0], chosen.meeting.s
+        inward = SIDES[chosen.choice.b]
+        (vx, vy), u = body.velocity_after(s), body.slip_after(s)
+        rate = inward[0] * vx + inward[1] * vy
+        opening = inward[0] * body.ax + inward[1] * body.ay
+        self._contacts.check_hop(chosen, rate, opening, 2 * body.constants.radius)
+        n = (arb(-inward[0]), arb(-inward[1]))
+        seen = seen_along(n, (vx, vy), u, body.spin_after(s), body.constants.radius)
+        after = self._laws.bounce(chosen.choice.a, seen)
+        place = body.position_after(s)
+        if not self.overlapping(chosen):
+            place = self._at_cushion(chosen.choice.a, chosen.choice.b, place)
+        return self._sent_off(body, n, place, after, chosen.instant, order)
+
+    def _sent_off(
+        self, body: Body, n: Vector, place: Vector, after: Seen, t: arb, order: int
+    ) -> Body:
+        velocity, slip = seen_from_table(n, after)
+        if not self._problem.slides:
+            slip = (ZERO, ZERO)  # a ball that always rolls has the spin of its velocity
+        return Body(body.constants, place, velocity, slip, after.wz, t, order)
+
+    def _at_cushion(self, i: int, cushion: int, place: Vector) -> Vector:
+        """Return where ball i touches a cushion: across it there is no doubt.
+
+        Without this, the instants of a ball between a cushion and another grow wider at every
+        bounce (Galperin's 31415 collisions would need a hundred thousand bits).
+        """
+        line, radius = self._problem.noses[cushion], self._problem.balls[i].radius
+        assert line is not None
+        across = arb(exactly(line) + sum(SIDES[cushion]) * exactly(radius))
+        return (across, place[1]) if SIDES[cushion][0] else (place[0], across)

@@ -1,0 +1,209 @@
+"""What impacts do, in balls, written from the cited equations.
+
+Each ball is seen in the frame of its contact: n, the unit normal; t = z x n; z up. Its spin is seen
+through its slip over the cloth, u = v - d, where R w = z x d + R wz z: so R w has the component d_n
+along t and -d_t along n, and what doesn't turn the ball changes u as it changes v.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flint import arb, fmpq
+
+from reference_adapters.certified.arithmetic import (
+    ONE,
+    ZERO,
+    UndecidedError,
+    Vector,
+    exactly,
+    length,
+)
+from reference_adapters.certified.problem import Problem
+
+STICKING = fmpq(2, 7)
+"""Share of a slip, over the mass, that ends it: a sphere's surface yields 7/2 times as easily."""
+
+# Alciatore's fit to Marlow's measurements, technical proof A.14: a + b exp(-c v), [1], [1], [s/m].
+ALCIATORE = tuple(exactly(number) for number in (9.951e-3, 0.108, 1.088))
+
+
+class Seen(NamedTuple):
+    """A ball at an impact, in the frame of the contact; velocities in m/s."""
+
+    vn: arb
+    vt: arb
+    un: arb
+    ut: arb
+    wz: arb  # [rad/s]
+    radius: arb  # [m]
+
+    @property
+    def dn(self) -> arb:
+        """R w along t [m/s]."""
+        return self.vn - self.un
+
+    @property
+    def dt(self) -> arb:
+        """Minus R w along n [m/s]."""
+        return self.vt - self.ut
+
+
+class Laws:
+    """The laws of impacts of one problem, in the precision at hand."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._restitution = arb(problem.ball_restitution)
+        self._friction = None if problem.ball_friction is None else arb(problem.ball_friction)
+        self._rubs = problem.ball_friction != 0.0
+        self._alciatore = tuple(arb(number) for number in ALCIATORE)
+        self._cushion = problem.cushion
+        self._cushion_restitution = arb(problem.cushion_restitution)
+        self._cushion_tangential = arb(problem.cushion_tangential)
+        self._cushion_friction = arb(problem.cushion_friction)
+        self._height = exactly(problem.cushion_height)
+        # What part of the approach each ball takes, exactly: 1 for equal elastic balls.
+        e, masses = exactly(problem.ball_restitution), [exactly(b.mass) for b in problem.balls]
+        self._exchange = {
+            (m, other): arb((1 + e) * other / (m + other)) for m in masses for other in masses
+        }
+        self._masses = masses
+        self._radii = [exactly(b.radius) for b in problem.balls]
+
+    def collide(self, i: int, j: int, a: Seen, b: Seen) -> tuple[Seen, Seen]:
+        """Return balls i and j after their impact; n from i to j.
+
+        Wallace and Schroeder (1988); Alciatore, technical proof A.14: the normal impulse is
+        (1 + e) times the approach, friction at most mu times as much, and no more than 2/7 of the
+        slip, which ends it. Vertical velocities are dropped.
+        """
+        mi, mj = self._masses[i], self._masses[j]
+        to_a, to_b = self._exchange[mi, mj], self._exchange[mj, mi]
+        after_a, after_b = _exchanged(a, b, to_a), _exchanged(b, a, to_b)
+        if not self._rubs:
+            return after_a, after_b
+        along = a.vt - b.vt + (a.radius * a.wz + b.radius * b.wz)
+        up = -(a.dn + b.dn)
+        part = self._part(along, up, a.vn - b.vn)
+        along, up = part * along, part * up
+        share_a, share_b = arb(mj / (mi + mj)), arb(mi / (mi + mj))
+        return (
+            _rubbed(after_a, share_a, -along, along, up),
+            _rubbed(after_b, share_b, along, along, up),
+        )
+
+    def _part(self, along: arb, up: arb, approach: arb) -> arb:
+        """Return what part of the slip the friction of an impact takes, over the reduced mass."""
+        slip = length(along, up)
+        mu = self._friction
+        if mu is None:
+            least, span, rate = self._alciatore
+            mu = least + span * (-rate * slip).exp()
+        return _capped((1 + self._restitution) * mu * approach, slip)
+
+    def bounce(self, i: int, seen: Seen) -> Seen:
+        """Return ball i after a cushion that n points into.
+
+        Mirror and restitution: factors on vn and vt, the spin untouched (the paper, 4.2). Han
+        (2005), equations 14 to 21 with the errata of the print; "frictional" is the same at the
+        height of the centre.
+        """
+        if self._cushion in ("mirror", "restitution"):
+            vn, vt = -self._cushion_restitution * seen.vn, self._cushion_tangential * seen.vt
+            return seen._replace(
+                vn=vn,
+                vt=vt,
+                un=seen.un - (1 + self._cushion_restitution) * seen.vn,
+                ut=seen.ut - (1 - self._cushion_tangential) * seen.vt,
+            )
+        sine, cosine = ZERO, ONE
+        if self._cushion == "han2005":
+            radius = self._radii[i]
+            ratio = (self._height - radius) / radius
+            sine = arb(ratio)
+            cosine = arb(1 - ratio * ratio).sqrt()
+        return self._bounce_off_nose(seen, sine, cosine)
+
+    def _bounce_off_nose(self, seen: Seen, sine: arb, cosine: arb) -> Seen:
+        e = self._cushion_restitution
+        slip_down = seen.vn * sine + seen.dn
+        slip_along = seen.vt + seen.radius * seen.wz * cosine + seen.dt * sine
+        push = (1 + e) * cosine * seen.vn
+        share = _capped(self._cushion_friction * push, length(slip_down, slip_along))
+        down, along = -share * slip_down, -share * slip_along
+        vn = seen.vn * (sine * sine - e * cosine * cosine) + down * sine
+        if not vn <= 0:
+            # The ball would still approach: wedged between nose and cloth, it stops along n.
+            if not vn > 0:
+                raise UndecidedError("whether the cushion stops it")
+            vn = ZERO
+        return Seen(
+            vn=vn,
+            vt=seen.vt + along,
+            un=seen.un + (vn - seen.vn) - 5 * down / 2,
+            ut=seen.ut + along - 5 * along * sine / 2,
+            wz=seen.wz + 5 * along * cosine / (2 * seen.radius),
+            radius=seen.radius,
+        )
+
+
+def _exchanged(own: Seen, other: Seen, part: arb) -> Seen:
+    """Return a ball that takes `part` of the difference of the two normal velocities.
+
+    As a mean, so that equal elastic balls swap their speeds exactly.
+    """
+    vn = (1 - part) * own.vn + part * other.vn
+    return own._replace(vn=vn, un=own.un + part * (other.vn - own.vn))
+
+
+def _capped(most: arb, slip: arb) -> arb:
+    """Return what part of a slip a friction of at most `most` takes, no more than 2/7.
+
+    It rises with `most` and falls with the slip: where the slip may be 0, the ends give the range.
+    """
+    limit = arb(STICKING)
+    if most.is_zero():
+        return ZERO
+    if most > limit * slip:
+        return limit
+    if slip > 0:
+        return arb.min(most / slip, limit)
+    least = ZERO
+    if slip.upper() > 0 and most > 0:
+        least = arb.min(most.lower() / slip.upper(), limit)
+    return least.union(limit)
+
+
+def _rubbed(ball: Seen, share: arb, push: arb, along: arb, up: arb) -> Seen:
+    """Return a ball that friction pushes along t and turns; R / I is 5 / (2 m R).
+
+    The turn is the same for both balls, since arm and impulse both change their sign.
+    """
+    return ball._replace(
+        vt=ball.vt + share * push,
+        un=ball.un - 5 * share * up / 2,
+        ut=ball.ut + share * push,
+        wz=ball.wz - 5 * share * along / (2 * ball.radius),
+    )
+
+
+def seen_along(n: Vector, velocity: Vector, slip: Vector, wz: arb, radius: arb) -> Seen:
+    """Turn a ball into the frame of a contact with normal n."""
+    (nx, ny), (vx, vy), (ux, uy) = n, velocity, slip
+    return Seen(
+        vn=nx * vx + ny * vy,
+        vt=nx * vy - ny * vx,
+        un=nx * ux + ny * uy,
+        ut=nx * uy - ny * ux,
+        wz=wz,
+        radius=radius,
+    )
+
+
+def seen_from_table(n: Vector, seen: Seen) -> tuple[Vector, Vector]:
+    """Turn a ball back: its velocity and its slip."""
+    nx, ny = n
+    return (
+        (nx * seen.vn - ny * seen.vt, ny * seen.vn + nx * seen.vt),
+        (nx * seen.un - ny * seen.ut, ny * seen.un + nx * seen.ut),
+    )

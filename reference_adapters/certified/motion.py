@@ -1,0 +1,271 @@
+"""One ball on the cloth until something acts on it: where it is, and when its phase ends.
+
+The state is the velocity v of the centre, the slip u of the lowest point over the cloth, and the
+spin about the vertical. With u in place of the angular velocity, rolling is u = 0 exactly, and an
+impulse without friction adds the same to both.
+
+Slip: du/dt = -(7/2) mu_s g u/|u|, so its direction never changes and it ends after
+2 |u| / (7 mu_s g), when the cloth has taken (2/7) u from v. Rolling: straight, slowed by mu_r g
+(Leckie and Greenspan 2006, section 2; Alciatore, technical proofs; the paper, section 5.2).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from flint import arb
+
+from engine import EventKind
+from engine.trajectory import Phase
+from reference_adapters.certified.arithmetic import (
+    ZERO,
+    Vector,
+    exactly,
+    length,
+    radius_of,
+    unit,
+)
+from reference_adapters.certified.problem import BallNumbers, Problem
+
+_EXACT_ENOUGH = 1e-13
+"""Relative width of a state up to which a search in doubles may stand for it; see `contacts`."""
+
+_SMALLEST, _LARGEST = 1e-60, 1e60
+"""Between these doubles neither over- nor underflow in products of four."""
+
+
+class Constants(NamedTuple):
+    """What never changes about a ball."""
+
+    radius: arb  # [m]
+    mass: arb  # [kg]
+    rolling: arb  # deceleration of a rolling ball [m/s^2]
+    sliding: arb  # of a sliding one [m/s^2]
+    spinning: arb  # of the spin about the vertical [rad/s^2]
+
+
+class Quick(NamedTuple):
+    """A state in doubles, for searches that have a margin for it."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    ax: float
+    ay: float
+    speed: float  # |vx| + |vy|
+    pull: float  # |ax| + |ay|
+    place: float  # |x| + |y|
+    exact_enough: bool
+
+
+class Body:
+    """One ball from an instant on, until its phase ends or something acts on it; never changed.
+
+    Attributes
+    ----------
+    constants : Constants
+    x, y : arb [m]
+    vx, vy : arb [m/s]
+    ux, uy : arb [m/s]
+        Slip; exactly 0 where the ball rolls or rests.
+    wz : arb [rad/s]
+    t : arb [s]
+        The instant. Two bodies that something acted on at one instant share the object.
+    order : int
+        Number of the instant, in order of time.
+    phase : Phase
+    ax, ay : arb [m/s^2]
+    duration : arb or None [s]
+        How long the phase lasts, if nothing acts on the ball; None is without end.
+    """
+
+    __slots__ = (
+        "ax",
+        "ay",
+        "constants",
+        "duration",
+        "end",
+        "order",
+        "phase",
+        "quick",
+        "t",
+        "ux",
+        "uy",
+        "vx",
+        "vy",
+        "wz",
+        "x",
+        "y",
+    )
+
+    def __init__(
+        self,
+        constants: Constants,
+        position: Vector,
+        velocity: Vector,
+        slip: Vector,
+        wz: arb,
+        t: arb,
+        order: int,
+    ) -> None:
+        self.constants = constants
+        self.x, self.y = position
+        self.vx, self.vy = velocity
+        self.ux, self.uy = slip
+        self.wz = wz
+        self.t = t
+        self.order = order
+        self.ax = self.ay = ZERO
+        self.duration: arb | None = None
+        self.phase = self._start()
+        self.end = math.inf if self.duration is None else float((t + self.duration).upper())
+        self.quick = self._in_doubles()
+
+    def _start(self) -> Phase:
+        """Set accelerations and duration, and return the phase.
+
+        Raises
+        ------
+        UndecidedError
+            Where the ball may or may not slip, or move.
+        """
+        constants = self.constants
+        if not (self.ux.is_zero() and self.uy.is_zero()):
+            x, y = unit(self.ux, self.uy, "whether it slides or rolls")
+            if not constants.sliding.is_zero():
+                self.ax, self.ay = -constants.sliding * x, -constants.sliding * y
+                self.duration = 2 * length(self.ux, self.uy) / (7 * constants.sliding)
+            return Phase.SLIDING
+        if self.vx.is_zero() and self.vy.is_zero():
+            return Phase.RESTING
+        x, y = unit(self.vx, self.vy, "whether it moves or rests")
+        if not constants.rolling.is_zero():
+            self.ax, self.ay = -constants.rolling * x, -constants.rolling * y
+            self.duration = length(self.vx, self.vy) / constants.rolling
+        return Phase.ROLLING
+
+    @property
+    def resting(self) -> bool:
+        """Whether its centre rests until something acts on it; it may spin on the spot."""
+        if self.phase is Phase.SLIDING:
+            slips = not self.constants.sliding.is_zero()
+            return not slips and self.vx.is_zero() and self.vy.is_zero()
+        return self.phase is Phase.RESTING
+
+    @property
+    def end_kind(self) -> EventKind:
+        """What the end of its phase is called."""
+        if self.phase is Phase.ROLLING:
+            return EventKind.ROLL_TO_REST
+        vx, vy = self._final_velocity()
+        stops = vx.is_zero() and vy.is_zero()
+        return EventKind.ROLL_TO_REST if stops else EventKind.SLIDE_TO_ROLL
+
+    def _final_velocity(self) -> Vector:
+        """Return the velocity with which the phase ends."""
+        if self.phase is Phase.ROLLING:
+            return (ZERO, ZERO)
+        # One quotient, so that equal numbers leave exactly 0.
+        return ((7 * self.vx - 2 * self.ux) / 7, (7 * self.vy - 2 * self.uy) / 7)
+
+    def position_after(self, s: arb) -> Vector:
+        """Return the centre after a time s of this phase [m]."""
+        return (
+            self.x + s * (self.vx + s * self.ax / 2),
+            self.y + s * (self.vy + s * self.ay / 2),
+        )
+
+    def velocity_after(self, s: arb) -> Vector:
+        """Return the velocity after a time s of this phase [m/s]."""
+        return (self.vx + s * self.ax, self.vy + s * self.ay)
+
+    def slip_after(self, s: arb) -> Vector:
+        """Return the slip after a time s of this phase [m/s]."""
+        if self.phase is not Phase.SLIDING:
+            return (ZERO, ZERO)
+        return (self.ux + 7 * s * self.ax / 2, self.uy + 7 * s * self.ay / 2)
+
+    def spin_after(self, s: arb) -> arb:
+        """Return the spin about the vertical after a time s [rad/s]: it decays in any phase."""
+        return decayed(self.wz, s * self.constants.spinning)
+
+    def after_phase(self, t: arb, order: int) -> Body:
+        """Return the ball as it is once its phase has ended by itself, at the instant t.
+
+        The mean of both velocities times the duration is the way.
+        """
+        assert self.duration is not None
+        s = self.duration
+        vx, vy = self._final_velocity()
+        position = (self.x + s * (self.vx + vx) / 2, self.y + s * (self.vy + vy) / 2)
+        wz = self.spin_after(s)
+        return Body(self.constants, position, (vx, vy), (ZERO, ZERO), wz, t, order)
+
+    def _in_doubles(self) -> Quick:
+        x, y, vx, vy = float(self.x), float(self.y), float(self.vx), float(self.vy)
+        ax, ay = float(self.ax), float(self.ay)
+        speed, pull, place = abs(vx) + abs(vy), abs(ax) + abs(ay), abs(x) + abs(y)
+        most, radius = _EXACT_ENOUGH, float(self.constants.radius)
+        size = most * radius
+        enough = (
+            radius > _SMALLEST
+            and place + speed + pull < _LARGEST
+            and radius_of(self.x) <= size
+            and radius_of(self.y) <= size
+            and radius_of(self.t) * speed <= size
+            and radius_of(self.t) <= most
+            and radius_of(self.vx) + radius_of(self.vy) <= most * speed
+            and radius_of(self.ax) + radius_of(self.ay) <= most * pull
+        )
+        return Quick(x, y, vx, vy, ax, ay, speed, pull, place, enough)
+
+
+def decayed(spin: arb, loss: arb) -> arb:
+    """Return a spin whose size has lost `loss`, but no more than it had.
+
+    Rises with the spin, and with the loss only towards 0: so ends of intervals give the range.
+    """
+    if spin.is_zero():
+        return ZERO
+    if spin > 0:
+        return arb.max(spin - loss, ZERO)
+    if spin < 0:
+        return arb.min(spin + loss, ZERO)
+    least = loss.lower().nonnegative_part()
+    top = arb.max(spin.upper() - least, ZERO)
+    bottom = arb.min(spin.lower() + least, ZERO)
+    return bottom.union(top)
+
+
+def constants_of(ball: BallNumbers, problem: Problem) -> Constants:
+    """Return the constants of a ball; products in the precision at hand."""
+    gravity = arb(problem.gravity)
+    return Constants(
+        radius=arb(ball.radius),
+        mass=arb(ball.mass),
+        rolling=arb(ball.rolling_friction) * gravity,
+        sliding=arb(ball.sliding_friction) * gravity,
+        spinning=arb(ball.spinning_friction_rate),
+    )
+
+
+def body_at_start(ball: BallNumbers, problem: Problem) -> Body:
+    """Return a ball at t = 0; its slip is rounded from the exact one, so 0 is exactly 0."""
+    slip = (ZERO, ZERO)
+    if not ball.rolls:
+        radius = exactly(ball.radius)
+        slip = (
+            arb(exactly(ball.vx) - radius * exactly(ball.wy)),
+            arb(exactly(ball.vy) + radius * exactly(ball.wx)),
+        )
+    return Body(
+        constants_of(ball, problem),
+        (arb(ball.x), arb(ball.y)),
+        (arb(ball.vx), arb(ball.vy)),
+        slip,
+        arb(ball.wz),
+        ZERO,
+        0,
+    )

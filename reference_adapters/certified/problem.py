@@ -1,0 +1,96 @@
+"""A scene reduced to the exact numbers that decide its motion; equal problems, equal proofs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from engine.scene import CUSHIONS, Scene
+
+
+@dataclass(frozen=True)
+class BallNumbers:
+    """One ball, in SI units; every number is the very double of the scene."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    wx: float
+    wy: float
+    wz: float
+    rolls: bool  # starts without slip, or at rest: `Scene.rolls`
+    radius: float
+    mass: float
+    rolling_friction: float
+    sliding_friction: float
+    spinning_friction_rate: float
+
+
+@dataclass(frozen=True)
+class Problem:
+    """All that the motion of a scene depends on; names, titles and tags are no part of it.
+
+    `noses` are the lines of the cushions in the order of `CUSHIONS` [m], None where a side is open.
+    """
+
+    balls: tuple[BallNumbers, ...]
+    noses: tuple[float | None, ...]
+    t_max: float | None
+    gravity: float
+    slides: bool
+    ball_restitution: float
+    ball_friction: float | None  # None: Alciatore's curve
+    cushion: str
+    cushion_restitution: float
+    cushion_tangential: float
+    cushion_friction: float
+    cushion_height: float
+
+
+def problem_of(scene: Scene) -> Problem:
+    """Return the numbers of a scene that the engine can certify."""
+    physics, table = scene.physics, scene.table
+    rolls, spins = scene.rolls, scene.angular_velocities
+    rolling, sliding = scene.rolling_frictions, scene.sliding_frictions
+    spinning = scene.spinning_friction_rates
+    balls = tuple(
+        BallNumbers(
+            x=ball.position[0],
+            y=ball.position[1],
+            vx=ball.velocity[0],
+            vy=ball.velocity[1],
+            wx=float(spins[i, 0]),
+            wy=float(spins[i, 1]),
+            wz=float(spins[i, 2]),
+            rolls=bool(rolls[i]),
+            radius=ball.radius,
+            mass=ball.mass,
+            rolling_friction=float(rolling[i]),
+            sliding_friction=float(sliding[i]),
+            spinning_friction_rate=float(spinning[i]),
+        )
+        for i, ball in enumerate(scene.balls)
+    )
+    noses: list[float | None] = [None] * len(CUSHIONS)
+    if table is not None:
+        lines = (0.0, table.length, 0.0, table.width)
+        noses = [
+            line if name in table.cushions else None
+            for name, line in zip(CUSHIONS, lines, strict=True)
+        ]
+    mirror = physics.cushion == "mirror"
+    friction = physics.ball_friction
+    return Problem(
+        balls=balls,
+        noses=tuple(noses),
+        t_max=scene.t_max,
+        gravity=physics.gravity,
+        slides=physics.motion == "sliding",
+        ball_restitution=physics.ball_restitution,
+        ball_friction=None if friction == "alciatore" else float(friction),
+        cushion=physics.cushion,
+        cushion_restitution=1.0 if mirror else physics.cushion_restitution,
+        cushion_tangential=1.0 if mirror else physics.cushion_tangential_restitution,
+        cushion_friction=physics.cushion_friction,
+        cushion_height=physics.cushion_height,
+    )

@@ -1,0 +1,183 @@
+"""A certificate of a shot: runs in wider and wider precision until everything is proved."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from flint import arb
+from numpy.typing import NDArray
+
+from engine.trajectory import Phase
+from reference_adapters.certified.arithmetic import (
+    ZERO,
+    SustainedContactError,
+    UndecidedError,
+    enclosure_of,
+    radius_of,
+    working_precision,
+)
+from reference_adapters.certified.certificate import (
+    Certificate,
+    CertifiedEvent,
+    Choice,
+    Ending,
+)
+from reference_adapters.certified.motion import Body
+from reference_adapters.certified.problem import Problem
+from reference_adapters.certified.run import Run
+from reference_adapters.certified.settings import CertifiedSettings
+
+
+class _Stop(NamedTuple):
+    """Where one run ended, and why."""
+
+    ending: Ending
+    what: str
+    choices: tuple[Choice, ...]
+    t: arb
+    final: bool  # whether more precision can't get any further
+    events: int  # proved until then
+
+
+def prove(
+    problem: Problem, ids: tuple[str, ...], settings: CertifiedSettings, *, motion: bool
+) -> Certificate:
+    """Prove what happens in a problem whose balls have these names, as far as it can be proved.
+
+    With `motion` the motion between events is kept, too.
+    """
+    started = time.perf_counter()
+    deadline = started + settings.time_limit
+    before: _Stop | None = None
+    for bits in _precisions(settings):
+        with working_precision(bits):
+            run = Run(problem, bits)
+            stop = _attempt(run, settings, deadline)
+            if not stop.final and time.perf_counter() > deadline:
+                stop = stop._replace(ending="time limit", final=True)
+            if not stop.final and bits == settings.max_precision:
+                stop = _at_the_cap(stop, before)
+            if stop.final:
+                seconds = time.perf_counter() - started
+                return _certificate(run, stop, _reason(stop, ids, settings), seconds, motion)
+            before = stop
+    raise AssertionError("the last precision is final")
+
+
+def _at_the_cap(stop: _Stop, before: _Stop | None) -> _Stop:
+    """Return what to call an end that more bits might have moved."""
+    if stop.ending not in ("ambiguous", "proved"):
+        return stop._replace(final=True)
+    # Where the last widening didn't get any further, the numbers are equal for all we know.
+    further = before is None or stop._replace(t=before.t) != before
+    tie = stop.ending == "ambiguous" and not further
+    return stop._replace(ending="ambiguous" if tie else "precision cap", final=True)
+
+
+def _precisions(settings: CertifiedSettings) -> Iterator[int]:
+    bits = settings.start_precision
+    while bits < settings.max_precision:
+        yield bits
+        bits *= 2
+    yield settings.max_precision
+
+
+def _attempt(run: Run, settings: CertifiedSettings, deadline: float) -> _Stop:
+    """Run in one precision, and say where and why it ended."""
+    try:
+        ending = run.go(settings.max_events, deadline)
+        end = run.end_instant() if run.ended else run.now
+        stop = _Stop(ending, f"positions to {settings.width:g} m (`width`)", (), end, True, 0)
+    except SustainedContactError as error:
+        stop = _Stop("sustained contact", error.what, error.choices, error.t, True, 0)
+    except UndecidedError as error:
+        stop = _Stop("ambiguous", error.what, error.choices, error.t, error.exact, 0)
+    end = stop.t if run.ended else run.now
+    final = stop.final and _widest(run, end) <= settings.width
+    return stop._replace(final=final, events=len(run.events))
+
+
+def _widest(run: Run, end: arb) -> float:
+    """Width of the widest number that a certificate would hold, in m, s and m/s."""
+    numbers = [end, *(t for _, t, _ in run.events)]
+    for body in run.bodies:
+        place, velocity, spin = _state_at(body, end)
+        numbers += [*place, *velocity, *(body.constants.radius * w for w in spin)]
+    return 2.0 * max(map(radius_of, numbers))
+
+
+def _reason(stop: _Stop, ids: tuple[str, ...], settings: CertifiedSettings) -> str:
+    """Return the sentence that says why a proof ended early."""
+    named = "; ".join(choice.describe(ids) for choice in stop.choices)
+    colon = ": " if named else ""
+    at = f"{colon}{named}, at t = {float(stop.t):.17g} s"
+    if stop.ending == "ambiguous":
+        return f"can't tell {stop.what}{at}"
+    if stop.ending == "precision cap":
+        cap = f"{settings.max_precision} bits (`max_precision`) don't tell"
+        return f"{cap} {stop.what}{at}. Raise it"
+    if stop.ending == "sustained contact":
+        return f"{stop.what}, sustained from here on{at}"
+    if stop.ending == "event limit":
+        return f"{settings.max_events} events (`max_events`){at}"
+    if stop.ending == "time limit":
+        return f"{settings.time_limit:g} s of computing (`time_limit`){at}"
+    return ""
+
+
+def _certificate(run: Run, stop: _Stop, reason: str, seconds: float, motion: bool) -> Certificate:
+    positions, velocities, spins = [], [], []
+    end = stop.t if run.ended else run.now
+    for body in run.bodies:
+        place, velocity, spin = _state_at(body, end)
+        positions.append(tuple(map(enclosure_of, place)))
+        velocities.append(tuple(map(enclosure_of, velocity)))
+        spins.append(tuple(map(enclosure_of, spin)))
+    return Certificate(
+        ending=stop.ending,
+        reason=reason,
+        choices=stop.choices,
+        precision=run.bits,
+        events=tuple(
+            CertifiedEvent(choice.kind, choice.a, choice.b, enclosure_of(t), tie)
+            for choice, t, tie in run.events
+        ),
+        t_end=enclosure_of(end),
+        rested=run.rested,
+        positions=tuple(positions),
+        velocities=tuple(velocities),
+        spins=tuple(spins),
+        seconds=seconds,
+        knots=_knots(run) if motion else None,
+    )
+
+
+def _state_at(body: Body, t: arb) -> tuple[tuple[arb, ...], tuple[arb, ...], tuple[arb, ...]]:
+    s = ZERO if body.t is t else t - body.t
+    place = (body.x, body.y) if body.resting else body.position_after(s)
+    velocity = (body.vx, body.vy) if body.resting else body.velocity_after(s)
+    wx, wy = _turning(body, velocity, body.slip_after(s))
+    return place, velocity, (wx, wy, body.spin_after(s))
+
+
+def _turning(body: Body, velocity: tuple[arb, arb], slip: tuple[arb, arb]) -> tuple[arb, arb]:
+    """Return the angular velocity about the horizontal, from u = (vx - R wy, vy + R wx)."""
+    radius = body.constants.radius
+    return (slip[1] - velocity[1]) / radius, (velocity[0] - slip[0]) / radius
+
+
+def _knots(run: Run) -> tuple[NDArray[np.float64], ...]:
+    """Return the motion of each ball in doubles, as an `ExactTrajectory` has it."""
+    rows: list[list[tuple[float, ...]]] = [[] for _ in run.bodies]
+    for k, body in run.knots:
+        wx, wy = _turning(body, (body.vx, body.vy), (body.ux, body.uy))
+        radius, slides = body.constants.radius, body.phase is Phase.SLIDING
+        bx = 5 * body.ay / (2 * radius) if slides else ZERO
+        by = -5 * body.ax / (2 * radius) if slides else ZERO
+        place = (body.t, body.x, body.y, body.vx, body.vy, body.ax, body.ay)
+        numbers = (*place, wx, wy, body.wz, bx, by, ZERO)
+        rows[k].append((*map(float, numbers), float(body.phase)))
+    return tuple(np.array(row, dtype=np.float64) for row in rows)

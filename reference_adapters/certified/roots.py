@@ -1,0 +1,282 @@
+"""The first instant at which a gap closes, isolated with proof.
+
+A gap is a polynomial of degree 4 or less in the time. In Bernstein form on an interval it lies
+between its least and its largest coefficient, and has at most as many roots there as its
+coefficients change sign (Descartes; Rouillier and Zimmermann 2004). So coefficients that are all
+positive exclude the interval, and + ... + - ... - isolates one root, which is an entry; anything
+else is cut in two. The same search runs in doubles, with a margin far above their errors, and in
+balls without one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import comb
+from typing import Any, NamedTuple
+
+from flint import arb, ctx
+
+from reference_adapters.certified.arithmetic import ZERO
+
+NONE = 0
+"""The gap stays open."""
+ROOT = 1
+"""It closes exactly once within the bracket, and not before it."""
+UNSURE = 2
+"""It stays open up to the start of the bracket; from there on it can't be told."""
+
+_RATIOS = {
+    n: tuple(tuple((comb(i, k), comb(n, k)) for k in range(i + 1)) for i in range(n + 1))
+    for n in range(5)
+}
+
+_CUTS = (0.486, 0.523, 0.461)
+"""Where an interval is cut, in parts of it: not in halves, since roots of simple numbers lie there.
+
+A root at the end of a piece would stay there for ever.
+"""
+
+_SMALL_STEP = 2.0**-30
+"""Newton step, in units of the bracket, whose sign is left to the proof that follows."""
+
+Margin = Callable[[float], float]
+
+
+class Bracket(NamedTuple):
+    """What a search found: a verdict, and the interval it is about [s]; its ends are exact."""
+
+    verdict: int
+    low: arb
+    high: arb
+
+
+def first_entry_quick(
+    gap: Sequence[float], low: float, high: float, margin: Margin, pieces: int = 80
+) -> Bracket:
+    """Search in doubles for the first entry of a gap in [low, high].
+
+    Parameters
+    ----------
+    gap : 5 float
+        Coefficients from the constant up [m^2, m^2/s ...].
+    low, high : float [s]
+    margin : callable
+        What an error of a Bernstein coefficient on an interval that ends at a time can't exceed.
+    pieces : int
+        Intervals after which to give up, with UNSURE.
+    """
+    stack = [(low, high)]
+    while stack:
+        start, end = stack.pop()
+        allowed = margin(end)
+        signs = _signs(_bernstein(gap, start, end), allowed)
+        if signs == _ALL_POSITIVE:
+            continue
+        if signs == _ONE_ENTRY:
+            return _bracket(ROOT, start, end)
+        pieces -= 1
+        if pieces <= 0:
+            return _bracket(UNSURE, start, high)
+        middle = start + _CUTS[0] * (end - start)
+        stack.append((middle, end))
+        stack.append((start, middle))
+    return _bracket(NONE, high, high)
+
+
+def _bracket(verdict: int, low: float, high: float) -> Bracket:
+    return Bracket(verdict, arb(low), arb(high))
+
+
+def unsearched(high: float) -> Bracket:
+    """Return the bracket of a search that wasn't made."""
+    return _bracket(UNSURE, 0.0, high)
+
+
+def first_entry(gap: Sequence[arb], low: arb, high: arb, bits: int) -> Bracket:
+    """Search in balls for the first entry of a gap in [low, high] [s], both exact.
+
+    Contract: gives up, with UNSURE, where intervals come down to 2^-`bits` of the first.
+    """
+    gap = _trimmed(gap)
+    ratios = _RATIOS[len(gap) - 1]
+    stack = [(low, high)]
+    narrow = ((high - low) * arb((1, -bits))).upper()
+    while stack:
+        start, end = stack.pop()
+        signs = _signs(_bernstein_of_balls(gap, start, end, ratios), 0)
+        if signs == _ALL_POSITIVE:
+            continue
+        if signs == _ONE_ENTRY:
+            return Bracket(ROOT, start, end)
+        middle = _cut(gap, start, end)
+        if end - start <= narrow or not start < middle < end:
+            return Bracket(UNSURE, start, high)
+        stack.append((middle, end))
+        stack.append((start, middle))
+    return Bracket(NONE, high, high)
+
+
+def _cut(gap: Sequence[arb], start: arb, end: arb) -> arb:
+    """Return where to cut an interval: not at a root."""
+    middle = start
+    for part in _CUTS:
+        middle = (start + part * (end - start)).mid()
+        at = ZERO
+        for c in reversed(gap):
+            at = at * middle + c
+        if not at.contains(0):
+            break
+    return middle
+
+
+def refined(
+    value: Callable[[arb], arb], slope: Callable[[arb], arb], low: arb, high: arb
+) -> arb | None:
+    """Enclose the one root in a bracket as narrowly as the precision allows.
+
+    Parameters
+    ----------
+    value, slope : callable
+        A function with exactly one root in [low, high], where it falls through 0, and its
+        derivative; of a ball, the range.
+    low, high : arb [s], exact
+
+    Returns
+    -------
+    arb [s], or None where the precision can't
+        The interval Newton step from the middle of a ball that contains its own image: so the
+        ball has one root, for every function that the coefficients enclose.
+    """
+    start, end = low, high
+    x = ((start + end) / 2).mid()
+    for _ in range(400):
+        at = value(x)
+        if at > 0:
+            start = x
+        elif at < 0:
+            end = x
+        else:
+            break  # x is a root as far as this precision can tell
+        rate = slope(x)
+        step = at / rate if rate < 0 else ZERO
+        new = (x - step).mid()
+        if not (rate < 0 and start < new < end):
+            if rate < 0 and abs(step) < _SMALL_STEP * (end - start):
+                break  # rounding alone put it outside
+            new = ((start + end) / 2).mid()
+            if not start < new < end:
+                break
+        x = new
+    at, rate = value(x), slope(x)
+    if not rate < 0:
+        return None
+    reach = (2 * abs(at / rate)).upper() + abs(x) * arb((1, -2 * ctx.prec))
+    for _ in range(8):
+        ball = arb(x, reach)
+        rate = slope(ball)
+        if not rate < 0:
+            return None
+        image = x - at / rate
+        if ball.contains(image):
+            # Only of the bracket it is known that its root is the first one.
+            return image if low <= ball.lower() and ball.upper() <= high else None
+        reach = 4 * reach
+    return None
+
+
+_ALL_POSITIVE = 1
+_ONE_ENTRY = 2
+_OPEN = 3
+
+
+def _signs(coefficients: Sequence[Any], margin: float) -> int:
+    """Classify coefficients: all positive, surely one change from + to -, or neither.
+
+    One coefficient between the last positive and the first negative may have any sign.
+    """
+    count = len(coefficients)
+    positive = 0
+    while positive < count and coefficients[positive] > margin:
+        positive += 1
+    if positive == count:
+        return _ALL_POSITIVE
+    if positive == 0:
+        return _OPEN
+    rest = positive if coefficients[positive] < -margin else positive + 1
+    if rest == count:
+        return _OPEN
+    for k in range(rest, count):
+        if not coefficients[k] < -margin:
+            return _OPEN
+    return _ONE_ENTRY
+
+
+def _bernstein(gap: Sequence[float], low: float, high: float) -> tuple[float, ...]:
+    """Return the Bernstein coefficients of a polynomial of degree 4 on [low, high].
+
+    Written out: it runs some hundred times for each event.
+    """
+    c0, c1, c2, c3, c4 = gap
+    if low != 0.0:
+        # In powers of (s - low): Horner's scheme, again and again.
+        d3 = c3 + low * c4
+        d2 = c2 + low * d3
+        d1 = c1 + low * d2
+        c0 += low * d1
+        e3 = d3 + low * c4
+        e2 = d2 + low * e3
+        c1 = d1 + low * e2
+        f3 = e3 + low * c4
+        c2 = e2 + low * f3
+        c3 = f3 + low * c4
+    width = high - low
+    square = width * width
+    c1 *= width
+    c2 *= square
+    c3 *= width * square
+    c4 *= square * square
+    return (
+        c0,
+        c0 + 0.25 * c1,
+        c0 + 0.5 * c1 + c2 / 6.0,
+        c0 + 0.75 * c1 + 0.5 * c2 + 0.25 * c3,
+        c0 + c1 + c2 + c3 + c4,
+    )
+
+
+def _bernstein_of_balls(
+    gap: Sequence[arb], low: arb, high: arb, ratios: Sequence[Sequence[tuple[int, int]]]
+) -> list[arb]:
+    """Return the same of balls; with quotients, since 1/6 is no double."""
+    shifted = _shifted(gap, low)
+    width = high - low
+    scale = arb(1)
+    for k in range(1, len(shifted)):
+        scale = scale * width
+        shifted[k] = shifted[k] * scale
+    coefficients = []
+    for row in ratios:
+        total = shifted[0]
+        for (over, under), c in zip(row[1:], shifted[1:], strict=False):
+            total = total + c * over / under
+        coefficients.append(total)
+    return coefficients
+
+
+def _shifted(gap: Sequence[arb], by: arb) -> list[arb]:
+    """Return the coefficients in powers of (s - by)."""
+    shifted = list(gap)
+    if not by.is_zero():
+        degree = len(shifted) - 1
+        for j in range(degree):
+            for k in range(degree - 1, j - 1, -1):
+                shifted[k] = shifted[k] + by * shifted[k + 1]
+    return shifted
+
+
+def _trimmed(gap: Sequence[arb]) -> Sequence[arb]:
+    """Leave out leading coefficients that are exactly 0: the form gets narrower."""
+    count = len(gap)
+    while count > 1 and gap[count - 1].is_zero():
+        count -= 1
+    return gap[:count]

@@ -1,0 +1,289 @@
+"""One run of a problem in one precision: event after event, each proved to be the next.
+
+Bounds in doubles, on the safe side, say which candidates need a proof at all; those that may be
+first are enclosed in balls and compared. What can't be told is raised, and `certify` widens the
+precision and starts again.
+"""
+
+from __future__ import annotations
+
+import time
+
+from flint import arb
+
+from engine import EventKind
+from reference_adapters.certified.arithmetic import (
+    ZERO,
+    SustainedContactError,
+    UndecidedError,
+    Vector,
+)
+from reference_adapters.certified.candidates import Agenda, Candidate
+from reference_adapters.certified.certificate import Choice, Ending
+from reference_adapters.certified.contacts import Contacts
+from reference_adapters.certified.gaps import (
+    CushionGap,
+    Meeting,
+    PairGap,
+    cushion_choice,
+    meeting_again,
+)
+from reference_adapters.certified.impacts import Impacts
+from reference_adapters.certified.motion import Body, body_at_start
+from reference_adapters.certified.problem import Problem
+
+TIE_BITS = 100
+"""Events of different balls that are within 2^-100 s count as simultaneous.
+
+Either order then has the same outcome, which is proved; some are at one instant by the laws, as
+when a rolling ball hits a resting one and both slides end together.
+"""
+
+_SPEED_LIMIT = 1e9  # [m/s], beyond what a scene may hold
+
+
+class Run:
+    """One run.
+
+    Attributes
+    ----------
+    bodies : list of Body
+        Each ball from the last event that concerned it.
+    now : arb [s]
+        The last event's instant.
+    events : list of (Choice, arb, bool)
+        What is proved: event, instant, and whether its place is a convention.
+    knots : list of (ball, Body), in order of time
+    ended : bool
+        Whether the run reached its natural end.
+    """
+
+    def __init__(self, problem: Problem, bits: int) -> None:
+        self.bits = bits
+        self.now = ZERO
+        self.order = 0
+        self.events: list[tuple[Choice, arb, bool]] = []
+        self.ended = False
+        self.rested = False
+        self._problem = problem
+        self._t_max = None if problem.t_max is None else arb(problem.t_max)
+        self._agenda = Agenda(bits)
+        self._contacts = Contacts(problem)
+        self._impacts = Impacts(problem, self._contacts)
+        self.bodies = [body_at_start(ball, problem) for ball in problem.balls]
+        self.knots = list(enumerate(self.bodies))
+
+    def go(self, max_events: int, deadline: float) -> Ending:
+        """Run until the end, `max_events` events, or `deadline` of `time.perf_counter`.
+
+        Returns "proved", "event limit" or "time limit".
+
+        Raises
+        ------
+        UndecidedError
+            Where this precision can't tell what comes next.
+        SustainedContactError
+            Where a contact is sustained from here on.
+        """
+        self._begin()
+        while True:
+            if len(self.events) >= max_events:
+                return "event limit"
+            if time.perf_counter() > deadline:
+                return "time limit"
+            chosen, tie = self._next()
+            if chosen is None:
+                self.ended = True
+                self.rested = all(body.resting for body in self.bodies)
+                return "proved"
+            self._resolve(chosen)
+            self.events.append((chosen.choice, self.now, tie))
+            for k in chosen.balls:
+                self.knots.append((k, self.bodies[k]))
+            self._predict_touched(chosen.balls)
+
+    # -- what may come next ----------------------------------------------------------------------
+
+    def _begin(self) -> None:
+        for i in range(len(self.bodies)):
+            self._predict_alone(i)
+            for j in range(i):
+                self._predict_pair(j, i)
+
+    def _predict_alone(self, i: int) -> None:
+        """Predict what ball i does alone: its phase ends, it meets a cushion."""
+        body = self.bodies[i]
+        if body.resting:
+            return
+        if body.duration is not None:
+            choice = Choice(body.end_kind, i, -1)
+            s = body.duration
+            self._agenda.add(Candidate(choice, (body,), found=Meeting(s, body.t + s)))
+        for cushion, line in enumerate(self._problem.noses):
+            if line is None:
+                continue
+            gap = CushionGap(body, line, cushion_choice(i, cushion))
+            high = self._window(body.end, body)
+            if self._contacts.touches_cushion(i, cushion):
+                found = meeting_again(gap, high, self.bits)
+                if found is not None:
+                    self._agenda.add(Candidate(gap.choice, (body,), gap, found=found))
+            else:
+                self._agenda.add_searched(gap, (body,), high)
+
+    def _predict_pair(self, i: int, j: int) -> None:
+        """Predict when balls i < j meet, while both go on as they do."""
+        a, b = self.bodies[i], self.bodies[j]
+        if a.resting and b.resting:
+            return
+        gap = PairGap(a, b, Choice(EventKind.BALL_BALL, i, j))
+        later = a if a.order >= b.order else b
+        high = self._window(min(a.end, b.end), later)
+        if not self._contacts.touches_ball(i, j):
+            self._agenda.add_searched(gap, (a, b), high)
+            return
+        if all(c.is_zero() for c in gap.coefficients()[1:]):
+            raise SustainedContactError("they move as one", (gap.choice,), gap.t)
+        still = self._contacts.is_still(i, j, (a, b))
+        found = meeting_again(gap, high, self.bits, still=still)
+        if found is not None:
+            self._agenda.add(Candidate(gap.choice, (a, b), gap, found=found))
+
+    def _window(self, end: float, later: Body) -> float:
+        """Return how long after the later instant motions with this end need a search [s].
+
+        A little longer than they last: what happens at the very end has to be seen.
+        """
+        if self._problem.t_max is not None:
+            end = min(end, self._problem.t_max)
+        return max(end - float(later.t.lower()), 0.0) * (1.0 + 2.0**-20) + 2.0**-30
+
+    # -- which comes next ------------------------------------------------------------------------
+
+    def _next(self) -> tuple[Candidate | None, bool]:
+        """Return the next event, and whether its place is a convention; None is the end."""
+        group = self._agenda.take_first(self.bodies)
+        if not group:
+            return None, False
+        first = group[0]
+        for c in group[1:]:
+            earlier, later = c.instant.mid(), first.instant.mid()
+            if earlier < later or (earlier == later and c.rank < first.rank):
+                first = c
+        t = first.instant
+        if self._t_max is not None:
+            if all(c.instant > self._t_max for c in group):
+                return None, False
+            if not t <= self._t_max:
+                raise UndecidedError("whether it comes before `t_max`", (first.choice,), t)
+        rivals = [c for c in group if c is not first and not c.instant > t]
+        # By rank: which of a tie's middles is the first changes with the precision.
+        ranked = sorted((first, *rivals), key=lambda c: c.rank)
+        choices = tuple(c.choice for c in ranked)
+        if not first.told:
+            what = "whether they touch" if len(choices) == 1 else "what comes first"
+            raise UndecidedError(what, choices, t)
+        if rivals:
+            self._check_tie(first, rivals, choices)
+        for c in group:
+            if c is not first:
+                self._agenda.add(c)
+        return first, bool(rivals)
+
+    def _check_tie(
+        self, first: Candidate, rivals: list[Candidate], choices: tuple[Choice, ...]
+    ) -> None:
+        """Let events pass that can't be ordered but needn't be; raise for the others."""
+        t = first.instant
+        for c in rivals:
+            if not c.told or set(c.balls) & set(first.balls):
+                exact = c.told and c.instant is first.instant
+                raise UndecidedError("what comes first", choices, first.instant, exact=exact)
+            t = t.union(c.instant)
+        width = float(t.rad().upper()) * 2.0
+        if not width <= 2.0**-TIE_BITS:
+            raise UndecidedError("what comes first", choices, t)
+        if not all(self._isolated(c, t, width) for c in (first, *rivals)):
+            raise UndecidedError("whether the order matters", choices, t)
+
+    def _isolated(self, candidate: Candidate, t: arb, width: float) -> bool:
+        """Whether no other ball is near enough to a candidate's to feel it within `width` [s]."""
+        reach = 4.0 * _SPEED_LIMIT * width + 1e-12
+        for k in candidate.balls:
+            x, y = self._place(k, t)
+            for m, body in enumerate(self.bodies):
+                if m in candidate.balls:
+                    continue
+                ox, oy = self._place(m, t)
+                least = self.bodies[k].constants.radius + body.constants.radius + reach
+                dx, dy = x - ox, y - oy
+                if not dx * dx + dy * dy > least * least:
+                    return False
+        return True
+
+    def _place(self, k: int, t: arb) -> Vector:
+        body = self.bodies[k]
+        return (body.x, body.y) if body.resting else body.position_after(t - body.t)
+
+    # -- what it does ----------------------------------------------------------------------------
+
+    def _resolve(self, chosen: Candidate) -> None:
+        """Move the clock to an event, and its balls on from there.
+
+        Nothing is changed where the outcome can't be told.
+        """
+        choice, t = chosen.choice, chosen.instant
+        same = t is self.now
+        order = self.order if same else self.order + 1
+        overlapping = False
+        try:
+            if choice.kind is EventKind.BALL_BALL:
+                overlapping = self._impacts.overlapping(chosen)
+                bodies = self._impacts.collided(chosen, order)
+            elif choice.kind is EventKind.BALL_CUSHION:
+                overlapping = self._impacts.overlapping(chosen)
+                bodies = (self._impacts.bounced(chosen, order),)
+            else:
+                bodies = (chosen.bodies[0].after_phase(t, order),)
+        except UndecidedError as error:
+            raise UndecidedError(error.what, (choice,), t) from None
+        if same:
+            self._contacts.same_instant(choice, t)
+        else:
+            self._contacts.start_instant(self.bodies)
+            self.now, self.order = t, order
+        for k, body in zip(chosen.balls, bodies, strict=True):
+            self.bodies[k] = body
+        self._contacts.note(choice, bodies, overlapping)
+
+    def _predict_touched(self, balls: tuple[int, ...]) -> None:
+        for k in balls:
+            self._predict_alone(k)
+            for m in range(len(self.bodies)):
+                if m != k and not (m in balls and m > k):
+                    self._predict_pair(min(k, m), max(k, m))
+
+    def end_instant(self) -> arb:
+        """Return when everything is over: `t_max`, or the last centre rests and the last spin ends.
+
+        A spin that nothing slows isn't waited for.
+
+        Raises
+        ------
+        UndecidedError
+            Where the last spin may end before or after `t_max`.
+        """
+        assert self.ended
+        if not self.rested:
+            assert self._t_max is not None
+            return self._t_max
+        t = self.now
+        for body in self.bodies:
+            if not (body.wz.is_zero() or body.constants.spinning.is_zero()):
+                t = arb.max(t, body.t + abs(body.wz) / body.constants.spinning)
+        if self._t_max is not None and not t <= self._t_max:
+            if not t > self._t_max:
+                raise UndecidedError("whether the last spin ends before `t_max`", (), t)
+            self.rested = False
+            return self._t_max
+        return t

@@ -1,0 +1,149 @@
+"""Certificates on the disk: named by what they depend on; what can't be read is computed anew."""
+
+from __future__ import annotations
+
+import logging
+import math
+import os
+
+import pytest
+from shots import POOL_TABLE, ball, scene_of
+
+from engine import Scene
+from reference_adapters.certified import CertifiedSettings, api, cache, certify
+from reference_adapters.certified.problem import problem_of
+
+
+def shot(x: float = 0.5, **fields) -> Scene:
+    return scene_of(ball((x, 0.6), (1.0, 0.2)), ball((1.0, 0.7)), table=POOL_TABLE, **fields)
+
+
+@pytest.fixture
+def proofs(monkeypatch):
+    """Count what is computed."""
+    computed = []
+    prove = api.prove
+
+    def counting(*args, **kwargs):
+        computed.append(args)
+        return prove(*args, **kwargs)
+
+    monkeypatch.setattr(api, "prove", counting)
+    return computed
+
+
+def test_the_same_scene_is_computed_once(proofs, kept_here):
+    first = certify(shot())
+    again = certify(shot())
+    assert len(proofs) == 1
+    assert again.to_json() == first.to_json()
+    assert len(list(kept_here.glob("certificate-*.json"))) == 1
+
+
+def test_names_and_titles_are_no_part_of_the_physics(proofs):
+    certify(shot())
+    other = shot().model_copy(update={"name": "other", "title": "Another", "tags": ("x",)})
+    certify(other)
+    assert len(proofs) == 1
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        shot(math.nextafter(0.5, 1.0)),
+        shot(t_max=1.0),
+        shot(ball_restitution=0.99),
+        shot(rolling_friction=0.0, t_max=1.0),
+    ],
+)
+def test_another_scene_is_computed(proofs, other):
+    certify(shot())
+    certify(other)
+    assert len(proofs) == 2
+
+
+def test_other_settings_and_motion_are_computed(proofs):
+    certify(shot())
+    certify(shot(), CertifiedSettings(width=1e-20))
+    certify(shot(), motion=True)
+    assert len(proofs) == 3
+
+
+def test_other_code_is_computed(proofs, monkeypatch):
+    certify(shot())
+    monkeypatch.setattr(cache, "code_hash", lambda: "other")
+    certify(shot())
+    assert len(proofs) == 2
+
+
+def test_the_code_hash_sees_every_source(monkeypatch, tmp_path):
+    before = cache.code_hash.__wrapped__()
+    assert before == cache.code_hash()
+    copy = tmp_path / "copy"
+    copy.mkdir()
+    for path in cache.Path(cache.__file__).parent.glob("*.py"):
+        (copy / path.name).write_bytes(path.read_bytes())
+    monkeypatch.setattr(cache, "__file__", str(copy / "cache.py"))
+    assert cache.code_hash.__wrapped__() == before
+    (copy / "laws.py").write_text((copy / "laws.py").read_text() + "\n# changed\n")
+    assert cache.code_hash.__wrapped__() != before
+
+
+def test_not_cached_is_always_computed(proofs, kept_here):
+    certify(shot(), cached=False)
+    certify(shot(), cached=False)
+    assert len(proofs) == 2
+    assert not list(kept_here.iterdir())
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b'{"schema": 1}', b"\xff\xfe", b"null"])
+def test_a_file_that_cannot_be_read_is_computed_anew(proofs, kept_here, caplog, content):
+    first = certify(shot())
+    (path,) = kept_here.glob("certificate-*.json")
+    whole = path.read_bytes()
+    path.write_bytes(content)
+    with caplog.at_level(logging.WARNING):
+        again = certify(shot())
+    assert "computed anew" in caplog.text
+    assert (len(proofs), again.events) == (2, first.events)
+    assert len(path.read_bytes()) == pytest.approx(len(whole), abs=30)  # the seconds differ
+    certify(shot())
+    assert len(proofs) == 2
+
+
+def test_a_folder_that_cannot_be_written_costs_only_time(proofs, monkeypatch, caplog, tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("no folder")
+    monkeypatch.setattr(cache, "directory", lambda: blocked / "below")
+    with caplog.at_level(logging.WARNING):
+        assert certify(shot()).proved
+        assert certify(shot()).proved
+    assert "GHOSTBALL_CACHE_DIR" in caplog.text
+    assert len(proofs) == 2
+
+
+def test_what_the_clock_stopped_is_not_kept(kept_here):
+    assert certify(shot(), CertifiedSettings(time_limit=1e-9)).ending == "time limit"
+    assert not list(kept_here.iterdir())
+
+
+def test_the_certificates_longest_unused_go_first(monkeypatch, kept_here):
+    monkeypatch.setattr(cache, "KEPT", 2)
+    for age, x in enumerate((0.5, 0.51)):
+        certify(shot(x))
+        for path in kept_here.iterdir():
+            os.utime(path, (1000 + age, 1000 + age))
+    certify(shot())  # used again: the younger of the two
+    certify(shot(0.52))
+    assert len(list(kept_here.iterdir())) == 2
+    keys = {path.name for path in kept_here.iterdir()}
+    unused = cache.key_of(problem_of(shot(0.51)), ("b0", "b1"), CertifiedSettings(), False)
+    assert f"certificate-{unused}.json" not in keys
+
+
+def test_the_folder_may_be_chosen(monkeypatch, tmp_path):
+    monkeypatch.undo()
+    monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path / "chosen"))
+    assert cache.directory() == tmp_path / "chosen"
+    monkeypatch.delenv("GHOSTBALL_CACHE_DIR")
+    assert cache.directory().name == "proofs"

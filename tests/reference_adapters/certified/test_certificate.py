@@ -1,0 +1,80 @@
+"""Enclosures and certificates: exact numbers, and a JSON form that loses none of them."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shots import ball, scene_of
+
+from engine import EventKind
+from engine.errors import GhostballError
+from reference_adapters.certified import Certificate, Choice, Enclosure, certify
+
+enclosures = st.builds(
+    Enclosure,
+    st.integers(-(2**300), 2**300),
+    st.integers(-400, 20),
+    st.integers(0, 2**30),
+    st.integers(-500, 20),
+)
+
+
+@given(enclosures)
+def test_an_enclosure_reads_back_to_the_same_integers(enclosure):
+    assert Enclosure.parse(enclosure.to_text()) == enclosure
+
+
+def test_ends_and_width_of_an_enclosure():
+    # 3/8 +- 1/16
+    e = Enclosure(3, -3, 1, -4)
+    assert (e.mid, e.rad) == (Fraction(3, 8), Fraction(1, 16))
+    assert (e.lower, e.upper, e.width) == (Fraction(5, 16), Fraction(7, 16), 0.125)
+    assert e.contains(Fraction(5, 16))
+    assert e.contains(0.4375)
+    assert not e.contains(0.4376)
+    assert e.encloses(Enclosure(3, -3))
+    assert not Enclosure(3, -3).encloses(e)
+
+
+def test_a_float_is_the_nearest_to_the_middle():
+    # 1 + 2^-53 + 2^-200 lies just above the middle between two doubles.
+    middle = (1 << 200) + (1 << 147) + 1
+    assert float(Enclosure(middle, -200, 1, -300)) == 1.0 + 2.0**-52
+    assert float(Enclosure(middle - 2, -200, 1, -300)) == 1.0
+
+
+def test_a_certificate_reads_back_whole():
+    scene = scene_of(ball((0.0, 0.0), (1.0, 0.1)), ball((0.5, 0.0)))
+    certificate = certify(scene, motion=True)
+    assert certificate.proved
+    text = certificate.to_json()
+    again = Certificate.from_json(text)
+    assert again.to_json() == text
+    assert again.events == certificate.events
+    assert again.positions == certificate.positions
+    assert again.knots is not None
+    assert certificate.knots is not None
+    assert [k.tolist() for k in again.knots] == [k.tolist() for k in certificate.knots]
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "{}", "null", '{"schema": 1}'])
+def test_what_is_no_certificate_is_refused(text):
+    with pytest.raises(GhostballError, match="Compute it anew"):
+        Certificate.from_json(text)
+
+
+def test_a_certificate_of_another_schema_is_refused():
+    data = json.loads(certify(scene_of(ball((0.0, 0.0), (1.0, 0.0)))).to_json())
+    with pytest.raises(GhostballError, match="another schema"):
+        Certificate.from_json(json.dumps(data | {"schema": 0}))
+
+
+def test_a_choice_is_described_by_names():
+    ids = ("cue", "eight")
+    assert Choice(EventKind.BALL_BALL, 0, 1).describe(ids) == 'ball-ball "cue" with "eight"'
+    assert Choice(EventKind.BALL_CUSHION, 1, 2).describe(ids) == 'ball-cushion "eight" with bottom'
+    assert Choice(EventKind.ROLL_TO_REST, 0, -1).describe(ids) == 'roll-to-rest "cue"'
