@@ -15,10 +15,9 @@ from __future__ import annotations
 
 import math
 
-from engine._geometry import list_near, relative_motion, tie_rounding
+from engine._geometry import relative_motion
 from engine._grid import cell_number, settle, step_on, time_in_cell
 from engine._jit import kernel
-from engine._motion import first_crossing, first_meeting
 from engine._state import (
     ADVANCEMENTS,
     AFTER,
@@ -26,21 +25,15 @@ from engine._state import (
     CELL_MOVES,
     COLUMN,
     EPOCH,
-    FIRST,
     LEAST,
     LEAVES,
     MATE,
     MATE_STAMP,
-    NEXT,
     NOWHERE,
     OTHERS,
     OWN_TIME,
-    PARTNER,
-    PENDING,
-    PENDING_VERDICT,
     RADIUS,
     ROW,
-    SECOND,
     STAMP,
     WAY,
     Balls,
@@ -50,15 +43,10 @@ from engine._state import (
     Laws,
 )
 from engine._ties import (
-    hand_over,
-    is_listed,
-    is_pair_listed,
-    list_hit,
     takes_precedence,
-    when_tied,
 )
-from engine._touch import IMPACT, NOT_YET, PRESSED, first_bound, touch
-from engine._tree import enter_instant, first_due, least_of_others
+from engine._touch import NOT_YET, first_bound, holds, time_to_bound, touch
+from engine._tree import enter_instant, first_due
 
 _CLEARLY = 2.0**-30
 """What a bound must be later by, relative to the distance, to be seen without computing it."""
@@ -87,7 +75,7 @@ def update_in_cells(
 
 
 @kernel(inline=True)
-def _next_bound(balls: Balls, laws: Laws, i: int, j: int, t: float, counters: IntArray) -> float:
+def next_bound(balls: Balls, laws: Laws, i: int, j: int, t: float, counters: IntArray) -> float:
     """Return a bound, past the instant t [s], of when i and j touch; or t if they do then."""
     counters[BOUNDS] += 1
     end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
@@ -108,17 +96,6 @@ def _later_bound(
             return bound
         bound = later if later <= end else math.inf
     return bound
-
-
-@kernel
-def _holds(contacts: Contacts, i: int, j: int) -> bool:
-    """Whether a contact step holds ball i to ball j."""
-    row = contacts.first_held[i]
-    while row != NOWHERE:
-        if contacts.held[row, PARTNER] == j:
-            return True
-        row = contacts.held[row, NEXT]
-    return False
 
 
 @kernel(inline=True)
@@ -144,11 +121,11 @@ def _fill_slot(
         for x in range(-1, 2):
             cell = cell_number(cells, column + x, row + y)
             _meet_cell(balls, laws, cells, contacts, i, cell, t, shares, counters)
-    _enter_next(balls, cells, i)
+    enter_next(balls, cells, i)
 
 
 @kernel
-def _refill_slot(
+def refill_slot(
     balls: Balls,
     laws: Laws,
     cells: Cells,
@@ -179,7 +156,7 @@ def _meet_cell(
         known = j == cells.link[i, MATE] and cells.link[j, STAMP] == cells.link[i, MATE_STAMP]
         left = j == i or known or (shares and j > i and balls.changed[j])
         if contacts is not None:
-            left = left or _holds(contacts, i, j)
+            left = left or holds(contacts, i, j)
         if not left:
             _meet_ball(balls, laws, cells, i, j, t, counters)
         j = cells.link[j, AFTER]
@@ -193,10 +170,15 @@ def _meet_ball(
 
     Notes
     -----
-    Most neighbours move away, or come later than two others: seen before roots are taken. For this,
-    `_pairs._bound_block`'s quadratic is looked at when the second of those is due, with a gap that
-    is smaller: (d - D)(d + D) / 2 <= d (d - D). Where the quadratic is positive then, and bends
-    down, or is bounded by its tangent, it has had no root.
+    Most neighbours move away, or come later than two others: seen before roots are taken. A bound
+    is the first root of c + b s + p s^2 / 2, with b = r . v, p = r . a and c = d (d - D); where all
+    move uniformly, of (d^2 - D^2) / 2 + b s + v^2 s^2 / 2. Both lie above the same with c = (d^2 -
+    D^2) / 2, which is (d - D)(d + D) / 2 <= d (d - D), with the largest diameter for D, and without
+    what bends up. Where that is positive at first and when the second of the others is due, it was
+    so in between, being straight or bending down: no root yet. `_CLEARLY` d^2 covers the rounding
+    of the sum, while |b| s is below 2^20 d^2 or so; a larger one has long been negative.
+
+    A pair that is left out comes no sooner than `OTHERS`, which stays a bound for all but the mate.
     """
     start = max(balls.state[i, EPOCH], balls.state[j, EPOCH])
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
@@ -213,11 +195,7 @@ def _meet_ball(
     counters[BOUNDS] += 1
     end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
     reach = balls.state[i, RADIUS] + balls.state[j, RADIUS]
-    if laws.uniform:
-        bound = start + first_meeting(rx, ry, vx, vy, reach)
-    else:
-        distance = math.sqrt(square)
-        bound = start + first_crossing(distance * (distance - reach), rate, pull)
+    bound = start + time_to_bound(laws, rx, ry, vx, vy, rate, pull, reach)
     bound = bound if bound <= end else math.inf
     if bound <= t:
         bound = _later_bound(balls, i, j, bound, t, end, counters)
@@ -231,7 +209,7 @@ def _meet_ball(
 
 
 @kernel(inline=True)
-def _enter_next(balls: Balls, cells: Cells, i: int) -> None:
+def enter_next(balls: Balls, cells: Cells, i: int) -> None:
     """Enter ball i's next instant in the tree."""
     slot = min(cells.slot[i, LEAST], cells.slot[i, LEAVES])
     enter_instant(cells.tree, i, min(slot, balls.state[i, OWN_TIME]))
@@ -273,7 +251,7 @@ def earliest_in_cells(
                 # Nothing with the others is due before `OTHERS`; often an event comes sooner.
                 cells.slot[i, LEAST] = cells.slot[i, OTHERS]
                 cells.link[i, MATE] = NOWHERE
-                _enter_next(balls, cells, i)
+                enter_next(balls, cells, i)
                 settled = False
             i = first_due(cells.tree, t, i + 1)
         if settled:
@@ -301,196 +279,4 @@ def _move_on(
         x, y = (column + step, row + k) if way < 2 else (column + k, row + step)
         cell = cell_number(cells, x, y)
         _meet_cell(balls, laws, cells, contacts, i, cell, t, False, counters)
-    _enter_next(balls, cells, i)
-
-
-@kernel(inline=True)
-def touching_in_cells(
-    balls: Balls,
-    laws: Laws,
-    cells: Cells,
-    contacts: Contacts | None,
-    t: float,
-    row: int,
-    counters: IntArray,
-) -> float:
-    """Judge every pair whose bound is the instant t [s], as `_schedule.touching`.
-
-    Contract: `earliest_in_cells` has returned t and `row`, and no own event.
-    """
-    if row < 0:
-        several = _touching_several(balls, laws, cells, contacts, t, counters)
-        return t if several else math.inf
-    # Advance the one pair from its bound until it touches, or something else comes first.
-    mate = cells.link[row, MATE]
-    end = min(balls.state[row, OWN_TIME], balls.state[mate, OWN_TIME])
-    others = min(cells.slot[row, OTHERS], cells.slot[row, LEAVES], laws.t_max)
-    until = min(others, least_of_others(cells.tree, row))
-    first = t
-    while True:
-        counters[ADVANCEMENTS] += 1
-        verdict, bound, speed = touch(balls, row, mate, t, 0.0)
-        if verdict != NOT_YET:
-            break
-        bound = bound if bound <= end else math.inf
-        if not bound < until:
-            break
-        t = bound
-    if verdict == NOT_YET:
-        _advance_slot(balls, laws, cells, contacts, row, mate, bound, first, t, counters)
-        return math.inf
-    if t > first:
-        cells.slot[row, LEAST] = t
-        enter_instant(cells.tree, row, t)
-    list_hit(balls, 0, row, mate)
-    counters[PENDING] = 1
-    counters[PENDING_VERDICT] = verdict
-    if verdict == IMPACT and laws.simultaneous:
-        until = t + tie_rounding(balls, row, mate, t) / speed
-        if _is_more_due(balls, cells, 1, t, until):
-            count = _join_ties(balls, laws, cells, contacts, t, until, 1, counters)
-            hand_over(balls, count, 0, counters)
-    return t
-
-
-@kernel
-def _touching_several(
-    balls: Balls,
-    laws: Laws,
-    cells: Cells,
-    contacts: Contacts | None,
-    t: float,
-    counters: IntArray,
-) -> bool:
-    """`touching_in_cells`, where more than one bound is the instant t [s]."""
-    count, pressed, fastest = 0, 0, 0.0
-    i = first_due(cells.tree, t, 0)
-    while i != NOWHERE:
-        near = 1
-        if cells.slot[i, OTHERS] <= t:
-            # Another pair as early; or the same, which the ball met again in another cell.
-            _refill_slot(balls, laws, cells, contacts, i, t, counters)
-            if cells.slot[i, LEAST] > t:
-                near = 0
-            elif cells.slot[i, OTHERS] <= t:
-                near = list_near(balls, cells, i)
-        for c in range(near):
-            j = balls.near[c] if cells.slot[i, OTHERS] <= t else cells.link[i, MATE]
-            if near > 1 and not _touches(balls, laws, contacts, i, j, t, counters):
-                continue
-            if is_pair_listed(balls, 0, count, i, j):
-                continue
-            last = balls.hits.shape[0]
-            if is_pair_listed(balls, last - pressed, last, i, j):
-                continue
-            counters[ADVANCEMENTS] += 1
-            verdict, bound, speed = touch(balls, i, j, t, 0.0)
-            if verdict == NOT_YET:
-                _advance_slot(balls, laws, cells, contacts, i, j, bound, t, t, counters)
-                _advance_slot(balls, laws, cells, contacts, j, i, bound, t, t, counters)
-            elif verdict == PRESSED:
-                # From the other end, out of the way of impacts.
-                pressed += 1
-                list_hit(balls, last - pressed, i, j)
-            elif laws.simultaneous or speed > fastest:
-                count = count + 1 if laws.simultaneous else 1
-                fastest = max(speed, fastest)
-                list_hit(balls, count - 1, i, j)
-        i = first_due(cells.tree, t, i + 1)
-    if count > 0 and laws.simultaneous:
-        until = when_tied(balls, count, t, fastest)
-        if _is_more_due(balls, cells, count, t, until):
-            count = _join_ties(balls, laws, cells, contacts, t, until, count, counters)
-    return hand_over(balls, count, pressed, counters)
-
-
-@kernel
-def _touches(
-    balls: Balls,
-    laws: Laws,
-    contacts: Contacts | None,
-    i: int,
-    j: int,
-    t: float,
-    counters: IntArray,
-) -> bool:
-    """Whether balls i and j touch at the instant t [s], and no contact step holds them."""
-    if contacts is not None and _holds(contacts, i, j):
-        return False
-    return _next_bound(balls, laws, i, j, t, counters) <= t
-
-
-@kernel
-def _advance_slot(
-    balls: Balls,
-    laws: Laws,
-    cells: Cells,
-    contacts: Contacts | None,
-    i: int,
-    j: int,
-    bound: float,
-    was: float,
-    t: float,
-    counters: IntArray,
-) -> None:
-    """Move on ball i's slot to its next bound with ball j, if the one that `was` [s] is there.
-
-    All before the instant t [s] is known.
-    """
-    if cells.slot[i, LEAST] != was or cells.link[i, MATE] != j:
-        return
-    end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
-    if bound <= end and bound <= cells.slot[i, OTHERS]:
-        cells.slot[i, LEAST] = bound
-        _enter_next(balls, cells, i)
-    else:
-        _refill_slot(balls, laws, cells, contacts, i, t, counters)
-
-
-@kernel
-def _join_ties(
-    balls: Balls,
-    laws: Laws,
-    cells: Cells,
-    contacts: Contacts | None,
-    t: float,
-    until: float,
-    listed: int,
-    counters: IntArray,
-) -> int:
-    """List also the pairs that touch but for rounding, as `_pairs._join_ties`."""
-    count = listed
-    for c in range(listed):
-        for i in (balls.hits[c, FIRST], balls.hits[c, SECOND]):
-            for k in range(list_near(balls, cells, i)):
-                j = balls.near[k]
-                if is_pair_listed(balls, 0, count, i, j):
-                    continue
-                if contacts is not None and _holds(contacts, i, j):
-                    continue
-                bound = _next_bound(balls, laws, i, j, t, counters)
-                if not t < bound <= until:
-                    continue
-                verdict, _, _ = touch(balls, i, j, t, tie_rounding(balls, i, j, t))
-                if verdict == IMPACT:
-                    list_hit(balls, count, i, j)
-                    count += 1
-    return count
-
-
-@kernel(inline=True)
-def _is_more_due(balls: Balls, cells: Cells, listed: int, t: float, until: float) -> bool:
-    """Whether a slot may have a bound past the instant t, up to `until` [s].
-
-    Those at t are of the listed pairs.
-    """
-    for c in range(listed):
-        for i in (balls.hits[c, FIRST], balls.hits[c, SECOND]):
-            if t < cells.slot[i, LEAST] <= until or cells.slot[i, OTHERS] <= until:
-                return True
-    i = first_due(cells.tree, until, 0)
-    while i != NOWHERE:
-        if not is_listed(balls, listed, i):
-            return True
-        i = first_due(cells.tree, until, i + 1)
-    return False
+    enter_next(balls, cells, i)

@@ -133,9 +133,9 @@ def balls_of(scene: Scene) -> Balls:
         state,
         np.zeros(n, dtype=np.int64),
         np.ones(n, dtype=np.bool_),
-        np.concatenate(([n], np.arange(n))),
-        np.zeros((_most_pairs(n) + 1, 2), dtype=np.int64),
-        np.zeros(n, dtype=np.int64),
+        np.concatenate(([n], np.arange(n))).astype(np.int32),
+        np.zeros((_most_pairs(n) + 1, 2), dtype=np.int32),
+        np.zeros(n, dtype=np.int32),
     )
 
 

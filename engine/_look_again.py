@@ -1,25 +1,25 @@
 """Looks at the pairs that `_pairs` passes over: what shows that passing them over is harmless.
 
 Nobody needs this for an answer. With it, `engine.skips` can switch single skips off, and the same
-bits must come out: the bounds of a pair are a sequence that begins where the later of the two
-changed its motion, each found from the one before, whoever asks and when.
+bits must come out. A pair that no event touched is bounded anew: its bounds are a sequence that
+begins where the later of the two changed its motion, each found from the one before, whoever asks
+and when. One that recedes, or is out of reach, is looked at until its motion changes; where it
+overlaps, a contact was passed over, and finding it changes the answer.
 """
 
 from __future__ import annotations
 
 import math
 
+from engine._geometry import relative_motion
 from engine._jit import kernel
 from engine._pairs import rescan
 from engine._state import (
     ADVANCEMENTS,
     BOUNDS,
-    FREE,
-    NEXT,
-    NOWHERE,
     OUT_OF_REACH,
     OWN_TIME,
-    PARTNER,
+    RADIUS,
     RECEDING,
     UNDISTURBED,
     Balls,
@@ -29,7 +29,13 @@ from engine._state import (
     Laws,
     Pairs,
 )
-from engine._touch import NOT_YET, first_bound, touch
+from engine._touch import NOT_YET, first_bound, holds, touch
+
+LOOKS = 32
+"""Instants at which a pair is looked at that has no bound before its motion changes."""
+
+DEEP = 2.0**-20
+"""Overlap that rounding and contact steps don't leave, relative to the sum of the radii."""
 
 
 @kernel(inline=True)
@@ -67,7 +73,7 @@ def _look_again(
         for j in range(i + 1, n):
             if not (looked_at[UNDISTURBED] or balls.changed[i] or balls.changed[j]):
                 continue
-            if contacts is not None and _holds(contacts, i, j):
+            if contacts is not None and holds(contacts, i, j):
                 continue
             # A pair stands in the row of the ball that changed last.
             place = i * n + j if pairs.bound[i * n + j] < math.inf else j * n + i
@@ -87,7 +93,8 @@ def _bound(
     counters: IntArray,
 ) -> float:
     """Return the pair's bound that is due at the instant t [s] or later."""
-    counters[BOUNDS] += 1
+    if not (balls.changed[i] or balls.changed[j]):
+        counters[BOUNDS] += 1
     end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
     bound = first_bound(balls, laws, i, j)
     while bound < t:
@@ -98,20 +105,26 @@ def _bound(
             # the answer, so that the comparison shows it.
             return t
         bound = later
-    if bound == math.inf:
-        # There is nothing to find before the motion changes: look once more then.
-        return end if looked_at[RECEDING] else bound
-    return bound if bound <= end or looked_at[OUT_OF_REACH] else math.inf
+    if bound <= end:
+        return bound
+    if looked_at[RECEDING if bound == math.inf else OUT_OF_REACH]:
+        return overlap_until(balls, i, j, t, min(end, laws.t_max), counters)
+    return math.inf
 
 
 @kernel
-def _holds(contacts: Contacts, i: int, j: int) -> bool:
-    """Whether a contact step holds ball i to ball j."""
-    if contacts.cluster[i] == FREE:
-        return False
-    row = contacts.first_held[i]
-    while row != NOWHERE:
-        if contacts.held[row, PARTNER] == j:
-            return True
-        row = contacts.held[row, NEXT]
-    return False
+def overlap_until(balls: Balls, i: int, j: int, t: float, end: float, counters: IntArray) -> float:
+    """Return an instant between t and `end` [s] at which the pair overlaps, or inf.
+
+    From where the balls are at `LOOKS` instants alone: no root is taken, and none is trusted.
+    """
+    if end == math.inf:
+        return math.inf  # both rest, or nothing ends their motion but an event that isn't theirs
+    reach = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    for k in range(1, LOOKS + 1):
+        counters[BOUNDS] += 1
+        instant = t + (end - t) * (k / LOOKS)
+        rx, ry, _, _, _, _ = relative_motion(balls, i, j, instant)
+        if math.sqrt(rx * rx + ry * ry) < reach * (1.0 - DEEP):
+            return instant
+    return math.inf

@@ -54,7 +54,14 @@ from engine._state import (
     X,
     Y,
 )
-from engine._ties import hand_over, is_listed, list_hit, takes_precedence, when_tied
+from engine._ties import (
+    comes_before,
+    hand_over,
+    is_listed,
+    list_hit,
+    takes_precedence,
+    when_tied,
+)
 from engine._touch import IMPACT, NOT_YET, PRESSED, touch
 
 
@@ -319,9 +326,9 @@ def _touching_several(balls: Balls, laws: Laws, pairs: Pairs, t: float, counters
 
     Notes
     -----
-    Of sequential impacts the fastest first, because impacts at one instant that feed each other (a
-    plastic hit on a frozen line) then die out like a relaxation of the whole line, not of its end
-    over and over.
+    Of sequential impacts the fastest first, then by place. For impacts at one instant that feed
+    each other (a plastic hit on a frozen line) then die out like a relaxation of the whole line,
+    not of its end over and over.
     """
     count, pressed, fastest = 0, 0, 0.0
     n = len(balls.own_kind)
@@ -340,7 +347,7 @@ def _touching_several(balls: Balls, laws: Laws, pairs: Pairs, t: float, counters
                 # From the other end, out of the way of impacts.
                 pressed += 1
                 list_hit(balls, balls.hits.shape[0] - pressed, i, j)
-            elif laws.simultaneous or speed > fastest:
+            elif laws.simultaneous or comes_before(balls, count, speed, fastest, i, j, t):
                 count = count + 1 if laws.simultaneous else 1
                 fastest = max(speed, fastest)
                 list_hit(balls, count - 1, i, j)

@@ -126,6 +126,13 @@ class Run:
         self._logs: list[s.Log] = []
         self._end = np.empty((3, n, 3))
 
+    @property
+    def nbytes(self) -> int:
+        """Memory of all arrays that the kernels work on [B]."""
+        parts = (*self._begin, *(self._begin[-1] or ()), *(self.contacts or ()), *self._log)
+        arrays = [part for part in parts if isinstance(part, np.ndarray)]
+        return sum(array.nbytes for array in arrays) + self._end.nbytes
+
     def go(self, max_events: int) -> None:
         """Run to the end, to `max_events` events, or to an interrupt."""
         try:

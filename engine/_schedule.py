@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 
-from engine._cells import earliest_in_cells, touching_in_cells, update_in_cells
+from engine._cells import earliest_in_cells, update_in_cells
+from engine._cells_touch import touching_in_cells
 from engine._jit import kernel
 from engine._look_again import look_again
 from engine._pairs import earliest_of_pairs, touching_pairs, update_pairs

@@ -32,9 +32,9 @@ class Balls(NamedTuple):
     state: FloatArray  # (n, STATE_COLUMNS): columns EPOCH ... CLOTH below
     own_kind: IntArray  # (n,) OWN_NONE, OWN_REST, OWN_ROLL, OWN_CONTACT, OWN_CUSHION + its index
     changed: BoolArray  # (n,) whether the event at hand changed the ball's motion
-    touched: IntArray  # (n + 1,) how many of those there are, then which
-    hits: IntArray  # (m, 2) FIRST, SECOND: the pairs that hit now, or contacts to be held
-    near: IntArray  # (n,) room for a ball's neighbours
+    touched: Int32Array  # (n + 1,) how many of those there are, then which
+    hits: Int32Array  # (m, 2) FIRST, SECOND: the pairs that hit now, or contacts to be held
+    near: Int32Array  # (n,) room for a ball's neighbours
 
 
 # Columns of `Balls.state`. The first KNOT of them say how the ball moves from `EPOCH` on.
@@ -137,7 +137,7 @@ class Cells(NamedTuple):
     limits the largest scenes. What is used of a ball at one time is in one row.
     """
 
-    frame: FloatArray  # (4,) corner of the first cell, x and y, side of a cell, largest ball [m]
+    frame: FloatArray  # (4,) the first cell's corner, x and y, a cell's side, largest diameter [m]
     size: IntArray  # (2,) columns, rows; without the border
     first: Int32Array  # ((columns + 2) (rows + 2),) a ball in the cell, or NOWHERE
     link: Int32Array  # (n, 8): columns AFTER ... STAMP below
@@ -159,7 +159,7 @@ LINK_COLUMNS = 8
 # Columns of `Cells.slot`.
 LEAVES = 0  # when the ball leaves its cell [s]
 LEAST = 1  # its earliest bound [s]
-OTHERS = 2  # no other pair in the slot touches before that [s]
+OTHERS = 2  # no other pair of the ball touches before that [s], unless the other's slot has it
 SLOT_COLUMNS = 3
 
 

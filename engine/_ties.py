@@ -7,6 +7,9 @@ import math
 from engine._geometry import capture_height, relative_motion, tie_rounding
 from engine._jit import kernel
 from engine._state import (
+    AX,
+    AY,
+    EPOCH,
     FIRST,
     OWN_CUSHION,
     OWN_TIME,
@@ -14,8 +17,12 @@ from engine._state import (
     PENDING_VERDICT,
     RADIUS,
     SECOND,
+    VX,
+    VY,
     Balls,
     IntArray,
+    X,
+    Y,
 )
 from engine._touch import IMPACT, PRESSED
 
@@ -31,6 +38,36 @@ def takes_precedence(balls: Balls, i: int, j: int) -> bool:
     gap = math.sqrt(dx * dx + dy * dy) - (balls.state[i, RADIUS] + balls.state[j, RADIUS])
     apart = gap > capture_height(balls, i, j)
     return bool(not apart and (dx > 0.0 or (dx == 0.0 and dy > 0.0)))
+
+
+@kernel
+def comes_before(
+    balls: Balls, listed: int, speed: float, fastest: float, i: int, j: int, t: float
+) -> bool:
+    """Whether the impact of i and j, at t [s], is resolved before that in row 0 of `balls.hits`.
+
+    The faster one is; of two as fast, which is so in symmetric scenes, the one whose point of
+    contact has the greater x, then y: by place, not by number.
+    """
+    if listed == 0 or speed != fastest:
+        return bool(speed > fastest)
+    x, y = _sum_of_places(balls, i, j, t)
+    first_x, first_y = _sum_of_places(balls, balls.hits[0, FIRST], balls.hits[0, SECOND], t)
+    return bool(x > first_x or (x == first_x and y > first_y))
+
+
+@kernel
+def _sum_of_places(balls: Balls, i: int, j: int, t: float) -> tuple[float, float]:
+    """Return the sum of both balls' coordinates at the instant t [s], x and y [m]."""
+    si, sj = t - balls.state[i, EPOCH], t - balls.state[j, EPOCH]
+    return (
+        balls.state[i, X]
+        + si * (balls.state[i, VX] + 0.5 * balls.state[i, AX] * si)
+        + (balls.state[j, X] + sj * (balls.state[j, VX] + 0.5 * balls.state[j, AX] * sj)),
+        balls.state[i, Y]
+        + si * (balls.state[i, VY] + 0.5 * balls.state[i, AY] * si)
+        + (balls.state[j, Y] + sj * (balls.state[j, VY] + 0.5 * balls.state[j, AY] * sj)),
+    )
 
 
 @kernel

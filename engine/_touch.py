@@ -7,7 +7,21 @@ import math
 from engine._geometry import at_rest, capture_height, negligible_hop, relative_motion
 from engine._jit import kernel
 from engine._motion import first_crossing, first_meeting
-from engine._state import AX, AY, EPOCH, RADIUS, ROLL, VX, VY, Balls, Laws
+from engine._state import (
+    AX,
+    AY,
+    EPOCH,
+    NEXT,
+    NOWHERE,
+    PARTNER,
+    RADIUS,
+    ROLL,
+    VX,
+    VY,
+    Balls,
+    Contacts,
+    Laws,
+)
 from engine._tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
 
 NOT_YET = 0
@@ -27,16 +41,44 @@ def first_bound(balls: Balls, laws: Laws, i: int, j: int) -> float:
     """
     start = max(balls.state[i, EPOCH], balls.state[j, EPOCH])
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
-    rate, pull = rx * vx + ry * vy, rx * ax + ry * ay
-    if rate >= 0.0 and pull >= 0.0:
-        return math.inf
     reach = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    rate, pull = rx * vx + ry * vy, rx * ax + ry * ay
+    bound: float = start + time_to_bound(laws, rx, ry, vx, vy, rate, pull, reach)
+    return bound
+
+
+@kernel(inline=True)
+def time_to_bound(
+    laws: Laws,
+    rx: float,
+    ry: float,
+    vx: float,
+    vy: float,
+    rate: float,
+    pull: float,
+    reach: float,
+) -> float:
+    """Return in how long a pair may touch at the soonest [s], from its relative motion; or inf.
+
+    `rate` is r . v, `pull` is r . a: over the distance, how the projected gap changes.
+    """
     if laws.uniform:
-        met: float = start + first_meeting(rx, ry, vx, vy, reach)
+        met: float = first_meeting(rx, ry, vx, vy, reach)
         return met
     distance = math.sqrt(rx * rx + ry * ry)
-    bound: float = start + first_crossing(distance * (distance - reach), rate, pull)
-    return bound
+    closed: float = first_crossing(distance * (distance - reach), rate, pull)
+    return closed
+
+
+@kernel
+def holds(contacts: Contacts, i: int, j: int) -> bool:
+    """Whether a contact step holds ball i to ball j, so that they can't meet."""
+    row = contacts.first_held[i]
+    while row != NOWHERE:
+        if contacts.held[row, PARTNER] == j:
+            return True
+        row = contacts.held[row, NEXT]
+    return False
 
 
 @kernel(inline=True)

@@ -78,7 +78,7 @@ def simulate(
     # command line, must not wait for it.
     from engine import _run  # noqa: PLC0415
 
-    off = chosen_skips(no_skip, scene) if no_skip else frozenset()
+    off = frozenset() if no_skip == () else chosen_skips(no_skip, scene)
     _run.warm_up(_run.variant_of(scene, False, off))
     run = _run.Run(scene, record != "rest" or Skip.RECORDS in off, off)
     run.go(max_events)

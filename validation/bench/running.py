@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Collection
-from typing import Any
-
-import numpy as np
 
 from engine import GhostballError, Record, Result, Scene, Status, simulate
-from engine._layout import layout_of
 from engine.scene import POOL_BALL_RADIUS
 from validation.bench.scenes import later
 
@@ -65,16 +60,7 @@ def after(scene: Scene) -> Scene:
 
 
 def bytes_per_ball(scene: Scene) -> float:
-    """Return the memory of the arrays that the kernels work on, per ball [B]."""
-    return _bytes(layout_of(scene)) / len(scene.balls)
+    """Return the memory of the arrays that the kernels work on in a run, per ball [B]."""
+    from engine._run import Run  # noqa: PLC0415 - it loads the compiler
 
-
-def _bytes(part: Any) -> int:
-    """Sum the arrays within dataclasses and tuples."""
-    if isinstance(part, np.ndarray):
-        return part.nbytes
-    if isinstance(part, tuple):
-        return sum(map(_bytes, part))
-    if dataclasses.is_dataclass(part):
-        return sum(_bytes(getattr(part, field.name)) for field in dataclasses.fields(part))
-    return 0
+    return Run(scene, keep_log=False).nbytes / len(scene.balls)

@@ -38,12 +38,15 @@ def test_a_lattice_is_elsewhere_after_a_while_and_keeps_its_energy():
     assert np.sum(later.velocities**2) == pytest.approx(np.sum(scene.velocities**2))
 
 
-def test_memory_is_all_arrays_of_the_layout():
+def test_memory_is_all_arrays_of_a_run():
+    """At least what no run can do without: state, bounds of pairs, state at the end."""
     scene = table_gas(4, 0.1)
     layout = layout_of(scene)
-    arrays = [*layout.balls, *layout.pairs, layout.laws, layout.radii]
-    total = sum(array.nbytes for array in arrays if array is not None)
-    assert running.bytes_per_ball(scene) == total / 4
+    least = layout.balls.state.nbytes + layout.pairs.bound.nbytes + 3 * 4 * 3 * 8
+    assert least < 4 * running.bytes_per_ball(scene) < 20 * least
+    crowd = packed_gas(121, 0.3, FRICTIONLESS, 0.1)
+    cells = layout_of(crowd).cells
+    assert running.bytes_per_ball(crowd) * 121 > sum(array.nbytes for array in cells)
 
 
 @pytest.mark.compiled
