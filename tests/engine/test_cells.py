@@ -3,12 +3,13 @@
 import math
 import random
 
+import numpy as np
 import pytest
 from breaks import break_scene, physics_of
 from invariants import fingerprint
 from shots import POOL_TABLE, R, ball, rack, scene_of
 
-from engine import Ball, Physics, Scene, Table, simulate, skips
+from engine import Ball, Physics, Scene, Table, _run, simulate, simulate_sweep, skips
 from engine.impact_laws.registry import any_integrated
 from validation.library import FOLDER
 
@@ -72,6 +73,58 @@ def test_cells_give_the_same_bits(scene, monkeypatch):
     for kind in ("joint_impacts", "contact_steps", "unsolved_contact_steps"):
         assert paired.work[kind] == celled.work[kind]
     assert paired.work["cell_moves"] == 0
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("cushion_first", [False, True])
+def test_a_balls_own_event_comes_before_a_contact_of_the_same_instant(
+    monkeypatch, turned, cushion_first
+):
+    """Also while the pair's bound is advanced towards that instant, whichever ball has the slot."""
+    gap = 0.25  # [m], to the cushion across and to the ball ahead: met at one instant
+    mover = ball((0.5, R + gap), (1.0, -1.0))
+    ahead = ball((0.5 + gap + (R if cushion_first else 2 * R), R))
+    balls = [ahead, mover] if turned else [mover, ahead]
+    scene = scene_of(*balls, table=POOL_TABLE)
+    paired, celled = both(scene, monkeypatch)
+    assert fingerprint(paired) == fingerprint(celled)
+
+
+@pytest.mark.compiled
+def test_symmetric_impacts_one_after_the_other(monkeypatch):
+    """Equal speeds at one instant: the order follows from places, not from who looks for them."""
+    balls = [
+        ball((0.2 + 0.2 * column, 0.2 + 0.2 * row), (0.5 if column % 2 == 0 else -0.5, 0.0))
+        for row in range(4)
+        for column in range(6)
+    ]
+    scene = scene_of(*balls, table=POOL_TABLE, impacts="sequential")
+    paired, celled = both(scene, monkeypatch)
+    assert fingerprint(paired) == fingerprint(celled)
+    assert celled.collision_counts["ball-ball"] > 20
+
+
+@pytest.mark.compiled
+def test_a_run_goes_on_where_it_stopped(monkeypatch):
+    """After every event, after a full log, and with contacts once they are needed."""
+    scene = crowd(40, 0.5, seed=2, speed=2.0, preset="pool", ball_restitution=0.3)
+    monkeypatch.setattr(skips, "MOST_PAIRED", 0)
+    whole = simulate(scene, record="events")
+    monkeypatch.setattr(_run, "_CHUNK", 1)
+    monkeypatch.setattr(_run, "_FIRST_LOG", 2 + 5 * 40)
+    assert fingerprint(simulate(scene, record="events")) == fingerprint(whole)
+
+
+@pytest.mark.compiled
+def test_a_sweep_in_cells_is_each_of_its_shots(monkeypatch):
+    scene = crowd(30, 0.2, rolling_friction=0.02)
+    monkeypatch.setattr(skips, "MOST_PAIRED", 0)
+    swept = simulate_sweep(scene, [1.0, 2.0, 1.0], [0.1, 0.2, 0.1], threads=1)
+    assert np.array_equal(swept.rest_positions[0], swept.rest_positions[2])
+    monkeypatch.setattr(skips, "MOST_PAIRED", 10**6)
+    paired = simulate_sweep(scene.model_copy(), [1.0, 2.0, 1.0], [0.1, 0.2, 0.1], threads=1)
+    assert np.array_equal(swept.rest_positions, paired.rest_positions)
+    assert np.array_equal(swept.events, paired.events)
 
 
 @pytest.mark.compiled

@@ -11,22 +11,28 @@ from pathlib import Path
 
 import pytest
 
-from engine import Scene, simulate
-from validation.library import FOLDER, scene_names
+from engine import simulate
+from validation.bench import many_balls
+from validation.library import find_scene, scene_names
 
 STORE = Path(__file__).with_name("work.json")
 
 
+CROWDS = {scene.name: scene for scene in many_balls()}
+"""Scenes that cells schedule: the shipped ones have too few balls."""
+NAMES = sorted([*scene_names(), *CROWDS])
+
+
 def work_of(name: str) -> dict[str, int]:
-    return dict(simulate(Scene.load(FOLDER / f"{name}.toml")).work)
+    return dict(simulate(CROWDS.get(name) or find_scene(name)).work)
 
 
 def test_every_scene_has_its_counts_and_none_is_left_over():
-    assert sorted(json.loads(STORE.read_text())) == sorted(scene_names())
+    assert sorted(json.loads(STORE.read_text())) == NAMES
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("name", sorted(scene_names()))
+@pytest.mark.parametrize("name", NAMES)
 def test_no_count_moves(name):
     stored = json.loads(STORE.read_text())[name]
     moved = {
@@ -38,5 +44,5 @@ def test_no_count_moves(name):
 
 
 if __name__ == "__main__":
-    counts = {name: work_of(name) for name in sorted(scene_names())}
+    counts = {name: work_of(name) for name in NAMES}
     STORE.write_text(json.dumps(counts, indent=1) + "\n")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from statistics import median
 from typing import Literal
 
@@ -51,6 +52,11 @@ class SkipsMeasurement(Measurement):
     kind: Literal["skips"] = "skips"
     rows: tuple[SkipRow, ...]
     unused: dict[str, dict[str, str]]
+
+    @property
+    def anything(self) -> bool:
+        """Whether a scene was done before an interrupt."""
+        return bool(self.rows)
 
     @property
     def defects(self) -> tuple[SkipRow, ...]:
@@ -111,8 +117,11 @@ def measure_skips(
 
 def _rows(scene: Scene, skips: Sequence[Skip], rounds: int) -> list[SkipRow]:
     """Measure one scene: with all its skips on, and with each of them off."""
-    on = run(scene, record="events")
+    kept = run(scene, record="events")
     answers = {skip: run(scene, record="events", no_skip=(skip,)) for skip in skips}
+    if Skip.RECORDS in answers:
+        # Its answer is that of a run nobody asked a record of: the log must not be in the way.
+        answers[Skip.RECORDS] = replace(run(scene), events=kept.events)
     seconds: dict[Skip | None, list[float]] = {key: [] for key in (None, *skips)}
     work: dict[Skip | None, dict[str, int]] = {}
     for _ in range(rounds):
@@ -122,7 +131,7 @@ def _rows(scene: Scene, skips: Sequence[Skip], rounds: int) -> list[SkipRow]:
             work[skip] = {name: result.work[name] for name in COUNTERS}
     rows = []
     for skip, off in answers.items():
-        equality, detail = compare_answers(on, off)
+        equality, detail = compare_answers(kept, off)
         if equality == "rounding" and skip is not Skip.ADVANCEMENT:
             equality = "differs"
         rows.append(

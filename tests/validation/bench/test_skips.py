@@ -84,6 +84,16 @@ def test_a_skip_that_changes_the_answer_is_a_defect(monkeypatch):
     assert (defect.skip, defect.equality) == ("contacts", "differs")
 
 
+def test_an_interrupt_before_the_first_scene_leaves_nothing(monkeypatch):
+    def stop(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(skips, "run", stop)
+    measured = measure_skips([SHOT], rounds=1)
+    assert measured.interrupted
+    assert not measured.anything
+
+
 def test_an_interrupt_keeps_the_scenes_that_are_done(monkeypatch):
     honest = skips.run
     monkeypatch.setattr(skips, "run", lambda scene, **how: honest(scene, record="events"))
@@ -93,4 +103,5 @@ def test_an_interrupt_keeps_the_scenes_that_are_done(monkeypatch):
 
     measured = measure_skips([SHOT, SHOT], rounds=1, progress=stop)
     assert measured.interrupted
+    assert measured.anything
     assert {row.scene for row in measured.rows} == {"test"}
