@@ -195,14 +195,17 @@ def pairs_of(n: int) -> Pairs:
 
 
 def cells_of(scene: Scene) -> Cells:
-    """Divide the cloth into cells: one or two for each ball, but none smaller than the largest."""
+    """Divide the cloth into cells: one or two for each ball, but none smaller than the largest.
+
+    Also where the balls are spread along a line.
+    """
     n, places = len(scene.balls), scene.positions[:, :2]
     low, high = np.min(places, axis=0), np.max(places, axis=0)
     if scene.table is not None and scene.table.cushions:
         low, high = np.zeros(2), np.array([scene.table.length, scene.table.width])
     extent = np.maximum(high - low, 2.0 * float(np.max(scene.radii)))
     side = 2.0 * float(np.max(scene.radii)) * (1.0 + _CELL_ROOM)
-    side = max(side, math.sqrt(0.5 * float(np.prod(extent)) / n))
+    side = max(side, math.sqrt(0.5 * float(np.prod(extent)) / n), float(np.max(extent)) / (2.0 * n))
     size = np.maximum(np.floor(extent / side).astype(np.int64), 1)
     leaves = 1 << (n - 1).bit_length()
 

@@ -20,7 +20,9 @@ from engine.skips import MATRIX_SKIPS, Skip, is_integrated, uses_cells
 from engine.trajectory import ExactTrajectory, Samples
 
 _CHUNK = 65_536
-"""Events between two returns from the kernel, where an interrupt is seen: some 20 ms."""
+"""Events between two returns from the kernel, where an interrupt is seen: some 20 ms.
+
+With contacts fewer, and the fewer the more balls there are, for a step of hundreds takes long."""
 
 _FIRST_LOG = 1_024
 """Events that the first log holds; a full one is followed by one twice as large."""
@@ -63,6 +65,8 @@ def warm_up(variant: Variant) -> None:
         run = Run(still_scene(variant), True, off)
         run.contacts = contacts_of(run.size) if variant.contacts else None
         run.go(1)
+        if run.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
 
 
 def still_scene(variant: Variant) -> Scene:
@@ -155,7 +159,8 @@ class Run:
         counters = self._counters
         while True:
             done = int(counters[s.EVENTS] + counters[s.CONTACT_STEPS])
-            limit = min(done + _CHUNK, max_events)
+            chunk = _CHUNK if self.contacts is None else max(_CHUNK // 16 // self.size, 16)
+            limit = min(done + min(chunk, _CHUNK), max_events)
             code = self._enter(limit, limit == max_events)
             if code == s.RUN_LOG_FULL:
                 self._start_new_log()
@@ -167,9 +172,10 @@ class Run:
 
     def _enter(self, limit: int, last: bool) -> int:
         started = time.perf_counter()
-        code = enter(*self._begin, self.contacts, *self._log, self._end, limit, last)
-        self.wall_time += time.perf_counter() - started
-        return code
+        try:
+            return enter(*self._begin, self.contacts, *self._log, self._end, limit, last)
+        finally:
+            self.wall_time += time.perf_counter() - started
 
     def _check_resolved(self) -> None:
         """Fail where a ball went so far that doubles no longer resolve a collision there."""

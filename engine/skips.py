@@ -1,7 +1,8 @@
 """What the engine leaves out because a scene doesn't need it: named, explained, switched off.
 
 A skip saves work and changes nothing: with any of them off, a shot comes out the same to the bit,
-but for `ADVANCEMENT`, whose contact times come from another formula and agree to within rounding.
+but for `ADVANCEMENT`: contact times come from another formula and agree to within rounding, after
+which impacts that graze, or that tie but for it, may go another way.
 `ghostball bench skips` measures and compares each.
 """
 

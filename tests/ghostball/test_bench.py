@@ -219,7 +219,7 @@ def test_skips_are_tabled_and_a_defect_is_the_exit_status(monkeypatch, tmp_path)
     result = run()
     assert result.exit_code == 1
     assert "differs: planted" in result.stdout
-    assert "skips change an answer" in result.stderr
+    assert "Answers that a skip changes" in result.stderr
 
 
 def test_an_unknown_scene_is_refused():

@@ -18,8 +18,9 @@ from validation.bench.scenes import FRICTIONLESS, FULL_CLOTH, packed_gas
 from validation.bench.timing import Progress
 
 ROUNDING = 16.0
-"""Ulps of its instant by which the first event that differs may do so, where another formula gives
-the same root. What comes after depends on what the scene makes of that."""
+"""Roundings by which the first event that differs may do so, where another formula gives the same
+root: those of the instant, and of the places over the fastest speed. What comes after depends on
+what the scene makes of that."""
 
 COUNTERS = ("bounds", "advancement_steps", "cell_moves")
 """Work that skips save."""
@@ -160,8 +161,8 @@ def compare_answers(on: Result, off: Result) -> tuple[Equality, str]:
     Returns
     -------
     equality : "same bits", "rounding" or "differs"
-        "rounding" where the first event that differs does so by up to `ROUNDING` ulps of its
-        instant, and in nothing else.
+        "rounding" where the first event that differs does so by up to `ROUNDING` roundings, and in
+        nothing but its instant.
     detail : str
     """
     if on.events is None or off.events is None:
@@ -181,8 +182,18 @@ def compare_answers(on: Result, off: Result) -> tuple[Equality, str]:
         return "differs", f"{len(on.events)} events and {len(off.events)}"
     first = unlike[0]
     what = ["kind", "a", "b"]
-    ulps = abs(a["t"][first] - b["t"][first]) / np.spacing(a["t"][first])
-    said = f"event {first + 1} of {len(on.events)}: {ulps:.3g} ulps"
+    rounding = np.spacing(a["t"][first]) + _time_rounding(on.scene)
+    roundings = abs(a["t"][first] - b["t"][first]) / rounding
+    said = f"event {first + 1} of {len(on.events)}: {roundings:.2g} roundings"
     if a[what][first] != b[what][first]:
         return "differs", f"event {first + 1} of {len(on.events)}: another one"
-    return ("rounding" if ulps <= ROUNDING else "differs"), said
+    return ("rounding" if roundings <= ROUNDING else "differs"), said
+
+
+def _time_rounding(scene: Scene) -> float:
+    """Return how long the fastest ball takes over the rounding of the largest coordinate [s]."""
+    speeds = np.linalg.norm(scene.velocities, axis=1)
+    turning = scene.radii * np.linalg.norm(scene.angular_velocities, axis=1)
+    fastest = float(max(speeds.max(), turning.max()))
+    largest = float(np.spacing(np.abs(scene.positions).max() + scene.radii.max()))
+    return largest / fastest if fastest > 0.0 else 0.0
