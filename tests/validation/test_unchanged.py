@@ -27,7 +27,7 @@ from reference_adapters.paper_discrete import PaperDiscreteEngine
 from validation.criteria import Criteria, Criterion
 from validation.library import find_scene
 from validation.records import CaseRecord, Motion, status_name
-from validation.store import ResultsFolder, ResultsWriter
+from validation.store import ResultsError, ResultsFolder, ResultsWriter
 from validation.suite import Outcome, run_suite
 from validation.unchanged import (
     LIBRARIES,
@@ -750,6 +750,18 @@ def test_an_interrupt_while_a_run_begins_leaves_a_folder_that_reads_back(
         after = contents(tmp_path)
         assert {name: after[name] for name in before} == before
     assert run(tmp_path).counts.taken_over == 4
+
+
+def test_a_second_run_is_refused_before_it_reads_or_runs_anything(
+    tmp_path: Path, ran: list[tuple[str, str]]
+) -> None:
+    # Breaks where it plans with results that the first run is about to replace.
+    announced: list[Unchanged] = []
+    with ResultsWriter(tmp_path).reserved():
+        with pytest.raises(ResultsError, match="another run writes there"):
+            run(tmp_path, announce=announced.append)
+        assert (ran, announced) == ([], [])
+    assert run(tmp_path).exit_status == 0
 
 
 def test_an_interrupt_between_a_line_and_its_being_counted_counts_it(
