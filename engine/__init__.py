@@ -41,6 +41,13 @@ Balls that friction presses together don't bounce without end: contact forces ho
 for as long as they push, in steps that keep every gap within a tolerance (`engine/_press.py`).
 """
 
+# ruff: noqa: E402 - the instant must be taken before anything else is loaded.
+import time
+
+# Files that change after this instant [ns] needn't be what is loaded: `validation.unchanged`, which
+# may be imported much later, asks for it.
+_IMPORTED_NS = time.time_ns()
+
 from engine.batch import STATUSES, Batch, simulate_many, simulate_sweep
 from engine.errors import GhostballError, SceneError, UnsupportedSceneError
 from engine.result import EVENT_DTYPE, EventKind, Record, Result, Status

@@ -15,7 +15,7 @@ from reference_adapters import make_engine, split_specs
 from reports import write_report
 from validation.junit import write_junit
 from validation.library import Suite, select
-from validation.store import CaseRecord, ResultsFolder, is_results_folder
+from validation.store import CaseRecord, ResultsFolder, is_results_folder, read_earlier
 from validation.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite
 from validation.unchanged import Unchanged
 from validation.verdict import Verdict, verdict_of
@@ -72,8 +72,7 @@ def run(
         )
     folder = escape(str(out))
     if not outcome.cases:
-        kept = "the results stay as they were" if is_results_folder(out) else "no results"
-        say(f"[bold]Interrupted[/] before the first case was done: {kept} in {folder}")
+        say(f"[bold]Interrupted[/] before the first case was done: {_left(outcome)} in {folder}")
         return outcome.exit_status
     results = ResultsFolder.load(out)
     if junit is not None:
@@ -109,7 +108,7 @@ def _announce(unchanged: Unchanged, out: Path) -> None:
     """Say what isn't run again, or why all is, where there are results to take over."""
     if unchanged.cases:
         say(_taken_over(len(unchanged.cases), out))
-    elif unchanged.stored:
+    elif unchanged.stored or unchanged.why:
         why = unchanged.why or "scene, settings, criteria or metrics of every case differ"
         say(f"nothing is taken over from {escape(str(out))}: {escape(why)}")
     if unchanged.stored and unchanged.always:
@@ -121,6 +120,17 @@ def _announce(unchanged: Unchanged, out: Path) -> None:
 def _taken_over(count: int, out: Path) -> str:
     cases = "1 case" if count == 1 else f"{count} cases"
     return f"{cases} unchanged, taken over from {escape(str(out))} (run again with --rerun)"
+
+
+def _left(outcome: Outcome) -> str:
+    """Say what an interrupted run without a case of its own left in its folder."""
+    if not is_results_folder(outcome.folder):
+        return "no results"
+    if not outcome.begun:
+        return "the results stay as they were"
+    if read_earlier(outcome.folder):
+        return "no results yet, but the earlier ones that a next run may take over are put by"
+    return "no results"
 
 
 def _headline(outcome: Outcome, seconds: float) -> str:

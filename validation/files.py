@@ -20,6 +20,7 @@ RESULTS_FILE: Final = "results.jsonl"
 EARLIER_FILE: Final = "earlier.jsonl"
 ENVIRONMENT_FILE: Final = "env.json"
 MOTION_FOLDER: Final = "motion"
+LOCK_FILE: Final = ".lock"
 
 
 class ResultsError(GhostballError):

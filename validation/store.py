@@ -5,6 +5,7 @@
     earlier.jsonl    cases of earlier runs that this one hasn't replaced, as they were: no part of
                      its results, but a later run may find that they are unchanged
     env.json         machine, versions, revision, command line, and how the run ended
+    .lock            empty, and locked while a run writes; no part of the results
 
 A line is written whole and flushed before the next case, and `env.json` is replaced in one step, so
 a run that is interrupted or killed leaves a folder that reads back. What earlier runs found is put
@@ -19,17 +20,20 @@ import json
 import re
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Literal, TextIO
 
 import numpy as np
+from filelock import FileLock, Timeout
 
 from validation.files import (
     EARLIER_FILE,
     ENVIRONMENT_FILE,
     FORMAT,
+    LOCK_FILE,
     MOTION_FOLDER,
     RESULTS_FILE,
     ResultsError,
@@ -173,7 +177,9 @@ class ResultsWriter:
     """Writes a results folder, case by case.
 
     Making one checks that the folder may be used and can be written, and changes nothing in it; a
-    folder with earlier results of ours keeps them until `begin`.
+    folder with earlier results of ours keeps them until `begin`. From there, or from `reserved`, to
+    `finish` no other writer, of this process or another, gets into the folder. The operating system
+    ends the lock with the process, however that ends.
 
     Raises
     ------
@@ -188,7 +194,31 @@ class ResultsWriter:
         self._kept: set[str] = set()  # those of them that the results name
         self._environment: dict[str, Any] = {}
         self._earlier: dict[tuple[str, str], CaseRecord] = {}
+        self._taken_over: Sequence[CaseRecord] = ()
+        self._begun = self._finished = False
+        # Held by this writer, not by a thread: another one may finish what one began.
+        self._lock = FileLock(self.path / LOCK_FILE, timeout=0, thread_local=False)
         self._prepare()
+
+    @property
+    def begun(self) -> bool:
+        """Whether earlier results gave way to those of this run, be they none so far."""
+        return self._begun
+
+    @contextmanager
+    def reserved(self) -> Iterator[None]:
+        """Keep other writers out, from before the folder is read: what was read stays true.
+
+        Raises
+        ------
+        ResultsError
+            Where another one is in it.
+        """
+        self._acquire()
+        try:
+            yield
+        finally:
+            self._lock.release(force=True)
 
     def begin(
         self,
@@ -206,25 +236,30 @@ class ResultsWriter:
             Cases of earlier runs that are results of this one too; their motion stays.
         earlier : iterable of CaseRecord
             What `read_earlier` returned: put by until `finish`.
+
+        Raises
+        ------
+        ResultsError
+            Where another run writes into the folder, or it can't be written.
         """
+        self._acquire()
         self._environment = {"format": FORMAT, "schema": SCHEMA, **environment, "state": "running"}
         self._earlier = {(case.scene, case.label): case for case in earlier}
-        results = self.path / RESULTS_FILE
+        self._taken_over = taken_over
+        self._kept = {case.motion for case in taken_over if case.motion is not None}
         try:
             # First what was there is put by, so that a kill from here on loses nothing of it.
             self._put_by()
+            # From here on an interrupt leaves the rest to `finish`.
+            self._begun = True
             # env.json comes last to go and first to come: the folder stays recognisably ours.
-            results.unlink(missing_ok=True)
+            (self.path / RESULTS_FILE).unlink(missing_ok=True)
             self._write_environment()
             (self.path / MOTION_FOLDER).mkdir(exist_ok=True)
-            self._kept = {case.motion for case in taken_over if case.motion is not None}
             self._drop_motion()
-            write_lines(results, taken_over)
-            self._file = results.open("a", encoding="utf-8", newline="\n")
+            self._start_results()
         except OSError as error:
             raise cannot_write(self.path, error) from error
-        for case in taken_over:
-            self._earlier.pop((case.scene, case.label), None)
 
     def write(self, record: CaseRecord, motion: Motion | None) -> CaseRecord:
         """Append a case; return it with the name and the hash of its motion file.
@@ -249,7 +284,10 @@ class ResultsWriter:
     def finish(
         self, state: RunState, *, still_of_use: Callable[[CaseRecord], bool] | None = None
     ) -> None:
-        """Close the folder and note in `env.json` how the run ended.
+        """Close the folder, note in `env.json` how the run ended, and let other runs in.
+
+        Where the run never began, the folder stays as it was. Where an interrupt cut `begin` short,
+        the rest of it is done here, so that the folder reads back.
 
         Parameters
         ----------
@@ -258,28 +296,57 @@ class ResultsWriter:
             Which of the earlier cases that this run hasn't replaced stay put by; all of them where
             it is left out.
         """
+        try:
+            if self._begun and not self._finished:
+                self._finish(state, still_of_use)
+        except OSError as error:
+            raise cannot_write(self.path, error) from error
+        finally:
+            self._lock.release()  # what `begin` took: `reserved` may still hold it
+
+    def _finish(self, state: RunState, still_of_use: Callable[[CaseRecord], bool] | None) -> None:
         if self._file is None:
-            return
+            (self.path / MOTION_FOLDER).mkdir(exist_ok=True)
+            self._start_results()
+        assert self._file is not None
         self._file.close()
         self._file = None
+        self._finished = True
         self._environment["state"] = state
         if still_of_use is not None:
             self._earlier = {
                 pair: case for pair, case in self._earlier.items() if still_of_use(case)
             }
+        self._write_environment()
+        self._put_by()
+        self._drop_motion()
+
+    def _acquire(self) -> None:
         try:
-            self._write_environment()
-            self._put_by()
-            self._drop_motion()
+            self._lock.acquire()  # counted: within `reserved` it is held twice
+        except Timeout:
+            raise ResultsError(
+                f"{self.path}: another run writes there. Wait until it has ended, or choose "
+                "another `--out`"
+            ) from None
         except OSError as error:
             raise cannot_write(self.path, error) from error
+
+    def _start_results(self) -> None:
+        """Write the cases that are taken over, and open the file for those to come."""
+        results = self.path / RESULTS_FILE
+        write_lines(results, self._taken_over)
+        self._file = results.open("a", encoding="utf-8", newline="\n")
+        for case in self._taken_over:
+            self._earlier.pop((case.scene, case.label), None)
 
     def _prepare(self) -> None:
         try:
             if self.path.exists() and not self.path.is_dir():
                 raise ResultsError(f"{self.path}: not a folder. Choose another `--out`")
             self.path.mkdir(parents=True, exist_ok=True)
-            if any(self.path.iterdir()) and not is_results_folder(self.path):
+            others = any(path.name != LOCK_FILE for path in self.path.iterdir())
+            if others and not is_results_folder(self.path):
                 raise ResultsError(
                     f"{self.path}: not empty and not a results folder of ours, so nothing in it "
                     "is replaced. Choose another `--out`, or empty it"

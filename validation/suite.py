@@ -30,7 +30,7 @@ from validation.files import ResultsError
 from validation.library import FOLDER, find_scene, paths_among, scene_names
 from validation.metrics import METRICS, choose_metrics
 from validation.records import CaseRecord
-from validation.store import ResultsWriter, RunState, read_earlier
+from validation.store import ResultsFolder, ResultsWriter, RunState, read_earlier
 from validation.truth import Truth, TruthPart, check_truth, truth_of
 from validation.unchanged import (
     Code,
@@ -101,12 +101,15 @@ class Outcome:
         How many there would have been.
     interrupted : bool
         Whether the run was cut short by Ctrl-C; the folder then holds what was done.
+    begun : bool
+        Whether earlier results in the folder gave way to those of this run, be they none.
     """
 
     folder: Path
     cases: list[CaseRecord] = field(default_factory=list)
     planned: int = 0
     interrupted: bool = False
+    begun: bool = False
 
     @property
     def counts(self) -> Counts:
@@ -183,7 +186,7 @@ def run_suite(
     ------
     GhostballError
         Before anything runs: where an engine, a setting or a metric is unknown, the criteria are
-        wrong, or the folder can't be used.
+        wrong, or the folder can't be used, such as while another run writes there.
 
     Notes
     -----
@@ -193,6 +196,18 @@ def run_suite(
     """
     plan = _plan(scenes, engine_specs, criteria or {}, jobs, metrics)
     writer = ResultsWriter(out)
+    with writer.reserved():
+        return _run(plan, writer, jobs, progress, reuse, announce)
+
+
+def _run(
+    plan: _Plan,
+    writer: ResultsWriter,
+    jobs: int,
+    progress: Progress | None,
+    reuse: bool,
+    announce: Announce | None,
+) -> Outcome:
     outcome = Outcome(writer.path, planned=plan.size)
     code, earlier = Code.now(), _read_earlier(writer.path)
     unchanged = Unchanged()
@@ -219,7 +234,7 @@ def run_suite(
             warm_up(plan.scenes_of(rest))  # here, once: else each process would compile, and say so
             with closing(run_cases(plan.cases(rest), jobs)) as finished:
                 for ran, motion in finished:
-                    if not outcome.cases:
+                    if not writer.begun:
                         begin()
                     record = stamped(ran, plan.inputs[ran.scene, ran.label], code)
                     outcome.cases.append(writer.write(record, motion))
@@ -227,7 +242,7 @@ def run_suite(
                         progress(outcome.cases[-1], len(outcome.cases), plan.size)
         state = "complete"
     except KeyboardInterrupt:
-        return replace(outcome, interrupted=True)
+        outcome = replace(outcome, interrupted=True)
     finally:
         # What this code could never take over is of no use once a run has come to its end.
         writer.finish(
@@ -236,7 +251,10 @@ def run_suite(
             if state == "complete"
             else None,
         )
-    return outcome
+    if outcome.interrupted and writer.begun:
+        # What the folder says: the interrupt may have come between a line and its being noted here.
+        outcome.cases[:] = ResultsFolder.load(writer.path).cases
+    return replace(outcome, begun=writer.begun)
 
 
 def shipped_criteria(scene: Scene) -> Criteria:

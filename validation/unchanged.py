@@ -13,7 +13,12 @@ outside of all this, such as a limit of time.
 
 Modules stay in memory as they were imported, while their files may be edited and packages
 installed. So these are looked at when this module is imported, before each run and after each case:
-once they differ, nothing is taken over, and what is measured is marked to be run again.
+once they differ, or changed after `engine` was imported, which comes before all else of ours,
+nothing is taken over, and what is measured is marked to be run again.
+
+A library is told by the list of its files that was written when it was installed. So an edit of an
+installed file in place isn't seen; and where a library is installed editable, so that the list
+doesn't name its sources, nothing is taken over at all.
 """
 
 from __future__ import annotations
@@ -32,7 +37,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from engine import GhostballError, Scene, Status
+from engine import _IMPORTED_NS, GhostballError, Scene, Status
 from reference_adapters.registry import engine_class, parse_spec
 from validation.criteria import Criterion
 from validation.environment import cpu_flags, cpu_name
@@ -49,7 +54,7 @@ LIBRARIES = (
     *("numpy", "numba", "llvmlite", "pymunk", "cffi", "pybullet"),
     *("mpmath", "gmpy2", "python-flint", "pydantic", "pydantic-core"),
 )
-"""Distributions that compute, or that are beneath one that does."""
+"""Distributions that compute, or that are beneath one that does. See above for edits of them."""
 
 VARIABLES = (
     *("NUMBA_", "NPY_", "NUMPY_", "MPMATH_", "LD_", "DYLD_", "GLIBC_"),
@@ -99,8 +104,11 @@ class Code:
         """Describe and hash the code that this process has loaded."""
         if not _LOADED:
             return cls("", "the source files of ghostball can't be read here")
-        if _look() != _LOADED:
+        if _look() != _LOADED or _changed_after(_LOADED, _IMPORTED_NS):
             return cls("", "files of code changed since this process loaded them")
+        if editable := [name for name in LIBRARIES if _is_editable(name)]:
+            names = ", ".join(editable)
+            return cls("", f"installed editable, so that their code can't be told: {names}")
         return cls(_hash(describe_code()))
 
     def holds(self) -> bool:
@@ -309,8 +317,27 @@ def _look() -> tuple[Any, ...]:
         return ()
 
 
+def _changed_after(look: tuple[Any, ...], instant: int) -> bool:
+    """Whether anything in what `_look` returned changed after an instant [ns].
+
+    On Windows by the time of content, for that of the entry is of its creation there. Elsewhere
+    not: it may be set to any time, also to one that is yet to come.
+    """
+    return any((mtime if os.name == "nt" else ctime) > instant for *_, mtime, ctime in look)
+
+
 _LOADED = _look()
 """The files of the code when this module was imported, and with it all that measures."""
+
+
+@cache
+def _is_editable(name: str) -> bool:
+    """Whether a distribution is installed as a link to its sources (PEP 610, PEP 660)."""
+    try:
+        origin = json.loads(distribution(name).read_text("direct_url.json") or "{}")
+    except PackageNotFoundError:
+        return False
+    return bool(origin.get("dir_info", {}).get("editable", False))
 
 
 @cache

@@ -19,6 +19,7 @@ from engine import Scene
 from ghostball.cli import app
 from reference_adapters import make_engine
 from validation import find_scene, scene_names
+from validation.store import ResultsWriter
 
 BALL = '[[balls]]\nid = "{id}"\nposition = [{x}, 0.5]\nvelocity = [1.0, 0.0]\n'
 HEAD = 'schema = 1\nname = "shot"\n[table]\nlength = 2.0\nwidth = 1.0\n'
@@ -486,6 +487,48 @@ def test_ctrl_c_before_the_first_case_says_that_there_are_no_results(cli, tmp_pa
     monkeypatch.setattr("validation.suite.run_cases", interrupted)
     result = cli("validate", "stop", "--engines", "ghostball", "--out", out)
     assert f"was done: the results stay as they were in {out}" in result.stderr
+
+
+def test_ctrl_c_while_a_run_begins_says_what_became_of_the_results(cli, tmp_path, monkeypatch):
+    # Breaks where it says that they stay as they were, and there are none.
+    real = ResultsWriter._drop_motion
+
+    def interrupted_at_first(self):
+        monkeypatch.setattr(ResultsWriter, "_drop_motion", real)
+        raise KeyboardInterrupt
+
+    def validate(scene, folder, interrupt=False):
+        if interrupt:
+            monkeypatch.setattr(ResultsWriter, "_drop_motion", interrupted_at_first)
+        return cli("validate", scene, "--engines", "paper-discrete", "--out", folder)
+
+    out, new = tmp_path / "out", tmp_path / "new"
+    assert validate("stop", out).exit_code == 0
+    old, none = (validate("half-ball-cut", folder, interrupt=True) for folder in (out, new))
+    assert (old.exit_code, none.exit_code) == (130, 130)
+    assert "no results yet, but the earlier ones that a next run may take over" in old.stderr
+    assert f"was done: no results in {new}" in none.stderr
+    assert (out / "results.jsonl").read_text() == ""
+    assert "1 case unchanged, taken over" in validate("stop", out).stderr
+
+
+def test_a_second_run_into_one_folder_is_refused(cli, tmp_path):
+    out = tmp_path / "out"
+    assert cli("validate", "stop", "--engines", "paper-discrete", "--out", out).exit_code == 0
+    before = (out / "results.jsonl").read_bytes()
+    with ResultsWriter(out).reserved():
+        again = cli("validate", "stop", "--engines", "paper-discrete", "--out", out)
+    assert refused(again, str(out), "another run writes there", "choose another `--out`")
+    assert (out / "results.jsonl").read_bytes() == before
+
+
+def test_why_nothing_can_be_taken_over_is_said_also_without_earlier_results(
+    cli, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("validation.unchanged._is_editable", lambda name: name == "pymunk")
+    result = cli("validate", "stop", "--engines", "paper-discrete", "--out", tmp_path)
+    assert "nothing is taken over" in result.stderr
+    assert "installed editable, so that their code can't be told: pymunk" in result.stderr
 
 
 # --- lists ------------------------------------------------------------------------------------

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import re
+import subprocess
+import sys
+import threading
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +18,7 @@ import pytest
 
 import validation.store
 from engine import EVENT_DTYPE, Ball, Scene
-from validation.files import EARLIER_FILE, ENVIRONMENT_FILE, RESULTS_FILE
+from validation.files import EARLIER_FILE, ENVIRONMENT_FILE, LOCK_FILE, RESULTS_FILE
 from validation.store import (
     SCHEMA,
     CaseRecord,
@@ -413,6 +418,87 @@ def test_a_full_disk_while_a_run_begins_loses_nothing(
     assert steps == step + 1
     assert set(labels(read_earlier(tmp_path))) == {"pymunk", "ghostball", "pybullet"}
     assert all_motions_read(tmp_path)
+
+
+# --- two runs at once
+
+
+def test_two_writers_are_never_in_one_folder(tmp_path: Path) -> None:
+    # Breaks where their lines interleave, and each deletes the other's motion.
+    first = written(tmp_path, record(), finish=False)
+    before = contents(tmp_path)
+    second = ResultsWriter(tmp_path)
+    message = f"^{re.escape(str(tmp_path))}: another run writes there. Wait .* another `--out`$"
+    with pytest.raises(ResultsError, match=message):
+        second.begin(ENVIRONMENT)
+    with pytest.raises(ResultsError, match="another run writes there"), second.reserved():
+        pass
+    second.finish("interrupted")
+    assert contents(tmp_path) == before
+    first.write(record("ghostball"), motion())
+    first.finish("complete")
+    written(tmp_path, record("pybullet"))
+    assert labels(ResultsFolder.load(tmp_path).cases) == ["pybullet"]
+
+
+def test_a_reserved_folder_is_free_only_afterwards(tmp_path: Path) -> None:
+    writer, other = ResultsWriter(tmp_path), ResultsWriter(tmp_path)  # a lock alone is no content
+    with writer.reserved():
+        writer.begin(ENVIRONMENT)
+        writer.finish("complete")
+        with pytest.raises(ResultsError, match="another run writes there"):
+            other.begin(ENVIRONMENT)
+    other.begin(ENVIRONMENT)
+    other.finish("complete")
+    with pytest.raises(ZeroDivisionError), writer.reserved():
+        raise ZeroDivisionError
+    written(tmp_path)
+
+
+def test_a_thread_may_finish_what_another_began(tmp_path: Path) -> None:
+    writer = written(tmp_path, record(), finish=False)
+    thread = threading.Thread(target=writer.finish, args=("complete",))
+    thread.start()
+    thread.join()
+    written(tmp_path, record())
+
+
+def test_a_killed_run_locks_nobody_out(tmp_path: Path) -> None:
+    script = (
+        "import sys, time; from pathlib import Path; from validation.store import ResultsWriter\n"
+        "writer = ResultsWriter(sys.argv[1]); writer.begin({})\n"
+        "print('begun', flush=True); time.sleep(600)"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", script, str(tmp_path)],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "begun\n"
+            with pytest.raises(ResultsError, match="another run writes there"):
+                written(tmp_path)
+        finally:
+            process.kill()
+    written(tmp_path, record())
+    assert labels(ResultsFolder.load(tmp_path).cases) == ["pymunk"]
+
+
+def test_the_lock_is_no_part_of_the_results(tmp_path: Path) -> None:
+    with ResultsWriter(tmp_path).reserved():
+        pass
+    assert contents(tmp_path) in ({}, {LOCK_FILE: b""})  # Windows leaves none
+    assert read_earlier(tmp_path) == []
+    with pytest.raises(ResultsError, match="not a results folder"):
+        ResultsFolder.load(tmp_path)
+    written(tmp_path, record())  # not taken for something of the user's
+    assert set(contents(tmp_path)) - {LOCK_FILE} == {
+        "env.json",
+        "results.jsonl",
+        "motion/roll--pymunk.npz",
+    }
 
 
 def test_a_folder_without_results_holds_nothing_earlier(tmp_path: Path) -> None:

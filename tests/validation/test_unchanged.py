@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import textwrap
+import time
 from collections.abc import Callable
 from dataclasses import fields, replace
 from importlib.metadata import packages_distributions
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import validation.store
 import validation.unchanged
 from engine import Ball, Result, Scene, Status, Table
 from reference_adapters.ghostball_engine import GhostballEngine
@@ -25,7 +27,7 @@ from reference_adapters.paper_discrete import PaperDiscreteEngine
 from validation.criteria import Criteria, Criterion
 from validation.library import find_scene
 from validation.records import CaseRecord, Motion, status_name
-from validation.store import ResultsFolder
+from validation.store import ResultsError, ResultsFolder, ResultsWriter
 from validation.suite import Outcome, run_suite
 from validation.unchanged import (
     LIBRARIES,
@@ -446,6 +448,90 @@ def test_the_look_sees_an_edit_and_an_installed_package(
     assert len(set(looks)) == 3
 
 
+def copy_of_the_sources(folder: Path) -> Path:
+    for package in OUR_PACKAGES:
+        shutil.copytree(
+            ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__")
+        )
+    return folder
+
+
+@pytest.mark.parametrize("edited", [False, True])
+def test_an_edit_between_the_imports_of_engine_and_of_this_reuses_nothing(
+    tmp_path: Path, edited: bool
+) -> None:
+    # Breaks where the files are first looked at when the code that is loaded is older than they;
+    # and where a checkout just before the import counts as an edit.
+    code = copy_of_the_sources(tmp_path / "code")
+    (code / "engine" / "_motion.py").touch()
+    script = textwrap.dedent(f"""
+        import os
+        from pathlib import Path
+        import engine
+
+        source = Path(engine.__file__).with_name("_motion.py")
+        assert source.is_relative_to({str(code)!r})
+        if {edited}:
+            before = source.stat()
+            source.write_text(source.read_text() + "# a comment\\n")
+            os.utime(source, ns=(before.st_atime_ns, before.st_mtime_ns))
+        from validation.unchanged import Code
+
+        print(Code.now())
+    """)
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env=os.environ | {"PYTHONPATH": str(code)},
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=tmp_path,
+    )
+    changed = "Code(hash='', why='files of code changed since this process loaded them')\n"
+    assert (done.stdout == changed) is edited, done.stdout
+
+
+def test_a_file_dated_in_the_future_is_no_edit(tmp_path: Path) -> None:
+    # As archives bring them: nothing would ever be taken over.
+    now = time.time_ns()
+    look = (("a.py", 1, 1, now + 10**12, now),)
+    assert validation.unchanged._changed_after(look, now) is (os.name == "nt")
+    assert validation.unchanged._changed_after(look, now - 1)
+
+
+def installed(site: Path, name: str, origin: str | None) -> None:
+    info = site / f"{name}-1.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n")
+    (info / "RECORD").write_text("")
+    if origin is not None:
+        (info / "direct_url.json").write_text(origin)
+
+
+def test_a_library_that_is_installed_editable_reuses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Breaks where the list of files, which names only the link, stands for the sources.
+    site = tmp_path / "site"
+    installed(site, "edited", '{"url": "file:///x", "dir_info": {"editable": true}}')
+    installed(site, "built", '{"url": "file:///x", "dir_info": {}}')
+    installed(site, "archived", '{"url": "https://x/y.whl", "archive_info": {}}')
+    installed(site, "indexed", None)
+    monkeypatch.syspath_prepend(str(site))
+    told = (*LIBRARIES, "built", "archived", "indexed", "missing")
+    monkeypatch.setattr(validation.unchanged, "LIBRARIES", told)
+    assert Code.now().hash
+    run(tmp_path / "out")
+    monkeypatch.setattr(validation.unchanged, "LIBRARIES", (*told, "edited"))
+    announced: list[Unchanged] = []
+    for _ in range(2):  # the second time there is nothing that could be taken over
+        outcome = run(tmp_path / "out", announce=announced.append)
+        assert outcome.counts.taken_over == 0
+        assert all(case.inputs_hash == "" for case in outcome.cases)
+    why = "installed editable, so that their code can't be told: edited"
+    assert [(one.stored, one.why) for one in announced] == [(4, why), (0, why)]
+
+
 # --- the hashes
 
 
@@ -494,6 +580,7 @@ def test_every_library_that_our_code_imports_is_hashed() -> None:
         name.partition(".")[0]
         for folder in validation.unchanged.source_folders()
         for path in folder.rglob("*.py")
+        if "peers" not in path.parts  # they run in the peers' own interpreters, and only in `bench`
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if isinstance(node, ast.Import | ast.ImportFrom)
         for name in (
@@ -503,7 +590,8 @@ def test_every_library_that_our_code_imports_is_hashed() -> None:
         )
     }
     known = sys.stdlib_module_names | {*OUR_PACKAGES, "__future__", ""}
-    harmless = {"platformdirs", "tomli_w"}  # where caches lie; how a scene is written
+    # Where caches lie; how a scene is written; who may write results.
+    harmless = {"platformdirs", "tomli_w", "filelock"}
     # An import's name need not be that of the package which brings it.
     brings = packages_distributions()
     needed = {
@@ -618,6 +706,79 @@ def test_an_interrupt_before_anything_ran_changes_nothing(
     assert contents(tmp_path) == before
 
 
+STEPS = ("_put_by", "unlink", "_write_environment", "_drop_motion", "write_lines")
+
+
+@pytest.mark.parametrize("when", ["before", "after"])
+@pytest.mark.parametrize("step", STEPS)
+def test_an_interrupt_while_a_run_begins_leaves_a_folder_that_reads_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str, when: str
+) -> None:
+    # Breaks where the earlier results are gone, none have taken their place, and nobody says so.
+    run(tmp_path)
+    before = contents(tmp_path)
+    pressed: list[str] = []
+
+    def interrupting(real: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*given: Any, **named: Any) -> Any:
+            now = not pressed and (step != "unlink" or Path(given[0]).name == "results.jsonl")
+            if now:
+                pressed.append(step)
+            if now and when == "before":
+                raise KeyboardInterrupt
+            value = real(*given, **named)
+            if now:
+                raise KeyboardInterrupt
+            return value
+
+        return call
+
+    owner: Any = {"unlink": Path, "write_lines": validation.store}.get(step, ResultsWriter)
+    with monkeypatch.context() as impatient:
+        impatient.setattr(owner, step, interrupting(getattr(owner, step)))
+        faster = [scenes(2.0)[0], scenes()[1]]
+        outcome = run(tmp_path, scenes=faster)
+    assert pressed
+    assert outcome.interrupted
+    folder = ResultsFolder.load(tmp_path)
+    shown = [(case.scene, case.taken_over) for case in folder.cases]
+    assert [(case.scene, case.taken_over) for case in outcome.cases] in (shown, [])
+    if outcome.begun:
+        assert shown == [("roll", True)] * 2 == [(c.scene, c.taken_over) for c in outcome.cases]
+        assert folder.state == "interrupted"
+    else:
+        after = contents(tmp_path)
+        assert {name: after[name] for name in before} == before
+    assert run(tmp_path).counts.taken_over == 4
+
+
+def test_a_second_run_is_refused_before_it_reads_or_runs_anything(
+    tmp_path: Path, ran: list[tuple[str, str]]
+) -> None:
+    # Breaks where it plans with results that the first run is about to replace.
+    announced: list[Unchanged] = []
+    with ResultsWriter(tmp_path).reserved():
+        with pytest.raises(ResultsError, match="another run writes there"):
+            run(tmp_path, announce=announced.append)
+        assert (ran, announced) == ([], [])
+    assert run(tmp_path).exit_status == 0
+
+
+def test_an_interrupt_between_a_line_and_its_being_counted_counts_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = ResultsWriter.write
+
+    def write(self: ResultsWriter, *given: Any) -> CaseRecord:
+        real(self, *given)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ResultsWriter, "write", write)
+    outcome = run(tmp_path)
+    assert outcome.interrupted
+    assert [case.scene for case in outcome.cases] == ["cut"]
+
+
 def test_a_run_of_a_part_leaves_the_rest_for_the_next(
     tmp_path: Path, ran: list[tuple[str, str]]
 ) -> None:
@@ -646,11 +807,7 @@ def test_a_run_that_ends_drops_what_its_code_could_never_take_over(
 
 @pytest.mark.slow
 def test_an_edit_of_a_copy_of_the_sources_is_seen(tmp_path: Path) -> None:
-    code = tmp_path / "code"
-    for package in OUR_PACKAGES:
-        shutil.copytree(
-            ROOT / package, code / package, ignore=shutil.ignore_patterns("__pycache__")
-        )
+    code = copy_of_the_sources(tmp_path / "code")
     script = textwrap.dedent(f"""
         from pathlib import Path
         from validation import run_suite, select

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import re
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, TypeVar
 
@@ -199,6 +201,8 @@ def out_path(out: Path, kind: str) -> Path:
 def check_target(path: Path, kind: str, option: str) -> None:
     """Refuse a file that can't be written, or that holds something else, before measuring.
 
+    Folders that it lacks are made to find out, and removed again: the run may measure nothing.
+
     Raises
     ------
     BenchError
@@ -206,10 +210,16 @@ def check_target(path: Path, kind: str, option: str) -> None:
     try:
         if path.is_dir():
             raise BenchError(f"{path}: `{option}` must be a file, but it is a folder. Name another")
-        path.parent.mkdir(parents=True, exist_ok=True)
+        missing = [folder for folder in path.parents if not folder.exists()]
         part = _part(path)
-        part.touch()
-        part.unlink()
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            part.touch()
+            part.unlink()
+        finally:
+            for folder in missing:
+                with suppress(OSError):  # not made, or someone else's by now
+                    folder.rmdir()
     except OSError as error:
         raise _cannot_write(path, option, error) from None
     if path.exists() and not _is_of_kind(path, kind):
@@ -256,10 +266,10 @@ def load(path: Path, kind: type[Stored]) -> Stored:
 
 def _is_of_kind(path: Path, kind: str) -> bool:
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
         return False
-    return re.search(rf'"kind": "{kind}"', text) is not None
+    return isinstance(content, dict) and content.get("kind") == kind
 
 
 def _part(path: Path) -> Path:

@@ -71,6 +71,39 @@ def test_a_file_of_ours_may_be_replaced_and_no_other(tmp_path):
     assert other.read_text() == '{"a": 1}'
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"kind": "notes", "about": {"kind": "targets"}}',
+        '["kind", {"kind": "targets"}]',
+        '// "kind": "targets"',
+        '"kind"',
+    ],
+)
+def test_a_file_that_only_mentions_the_kind_is_not_replaced(tmp_path, text):
+    path = tmp_path / "targets.json"
+    path.write_text(text)
+    with pytest.raises(BenchError, match="holds no measurement of `targets`"):
+        check_target(path, "targets", "--out")
+
+
+def test_a_file_of_ours_is_told_however_it_is_laid_out(tmp_path):
+    path = tmp_path / "targets.json"
+    path.write_text(MEASURED.model_dump_json(indent=None, by_alias=True))
+    check_target(path, "targets", "--out")
+
+
+def test_a_check_leaves_nothing_behind(tmp_path):
+    # Breaks where a run that is interrupted at once leaves an empty folder for a machine.
+    (tmp_path / "kept").mkdir()
+    check_target(tmp_path / "kept" / "new" / "newer" / "targets.json", "targets", "--store")
+    assert [path.name for path in tmp_path.rglob("*")] == ["kept"]
+    (tmp_path / "kept" / "file").write_text("")
+    with pytest.raises(BenchError, match="can't write"):
+        check_target(tmp_path / "kept" / "file" / "new" / "targets.json", "targets", "--store")
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["file", "kept"]
+
+
 def test_a_path_that_cannot_be_written_is_refused_before(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(BenchError, match="can't write the file of `--out`"):
