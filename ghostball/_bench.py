@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +13,7 @@ from ghostball._terminal import ExitStatus, command, say, stdout
 
 if TYPE_CHECKING:
     from validation.bench import Measurement
+    from validation.bench.peer_engines import Peer
 
 app = typer.Typer(
     name="bench",
@@ -84,9 +87,8 @@ def targets(
     from validation import bench  # noqa: PLC0415
 
     workloads = bench.chosen_workloads(only)
-    compared = bench.make_peers(peers, peer_python)
-    paths = _paths("targets", out, store, part=only is not None or quick)
-    try:
+    with _peers(peers, peer_python) as compared:
+        paths = _paths("targets", out, store, part=only is not None or quick)
         with counting("measuring") as count:
             measured = bench.measure_targets(
                 workloads,
@@ -95,9 +97,6 @@ def targets(
                 size=bench.QUICK if quick else bench.FULL,
                 progress=count,
             )
-    finally:
-        for peer in compared:
-            peer.close()
     stdout().print(targets_tables(measured))
     _finish(measured, paths)
 
@@ -117,9 +116,8 @@ def scaling(
     from ghostball._progress import counting  # noqa: PLC0415
     from validation import bench  # noqa: PLC0415
 
-    compared = bench.make_peers(peers, peer_python)
-    paths = _paths("scaling", out, store, part=quick)
-    try:
+    with _peers(peers, peer_python) as compared:
+        paths = _paths("scaling", out, store, part=quick)
         with counting("measuring") as count:
             measured = bench.measure_scaling(
                 compared,
@@ -127,9 +125,6 @@ def scaling(
                 extent=bench.TINY if quick else bench.WIDE,
                 progress=count,
             )
-    finally:
-        for peer in compared:
-            peer.close()
     stdout().print(scaling_tables(measured))
     _finish(measured, paths)
 
@@ -164,6 +159,19 @@ def skips(
     if measured.defects:
         say(f"[bold red]Answers that a skip changes: {len(measured.defects)};[/] see above")
         raise typer.Exit(ExitStatus.CHECK_FAILED)
+
+
+@contextmanager
+def _peers(names: str | None, python: Path | None) -> Iterator[Sequence[Peer]]:
+    """Hand out the peers that are asked for, and close them whatever happens."""
+    from validation import bench  # noqa: PLC0415
+
+    compared = bench.make_peers(names, python)
+    try:
+        yield compared
+    finally:
+        for peer in compared:
+            peer.close()
 
 
 def _paths(kind: str, out: Path | None, store: bool, *, part: bool) -> dict[str, Path]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from abc import ABC, abstractmethod
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, TypeVar
@@ -78,7 +79,7 @@ class PeerRow(_Model):
     met: bool | None = None
 
 
-class Measurement(_Model):
+class Measurement(_Model, ABC):
     """What every stored measurement has; see the classes below."""
 
     schema_version: Literal[1] = Field(default=SCHEMA, alias="schema")
@@ -88,9 +89,9 @@ class Measurement(_Model):
     interrupted: bool = False
 
     @property
+    @abstractmethod
     def anything(self) -> bool:
         """Whether anything was measured before an interrupt."""
-        raise NotImplementedError
 
 
 class TargetsMeasurement(Measurement):
