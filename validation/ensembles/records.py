@@ -22,9 +22,9 @@ REFERENCE: Final = "ghostball"
 """The engine that the others are compared with: the one that has every scene's own model."""
 
 INSTANTS: Final = 41
-"""Instants at which the energy is kept: from the start to when the scene itself comes to its end."""
+"""Instants at which the energy is kept, from the start to the end of the unperturbed scene."""
 
-EnsembleOutcome = Literal["ran", "not-representable", "unavailable"]
+EnsembleOutcomeName = Literal["ran", "not-representable", "unavailable"]
 EnsembleState = Literal["running", "complete", "interrupted"]
 
 
@@ -107,7 +107,7 @@ class EnsembleRecord:
     settings: dict[str, Any] = field(default_factory=dict)
     times: FloatArray = field(default_factory=lambda: np.zeros(0))
     energy_initial: float = 0.0
-    outcome: EnsembleOutcome = "ran"
+    outcome: EnsembleOutcomeName = "ran"
     reason: str = ""
     stopped: dict[str, str] = field(default_factory=dict)
     failed: dict[str, str] = field(default_factory=dict)

@@ -96,6 +96,12 @@ class Ensembles:
                 f"there. {_AGAIN}"
             )
         own = [record for record in records if not record.kept]
+        for record in own:
+            if record.scene not in run.scenes or record.label not in run.labels:
+                raise ResultsError(
+                    f'{path}: `{record.label}` in scene "{record.scene}" is there, but the first '
+                    f"line doesn't ask for it. {_AGAIN}"
+                )
         own.sort(key=lambda record: _place(record, run))
         return cls(path.parent, run, own, [record for record in records if record.kept])
 
@@ -197,7 +203,9 @@ class EnsembleWriter:
         if not len(members):
             return replace(record, arrays=None, arrays_hash="")
         buffer = io.BytesIO()
-        arrays: Mapping[str, Any] = {part.name: getattr(members, part.name) for part in fields(Members)}
+        arrays: Mapping[str, Any] = {
+            part.name: getattr(members, part.name) for part in fields(Members)
+        }
         np.savez_compressed(buffer, **arrays)
         content = buffer.getvalue()
         digest = sha256(content).hexdigest()
