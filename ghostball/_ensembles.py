@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from engine import Scene
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, say, stdout
 from reports import style
-from reports.markdown_ensembles import effect_text, unable_text, without_end_text
+from reports.markdown_ensembles import effect_text, without_end_text
 from validation.ensembles import (
     QUANTITIES,
     REFERENCE,
@@ -131,11 +131,13 @@ def _tables(ensembles: Ensembles, compared: Compared) -> RenderableType:
     table.add_column("rest positions\ndistance", justify="right")
     for name in QUANTITIES.values():
         table.add_column(f"{name}\neffect".replace(" collisions", ""), justify="right")
-    remarks = []
+    remarks: list[str] = []
     for scene in run.scenes:
         name = scene
+        remarks += _unable(scene, ensembles.of(scene))
         for record in (*ensembles.of(scene, "null").values(), *ensembles.of(scene).values()):
-            remarks += _remark(record)
+            if without := without_end_text(record):
+                remarks.append(escape(f"{scene} on {record.label}: {without}"))
             comparisons = compared.of(scene, record.label, record.stream)
             if not comparisons:
                 continue
@@ -161,6 +163,13 @@ def _tables(ensembles: Ensembles, compared: Compared) -> RenderableType:
     return Group(table, key, *remarks)
 
 
-def _remark(record: EnsembleRecord) -> list[str]:
-    text = unable_text(record) or without_end_text(record)
-    return [escape(f"{record.scene} on {record.label}: {text}")] if text else []
+def _unable(scene: str, records: Mapping[str, EnsembleRecord]) -> list[str]:
+    """Name the engines on which a scene did not run; the report has the reasons, which are long."""
+    labels: dict[str, list[str]] = {}
+    for label, record in records.items():
+        if record.outcome != "ran":
+            labels.setdefault(record.outcome.replace("-", " "), []).append(label)
+    return [
+        escape(f"{scene}: {outcome} (the report says why): {', '.join(those)}")
+        for outcome, those in labels.items()
+    ]

@@ -105,12 +105,13 @@ def run(
         console.print(f"report: {written}", soft_wrap=True, markup=False)
     if request is not None and not interrupted:
         beyond = max(beyond, _ensembles.show(out))
-    if interrupted:
+    if interrupted and beyond is not ExitStatus.INTERRUPTED:  # else that was said
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} cases are done and "
             f"kept in {folder}; `ghostball report {folder}` reports on them, and "
             "`validate` without --rerun goes on from there"
         )
+    if interrupted:
         return ExitStatus.INTERRUPTED
     return max(outcome.exit_status, beyond)
 

@@ -27,7 +27,7 @@ BAND = (5.0, 95.0)
 """Percent of the members between which a band or a thin bar reaches."""
 
 QUARTILES = (25.0, 50.0, 75.0)
-PARTS_HIGH = {"counts": 0.95, "energy": 2.9}
+PARTS_HIGH = {"counts": 0.85, "energy": 2.9}
 """Height of what is the same for any number of engines [inch]."""
 
 ROW = 0.235
@@ -59,7 +59,7 @@ def draw_ensemble(ensembles: Ensembles, scene: str) -> Figure | None:
     ours = next((run for run in runs if run.record.label == REFERENCE), None)
     view = _view(shot, runs if ours is None else [ours])
     rows = -(-len(runs) // COLUMNS)
-    columns = min(COLUMNS, len(runs))
+    columns = min(COLUMNS, max(2, len(runs)))  # one alone would fill a page
     clouds = rows * (WIDTH / columns * min(aspect_of(view), 1.0) + 0.25) + 0.35
     counts = PARTS_HIGH["counts"] + ROW * len(runs)
     heights = [clouds, counts, PARTS_HIGH["energy"]]
@@ -146,12 +146,19 @@ def _draw_counts(part: SubFigure, runs: Sequence[_Run], ours: _Run | None) -> No
                 zorder=3,
             )
         axes.set_title(f"{name} collisions")
+        # Where nothing collides, the axis would be one of rounding.
+        left, right = axes.get_xlim()
+        axes.set_xlim(min(left, np.floor(left + 0.5) - 0.5), max(right, np.ceil(right - 0.5) + 0.5))
         axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
-        axes.set_xlabel("collisions in a shot [1]")
         axes.grid(True, axis="x")
         axes.tick_params(axis="y", length=0)
     grid[0].set_yticks(range(len(runs)), [run.style.name for run in runs])
     grid[0].set_ylim(len(runs) - 0.4, -0.6)
+    band = "" if ours is None else f". Grey: the thick bar of {ours.style.name}"
+    part.supxlabel(
+        f"collisions in a shot [1]. Mark: median; thick: half of the shots; thin: 90 %{band}",
+        fontsize=9.0,
+    )
 
 
 def _draw_energy(part: SubFigure, runs: Sequence[_Run], ours: _Run | None) -> None:

@@ -205,7 +205,10 @@ def _moved(ball: Ball, place: Sequence[float], motion: Mapping[str, Any]) -> Bal
 
 def _motion_of(ball: Ball, rolls: bool, drawn: NDArray[np.float64]) -> dict[str, Any]:
     """Return velocity and angular velocity, scaled and turned about the vertical."""
-    factor, (sine, cosine) = 1.0 + float(drawn[0]), (math.sin(drawn[1]), math.cos(drawn[1]))
+    # By the tangent of half the angle: sines have other last bits on other machines, and in a break
+    # the last bit decides. The angle is evenly drawn to a part of (angle)^2 / 4.
+    factor, half = 1.0 + float(drawn[0]), 0.5 * float(drawn[1])
+    sine, cosine = 2.0 * half / (1.0 + half * half), (1.0 - half * half) / (1.0 + half * half)
 
     def turned(vector: Sequence[float]) -> tuple[float, ...]:
         x, y, z = (factor * component for component in vector)

@@ -61,7 +61,7 @@ Progress = Callable[[MemberResult, int, int], None]
 """Called with each member that is done, how many are, and how many there are."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class EnsembleOutcome:
     """What a run of ensembles came to.
 
@@ -179,6 +179,10 @@ def _check_request(scenes: Sequence[Scene], labels: Sequence[str], count: int, s
             f"ensembles compare engines with `{REFERENCE}`, so there must be that one and another, "
             f"got {', '.join(labels) or 'none'}. Name both with `--engines`"
         )
+    for what, names in (("scene", [scene.name for scene in scenes]), ("engine", labels)):
+        repeated = sorted({name for name in names if names.count(name) > 1})
+        if repeated:
+            raise EnsembleError(f"each {what} must be given once, got {', '.join(repeated)} again")
     for scene in scenes:
         size.check(scene)
 

@@ -104,8 +104,9 @@ def two_sample_tests(
     distances are taken once, as a matrix D: for a choice c of n members, as a vector of 0 and 1,
     c D c is the sum within it, and row sums give the other two.
 
-    Where x and y are paired, member by member, the pairing is not used. Pairs that are alike make
-    the samples more alike than independent ones, so p-values are then too large, never too small.
+    Where x and y are paired, member by member, as those of two engines are, the pairing is not
+    used: the question is whether the distributions differ, not whether any member does. Pairs that
+    are alike make the samples more alike than independent ones are, and so p-values larger.
     """
     n, m = len(samples[0][0]), len(samples[0][1])
     pooled = [np.concatenate(pair) for pair in samples]

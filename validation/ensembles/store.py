@@ -76,7 +76,7 @@ class Ensembles:
         path = Path(folder) / ENSEMBLES_FILE
         try:
             text = path.read_bytes().decode("utf-8")
-        except FileNotFoundError:
+        except (FileNotFoundError, NotADirectoryError):
             return None
         except (OSError, UnicodeDecodeError) as error:
             raise ResultsError(f"{path}: can't read the ensembles: {error}. {_AGAIN}") from error
