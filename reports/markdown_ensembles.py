@@ -109,7 +109,10 @@ def _state_text(results: ResultsFolder, ensembles: Ensembles) -> str:
     run = ensembles.run
     lines = []
     if run.state != "complete":
-        lines.append(f"> **These ensembles are not complete**: the run is {run.state}.")
+        why = "the run was interrupted"
+        if run.state == "running":
+            why = "the run is still running, or was killed"
+        lines.append(f"> **These ensembles are not complete**: {why}.")
     here, there = (where.get("git") for where in (results.environment, run.environment))
     if here != there:
         lines.append(

@@ -100,7 +100,7 @@ def test_an_interrupted_run_and_another_state_of_the_code_are_said(tmp_path: Pat
     environment["git"] = {"revision": "another", "dirty": False}
     (tmp_path / "env.json").write_text(json.dumps(environment))
     text = section(tmp_path)
-    assert "**These ensembles are not complete**: the run is interrupted" in text
+    assert "**These ensembles are not complete**: the run was interrupted" in text
     assert "another state of the code than the cases above" in text
     assert write_report(tmp_path).exists()
 
