@@ -41,6 +41,9 @@ as a part of the initial energy.\
 """
 
 
+_CERTIFIED = "`certified` proves each of its shots: what it is compared in is truth."
+
+
 def ensembles_section(results: ResultsFolder, figures: Mapping[str, PurePosixPath]) -> list[str]:
     """Return the parts of the section; none where the folder holds no ensembles.
 
@@ -66,6 +69,7 @@ def ensembles_section(results: ResultsFolder, figures: Mapping[str, PurePosixPat
             tests=sum(one.test is not None for one in compared.comparisons),
             level=LEVEL,
         ),
+        _CERTIFIED if any(r.engine == "certified" for r in ensembles.records) else "",
         f"**Null test of `{REFERENCE}`** {compared.null.sentence}.",
         _state_text(results, ensembles),
     ]

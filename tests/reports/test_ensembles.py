@@ -64,6 +64,14 @@ def test_the_section_says_what_was_perturbed_compared_and_found(folder: Path):
     assert re.search(r"\d\.\d\d \(\d\.\d\d\), p ", row)
 
 
+def test_a_comparison_with_proved_shots_is_said_to_be_one(folder: Path, tmp_path: Path):
+    scene, labels = find_scene("stop"), ["ghostball", "certified"]
+    run_suite([scene], labels, tmp_path)
+    run_ensembles([scene], labels, tmp_path, 3)
+    assert "`certified` proves each of its shots" in section(tmp_path)
+    assert "`certified` proves" not in section(folder)
+
+
 def test_a_folder_without_ensembles_has_no_section(small_folder: Path):
     assert ensembles_section(ResultsFolder.load(small_folder), {}) == []
 
