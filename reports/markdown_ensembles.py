@@ -41,7 +41,7 @@ as a part of the initial energy.\
 """
 
 
-_CERTIFIED = "`certified` proves each of its shots: what it is compared in is truth."
+_CERTIFIED = "`certified` proves each of its shots: against those, it is a comparison with truth."
 
 
 def ensembles_section(results: ResultsFolder, figures: Mapping[str, PurePosixPath]) -> list[str]:
