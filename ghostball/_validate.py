@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rich.markup import escape
 
+from ghostball import _ensembles
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from ghostball._verdicts import colour_of, verdict_tables
@@ -32,6 +33,8 @@ def run(
     junit: Path | None,
     jobs: int,
     report: bool,
+    ensemble: int | None,
+    ensemble_size: str | None,
 ) -> int:
     """Validate, and return the exit status; see the options of the command.
 
@@ -48,6 +51,9 @@ def run(
             make_engine(spec)
     scenes, criteria = select(names_or_tags, suite), criteria_beside_paths(names_or_tags)
     patterns = None if metrics is None else [name.strip() for name in metrics.split(",")]
+    request = None
+    if ensemble is not None:
+        request = _ensembles.EnsembleRequest.checked(ensemble, ensemble_size, scenes, specs, out)
     if junit is not None:
         check_writable(junit, "--junit")
     started = time.perf_counter()
@@ -78,7 +84,10 @@ def run(
     if junit is not None:
         write_junit(results.cases, junit)
     written = None
-    interrupted = outcome.interrupted
+    interrupted, beyond = outcome.interrupted, ExitStatus.PASSED
+    if request is not None and not interrupted:
+        beyond = _ensembles.run(request, scenes, specs, out, jobs=jobs, rerun=rerun)
+        interrupted = beyond is ExitStatus.INTERRUPTED
     if report and not interrupted:
         try:
             with counting("drawing") as count:
@@ -94,14 +103,17 @@ def run(
         say(f"[bold yellow]warning:[/] {escape(_nothing_judged(outcome))}")
     if written is not None:
         console.print(f"report: {written}", soft_wrap=True, markup=False)
-    if interrupted:
+    if request is not None and not interrupted:
+        beyond = max(beyond, _ensembles.show(out))
+    if interrupted and beyond is not ExitStatus.INTERRUPTED:  # else that was said
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} cases are done and "
             f"kept in {folder}; `ghostball report {folder}` reports on them, and "
             "`validate` without --rerun goes on from there"
         )
+    if interrupted:
         return ExitStatus.INTERRUPTED
-    return outcome.exit_status
+    return max(outcome.exit_status, beyond)
 
 
 def _announce(unchanged: Unchanged, out: Path) -> None:
