@@ -33,6 +33,9 @@ from engine.trajectory import ExactTrajectory
 
 FloatArray = NDArray[np.float64]
 
+LANES, PARTS = s.LANES, s.PARTS
+"""Changes that cost as much as one; numbers that a change of a ball has."""
+
 ROUNDING = 2.0**-53
 """Half the spacing of doubles at 1: the largest relative error of one rounding."""
 

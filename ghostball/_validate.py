@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from rich.markup import escape
 
+from engine import Scene, UnsupportedSceneError
 from ghostball import _ensembles
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout
@@ -16,6 +18,7 @@ from reference_adapters import make_engine, split_specs
 from reports import write_report
 from validation.junit import write_junit
 from validation.library import Suite, select
+from validation.predictability import predictability_of, save_predictability
 from validation.store import CaseRecord, ResultsFolder, is_results_folder, read_earlier
 from validation.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite
 from validation.unchanged import Unchanged
@@ -85,6 +88,8 @@ def run(
         write_junit(results.cases, junit)
     written = None
     interrupted, beyond = outcome.interrupted, ExitStatus.PASSED
+    if not interrupted:
+        interrupted = not _predict(scenes, out)
     if request is not None and not interrupted:
         beyond = _ensembles.run(request, scenes, specs, out, jobs=jobs, rerun=rerun)
         interrupted = beyond is ExitStatus.INTERRUPTED
@@ -114,6 +119,22 @@ def run(
     if interrupted:
         return ExitStatus.INTERRUPTED
     return max(outcome.exit_status, beyond)
+
+
+def _predict(scenes: Sequence[Scene], out: Path) -> bool:
+    """Store how far each scene's shot can be predicted; whether it came to its end."""
+    known = []
+    try:
+        with counting("predicting") as count:
+            for done, scene in enumerate(scenes):
+                count(done, len(scenes), scene.name)
+                # What our engine doesn't represent, it says nothing of.
+                with suppress(UnsupportedSceneError):
+                    known.append(predictability_of(scene))
+            save_predictability(out, known)
+    except KeyboardInterrupt:
+        return False
+    return True
 
 
 def _announce(unchanged: Unchanged, out: Path) -> None:

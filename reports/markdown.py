@@ -21,6 +21,7 @@ from reports.markdown_parts import (
     table_of,
     taken_over_text,
 )
+from reports.markdown_predictability import predictability_section
 from reports.markdown_scaling import scaling_section
 from reports.markdown_scene import scene_section
 from reports.shots import NUMBERS_KEY, cell_text, legend_text, rest_error
@@ -104,6 +105,7 @@ def report_text(
     ]
     for scene in results.scene_names:
         parts += scene_section(results, scene, scenes.get(scene, {}))
+    parts += predictability_section(results, whole.get("chaos"))
     parts += ensembles_section(results, ensembles)
     if physics:
         parts += ["## Laws of the game, from whole shots"]

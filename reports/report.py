@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from engine import GhostballError
 from reports import style
+from reports.chaos_figure import draw_chaos
 from reports.figures import SCENE_FIGURES, draw_accuracy, draw_ensemble, draw_verdicts
 from reports.markdown import report_text
 from reports.markdown_parts import Drawn
@@ -43,6 +44,7 @@ Progress = Callable[[int, int, str], None]
 WHOLE_FIGURES: dict[str, Callable[[ResultsFolder], Figure | None]] = {
     "verdicts": draw_verdicts,
     "accuracy": draw_accuracy,
+    "chaos": draw_chaos,
     "scaling": draw_scaling,
     **PHYSICS_FIGURES,
     **PAPER_FIGURES,
