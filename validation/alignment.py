@@ -8,6 +8,7 @@ differ on, by their longest common subsequence.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from engine import EventKind
 from engine.result import Events
-from reference_adapters.certified import Certificate, CertifiedEvent, Choice
+from reference_adapters.certified import Certificate, Choice
 from validation.sequences import TIE
 
 FloatArray = NDArray[np.float64]
@@ -30,6 +31,9 @@ PIECE = 4096
 Half of them are then kept, and the search goes on from there, so that the work for one event is
 bounded: sixteen million comparisons for a piece, 64 at a time.
 """
+
+_TRIED = 4
+"""Events on either side of an instant that are tried as partners of one out of order."""
 
 ALL_KINDS = tuple(EventKind)
 
@@ -45,14 +49,27 @@ class Log:
     times : (k,) float64 [s]
     windows : (k,) int64
         Events with the same number are at one instant.
+    indices : (k,) int64
+        Of each event where it comes from; increasing.
     """
 
     choices: Sequence[Choice]
     times: FloatArray
     windows: IntArray
+    indices: IntArray
 
     def __len__(self) -> int:
         return len(self.choices)
+
+    def only(self, kept: NDArray[np.bool_]) -> Log:
+        """Return the log of some of the events, (k,) bool."""
+        chosen = np.flatnonzero(kept)
+        return Log(
+            [self.choices[k] for k in chosen],
+            self.times[chosen],
+            self.windows[chosen],
+            self.indices[chosen],
+        )
 
 
 @dataclass(frozen=True)
@@ -64,7 +81,7 @@ class Difference:
     what : "missing" or "invented"
         Proved but not found, or found but not proved.
     index : int
-        Of the event in its own log.
+        Of the event where it comes from.
     event : Choice
     t : float [s]
         When it comes.
@@ -101,7 +118,7 @@ class Alignment:
     Attributes
     ----------
     proved, found : (m,) int64
-        Indices of the pairs, in the order of the proved events.
+        Indices of the pairs where the events come from, in the order of the proved ones.
     missing : (k,) int64
         Indices of proved events that were not found.
     invented : (l,) int64
@@ -122,23 +139,26 @@ class Alignment:
         return self.first is None
 
 
-def proved_log(events: Sequence[CertifiedEvent], kinds: Sequence[EventKind] = ALL_KINDS) -> Log:
-    """Return the log of a certificate's events, those of some kinds."""
-    kept = [event for event in events if event.kind in kinds]
-    times = np.array([float(event.t) for event in kept])
+def proved_log(certificate: Certificate) -> Log:
+    """Return the log of a certificate's events."""
     # By the instants, not by `CertifiedEvent.tie`: they tie where the proof has no order of them,
     # 2^-100 s, and also where an engine can't have one, which is far more.
-    return _log([Choice(*event.key) for event in kept], times)
+    times = np.array([float(event.t) for event in certificate.events])
+    return log_of([Choice(*event.key) for event in certificate.events], times)
 
 
-def found_log(events: Events, kinds: Sequence[EventKind] = ALL_KINDS) -> Log:
-    """Return the log of the events of a `Result`, those of some kinds."""
-    kept = events[np.isin(events["kind"], list(kinds))]
-    choices = [
-        _lower_first(EventKind(kind), a, b)
-        for kind, a, b in zip(*(kept[name].tolist() for name in ("kind", "a", "b")), strict=True)
-    ]
-    return _log(choices, kept["t"].astype(np.float64))
+def found_log(events: Events) -> Log:
+    """Return the log of the events of a `Result`."""
+    columns = (events[name].tolist() for name in ("kind", "a", "b"))
+    choices = [_lower_first(EventKind(kind), a, b) for kind, a, b in zip(*columns, strict=True)]
+    return log_of(choices, events["t"].astype(np.float64))
+
+
+def log_of(choices: Sequence[Choice], times: FloatArray) -> Log:
+    """Return the log of events that come at `times`, (k,) [s]; those within `TIE` tie."""
+    apart = np.diff(times) > TIE * times[1:]
+    windows = np.concatenate(([0], np.cumsum(apart)))[: len(times)]
+    return Log(choices, times, windows.astype(np.int64), np.arange(len(times)))
 
 
 def align_events(
@@ -147,9 +167,10 @@ def align_events(
     """Align the events of a result with those of a certificate; see `align`.
 
     `kinds` are those that are compared: `COLLISION_KINDS` for an engine that reports no others.
-    The indices then count events of these kinds alone.
     """
-    return align(proved_log(certificate.events, kinds), found_log(events, kinds))
+    logs = (proved_log(certificate), found_log(events))
+    proved, found = (log.only(np.array([c.kind in kinds for c in log.choices])) for log in logs)
+    return align(proved, found)
 
 
 def align(proved: Log, found: Log) -> Alignment:
@@ -172,13 +193,13 @@ def align(proved: Log, found: Log) -> Alignment:
     p, q = _cross(proved, found, codes, np.array(ours, dtype=int), np.array(theirs, dtype=int))
     missing = np.setdiff1d(np.arange(len(proved)), p)
     invented = np.setdiff1d(np.arange(len(found)), q)
-    return Alignment(p, q, missing, invented, _first(proved, found, p, q, missing, invented))
-
-
-def _log(choices: list[Choice], times: FloatArray) -> Log:
-    apart = np.diff(times) > TIE * times[1:]
-    windows = np.concatenate(([0], np.cumsum(apart)))[: len(times)]
-    return Log(choices, times, windows.astype(np.int64))
+    return Alignment(
+        proved.indices[p],
+        found.indices[q],
+        proved.indices[missing],
+        found.indices[invented],
+        _first(proved, found, p, q, missing, invented),
+    )
 
 
 def _lower_first(kind: EventKind, a: int, b: int) -> Choice:
@@ -294,9 +315,9 @@ def _cross(
         free[int(codes[1][j])].append(j)
     many_proved, many_found = (np.bincount(log.windows) > 1 for log in (proved, found))
     for i in np.setdiff1d(np.arange(len(proved)), p).tolist():
-        for j in sorted(
-            free.get(int(codes[0][i]), ()), key=lambda j: abs(found.times[j] - proved.times[i])
-        ):
+        alike = free.get(int(codes[0][i]), [])
+        nearest = bisect_left(alike, proved.times[i], key=found.times.__getitem__)
+        for j in alike[max(nearest - _TRIED, 0) : nearest + _TRIED]:
             if not (many_proved[proved.windows[i]] or many_found[found.windows[j]]):
                 continue
             crossed = (p < i) != (q < j)
@@ -307,7 +328,7 @@ def _cross(
                 _share(proved.choices[i], proved.choices[k]) for k in p[crossed]
             ):
                 p, q = np.append(p, i), np.append(q, j)
-                free[int(codes[0][i])].remove(j)
+                alike.remove(j)
                 break
     order = np.argsort(p)
     return p[order], q[order]
@@ -348,7 +369,7 @@ def _difference(
     competitor = other.choices[place] if place < len(other) else None
     return Difference(
         what,
-        index,
+        int(own.indices[index]),
         own.choices[index],
         float(own.times[index]),
         competitor,

@@ -12,7 +12,7 @@ import validation.alignment
 from engine import EventKind, simulate
 from engine.result import COLLISION_KINDS
 from reference_adapters.certified import Choice, certify
-from validation.alignment import Alignment, Log, _log, align, align_events, found_log, proved_log
+from validation.alignment import Alignment, Log, align, align_events, found_log, log_of, proved_log
 from validation.library import find_scene
 
 CHOICES = {
@@ -37,7 +37,7 @@ def log(text: str) -> Log:
             t = t if inside else t + 1.0
             choices.append(CHOICES[letter])
             times.append(t)
-    return _log(choices, np.array(times))
+    return log_of(choices, np.array(times))
 
 
 @pytest.mark.parametrize(
@@ -132,7 +132,7 @@ def test_random_logs_are_aligned_as_well_as_by_the_table(ties: bool) -> None:
         for _ in range(2):
             events = chance.choices(list(CHOICES.values()), k=chance.randrange(12))
             times = np.cumsum([0.0 if ties and chance.random() < 0.4 else 1.0 for _ in events])
-            logs.append(_log(events, times))
+            logs.append(log_of(events, times))
         alignment = align(*logs)
         check(alignment, *logs)
         left_over = len(alignment.missing) + len(alignment.invented)
@@ -147,8 +147,8 @@ def test_a_long_log_is_aligned_piece_by_piece(monkeypatch: pytest.MonkeyPatch) -
     chance = random.Random(5)
     whole = chance.choices("ABCX", k=300)
     kept = [letter for k, letter in enumerate(whole) if k % 17 != 3]  # every 17th is dropped
-    proved = _log([CHOICES[c] for c in whole], np.arange(300.0))
-    found = _log([CHOICES[c] for c in kept], np.array([k for k in range(300) if k % 17 != 3]))
+    proved = log_of([CHOICES[c] for c in whole], np.arange(300.0))
+    found = log_of([CHOICES[c] for c in kept], np.array([k for k in range(300) if k % 17 != 3]))
     alignment = align(proved, found)
     check(alignment, proved, found)
     assert len(alignment.invented) == 0
@@ -164,7 +164,7 @@ def test_thousands_of_events_that_repeat_themselves() -> None:
     n = 30_000
     events = [CHOICES["AX"[k % 2]] for k in range(n)]
     times = np.arange(float(n))
-    alignment = align(_log(events, times), _log(events[2:], times[2:]))
+    alignment = align(log_of(events, times), log_of(events[2:], times[2:]))
     assert len(alignment.missing) == 2
     assert alignment.first is not None
     assert len(alignment.invented) == 0
@@ -201,4 +201,4 @@ def test_the_lower_ball_comes_first_in_a_log() -> None:
     swapped = events.copy()
     swapped["a"][0], swapped["b"][0] = events["b"][0], events["a"][0]
     assert found_log(swapped).choices == found_log(events).choices
-    assert proved_log(certify(scene).events).choices == found_log(events).choices
+    assert proved_log(certify(scene)).choices == found_log(events).choices
