@@ -65,7 +65,7 @@ class Log:
         """Return the log of some of the events, (k,) bool."""
         chosen = np.flatnonzero(kept)
         return Log(
-            [self.choices[k] for k in chosen],
+            [self.choices[k] for k in chosen.tolist()],
             self.times[chosen],
             self.windows[chosen],
             self.indices[chosen],

@@ -4,7 +4,8 @@
     >>> grade.missing, grade.invented, grade.quality_factor
 
 Compared is what can be: up to the predictability horizon of the run itself, since after it rounding
-alone decides; and up to where the proof ends. `Grade.why` says which of the two cut it short.
+alone decides; up to where bounces die out, which the model that is graded takes for a contact; and
+up to where the proof ends. `Grade.why` says which of them cut it short.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import EventKind, ExactTrajectory, GhostballError, Result, Scene
-from engine._tolerances import EPS, SLIP_ROUNDING
+from engine._tolerances import CAPTURE_HEIGHT, EPS, SLIP_ROUNDING
 from engine.result import COLLISION_KINDS
 from engine.trajectory import Samples
 from reference_adapters.certified import Certificate, Enclosure
@@ -39,8 +40,9 @@ IntArray = NDArray[np.int64]
 UNIT_ROUNDOFF = 2.0**-53
 """Largest relative error of one rounding to double precision."""
 
-Extent = Literal["whole", "horizon", "proved part"]
-"""How much of a shot is graded: all, up to the predictability horizon, up to the proof's end."""
+Extent = Literal["whole", "horizon", "low hop", "proved part"]
+"""Up to where events are graded: the end, the predictability horizon, the first hop too low to be
+followed in double precision, or the proof's end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,13 +51,14 @@ class Grade:
 
     Attributes
     ----------
-    extent : "whole", "horizon" or "proved part"
+    extent : "whole", "horizon", "low hop" or "proved part"
     why : str
         Where it isn't the whole shot, why not; else "".
     until : float [s]
-        The last instant that is graded; inf where that is the end of the shot.
+        The last instant at which events are graded; inf where that is the end of the shot.
     compared_at : float [s]
-        When positions are compared: at the end, or at the last instant that is graded.
+        When positions are compared: at that instant, or the end; or before, where the run's tangent
+        map ends sooner.
     events : int
         Proved events that are compared.
     alignment : Alignment
@@ -140,6 +143,13 @@ def grade(result: Result, certificate: Certificate, *, horizon: float | None = N
     state is rounded once at each event. An exact method in double precision keeps it near 1; one
     that loses digits, or plays another shot, doesn't.
 
+    Two balls, or a ball and a cushion, may bounce ever lower, without end in a finite time. From
+    the first hop that is proved to stay below `CAPTURE_HEIGHT` on, nothing is graded.
+
+    A tangent map ends where no derivative exists: a ball has two collisions at one instant, or a
+    contact is sustained. That says nothing of how errors have grown, so that events are compared
+    beyond it, up to the end of the proof; positions at the last instant before it.
+
     A slide or a roll is negligible where all that it slows is below `SLIP_ROUNDING` of the fastest
     speed at the start, or where it lasts no longer than two roundings of the clock: the slip of
     1e-17 m/s of a stunned ball is a slip to the proof, and nothing in double precision.
@@ -148,8 +158,12 @@ def grade(result: Result, certificate: Certificate, *, horizon: float | None = N
     _check(result, certificate)
     exact = isinstance(result.trajectory, ExactTrajectory)
     if horizon is None:
-        horizon = result.horizon() if exact else math.inf
-    extent, why, until = _extent(certificate, horizon)
+        with np.errstate(over="ignore"):  # what overflows is beyond any horizon
+            horizon = result.horizon() if exact else math.inf
+    map_end = math.inf
+    if exact and math.isfinite(horizon) and np.isinf(_growth(result, horizon)).any():
+        map_end, horizon = math.nextafter(horizon, 0.0), math.inf
+    extent, why, until = _extent(certificate, horizon, _first_low_hop(scene, certificate))
     kinds = ALL_KINDS if exact else COLLISION_KINDS
     assert result.events is not None  # checked
     logs = [
@@ -164,7 +178,7 @@ def grade(result: Result, certificate: Certificate, *, horizon: float | None = N
     # What comes at the instant where the proof ends may be what it can't tell.
     before = until * (1.0 - TIE) if extent == "proved part" else until
     invented = tuple(j for j in alignment.invented.tolist() if result.events["t"][j] <= before)
-    compared_at, errors = _position_errors(result, certificate, extent, until)
+    compared_at, errors = _position_errors(result, certificate, extent, min(until, map_end))
     quality, no_quality = _quality(result, errors, compared_at)
     return Grade(
         extent,
@@ -200,15 +214,61 @@ def _check(result: Result, certificate: Certificate) -> None:
         )
 
 
-def _extent(certificate: Certificate, horizon: float) -> tuple[Extent, str, float]:
+def _extent(certificate: Certificate, horizon: float, low_hop: float) -> tuple[Extent, str, float]:
     """Return how much is graded, why not more, and the last instant of it."""
     end = float(certificate.t_end)
+    if low_hop <= min(horizon, end):
+        why = f"a bounce stays below {CAPTURE_HEIGHT:.2g} diameters until t = {low_hop:.6g} s"
+        return "low hop", why, math.nextafter(low_hop, 0.0)
     if horizon <= end:
         why = f"the run can't predict the shot beyond t = {horizon:.6g} s"
         return "horizon", why, math.nextafter(horizon, 0.0)
     if not certificate.proved:
         return "proved part", f"{certificate.ending}: {certificate.reason}", end
     return "whole", "", math.inf
+
+
+def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
+    """Return when the first hop ends that stays below `CAPTURE_HEIGHT`, inf where none does [s].
+
+    A hop is what is between two collisions of one contact; its height is taken in the middle. Where
+    the certificate has no motion, none is found.
+    """
+    truth = _proved_motion(scene, certificate)
+    if truth is None:
+        return math.inf
+    last: dict[tuple[EventKind, int, int], float] = {}
+    hops: list[tuple[EventKind, int, int, float, float]] = []
+    for event in certificate.events:
+        if event.kind in COLLISION_KINDS:
+            t = float(event.t)
+            if event.key in last:
+                hops.append((*event.key, last[event.key], t))
+            last[event.key] = t
+    if not hops:
+        return math.inf
+    kinds, a, b, start, end = (np.array(column) for column in zip(*hops, strict=True))
+    places = truth.sample(0.5 * (start + end)).positions[:, :, :2]
+    rows, radii = np.arange(len(hops)), scene.radii
+    pair = kinds == EventKind.BALL_BALL
+    other = np.where(pair, b, a)
+    reach = radii[a] + radii[other]
+    gaps = np.linalg.norm(places[rows, a] - places[rows, other], axis=1) - reach
+    if not pair.all():
+        assert scene.table is not None
+        sides = np.array([0.0, scene.table.length, 0.0, scene.table.width])  # as in `CUSHIONS`
+        cushion = np.where(pair, 0, b)
+        across = np.abs(places[rows, a, cushion // 2] - sides[cushion]) - radii[a]
+        gaps = np.where(pair, gaps, across)
+    low = gaps <= CAPTURE_HEIGHT * reach
+    return float(end[low].min()) if low.any() else math.inf
+
+
+def _proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory | None:
+    if certificate.knots is None:
+        return None
+    end = float(certificate.t_end)
+    return ExactTrajectory(scene.radii, certificate.knots, end, scene.spinning_friction_rates)
 
 
 def _negligible(scene: Scene, log: Log) -> NDArray[np.bool_]:
@@ -268,35 +328,36 @@ def _time_errors(
 
 
 def _position_errors(
-    result: Result, certificate: Certificate, extent: Extent, until: float
+    result: Result, certificate: Certificate, extent: Extent, t: float
 ) -> tuple[float, FloatArray]:
-    """Return when positions are compared [s], and each ball's distance from the truth, (n,) [m]."""
-    if extent == "horizon":
-        if certificate.knots is None:
+    """Compare positions at an instant [s], inf being the end.
+
+    Returns that instant, finite, and each ball's distance from the truth, (n,) [m].
+    """
+    if t < float(certificate.t_end) or extent == "horizon":
+        truth = _proved_motion(result.scene, certificate)
+        if truth is None:
             raise GhostballError(
-                f"`certificate` must hold the motion to compare positions at t = {until:.6g} s. "
+                f"`certificate` must hold the motion to compare positions at t = {t:.6g} s. "
                 "Certify with motion=True"
             )
-        scene = result.scene
-        truth = ExactTrajectory(
-            scene.radii, certificate.knots, float(certificate.t_end), scene.spinning_friction_rates
-        )
-        at = np.array([until])
+        at = np.array([t])
         apart = _positions(result.sample(at)) - _positions(truth.sample(at))
-        return until, np.hypot(apart[:, 0], apart[:, 1])
+        return t, np.hypot(apart[:, 0], apart[:, 1])
     if extent == "whole":
-        at_end, positions = result.rest_time, result.rest_positions
+        t, positions = result.rest_time, result.rest_positions
     else:
-        at_end, positions = until, result.sample([until]).positions[0]
+        positions = result.sample([t]).positions[0]
     errors = [
         math.hypot(*(_distance(x, e) for x, e in zip(place, enclosures, strict=False)))
         for place, enclosures in zip(positions.tolist(), certificate.positions, strict=True)
     ]
-    return at_end, np.array(errors)
+    return t, np.array(errors)
 
 
 def _positions(samples: Samples) -> FloatArray:
-    return samples.positions[0]
+    positions: FloatArray = samples.positions[0]
+    return positions
 
 
 def _distance(value: float, enclosure: Enclosure) -> float:
@@ -306,11 +367,18 @@ def _distance(value: float, enclosure: Enclosure) -> float:
     return float(max(abs(Fraction(value) - enclosure.mid) - enclosure.rad, Fraction(0)))
 
 
+def _growth(result: Result, t: float) -> FloatArray:
+    """Return how far rounding displaces each ball by an instant [s], over 2^-53, (n,) [m]."""
+    with np.errstate(over="ignore"):
+        growth: FloatArray = result.sensitivity([t])[0]
+    return growth
+
+
 def _quality(result: Result, errors: FloatArray, t: float) -> tuple[float | None, str]:
     """Return the quality factor at an instant [s], or None and why."""
     if not isinstance(result.trajectory, ExactTrajectory):
         return None, f"engine `{result.engine}` records frames, which have no tangent map"
-    scale = UNIT_ROUNDOFF * result.sensitivity([t])[0]
+    scale = UNIT_ROUNDOFF * _growth(result, t)
     known = np.isfinite(scale)
     if not known.any():
         return None, f"the run's tangent map ends before t = {t:.6g} s"

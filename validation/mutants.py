@@ -160,7 +160,12 @@ class Mutant:
         with (
             tempfile.TemporaryFile(mode="w+") as messages,
             subprocess.Popen(
-                command, env=self._environment(), stdout=subprocess.PIPE, stderr=messages, text=True
+                command,
+                cwd=self.folder,  # which python looks into first
+                env=self._environment(),
+                stdout=subprocess.PIPE,
+                stderr=messages,
+                text=True,
             ) as process,
         ):
 

@@ -174,7 +174,8 @@ def truth_of(
         truth = _from_our_run(ours, parts)
     else:
         truth = Truth(None, missing=missing)
-    horizon = ours.horizon() if ours is not None else None
+    with np.errstate(over="ignore"):  # what overflows is beyond any horizon
+        horizon = ours.horizon() if ours is not None else None
     return replace(truth, certificate=proof, no_certificate=no_proof, horizon=horizon)
 
 

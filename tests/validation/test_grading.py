@@ -13,6 +13,7 @@ from shots import ball, scene_of
 from tangent import MadeUp, with_tangent
 
 from engine import EventKind, GhostballError, Result, Scene, simulate
+from engine.sensitivity import QUALITY
 from reference_adapters import make_engine
 from reference_adapters.certified import Certificate, CertifiedSettings, certify
 from validation.grading import UNIT_ROUNDOFF, Grade, grade
@@ -181,6 +182,29 @@ def test_where_nothing_is_proved_nothing_is_graded() -> None:
     made = grade(*run_and_proof("corner-exact", amplification=0.0))
     assert (made.extent, made.events, made.until) == ("proved part", 0, 0.0)
     assert made.quality_factor is None
+
+
+def test_events_are_compared_beyond_the_end_of_the_tangent_map() -> None:
+    # A ball frozen to a cushion is hit onto it: two collisions at one instant, and no derivative.
+    scene = find_scene("frozen-to-cushion")
+    result, certificate = simulate(scene, record="trajectory"), certify(scene, motion=True)
+    assert math.isfinite(result.horizon())
+    made = grade(result, certificate)
+    assert (made.extent, made.events) == ("whole", 4)
+    assert clean(made)
+    assert made.compared_at < result.horizon() < float(certificate.events[2].t)
+    assert result.events is not None
+    shortened = replace(result, events=result.events[:-1])
+    assert grade(shortened, certificate).missing == (3,)
+
+
+@pytest.mark.parametrize("name", ["break-16", "thirty-degree-rule", "pool-break-9", "chaos-a"])
+def test_our_engine_keeps_the_quality_that_it_promises(name: str) -> None:
+    scene = find_scene(name)
+    made = grade(simulate(scene, record="trajectory"), certify(scene, motion=True))
+    assert clean(made)
+    assert made.quality_factor is not None
+    assert 0.01 < made.quality_factor < QUALITY
 
 
 # --- what is but rounding

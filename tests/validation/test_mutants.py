@@ -137,7 +137,10 @@ def test_a_mutant_that_breaks_its_module_says_so() -> None:
 
 @pytest.mark.parametrize(
     ("planted_text", "reason"),
-    [("while True: pass", "no answer in 3 s"), ("import os; os._exit(7)", "exit code 7")],
+    [
+        pytest.param("while True: pass", "no answer in 20 s", marks=pytest.mark.slow),
+        ("import os; os._exit(7)", "exit code 7"),
+    ],
 )
 def test_a_shot_that_hangs_or_kills_its_process_costs_that_shot(
     planted_text: str, reason: str
@@ -152,7 +155,7 @@ def test_a_shot_that_hangs_or_kills_its_process_costs_that_shot(
     )
     scenes = [find_scene(name) for name in ("half-ball-cut", "stop", "head-on")]
     with planted(mutation) as mutant:
-        first, second, third = mutant.run(scenes, timeout=3.0)
+        first, second, third = mutant.run(scenes, timeout=20.0)
     assert isinstance(first, Result)
     assert isinstance(second, Crash)
     assert second.reason.startswith(reason)
