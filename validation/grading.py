@@ -175,8 +175,9 @@ def grade(result: Result, certificate: Certificate, *, horizon: float | None = N
     missing = tuple(
         i for i in alignment.missing.tolist() if float(certificate.events[i].t) <= until
     )
-    # What comes at the instant where the proof ends may be what it can't tell.
-    before = until * (1.0 - TIE) if extent == "proved part" else until
+    before = until
+    if extent in ("low hop", "proved part"):
+        before = _end_of_found(result, certificate, alignment, until)
     invented = tuple(j for j in alignment.invented.tolist() if result.events["t"][j] <= before)
     compared_at, errors = _position_errors(result, certificate, extent, min(until, map_end))
     quality, no_quality = _quality(result, errors, compared_at)
@@ -260,7 +261,8 @@ def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
         cushion = np.where(pair, 0, b)
         across = np.abs(places[rows, a, cushion // 2] - sides[cushion]) - radii[a]
         gaps = np.where(pair, gaps, across)
-    low = gaps <= CAPTURE_HEIGHT * reach
+    # Collisions at one instant are no hop: what is struck against a cushion comes back at once.
+    low = (gaps <= CAPTURE_HEIGHT * reach) & (end > start)
     return float(end[low].min()) if low.any() else math.inf
 
 
@@ -292,6 +294,22 @@ def _negligible(scene: Scene, log: Log) -> NDArray[np.bool_]:
         if choice.kind is EventKind.BALL_BALL:
             since[choice.b] = t
     return negligible
+
+
+def _end_of_found(
+    result: Result, certificate: Certificate, alignment: Alignment, until: float
+) -> float:
+    """Return up to when the run's events are graded, where the proved ones are up to `until` [s].
+
+    Just before the run's last one of those, which may come later or sooner by its error: what
+    comes at that instant, or after it, may be what can't be told any more.
+    """
+    assert result.events is not None
+    last = until
+    for i, j in zip(alignment.proved.tolist(), alignment.found.tolist(), strict=True):
+        if float(certificate.events[i].t) <= until:
+            last = min(until, float(result.events["t"][j]))
+    return last * (1.0 - TIE)
 
 
 def _without_order(log: Log) -> Log:

@@ -18,6 +18,7 @@ from reference_adapters import make_engine
 from reference_adapters.certified import Certificate, CertifiedSettings, certify
 from validation.grading import UNIT_ROUNDOFF, Grade, grade
 from validation.library import find_scene
+from validation.random_shots import random_shot
 
 
 def run_and_proof(name: str, **tangent: Any) -> tuple[MadeUp, Certificate]:
@@ -205,6 +206,22 @@ def test_our_engine_keeps_the_quality_that_it_promises(name: str) -> None:
     assert clean(made)
     assert made.quality_factor is not None
     assert 0.01 < made.quality_factor < QUALITY
+
+
+@pytest.mark.parametrize("number", [223, 224, 287, 2011])
+def test_bounces_that_die_out_are_graded_until_they_do(number: int) -> None:
+    # Random shots in which a ball bounces ever lower, on another or off a cushion.
+    scene = random_shot(number)
+    result, certificate = simulate(scene, record="trajectory"), certify(scene, motion=True)
+    made = grade(result, certificate)
+    assert made.extent == "low hop"
+    assert "bounce stays below" in made.why
+    assert 0 < made.events < len(certificate.events)
+    assert clean(made)
+    assert made.quality_factor is not None
+    assert made.quality_factor < QUALITY
+    wrong = replace(result, events=np.delete(result.events, made.alignment.found[1]))
+    assert len(grade(wrong, certificate).missing) == 1
 
 
 # --- what is but rounding
