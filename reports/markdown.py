@@ -26,7 +26,7 @@ from reports.markdown_scaling import scaling_section
 from reports.markdown_scene import scene_section
 from reports.shots import NUMBERS_KEY, cell_text, legend_text, rest_error
 from validation.metrics import METRICS
-from validation.store import CLOSED_FORM, CaseRecord, ResultsFolder
+from validation.store import INDEPENDENT, CaseRecord, ResultsFolder
 from validation.verdict import RestError, Verdict, is_own_measure, rest_error_standing, verdict_of
 
 PHYSICS_CAPTIONS = {
@@ -54,10 +54,14 @@ _TRUTH = """\
 **Closed form**: rest positions, rest time and order of collisions come from formulas, evaluated to
 50 digits, that share nothing with any engine; a rest error there is an error.
 
-**Our engine (not independent)**: the scene has no closed form, so the others are compared with
-`ghostball`. That is a comparison of codes, not a proof: `ghostball` is marked *ref* there and can't
-pass by it, only fail by what needs no truth, such as energy. Energy curves are always compared with
-`ghostball`'s.
+**Certified**: every event of the shot is proved and every rest position enclosed, by code in ball
+arithmetic that shares no formula with `ghostball`. Energy curves are compared with the proved
+motion, also where there is a closed form.
+
+**Our engine (not independent)**: the scene has no closed form and isn't proved to its end, so the
+others are compared with `ghostball`, also their energy. That is a comparison of codes, not a proof:
+`ghostball` is marked *ref* there and can't pass by it, only fail by what needs no truth, such as
+energy, and by the part of the shot that is proved.
 
 **Judged** is an outcome that a check limits: where or when the balls rest, or how many and which
 collisions there were. Energy that falls as it should, no deep overlap, the first collisions: these
@@ -215,7 +219,7 @@ def _engine_table(results: ResultsFolder) -> str:
         others = [
             error
             for case in cases
-            if case.truth != CLOSED_FORM
+            if case.truth not in INDEPENDENT
             and rest_error_standing(case) in (RestError.JUDGED, RestError.UNJUDGED)
             and (error := rest_error(case)) is not None
         ]

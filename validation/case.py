@@ -158,6 +158,7 @@ def _judged(record: CaseRecord, case: Case, truth: Truth, result: Result) -> Cas
                 reference=truth.is_own_measure(record.engine, METRICS[criterion.metric].compares),
             )
             for criterion in case.criteria
+            if not criterion.if_measured or measured.values[criterion.metric] is not None
         ),
         left_out=case.left_out,
     )

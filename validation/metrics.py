@@ -9,12 +9,14 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, GhostballError, Result, Scene
+from engine import EventKind, ExactTrajectory, GhostballError, Result, Scene
 from engine.result import COLLISION_KINDS
+from validation.grading import Grade, grade
 from validation.sampling import deepest_overlap, energy_at, energy_series, events_of
 from validation.sequences import matching_collisions
 from validation.truth import Truth, TruthPart, collisions_of
@@ -123,6 +125,32 @@ METRICS: dict[str, Metric] = {
         ),
         Metric(
             "first_divergence_time", "s", "when the sequences of collisions first differ", "events"
+        ),
+        Metric(
+            "events_missing",
+            "1",
+            "proved events of any kind that were not found, up to where the shot can be predicted",
+            "proof",
+        ),
+        Metric(
+            "events_invented",
+            "1",
+            "found events that are proved not to happen, up to where the shot can be predicted",
+            "proof",
+        ),
+        Metric(
+            "event_time_error_ulps",
+            "1",
+            "largest error of an event's time up to there, in spacings of doubles at that time",
+            "proof",
+        ),
+        Metric(
+            "quality_factor",
+            "1",
+            "largest error of a position where the shot can last be predicted, over what rounding "
+            "the state once at each event makes of it",
+            "proof",
+            outcome=True,
         ),
         Metric(
             "energy_difference_max",
@@ -331,6 +359,46 @@ def _first_divergence_time(result: Result, truth: Truth) -> float:
     raise NotMeasuredError("never: the sequences agree to the end")
 
 
+def _events_missing(result: Result, truth: Truth) -> int:
+    return len(_graded(result, truth).missing)
+
+
+def _events_invented(result: Result, truth: Truth) -> int:
+    return len(_graded(result, truth).invented)
+
+
+def _event_time_error_ulps(result: Result, truth: Truth) -> float:
+    error = _graded(result, truth).time_error_max
+    if error is None:
+        raise NotMeasuredError("no event is both proved and found")
+    return error
+
+
+def _quality_factor(result: Result, truth: Truth) -> float:
+    graded = _graded(result, truth)
+    if graded.quality_factor is None:
+        raise NotMeasuredError(graded.no_quality)
+    return graded.quality_factor
+
+
+def _graded(result: Result, truth: Truth) -> Grade:
+    _require_end(result)
+    if truth.certificate is None:
+        raise NotMeasuredError(truth.why_not("proof"))
+    graded = _grade(result, truth)
+    if graded.until == 0.0:
+        raise NotMeasuredError(f"nothing of this shot is proved: {graded.why}")
+    return graded
+
+
+@lru_cache(maxsize=1)  # four metrics are made of it
+def _grade(result: Result, truth: Truth) -> Grade:
+    assert truth.certificate is not None
+    # Frames say nothing of how far a shot can be predicted; our engine does.
+    exact = isinstance(result.trajectory, ExactTrajectory)
+    return grade(result, truth.certificate, horizon=None if exact else truth.horizon)
+
+
 def _energy_difference_max(result: Result, truth: Truth) -> float:
     _require_end(result)
     if truth.energy is None:
@@ -374,6 +442,10 @@ _COMPUTE: dict[str, Callable[[Result, Truth], int | float]] = {
     "ball_cushion_count_error": _count_error(EventKind.BALL_CUSHION),
     "matching_events": _matching_events,
     "first_divergence_time": _first_divergence_time,
+    "events_missing": _events_missing,
+    "events_invented": _events_invented,
+    "event_time_error_ulps": _event_time_error_ulps,
+    "quality_factor": _quality_factor,
     "energy_difference_max": _energy_difference_max,
     "energy_drift": _energy_drift,
     "energy_rise": _energy_rise,

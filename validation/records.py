@@ -19,7 +19,11 @@ SCHEMA: Final = 2
 """Version of records and of the folder that holds them; another one is refused."""
 
 CLOSED_FORM: Final = "closed form"
+CERTIFIED: Final = "certified"
 OUR_ENGINE: Final = "our engine (not independent)"
+
+INDEPENDENT: Final = frozenset({CLOSED_FORM, CERTIFIED})
+"""Kinds of truth that owe nothing to our engine."""
 
 CaseOutcome = Literal["ran", "not-representable", "unavailable", "failed"]
 LimitKind = Literal["at_most", "at_least", "equals"]
@@ -103,7 +107,7 @@ class CaseRecord:
         Where it failed; else "".
     approximations : tuple of str
         What the engine represents only approximately in this scene, one sentence each.
-    truth : "closed form", "our engine (not independent)" or None
+    truth : "closed form", "certified", "our engine (not independent)" or None
     truth_positions : (n, 3) float64 [m] or None
         Rest positions that are compared with.
     truth_rest_time : float [s] or None

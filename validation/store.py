@@ -46,10 +46,21 @@ from validation.files import (
     save_motion,
     write_lines,
 )
-from validation.records import CLOSED_FORM, OUR_ENGINE, SCHEMA, CaseRecord, Check, Motion
+from validation.records import (
+    CERTIFIED,
+    CLOSED_FORM,
+    INDEPENDENT,
+    OUR_ENGINE,
+    SCHEMA,
+    CaseRecord,
+    Check,
+    Motion,
+)
 
 __all__ = [
+    "CERTIFIED",
     "CLOSED_FORM",
+    "INDEPENDENT",
     "OUR_ENGINE",
     "SCHEMA",
     "CaseRecord",

@@ -9,7 +9,7 @@ from __future__ import annotations
 import enum
 
 from validation.metrics import METRICS
-from validation.records import CLOSED_FORM, CaseRecord, Check
+from validation.records import CLOSED_FORM, INDEPENDENT, CaseRecord, Check
 from validation.truth import OUR_NAME
 
 CHAOTIC_TAGS = frozenset({"break", "chaos", "energy"})
@@ -105,7 +105,8 @@ def rest_error_standing(case: CaseRecord | None) -> RestError:
 def is_own_measure(case: CaseRecord) -> bool:
     """Whether a rest error of this case compares our engine with itself, and proves nothing."""
     # What our engine can't represent it doesn't measure either: another truth is in its place.
-    return case.outcome == "ran" and case.engine == OUR_NAME and case.truth != CLOSED_FORM
+    ours = case.outcome == "ran" and case.engine == OUR_NAME
+    return ours and case.truth not in INDEPENDENT
 
 
 def wrong_count(case: CaseRecord | None) -> tuple[int, int] | None:
