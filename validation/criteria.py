@@ -119,7 +119,8 @@ class Criterion(BaseModel):
     """One limit on one metric for the engines that it covers.
 
     `if_measured` criteria are judged only where the metric has a value; where it has none, the
-    record says why, and nothing passes. Without it, no value is a failure.
+    record says why, and nothing passes. Without it, no value is a failure. A `past_horizon`
+    criterion judges how a shot ends also where the engine can't be expected to predict that.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -132,6 +133,7 @@ class Criterion(BaseModel):
     at_least: Number | None = None
     equals: Number | None = None
     if_measured: Annotated[bool, Strict()] = False
+    past_horizon: Annotated[bool, Strict()] = False
     reason: Sentence
 
     @model_validator(mode="after")

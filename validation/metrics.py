@@ -5,8 +5,9 @@ A metric that can't be computed is None with the reason beside it, never 0.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from functools import lru_cache
@@ -52,6 +53,8 @@ class Metric:
         Whether a limit from above, or an exact value, judges where, when or after which collisions
         the balls ended. Energy, overlaps and the first collisions alone don't: they can be right
         in a shot that ends wrong.
+    to_the_end : bool
+        Whether it is an error of how the shot ends, which means nothing past the engine's horizon.
     """
 
     name: str
@@ -59,6 +62,7 @@ class Metric:
     meaning: str
     compares: TruthPart | None = None
     outcome: bool = False
+    to_the_end: bool = False
 
 
 METRICS: dict[str, Metric] = {
@@ -70,6 +74,7 @@ METRICS: dict[str, Metric] = {
             "largest distance of a ball from where it should end",
             "rest",
             outcome=True,
+            to_the_end=True,
         ),
         Metric(
             "rest_error_rms",
@@ -77,6 +82,7 @@ METRICS: dict[str, Metric] = {
             "root mean square of those distances over the balls",
             "rest",
             outcome=True,
+            to_the_end=True,
         ),
         Metric(
             "rest_error_ulps",
@@ -84,6 +90,7 @@ METRICS: dict[str, Metric] = {
             "largest distance over what rounding the scene's numbers once would cause",
             "conditioning",
             outcome=True,
+            to_the_end=True,
         ),
         Metric(
             "rest_time_error",
@@ -91,6 +98,7 @@ METRICS: dict[str, Metric] = {
             "difference of the time when the last ball rests",
             "time",
             outcome=True,
+            to_the_end=True,
         ),
         Metric(
             "rest_time_error_ulps",
@@ -98,6 +106,7 @@ METRICS: dict[str, Metric] = {
             "that difference over what rounding the scene's numbers once would cause",
             "conditioning",
             outcome=True,
+            to_the_end=True,
         ),
         Metric("ball_ball_count", "1", "collisions between balls", outcome=True),
         Metric("ball_cushion_count", "1", "collisions with cushions", outcome=True),
@@ -108,6 +117,7 @@ METRICS: dict[str, Metric] = {
             "difference of the ball-ball count",
             "events",
             outcome=True,
+            to_the_end=True,
         ),
         Metric(
             "ball_cushion_count_error",
@@ -115,6 +125,7 @@ METRICS: dict[str, Metric] = {
             "difference of the ball-cushion count",
             "events",
             outcome=True,
+            to_the_end=True,
         ),
         Metric(
             "matching_events",
@@ -222,7 +233,14 @@ def choose_metrics(patterns: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in METRICS if any(name in names for names in found.values()))
 
 
-def measure(result: Result, truth: Truth, metrics: Collection[str] | None = None) -> Measured:
+def measure(
+    result: Result,
+    truth: Truth,
+    metrics: Collection[str] | None = None,
+    *,
+    horizon: float = math.inf,
+    anyway: Collection[str] = (),
+) -> Measured:
     """Measure a run recorded with `record="trajectory"` against the truth of its scene.
 
     Parameters
@@ -231,12 +249,24 @@ def measure(result: Result, truth: Truth, metrics: Collection[str] | None = None
     truth : Truth
     metrics : collection of str, optional
         Names of those that are computed; all where it is left out.
+    horizon : float [s]
+        Until when the engine can be expected to play this shot: `Truth.horizon_of`. What is an
+        error of the end of a shot has no value where that lies later; energies are compared up to
+        there.
+    anyway : collection of str
+        Metrics that have a value all the same.
     """
     measured = Measured()
+    beyond = truth.rest_time is not None and horizon < truth.rest_time
+    if truth.energy is not None:
+        before = truth.energy_times <= horizon
+        truth = replace(truth, energy_times=truth.energy_times[before], energy=truth.energy[before])
     for name, compute in _COMPUTE.items():
         if metrics is not None and name not in metrics:
             continue
         try:
+            if beyond and METRICS[name].to_the_end and name not in anyway:
+                raise NotMeasuredError(past_horizon(horizon))
             value = compute(result, truth)
         except NotMeasuredError as why:
             measured.values[name], measured.notes[name] = None, str(why)
@@ -249,6 +279,14 @@ def measure(result: Result, truth: Truth, metrics: Collection[str] | None = None
     if any(measured.values.get(name) is not None for name in _REST_ERRORS):
         measured.ball_errors = ball_errors(result, truth)
     return measured
+
+
+def past_horizon(horizon: float) -> str:
+    """Return why nothing is said of the end of a shot that can't be predicted to its end."""
+    return (
+        f"past the horizon: from t = {horizon:.3g} s on, errors of this engine's size may take the "
+        "shot another course"
+    )
 
 
 def ball_errors(result: Result, truth: Truth) -> FloatArray:

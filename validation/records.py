@@ -15,7 +15,7 @@ from pydantic import ConfigDict, PlainSerializer, PlainValidator
 from engine import Scene, Status
 from engine.result import Events
 
-SCHEMA: Final = 2
+SCHEMA: Final = 3
 """Version of records and of the folder that holds them; another one is refused."""
 
 CLOSED_FORM: Final = "closed form"
@@ -110,6 +110,9 @@ class CaseRecord:
     truth : "closed form", "certified", "our engine (not independent)" or None
     truth_positions : (n, 3) float64 [m] or None
         Rest positions that are compared with.
+    horizon : float [s] or None
+        Until when this engine can be expected to play this shot (`Truth.horizon_of`), where that
+        is before its end; nothing is said of the end then.
     truth_rest_time : float [s] or None
     truth_counts : dict of str to int, or None
         True collision counts by kind.
@@ -160,6 +163,7 @@ class CaseRecord:
     truth: str | None = None
     truth_positions: FloatArray | None = None
     truth_rest_time: float | None = None
+    horizon: float | None = None
     truth_counts: dict[str, int] | None = None
     rest_positions: FloatArray | None = None
     ball_errors: FloatArray | None = None

@@ -8,6 +8,7 @@ else from our engine, so that those parts are not independent of it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -23,6 +24,7 @@ from engine.simulate import simulate
 from reference_adapters.certified import Certificate, CertifiedSettings
 from reference_adapters.certified.engine import result_of
 from validation.closed_forms import DIGITS, ClosedForm, closed_form
+from validation.horizons import Growth, growth_of
 from validation.proof import proof_of, refused_features
 from validation.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
 from validation.sampling import MAX_TIMES, UNIFORM_TIMES, energy_at, events_of, union_times
@@ -80,6 +82,9 @@ class Truth:
         What is proved of the shot, with its motion; also where that isn't all of it.
     no_certificate : str
         Why there is none; "" where there is one.
+    growth : Growth or None
+        How errors grow along the shot, as our engine says; None where it says nothing of it, or
+        wasn't asked, as for a closed form.
     horizon : float [s] or None
         Up to when the shot can be predicted at all in double precision, as our engine says; inf
         where that is its end. None: our engine says nothing of it, or wasn't asked.
@@ -101,7 +106,25 @@ class Truth:
     energy: FloatArray | None = None
     certificate: Certificate | None = None
     no_certificate: str = "it was not asked for"
+    growth: Growth | None = None
     horizon: float | None = None
+
+    def horizon_of(self, resolution: float | None) -> float:
+        """Return until when an engine can be compared with this truth [s]; inf: to the end.
+
+        Parameters
+        ----------
+        resolution : float [m] or None
+            Of the engine; see `reference_adapters.base.resolution_of`.
+
+        Notes
+        -----
+        A closed form is compared with whatever an engine's errors become: it is of a shot that
+        somebody could solve, ties included. So is what proves its shots.
+        """
+        if self.kind == CLOSED_FORM or self.growth is None or resolution is None:
+            return math.inf
+        return self.growth.horizon(resolution)
 
     def why_not(self, part: TruthPart) -> str:
         """Return why a part of the truth is missing, one sentence."""
@@ -174,9 +197,14 @@ def truth_of(
         truth = _from_our_run(ours, parts)
     else:
         truth = Truth(None, missing=missing)
-    with np.errstate(over="ignore"):  # what overflows is beyond any horizon
-        horizon = ours.horizon() if ours is not None else None
-    return replace(truth, certificate=proof, no_certificate=no_proof, horizon=horizon)
+    growth, horizon = (None, None) if ours is None else (_growth_of(truth, ours), ours.horizon())
+    return replace(
+        truth, certificate=proof, no_certificate=no_proof, growth=growth, horizon=horizon
+    )
+
+
+def _growth_of(truth: Truth, ours: Result) -> Growth | None:
+    return None if truth.kind == CLOSED_FORM else growth_of(ours)
 
 
 def _why_partial(proof: Certificate | None, no_proof: str) -> str:

@@ -12,9 +12,6 @@ from validation.metrics import METRICS
 from validation.records import CLOSED_FORM, INDEPENDENT, CaseRecord, Check
 from validation.truth import OUR_NAME
 
-CHAOTIC_TAGS = frozenset({"break", "chaos", "energy"})
-"""Tags of scenes in which errors grow until any two engines part."""
-
 
 class Verdict(enum.Enum):
     """What became of one engine in one scene: its sign, and how reports say it."""
@@ -50,7 +47,7 @@ class RestError(enum.Enum):
 
     JUDGED = "a limit judges it"
     UNJUDGED = "an error, but no limit judges it: shown in brackets"
-    CHAOTIC = "no error: past what can be predicted, the engines part"
+    CHAOTIC = "no error: past the engine's horizon"
     OWN = "our engine compared with itself"
     NONE = "there is none"
 
@@ -92,14 +89,18 @@ def rest_verdict_of(case: CaseRecord | None) -> Verdict:
 
 def rest_error_standing(case: CaseRecord | None) -> RestError:
     """Return what the rest error of a case is worth."""
-    if case is None or case.metrics.get("rest_error_max") is None:
+    if case is None or case.outcome != "ran":
+        return RestError.NONE
+    past = case.horizon is not None and rest_verdict_of(case) is Verdict.SHOWN
+    if past and not is_own_measure(case):
+        return RestError.CHAOTIC
+    if case.metrics.get("rest_error_max") is None:
         return RestError.NONE
     if is_own_measure(case):
         return RestError.OWN
     if rest_verdict_of(case) is not Verdict.SHOWN:
         return RestError.JUDGED
-    chaotic = case.truth != CLOSED_FORM and not CHAOTIC_TAGS.isdisjoint(case.tags)
-    return RestError.CHAOTIC if chaotic else RestError.UNJUDGED
+    return RestError.UNJUDGED
 
 
 def is_own_measure(case: CaseRecord) -> bool:

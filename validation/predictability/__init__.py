@@ -5,7 +5,7 @@
 >>> known.horizon, known.nearest, known.fragile
 """
 
-from validation.predictability.bifurcations import Bifurcation, bifurcations_of
+from validation.predictability.bifurcations import Bifurcation, bifurcations_of, nearest_of
 from validation.predictability.measure import predictability_of
 from validation.predictability.records import Predictability, Separation
 from validation.predictability.store import load_predictability, save_predictability
@@ -16,6 +16,7 @@ __all__ = [
     "Separation",
     "bifurcations_of",
     "load_predictability",
+    "nearest_of",
     "predictability_of",
     "save_predictability",
 ]

@@ -1,6 +1,6 @@
 """How little would change the course of a shot: other balls would meet, or in another order.
 
-    >>> nearest = bifurcations_of(simulate(scene, record="trajectory"))[0]
+    >>> nearest = nearest_of(bifurcations_of(simulate(scene, record="trajectory")))[0]
     >>> nearest.relative         # relative change of the first state
     >>> nearest.describe(scene)  # 'ball "3" catches ball "5" by 0.12 mm at t = 1.234 s'
 
@@ -10,7 +10,7 @@ by the tangent map of the shot itself. To first order, so that it is the surer t
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -84,7 +84,7 @@ class Bifurcation:
 
 
 def bifurcations_of(result: Result) -> tuple[Bifurcation, ...]:
-    """Return the nearest bifurcation of each kind that a shot has, the nearest first.
+    """Return all bifurcations that a shot passes, in order of time.
 
     Parameters
     ----------
@@ -103,14 +103,18 @@ def bifurcations_of(result: Result) -> tuple[Bifurcation, ...]:
     speed; `relative` is in these units, and the root mean square over the directions. Unlike
     rounding in our engine, such changes respect no symmetry.
 
-    Left out is what lies where no derivative exists, past ties and sustained contact; a tie itself
-    counts as one with margin 0.
+    Left out is what lies where no derivative exists, past ties and sustained contact; the first tie
+    itself counts as one with margin 0.
     """
     tangent = result.tangent(_directions(result.scene))
     found = [*_ties(result), *_grazes(result, tangent), *_orders(result, tangent)]
-    found += _near_misses(result, tangent)
+    return tuple(sorted([*found, *_near_misses(result, tangent)], key=lambda one: one.t))
+
+
+def nearest_of(bifurcations: Iterable[Bifurcation]) -> tuple[Bifurcation, ...]:
+    """Return the nearest bifurcation of each kind, the nearest first."""
     nearest: dict[BifurcationKind, Bifurcation] = {}
-    for one in found:
+    for one in bifurcations:
         if one.kind not in nearest or one.relative < nearest[one.kind].relative:
             nearest[one.kind] = one
     return tuple(sorted(nearest.values(), key=lambda one: one.relative))
@@ -227,27 +231,16 @@ def _competing(
 
 
 def _near_misses(result: Result, tangent: TangentMap) -> Iterator[Bifurcation]:
-    """Yield, nearest first as far as needed, how closely two balls pass without touching."""
+    """Yield how closely two balls pass without touching."""
     times, a, b, gaps = _passings(result)
-    if not len(times):
-        return
-    growth = tangent.growth(times)
-    at = np.arange(len(times))
-    most = growth[at, a] + growth[at, b]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        least = np.where(np.isfinite(most) & (most > 0.0), gaps / most, np.inf)
-    best = np.inf
-    for k in np.argsort(least, kind="stable").tolist():
-        if least[k] >= best or not np.isfinite(least[k]):
-            return
-        one = slice(k, k + 1)
-        state = result.sample(times[one])
-        r = (state.positions[0, b[k]] - state.positions[0, a[k]])[:2]
-        change = _changes(tangent, times[one], a[one], b[one])
-        spread = _spread(change @ (r / np.linalg.norm(r)))
-        for found in _bifurcations("near miss", times[one], a[one], b[one], gaps[one], spread):
-            best = min(best, found.relative)
-            yield found
+    for rows in _chunks(np.argsort(times, kind="stable"), len(result.scene.balls)):
+        at = np.arange(len(rows))
+        places = result.sample(times[rows]).positions[..., :2]
+        r = places[at, b[rows]] - places[at, a[rows]]
+        normal = r / np.linalg.norm(r, axis=1)[:, np.newaxis]
+        change = _changes(tangent, times[rows], a[rows], b[rows])
+        spread = _spread(np.einsum("kx,kmx->km", normal, change))
+        yield from _bifurcations("near miss", times[rows], a[rows], b[rows], gaps[rows], spread)
 
 
 def _passings(result: Result) -> tuple[FloatArray, IntArray, IntArray, FloatArray]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from engine import EventKind, Result, Scene, simulate
 from engine.sensitivity import PARTS, QUALITY, ROUNDING
-from validation.predictability.bifurcations import bifurcations_of
+from validation.predictability.bifurcations import bifurcations_of, nearest_of
 from validation.predictability.records import Predictability, Separation
 from validation.sampling import events_of, union_times
 
@@ -45,7 +45,7 @@ def predictability_of(scene: Scene, result: Result | None = None) -> Predictabil
     result = simulate(scene, record="trajectory") if result is None else result
     horizon = result.horizon(TOLERANCE)
     times = union_times(result.rest_time, events_of(result)["t"], uniform=_UNIFORM, limit=_LIMIT)
-    bifurcations = bifurcations_of(result)
+    bifurcations = nearest_of(bifurcations_of(result))
     return Predictability(
         scene.name,
         result.rest_time,
