@@ -148,7 +148,7 @@ def _give_up_event(run: Tangents, e: int) -> None:
 @kernel
 def _give_up(run: Tangents, k: int) -> None:
     for place in range(ROW):
-        run.tangent[k * ROW + place] = math.inf
+        run.tangent[k * ROW + place] = math.nan
 
 
 @kernel(inline=True)

@@ -177,7 +177,7 @@ class Result:
         GhostballError
             Where the run recorded nothing, or the engine records frames instead of exact motion.
         """
-        return self._rounding.growth(_instants(times))
+        return self.rounding.growth(_instants(times))
 
     def horizon(self, tolerance: float = 1e-3, error: float | None = None) -> float:
         """Return the predictability horizon [s]: until when errors stay within a tolerance.
@@ -208,7 +208,7 @@ class Result:
                 raise GhostballError(f"`{name}` must be a positive number, got {value!r}")
         events = self._exact_events("horizon")
         knots = np.unique(np.append(0.0, events["t"]))
-        return sensitivity.horizon_of(self._rounding, knots, tolerance, error)
+        return sensitivity.horizon_of(self.rounding, knots, tolerance, error)
 
     def tangent(self, directions: ArrayLike) -> TangentMap:
         """Return what becomes of small changes of the first state; see `sensitivity.tangent_of`.
@@ -256,7 +256,8 @@ class Result:
         return json.dumps(_finite(self.to_dict()), allow_nan=False)
 
     @cached_property
-    def _rounding(self) -> TangentMap:
+    def rounding(self) -> TangentMap:
+        """What becomes of rounding the state at each event; errors as `sensitivity`."""
         from engine.sensitivity import rounding_of  # noqa: PLC0415 - loads the compiler
 
         events = self._exact_events("sensitivity")

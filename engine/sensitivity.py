@@ -13,6 +13,7 @@ change decides their order, and past sustained contact: there it is infinite.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cache
 
@@ -31,6 +32,9 @@ from engine.scene import Scene
 from engine.trajectory import ExactTrajectory
 
 FloatArray = NDArray[np.float64]
+
+LANES, PARTS = s.LANES, s.PARTS
+"""Changes that cost as much as one; numbers that a change of a ball has."""
 
 ROUNDING = 2.0**-53
 """Half the spacing of doubles at 1: the largest relative error of one rounding."""
@@ -78,7 +82,8 @@ class TangentMap:
         parts = []
         for run in self._runs:
             out = np.empty((len(t), len(run.at), s.ROW))
-            sample_tangent(run, t, out)
+            with _growing():
+                sample_tangent(run, t, out)
             parts.append(out.reshape(len(t), len(run.at), s.PARTS, s.LANES))
         lanes = np.concatenate(parts, axis=3)[..., : self.count]
         result = np.empty_like(lanes)
@@ -102,8 +107,9 @@ class TangentMap:
         squares = np.zeros((len(t), len(self._runs[0].at)))
         for run in self._runs:
             out = np.empty_like(squares)
-            sample_growth(run, t, out)
-            squares += out**2
+            with _growing():
+                sample_growth(run, t, out)
+                squares += out**2
         result = np.empty_like(squares)
         result[order] = np.sqrt(squares * (s.LANES / self.count))
         return result
@@ -214,7 +220,8 @@ def _run(
     _warm_up(layout_of(scene).integrated is not None)
     run = _arrays(scene, trajectory, events, rounding)
     run.tangent.reshape(-1, s.ROW)[run.first[:-1]] = start.reshape(-1, s.ROW)
-    run_tangent(run)
+    with _growing():
+        run_tangent(run)
     return run
 
 
@@ -243,6 +250,14 @@ def _arrays(
         work=_work().copy(),
         law=np.zeros((s.LAW_OUT, s.LAW_IN)),
     )
+
+
+def _growing() -> AbstractContextManager[None]:
+    """Let numbers that outgrow doubles become infinite, and NaN, without a warning.
+
+    A long chaotic motion does that to a derivative. Compiled kernels never warn; others would.
+    """
+    return np.errstate(over="ignore", invalid="ignore")
 
 
 @cache

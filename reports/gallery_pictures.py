@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from engine import GhostballError
 from reports import style
+from reports.chaos_figure import draw_chaos
 from reports.figures._table import aspect_of, view_of
 from reports.figures.paths import WIDTH, draw_panel
 from reports.figures.summary import accuracy_errors, draw_accuracy_on, draw_verdicts
@@ -78,6 +79,7 @@ def _hero_shot(results: ResultsFolder) -> Shot | None:
 GALLERY: dict[str, Callable[[ResultsFolder], Figure | None]] = {
     "hero": draw_hero,
     "verdicts": draw_verdicts,
+    "chaos": draw_chaos,
     **PHYSICS_FIGURES,
     **PAPER_FIGURES,
 }

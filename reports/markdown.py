@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import PurePosixPath
 from statistics import median
 from typing import Any
 
 from reports import style
 from reports.counted import COUNTED_MEANS, counted_rows, unsolved
 from reports.figures.summary import independent_errors
+from reports.markdown_ensembles import ensembles_section
 from reports.markdown_parts import (
     Drawn,
     figure_link,
@@ -19,6 +21,7 @@ from reports.markdown_parts import (
     table_of,
     taken_over_text,
 )
+from reports.markdown_predictability import predictability_section
 from reports.markdown_scaling import scaling_section
 from reports.markdown_scene import scene_section
 from reports.shots import NUMBERS_KEY, cell_text, legend_text, rest_error
@@ -75,6 +78,7 @@ def report_text(
     scenes: Mapping[str, Drawn],
     physics: Drawn,
     paper: Drawn,
+    ensembles: Mapping[str, PurePosixPath],
 ) -> str:
     """Return the report as Markdown.
 
@@ -85,6 +89,7 @@ def report_text(
     scenes : figures of each scene, by its name
     physics : figures of laws of the game, over their closed forms
     paper : the paper's figures
+    ensembles : figure of each scene's ensemble, by the scene's name
     """
     parts = [
         "# Validation report",
@@ -104,6 +109,8 @@ def report_text(
     ]
     for scene in results.scene_names:
         parts += scene_section(results, scene, scenes.get(scene, {}))
+    parts += predictability_section(results, whole.get("chaos"))
+    parts += ensembles_section(results, ensembles)
     if physics:
         parts += ["## Laws of the game, from whole shots"]
         parts += [figure_link(PHYSICS_CAPTIONS[kind], path) for kind, path in physics.items()]
