@@ -79,13 +79,13 @@ def _hero_shot(results: ResultsFolder) -> Shot | None:
 GALLERY: dict[str, Callable[[ResultsFolder], Figure | None]] = {
     "hero": draw_hero,
     "verdicts": draw_verdicts,
-    "chaos": draw_chaos,
     **PHYSICS_FIGURES,
     **PAPER_FIGURES,
 }
 
 
 OPTIONAL: dict[str, Callable[[ResultsFolder], Figure | None]] = {
+    "chaos": draw_chaos,
     "scaling": draw_scaling_or_committed,
 }
 """Pictures of measurements, which results need not have."""

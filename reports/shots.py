@@ -33,8 +33,7 @@ CHAOTIC = "(past horizon)"
 
 NUMBERS_KEY = (
     "Numbers: largest rest error of a ball; in brackets: not judged; "
-    "(past horizon): the engine's errors may have changed the shot's course; "
-    "77 of 314: collisions counted, and in truth"
+    "(past horizon): can't be predicted; 77 of 314: collisions counted, and in truth"
 )
 """Says in legends what `rest_error_text` shows."""
 
