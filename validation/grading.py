@@ -170,7 +170,8 @@ def grade(result: Result, certificate: Certificate, *, horizon: float | None = N
         log.only(np.array([choice.kind in kinds for choice in log.choices], dtype=bool))
         for log in (proved_log(certificate), found_log(result.events))
     ]
-    proved, found = (log.only(~_negligible(scene, log)) for log in logs)
+    negligible = [_negligible(scene, log) for log in logs]
+    proved, found = (log.only(~but) for log, but in zip(logs, negligible, strict=True))
     alignment = align(_without_order(proved), _without_order(found))
     missing = tuple(
         i for i in alignment.missing.tolist() if float(certificate.events[i].t) <= until
@@ -192,7 +193,9 @@ def grade(result: Result, certificate: Certificate, *, horizon: float | None = N
         invented,
         alignment.first if missing or invented else None,
         _swapped(result, certificate, alignment, until),
-        sum(map(len, logs)) - len(proved) - len(found),
+        sum(
+            int(np.sum(log.times[but] <= until)) for log, but in zip(logs, negligible, strict=True)
+        ),
         _time_errors(result, certificate, alignment, until),
         errors,
         quality,
