@@ -13,6 +13,7 @@ from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
 from reports import write_report
+from validation.attribution import attribute_results
 from validation.junit import write_junit
 from validation.library import Suite, select
 from validation.store import CaseRecord, ResultsFolder, is_results_folder, read_earlier
@@ -32,6 +33,7 @@ def run(
     junit: Path | None,
     jobs: int,
     report: bool,
+    attribute: bool = False,
 ) -> int:
     """Validate, and return the exit status; see the options of the command.
 
@@ -79,6 +81,12 @@ def run(
         write_junit(results.cases, junit)
     written = None
     interrupted = outcome.interrupted
+    if attribute and not interrupted:
+        try:
+            with counting("attributing") as count:
+                attribute_results(results, progress=count, jobs=jobs)
+        except KeyboardInterrupt:
+            interrupted = True
     if report and not interrupted:
         try:
             with counting("drawing") as count:

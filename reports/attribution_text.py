@@ -5,12 +5,6 @@ from __future__ import annotations
 from reports import style
 from validation.attribution import Attribution, BackwardError, Part
 
-NEGLIGIBLE_TURN = 1e-12
-"""Turns below this are rounding [degrees]."""
-
-NEGLIGIBLE_SPEED = 1e-14
-"""Relative changes of speed below this are rounding."""
-
 
 def part_text(part: Part | None) -> str:
     """Return the size of a part with its uncertainty; "–" where there is none."""
@@ -19,9 +13,11 @@ def part_text(part: Part | None) -> str:
     return f"{style.format_length(part.size)} ± {style.format_length(part.uncertainty)}"
 
 
-def share_text(part: Part | None) -> str:
-    """Return a part's share of the difference, "" where there is none."""
-    return "" if part is None else f"{100.0 * part.share:.0f} %"
+def share_text(found: Attribution, part: Part | None) -> str:
+    """Return a part's share of the difference; "" where it is none or its sign isn't known."""
+    if part is None or found.difference is None or part.uncertainty >= found.difference:
+        return ""
+    return f"{100.0 * part.share:.0f} %"
 
 
 def order_text(found: Attribution) -> str:
@@ -45,18 +41,18 @@ def _stroke(backward: BackwardError, difference: float | None) -> str:
     left = style.format_length(backward.unexplained)
     of = f" of {style.format_length(difference)}" if difference else ""
     if not said:
-        return f"no other speed or direction explains it: {left}{of} is left"
+        return f"no other speed or direction is nearer: {left} is left unexplained"
     return f"as if played {said}; {left}{of} is left unexplained"
 
 
 def _turn(degrees: float) -> str:
-    if abs(degrees) < NEGLIGIBLE_TURN:
+    if degrees == 0.0:
         return ""
     return f"{abs(degrees):.2g}° to the {'left' if degrees > 0.0 else 'right'}"
 
 
 def _speed(relative: float) -> str:
-    if abs(relative) < NEGLIGIBLE_SPEED:
+    if relative == 0.0:
         return ""
     return f"{100.0 * abs(relative):.2g} % {'harder' if relative > 0.0 else 'softer'}"
 

@@ -76,8 +76,9 @@ def draw_explanation(explanation: Explanation) -> Figure:
     for axes, shown in ((left, view), (right, close)):
         draw_table(axes, scene, shown)
         _draw_shots(axes, explanation, trails)
-    _mark(left, explanation, trails, size=13.0)
-    _mark(right, explanation, trails, size=15.0)
+    right.set_ylabel("")
+    _mark(left, explanation, size=9.0)
+    _mark(right, explanation, size=15.0)
     _name_balls(right, explanation, trails, close)
     left.set_title(f"at t = {t:.6g} s", fontsize=9.5)
     right.set_title("close up", fontsize=9.5)
@@ -119,7 +120,7 @@ def _draw_shots(axes: Axes, explanation: Explanation, trails: list[FloatArray]) 
         draw_ball(axes, trails[1][-1, ball], radius, linestyle="--", **edge)
 
 
-def _mark(axes: Axes, explanation: Explanation, trails: list[FloatArray], size: float) -> None:
+def _mark(axes: Axes, explanation: Explanation, size: float) -> None:
     """Mark where each of the two collisions is."""
     parting = explanation.parting
     if parting is None:
@@ -130,9 +131,7 @@ def _mark(axes: Axes, explanation: Explanation, trails: list[FloatArray], size: 
         if one is None:
             continue
         x, y = _point(explanation, (explanation.known.result, explanation.result)[run], one)
-        axes.plot(
-            x, y, marker=marker, color=edge, markersize=size, markeredgewidth=1.8, zorder=6
-        )
+        axes.plot(x, y, marker=marker, color=edge, markersize=size, markeredgewidth=1.8, zorder=6)
 
 
 def _point(explanation: Explanation, run: Result, one: Collision) -> FloatArray:
@@ -182,9 +181,10 @@ def _add_legend(figure: Figure, explanation: Explanation) -> None:
         Line2D([], [], color=look.colour, linewidth=1.1, label=look.name),
     ]
     parting = explanation.parting
-    marks = () if parting is None else (("+", style.BLACK, parting.true, "in truth"),)
+    marks: list[tuple[str, str, Collision | None, str]] = []
     if parting is not None:
-        marks += (("x", look.colour, parting.other, f"in {look.name}"),)
+        marks.append(("+", style.BLACK, parting.true, "in truth"))
+        marks.append(("x", look.colour, parting.other, f"in {look.name}"))
     handles += [
         Line2D(
             [],

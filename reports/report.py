@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from engine import GhostballError
 from reports import style
+from reports.attribution_figure import draw_attribution
 from reports.figures import SCENE_FIGURES, draw_accuracy, draw_verdicts
 from reports.markdown import report_text
 from reports.markdown_parts import Drawn
@@ -40,6 +41,7 @@ WHOLE_FIGURES: dict[str, Callable[[ResultsFolder], Figure | None]] = {
     "verdicts": draw_verdicts,
     "accuracy": draw_accuracy,
     "scaling": draw_scaling,
+    "attribution": draw_attribution,
     **PHYSICS_FIGURES,
     **PAPER_FIGURES,
 }

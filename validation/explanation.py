@@ -119,10 +119,13 @@ class Explanation:
 
     @property
     def latest(self) -> tuple[Collision, float] | None:
-        """The common collision whose times differ most, and by how much: positive is late [s]."""
-        if not self.agreement.pairs:
+        """The common collision, before they part, whose times differ most, and by how much [s].
+
+        Positive is late. None where there is no such collision.
+        """
+        if not self.agreement.before:
             return None
-        true, other = max(self.agreement.pairs, key=lambda pair: abs(pair[1].t - pair[0].t))
+        true, other = max(self.agreement.before, key=lambda pair: abs(pair[1].t - pair[0].t))
         return true, other.t - true.t
 
     @property
@@ -148,7 +151,7 @@ class Explanation:
             "settings": dict(self.result.settings),
             "status": self.result.status.name.lower().replace("_", "-"),
             "truth": {"by": self.known.kind, "why_not_certified": self.known.why},
-            "agreed_collisions": len(self.agreement.pairs),
+            "agreed_collisions": len(self.agreement.before),
             "parting": None
             if parting is None
             else {
@@ -257,7 +260,7 @@ def _margins(
     truth: Result, result: Result, agreement: Agreement, parting: Parting
 ) -> tuple[Margin, ...]:
     """Return by how much each of the two collisions happened, or did not, in either run."""
-    pairs = agreement.pairs
+    pairs = agreement.before
     # How far apart in time the two runs have the same collision: nothing nearer is another one.
     late = max((abs(a.t - b.t) for a, b in pairs), default=0.0)
     sides: tuple[tuple[Side, Result, list[Collision], Collision | None, Collision | None], ...]
@@ -297,7 +300,8 @@ def _margins_in(
     start = max(
         (one.t for one in common if not set(one.balls).isdisjoint(others.balls)), default=0.0
     )
-    end = run.rest_time if own is None else min(own.t, others.t + late)
+    # As long again as the balls were on their way in the other run: a meeting long after is none.
+    end = run.rest_time if own is None else min(own.t, 2.0 * others.t - start + late)
     gap, _ = nearest_approach(run, others, start, end)
     if gap > 0.0:
         yield _margin(name, "hit", run, others, gap)
@@ -312,7 +316,12 @@ def _next_of(run: Result, own: Collision, others: Collision) -> Collision | None
 
 
 def _margin(
-    name: Side, what: What, run: Result, event: Collision, length: float, seconds: float | None = None
+    name: Side,
+    what: What,
+    run: Result,
+    event: Collision,
+    length: float,
+    seconds: float | None = None,
 ) -> Margin:
     t = min(event.t, run.rest_time)
     places = run.sample([t]).positions[0, list(event.balls), :2]

@@ -88,7 +88,8 @@ def gaps(scene: Scene, collision: Collision, centres: FloatArray) -> FloatArray:
     along = centres[:, 0, 0 if collision.b < 2 else 1]
     far = scene.table.length if collision.b < 2 else scene.table.width
     distance: FloatArray = along if collision.b % 2 == 0 else far - along
-    return distance - radii[0]
+    gap: FloatArray = distance - radii[0]
+    return gap
 
 
 def _coast(scene: Scene, state: Samples, ball: int) -> Result:

@@ -85,6 +85,14 @@ class Agreement:
     pairs: tuple[tuple[Collision, Collision], ...]
     parting: Parting | None
 
+    @property
+    def before(self) -> tuple[tuple[Collision, Collision], ...]:
+        """The pairs that come before the parting, in either log; all where there is none."""
+        if self.parting is None:
+            return self.pairs
+        t = self.parting.t
+        return tuple((a, b) for a, b in self.pairs if min(a.t, b.t) <= t)
+
 
 def collisions_in(events: Events) -> list[Collision]:
     """Return the collisions of an event log, the lower ball first."""
@@ -104,14 +112,14 @@ def compare_logs(true: Sequence[Collision], other: Sequence[Collision]) -> Agree
     an engine that steps reports one time for all collisions of a step.
     """
     queues: dict[int, list[int]] = {}
-    for index, one in enumerate(other):
+    for position, one in enumerate(other):
         for ball in one.balls:
-            queues.setdefault(ball, []).append(index)
+            queues.setdefault(ball, []).append(position)
     stuck: set[int] = set()
     pairs: list[tuple[Collision, Collision]] = []
     lost: list[Collision] = []
     for place, one in enumerate(true):
-        index = None
+        index: int | None = None
         if stuck.isdisjoint(one.balls):
             tied = {two.key for two in _tied_with(true, place)}
             index = _counterpart(one, other, queues, tied)
@@ -122,8 +130,8 @@ def compare_logs(true: Sequence[Collision], other: Sequence[Collision]) -> Agree
         pairs.append((one, other[index]))
         for ball in one.balls:
             queues[ball].remove(index)
-    left = sorted({index for queue in queues.values() for index in queue})
-    extra = [other[index] for index in left]
+    left = sorted({position for queue in queues.values() for position in queue})
+    extra = [other[position] for position in left]
     return Agreement(tuple(pairs), _first_parting(lost, extra))
 
 

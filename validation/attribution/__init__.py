@@ -14,7 +14,7 @@ from validation.attribution._file import (
     read_attributions,
     write_attributions,
 )
-from validation.attribution._many import attribute_many
+from validation.attribution._many import attribute_many, attribute_results, attributions_of
 from validation.attribution._runs import Plan
 from validation.attribution.records import Attribution, Part
 
@@ -27,6 +27,8 @@ __all__ = [
     "Plan",
     "attribute",
     "attribute_many",
+    "attribute_results",
+    "attributions_of",
     "backward_error",
     "read_attributions",
     "write_attributions",

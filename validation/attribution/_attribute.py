@@ -182,9 +182,7 @@ def _with_backward(
         return replace(found, no_backward=str(error))
 
 
-def _climb(
-    scene: Scene, engine: ReferenceEngine, known: KnownShot, plan: Plan | None
-) -> _Ladder:
+def _climb(scene: Scene, engine: ReferenceEngine, known: KnownShot, plan: Plan | None) -> _Ladder:
     """Run the ladder: the shortest first, a longer one where it is affordable and says more.
 
     Errors are those of `_settle`.
@@ -233,8 +231,9 @@ def _settle(
             # The coarsest level parts first as a rule and costs least: at first that is enough.
             if agreed is not None and attempt == 0:
                 break
-            levels.append(play_level(engine, shot, base.step / 2**level, count))
-            logs += [one.collisions for one in levels[-1]]
+            others = play_level(engine, shot, base.step / 2**level, count, first=level > 0)
+            levels.append(others if level else [base, *others])
+            logs += [one.collisions for one in others]
             agreed = agreed_instant(log, logs, end)
         if agreed is None:
             return _Ladder(base, levels, play_ulps(engine, shot, ULPS), instant, until)

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from engine import Ball, GhostballError, Scene, simulate
 from engine.scene import rolling_angular_velocity
-from reference_adapters.certified import CertifiedEngine
-from reference_adapters.certified.api import certify
+from reference_adapters.certified import CertifiedSettings, certify
 from reference_adapters.certified.engine import result_of
 from validation.attribution._extrapolation import largest_distance
 from validation.known_shot import KnownShot
@@ -173,7 +172,7 @@ def backward_error(known: KnownShot, outcome: FloatArray, instant: float | None)
 
 def _certified(scene: Scene) -> FloatArray:
     # Not kept on disk: nobody asks for these shots again.
-    settings = CertifiedEngine.Settings()
+    settings = CertifiedSettings()
     result = result_of(scene, certify(scene, cached=False), settings, "rest")
     if not result.status.complete:
         raise GhostballError(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-ORDERS = np.linspace(0.2, 4.5, 431)
+ORDERS = np.round(np.linspace(0.2, 4.5, 431), 2)
 """Orders that are tried."""
 
 FEWEST_LEVELS = 4
@@ -27,6 +27,8 @@ A landed step ends within 1e-10 m of a contact, of which a shot makes up to a hu
 
 FLAT_PART = 0.01
 """The same as a part of what is left of the difference at the finest step."""
+
+WHOLE_ORDERS = (1.0, 2.0, 3.0, 4.0)
 
 FALL = 0.5
 """Largest part of the error at the first step that the last one, or the uncertainty, may have."""
@@ -45,14 +47,13 @@ class Extrapolation:
     limit : (n, 2) float64 [m]
         Positions at zero step; of no meaning where it is not converged.
     uncertainty : float [m]
-        By how much the limit of any ball changes when a level or a start phase is left out, or may
-        change with all start phases between those that were run.
+        By how much the limit of any ball may be off; see `extrapolate`.
     order : float or None [1]
         As fitted; None where flat.
     order_low, order_high : float or None [1]
-        Its range over the same changes.
+        The range of those that fit as well as the start phases let it be known.
     order_used : float or None [1]
-        What the limit was taken with: the nearest whole order within that range, else the order as
+        What the limit was taken with: the lowest whole order within that range, else the order as
         fitted.
     """
 
@@ -88,12 +89,14 @@ def extrapolate(
     -----
     x(h) = limit + slope h^order, one order for all coordinates, by least squares. The mean of the
     start phases stands for a level: p phases spread evenly over a step leave of a sawtooth of
-    height c h at most c h / 2p, so levels are weighed by 1 / h. The order is fitted first, and its
-    range found by leaving out each level, and each start phase of every level. Errors of steps
-    grow in whole powers of the step, so where the range holds such an order the limit is taken
-    with the nearest, by linear least squares; else with the fitted one. The uncertainty is the
-    larger of the range that is seen over the same changes, and of what the start phases may leave
-    in all levels together; it has no Gaussian meaning.
+    height c h at most c h / 2p, so levels are weighed by p / h. The order is fitted; its range is
+    that of all orders that leave no more at any level than the phases may. Errors of steps grow in
+    whole powers of the step, and contacts that are seen late make them grow in the first, so the
+    limit is taken with the lowest whole order of that range, by linear least squares; where it has
+    none, with the fitted one. The uncertainty is the largest of what the phases may leave in all
+    levels together, of the range of the limit over the whole orders in that of the order and the
+    one nearest to it, and of that over leaving out a level; it has no Gaussian meaning. Where a
+    shot has many collisions, their lateness adds up to no single sawtooth, and it may be too small.
     """
     if len(steps) < FEWEST_LEVELS:
         return Extrapolation("not converged", states[-1][0], math.inf)
@@ -102,20 +105,21 @@ def extrapolate(
     spread = max(largest_distance(one, mean) for one in everything)
     if spread <= max(FLAT, FLAT_PART * largest_distance(mean, truth)):
         return Extrapolation("flat", mean, spread)
-    h = np.array(steps)
+    ladder = _Ladder.of(steps, states)
+    order = _best_order(ladder)
+    possible = [float(p) for p in ORDERS if _explains(ladder, float(p))]
+    low, high = min([order, *possible]), max([order, *possible])
+    used = next((p for p in WHOLE_ORDERS if low <= p <= high), order)
     shape = mean.shape
-    means = np.array([level.mean(axis=0).ravel() for level in states])
-    variants = list(_variants(h, states, means))
-    order = _best_order(h, means)
-    orders = [order, *(_best_order(*variant) for variant in variants)]
-    low, high = min(orders), max(orders)
-    whole = max(1.0, round(order))
-    used = whole if low <= whole <= high else order
-    limit = _limit(h, means, used).reshape(shape)
+    limit = _limit(ladder, used)
+    nearest = min(WHOLE_ORDERS, key=lambda p: abs(p - order))
+    others = [_limit(ladder, p) for p in WHOLE_ORDERS if low <= p <= high or p == nearest]
+    others += [_limit(one, used) for one in _without_a_level(ladder)]
     uncertainty = max(
-        _left_by_phases(h, states, used),
-        *(largest_distance(limit, _limit(*variant, used).reshape(shape)) for variant in variants),
+        _left_by_phases(ladder, used),
+        *(largest_distance(one.reshape(shape), limit.reshape(shape)) for one in others),
     )
+    limit = limit.reshape(shape)
     first, last = (max(largest_distance(one, limit) for one in states[k]) for k in (0, -1))
     converged = max(uncertainty, last) <= FALL * first
     return Extrapolation(
@@ -123,52 +127,75 @@ def extrapolate(
     )
 
 
-def _variants(
-    h: FloatArray, states: Sequence[FloatArray], means: FloatArray
-) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield the ladder without one level, and without one start phase of every level."""
-    for left_out in range(len(h)):
-        keep = np.arange(len(h)) != left_out
-        yield h[keep], means[keep]
-    for phase in range(max(len(level) for level in states)):
-        rows = []
-        for level in states:
-            kept = np.delete(level, phase % len(level), axis=0) if len(level) > 1 else level
-            rows.append(kept.mean(axis=0).ravel())
-        yield h, np.array(rows)
+@dataclass(frozen=True, eq=False)
+class _Ladder:
+    """Levels: steps (k,), means (k, m), start phases (k,), how far off these leave them (k,)."""
+
+    h: FloatArray
+    means: FloatArray
+    phases: FloatArray
+    left: FloatArray
+
+    @classmethod
+    def of(cls, steps: Sequence[float], states: Sequence[FloatArray]) -> _Ladder:
+        """Make it of states (p, n, 2) at each step."""
+        left, height = [], 0.0  # of the sawtooth, over the step
+        for h, level in zip(steps, states, strict=True):
+            p = len(level)
+            if p > 1:
+                # p phases, evenly spread, are a p-th of a sawtooth short of its whole height.
+                seen = max(largest_distance(a, b) for a in level for b in level)
+                height = seen * p / (p - 1) / h
+            left.append(height * h / (2.0 * p))
+        return cls(
+            np.array(steps),
+            np.array([level.mean(axis=0).ravel() for level in states]),
+            np.array([float(len(level)) for level in states]),
+            np.array(left),
+        )
+
+    def of_units(self) -> _Ladder:
+        """Return one whose solution says how much each level counts in that of this one."""
+        return _Ladder(self.h, np.eye(len(self.h)), self.phases, self.left)
 
 
-def _best_order(h: FloatArray, means: FloatArray) -> float:
-    """Return the order that leaves the smallest residual of means (k, m)."""
-    residuals = [_solve(h, means, order)[1] for order in ORDERS]
+def _without_a_level(ladder: _Ladder) -> Iterator[_Ladder]:
+    for left_out in range(len(ladder.h)):
+        keep = np.arange(len(ladder.h)) != left_out
+        yield _Ladder(ladder.h[keep], ladder.means[keep], ladder.phases[keep], ladder.left[keep])
+
+
+def _best_order(ladder: _Ladder) -> float:
+    """Return the order that leaves the smallest residual."""
+    residuals = [float(np.sum(_solve(ladder, order)[1] ** 2)) for order in ORDERS]
     return float(ORDERS[int(np.argmin(residuals))])
 
 
-def _limit(h: FloatArray, means: FloatArray, order: float) -> FloatArray:
-    return _solve(h, means, order)[0]
+def _explains(ladder: _Ladder, order: float) -> bool:
+    """Whether a fit with an order leaves at every level no more than the start phases may leave."""
+    _, residual = _solve(ladder, order)
+    distances = np.hypot(residual[:, 0::2], residual[:, 1::2]).max(axis=1)
+    # The residual is linear in the means, too, and what the phases leave there is bounded.
+    _, counts = _solve(ladder.of_units(), order)
+    return bool(np.all(distances <= np.abs(counts) @ ladder.left))
 
 
-def _left_by_phases(h: FloatArray, states: Sequence[FloatArray], order: float) -> float:
-    """Return by how much the limit may be off where each level is by what its phases leave [m].
-
-    That is the range of its states over twice their number; a level with one phase has the range
-    of the one before, in proportion to the step.
-    """
-    left, width = [], 0.0
-    for k, level in enumerate(states):
-        if len(level) > 1:
-            width = max(largest_distance(a, b) for a in level for b in level) / h[k]
-        left.append(width * h[k] / (2.0 * len(level)))
-    # The limit is linear in the means: what each of them counts is that of a unit change of it.
-    counts = [_limit(h, unit[:, np.newaxis], order)[0] for unit in np.eye(len(h))]
-    return float(np.abs(counts) @ np.array(left))
+def _limit(ladder: _Ladder, order: float) -> FloatArray:
+    return _solve(ladder, order)[0]
 
 
-def _solve(h: FloatArray, means: FloatArray, order: float) -> tuple[FloatArray, float]:
-    """Return the limit (m,) of the best fit with an order, and its weighed residual."""
-    weights = (h[-1] / h)[:, np.newaxis]
+def _left_by_phases(ladder: _Ladder, order: float) -> float:
+    """Return by how much the limit may be off where each level is by what its phases leave [m]."""
+    return float(np.abs(_limit(ladder.of_units(), order)) @ ladder.left)
+
+
+def _solve(ladder: _Ladder, order: float) -> tuple[FloatArray, FloatArray]:
+    """Return the limit (m,) of the best fit with an order, and its weighed residual (k, m)."""
+    weights = ladder.phases / ladder.h
+    w = (weights / weights[-1])[:, np.newaxis]
     # About the finest level: of positions about a metre, changes of a nanometre must be left.
-    target = weights * (means - means[-1])
-    design = weights * np.column_stack((np.ones_like(h), (h / h[0]) ** order))
+    target = w * (ladder.means - ladder.means[-1])
+    design = w * np.column_stack((np.ones_like(ladder.h), (ladder.h / ladder.h[0]) ** order))
     solution, *_ = np.linalg.lstsq(design, target, rcond=None)
-    return means[-1] + solution[0], float(np.sum((target - design @ solution) ** 2))
+    residual: FloatArray = target - design @ solution
+    return ladder.means[-1] + solution[0], residual

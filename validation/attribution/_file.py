@@ -56,9 +56,9 @@ def read_attributions(folder: str | Path) -> list[Attribution]:
         return []
     except (OSError, UnicodeDecodeError) as error:
         raise ResultsError(f"{path}: can't read the attributions: {error}") from error
-    return [
-        _read(line, f"{path}:{number}") for number, line in enumerate(lines[:-1], start=1)
-    ] + ([_read(lines[-1], f"{path}:{len(lines)}")] if lines[-1] else [])
+    return [_read(line, f"{path}:{number}") for number, line in enumerate(lines[:-1], start=1)] + (
+        [_read(lines[-1], f"{path}:{len(lines)}")] if lines[-1] else []
+    )
 
 
 def _read(line: str, place: str) -> Attribution:

@@ -8,27 +8,32 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 from functools import lru_cache
 
-from engine import Scene, UnsupportedSceneError
+from engine import Scene, UnsupportedSceneError, warm_up
 from reference_adapters import make_engine
 from reference_adapters.registry import EngineUnavailableError
 from validation.attribution._attribute import attribute
-from validation.attribution._file import scene_hash
+from validation.attribution._file import (
+    belongs_to,
+    read_attributions,
+    scene_hash,
+    write_attributions,
+)
 from validation.attribution.records import Attribution
-from validation.known_shot import KnownShot, known_shot
+from validation.known_shot import ENGINES, KnownShot, known_shot
+from validation.store import CaseRecord, ResultsFolder
 
 Pair = tuple[Scene, str]
 """A scene, and an engine with its settings."""
+
+TRUE = frozenset(ENGINES.values())
+"""Engines whose motion is taken for the truth."""
 
 Progress = Callable[[int, int, str], None]
 """Called with how many are done, of how many, and which was the last."""
 
 
 def attribute_many(
-    pairs: Sequence[Pair],
-    *,
-    jobs: int = 1,
-    progress: Progress | None = None,
-    code_hash: str = "",
+    pairs: Sequence[Pair], *, jobs: int = 1, progress: Progress | None = None
 ) -> list[Attribution]:
     """Attribute the difference of each scene and engine, in their order.
 
@@ -41,8 +46,6 @@ def attribute_many(
         Processes. With more than one, guard a script with `if __name__ == "__main__"`.
     progress : callable, optional
         See `Progress`.
-    code_hash : str
-        Kept in the records.
 
     Raises
     ------
@@ -71,8 +74,56 @@ def attribute_many(
                     note(waiting[future], future.result())
             finally:
                 pool.shutdown(wait=True, cancel_futures=True)
-    found = (done[index] for index in range(len(pairs)))
-    return [replace(one, code_hash=code_hash) for one in found if one is not None]
+    return [one for index in range(len(pairs)) if (one := done[index]) is not None]
+
+
+def attribute_results(
+    results: ResultsFolder, *, jobs: int = 1, progress: Progress | None = None
+) -> list[Attribution]:
+    """Attribute every difference of a results folder, and write `attributions.jsonl` there.
+
+    Parameters are those of `attribute_many`. Those that an earlier call left there, of the very
+    same cases, are kept. Our engine and the certified one are left out: they are the truth.
+
+    Raises
+    ------
+    GhostballError
+        Where an attribution can't be computed, or nothing can be written.
+    """
+    wanted = [case for case in results.cases if case.outcome == "ran" and case.engine not in TRUE]
+    earlier = read_attributions(results.path)
+    kept = {
+        _key(case): one
+        for case in wanted
+        for one in earlier
+        if case.code_hash and belongs_to(one, case)
+    }
+    missing = [case for case in wanted if _key(case) not in kept]
+    pairs = [(case.load_scene(), case.label) for case in missing]
+    warm_up([scene for scene, _ in pairs])  # here, once: else each process would compile
+    codes = {_key(case): case.code_hash for case in missing}
+    for one in attribute_many(pairs, jobs=jobs, progress=progress):
+        kept[one.scene, one.label] = replace(one, code_hash=codes[one.scene, one.label])
+    found = [kept[_key(case)] for case in wanted if _key(case) in kept]
+    write_attributions(results.path, found)
+    return found
+
+
+def attributions_of(results: ResultsFolder) -> list[Attribution]:
+    """Return the attributions that a results folder holds of its very cases, in their order.
+
+    One of another version of the code or of the scene is none of them.
+    """
+    stored = {(one.scene, one.label): one for one in read_attributions(results.path)}
+    return [
+        one
+        for case in results.cases
+        if (one := stored.get(_key(case))) is not None and belongs_to(one, case)
+    ]
+
+
+def _key(case: CaseRecord) -> tuple[str, str]:
+    return case.scene, case.label
 
 
 def _one(pair: Pair) -> Attribution | None:
