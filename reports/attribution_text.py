@@ -17,7 +17,7 @@ def share_text(found: Attribution, part: Part | None) -> str:
     """Return a part's share of the difference; "" where it is none or its sign isn't known."""
     if part is None or found.difference is None or part.uncertainty >= found.difference:
         return ""
-    return f"{100.0 * part.share:.0f} %"
+    return f"{round(100.0 * part.share)} %"
 
 
 def order_text(found: Attribution) -> str:

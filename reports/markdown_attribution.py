@@ -21,13 +21,14 @@ CAPTION = "What the differences are made of, engine by engine"
 
 _MEANS = """\
 Difference = model + step + rounding. **Step** is what goes away as an engine's step goes to zero:
-its own step is halved three times or more, each from several start phases, and the limit is
-extrapolated with the order that fits. **Model** is what that limit still differs by: physics that
-the engine lacks or has otherwise. **Rounding** is what an ulp of the input does. Model and step add
-up as vectors; the percentages are their parts along the difference, so they add up to 100 %. Balls
-are compared where they end, as long as every run has the true collisions and the shot is
-predictable; else at the last instant of which both hold. **As a shot**: the change of the cue
-ball's speed and direction with which the true shot comes nearest to that outcome.\
+its own step is halved three times or more, begun at several phases, and the limit is extrapolated
+with the order that fits; its range holds every order that the phases don't exclude. **Model** is
+what that limit still differs by: physics that the engine lacks or has otherwise. **Rounding** is
+what an ulp of the input does. Model and step add up as vectors; the percentages are their parts
+along the difference, so they add up to 100 %. Balls are compared where they end, as long as every
+run has the true collisions and the shot is predictable; else at the last instant of which both
+hold. **As a shot**: the change of the cue ball's speed and direction with which the true shot comes
+nearest to that outcome.\
 """
 
 

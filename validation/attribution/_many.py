@@ -110,15 +110,19 @@ def attribute_results(
 
 
 def attributions_of(results: ResultsFolder) -> list[Attribution]:
-    """Return the attributions that a results folder holds of its very cases, in their order.
+    """Return the attributions that a results folder holds of its very cases, scene by scene.
 
     One of another version of the code or of the scene is none of them.
     """
     stored = {(one.scene, one.label): one for one in read_attributions(results.path)}
+    cases = {_key(case): case for case in results.cases}
     return [
         one
-        for case in results.cases
-        if (one := stored.get(_key(case))) is not None and belongs_to(one, case)
+        for scene in results.scene_names
+        for label in results.labels
+        if (one := stored.get((scene, label))) is not None
+        and (case := cases.get((scene, label))) is not None
+        and belongs_to(one, case)
     ]
 
 

@@ -41,7 +41,7 @@ class Plan:
         next one half of it.
     """
 
-    phases: tuple[int, ...] = (4, 3, 2, 1)
+    phases: tuple[int, ...] = (3, 2, 1, 1)
 
     @property
     def work(self) -> int:
