@@ -16,6 +16,7 @@ from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
 from reports import write_report
+from validation.attribution import attribute_results
 from validation.junit import write_junit
 from validation.library import Suite, select
 from validation.predictability import predictability_of, save_predictability
@@ -38,6 +39,7 @@ def run(
     report: bool,
     ensemble: int | None,
     ensemble_size: str | None,
+    attribute: bool,
 ) -> int:
     """Validate, and return the exit status; see the options of the command.
 
@@ -93,6 +95,12 @@ def run(
     if request is not None and not interrupted:
         beyond = _ensembles.run(request, scenes, specs, out, jobs=jobs, rerun=rerun)
         interrupted = beyond is ExitStatus.INTERRUPTED
+    if attribute and not interrupted:
+        try:
+            with counting("attributing") as count:
+                attribute_results(results, progress=count, jobs=jobs)
+        except KeyboardInterrupt:
+            interrupted = True
     if report and not interrupted:
         try:
             with counting("drawing") as count:

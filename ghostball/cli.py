@@ -236,6 +236,14 @@ def validate(
             "and y of each ball (m) (default: velocity=1e-3,position=1e-4).",
         ),
     ] = None,
+    attribute: Annotated[
+        bool,
+        typer.Option(
+            "--attribute",
+            help="Say also where each difference comes from: physics that an engine lacks, its "
+            "step, or rounding. Takes each engine to an eighth of its step: minutes.",
+        ),
+    ] = False,
 ) -> None:
     """Run scenes on several engines; say which are right."""
     from ghostball._validate import run  # noqa: PLC0415
@@ -260,8 +268,60 @@ def validate(
             report=report,
             ensemble=ensemble,
             ensemble_size=ensemble_size,
+            attribute=attribute,
         )
     )
+
+
+@app.command()
+@command
+def explain(
+    scene: Annotated[
+        str,
+        typer.Argument(
+            metavar="SCENE",
+            help="A shipped scene's name (`ghostball scenes` lists them), or a TOML file.",
+        ),
+    ],
+    engine: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME[:KEY=VALUE,...]",
+            help="The engine to explain, with settings as `ghostball engines` lists them, such as "
+            "pymunk:dt=1e-4.",
+        ),
+    ],
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object instead of text.")
+    ] = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Draw both shots over each other at the instant at which they part, with the "
+            "collisions marked (.png, .svg or .pdf).",
+        ),
+    ] = None,
+    attribute: Annotated[
+        bool,
+        typer.Option(
+            help="Say also what the difference is made of, and which other stroke would explain "
+            "it. Takes some dozens of runs, at down to an eighth of the step or less."
+        ),
+    ] = True,
+) -> None:
+    """Say where an engine's shot leaves the true one, and why.
+
+    The truth is certified where it can be. Named are the first collision that one of both lacks,
+    what the other has in its place, by how much, and the balls there; then what the difference is
+    made of (model, step, rounding), and by how much the engine played another shot. Exit status 0,
+    whether they part or not; 1 where the engine's run didn't end by itself.
+    """
+    if plot is not None:
+        _check_plot(plot)
+    from ghostball._explain import run  # noqa: PLC0415
+
+    raise typer.Exit(run(scene, engine, as_json=as_json, plot=plot, attribute=attribute))
 
 
 @app.command()

@@ -8,6 +8,7 @@ Importing this package loads no matplotlib: that waits for the first figure.
 """
 
 from reports.gallery_pictures import write_gallery
+from reports.parting_figure import plot_explanation
 from reports.plot import plot_result
 from reports.report import ReportError, write_report
 from reports.style import EngineStyle, engine_style
@@ -16,6 +17,7 @@ __all__ = [
     "EngineStyle",
     "ReportError",
     "engine_style",
+    "plot_explanation",
     "plot_result",
     "write_gallery",
     "write_report",

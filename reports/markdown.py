@@ -11,6 +11,7 @@ from typing import Any
 from reports import style
 from reports.counted import COUNTED_MEANS, counted_rows, unsolved
 from reports.figures.summary import independent_errors
+from reports.markdown_attribution import attribution_section
 from reports.markdown_ensembles import ensembles_section
 from reports.markdown_parts import (
     Drawn,
@@ -111,6 +112,7 @@ def report_text(
         parts += scene_section(results, scene, scenes.get(scene, {}))
     parts += predictability_section(results, whole.get("chaos"))
     parts += ensembles_section(results, ensembles)
+    parts += attribution_section(results, whole.get("attribution"))
     if physics:
         parts += ["## Laws of the game, from whole shots"]
         parts += [figure_link(PHYSICS_CAPTIONS[kind], path) for kind, path in physics.items()]

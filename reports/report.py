@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from engine import GhostballError
 from reports import style
+from reports.attribution_figure import draw_attribution
 from reports.chaos_figure import draw_chaos
 from reports.figures import SCENE_FIGURES, draw_accuracy, draw_ensemble, draw_verdicts
 from reports.markdown import report_text
@@ -46,6 +47,7 @@ WHOLE_FIGURES: dict[str, Callable[[ResultsFolder], Figure | None]] = {
     "accuracy": draw_accuracy,
     "chaos": draw_chaos,
     "scaling": draw_scaling,
+    "attribution": draw_attribution,
     **PHYSICS_FIGURES,
     **PAPER_FIGURES,
 }

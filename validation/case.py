@@ -74,7 +74,7 @@ def run_case(case: Case) -> tuple[CaseRecord, Motion | None]:
         record = replace(
             record,
             settings=plain_settings(engine),
-            approximations=_approximations(engine, case.scene),
+            approximations=approximations_of(engine, case.scene),
         )
         result = engine.simulate(case.scene, record="trajectory")
         check_result(result, case.scene, record.engine)
@@ -118,7 +118,8 @@ def plain_settings(engine: ReferenceEngine) -> dict[str, Any]:
     return engine.settings.model_dump(mode="json")
 
 
-def _approximations(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
+def approximations_of(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
+    """Return what of a scene an engine represents only approximately, one sentence each."""
     capabilities = engine.capabilities
     return tuple(
         f"{feature.value}: {capabilities[feature].how}"

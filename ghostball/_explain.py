@@ -1,0 +1,223 @@
+"""What `ghostball explain` does: compute, draw, and say it in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from pydantic_core import to_json
+from rich import box
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from engine.result import initial_state
+from engine.trajectory import energy_of
+from ghostball._terminal import ExitStatus, busy, say, stdout
+from reference_adapters import make_engine
+from reports import plot_explanation, style
+from reports.attribution_text import (
+    TRUTHS,
+    backward_text,
+    compared_text,
+    order_text,
+    part_text,
+    share_text,
+)
+from validation.attribution import Attribution
+from validation.explanation import Explanation, Margin, explain
+from validation.library import find_scene
+from validation.parting import Collision
+
+NAMES = {"truth": "in truth", "engine": "in {label}"}
+
+
+def run(scene: str, engine: str, *, as_json: bool, plot: Path | None, attribute: bool) -> int:
+    """Explain, and return the exit status; see the options of the command.
+
+    Raises
+    ------
+    GhostballError
+        Where the scene or the engine is unknown, the engine can't represent the scene, or there is
+        nothing to explain.
+    """
+    made, shot = make_engine(engine), find_scene(scene)
+    what = "a ladder of steps" if attribute else "one run"
+    with busy(f"explaining {shot.name} on {engine}: the truth, and {what}"):
+        explanation = explain(shot, made, label=engine, attributed=attribute)
+    if plot is not None:
+        with busy(f"drawing {plot}"):
+            plot_explanation(explanation, plot)
+    if as_json:
+        # JSON has no NaN or infinity: where an engine blew up, null stands for them.
+        print(to_json(explanation.to_dict(), inf_nan_mode="null").decode())
+    else:
+        console = stdout()
+        for part in parts_of(explanation):
+            console.print(part, soft_wrap=not isinstance(part, Group | Table))
+        if plot is not None:
+            console.print(f"drawn in {plot}", soft_wrap=True, markup=False)
+    status = explanation.result.status
+    if not status.complete:
+        why = explanation.result.reason or status.value
+        say(f"[bold red]not complete:[/] {escape(why)}")
+        return ExitStatus.CHECK_FAILED
+    return ExitStatus.PASSED
+
+
+def parts_of(explanation: Explanation) -> Iterator[RenderableType]:
+    """Yield what is printed, from the first line to the last."""
+    known = explanation.known
+    heading = Text(explanation.scene.name, style="bold")
+    heading.append(f" on {explanation.label}, against {TRUTHS[known.kind]}", style="not bold")
+    if known.why:
+        heading.append(f" (not certified: {known.why})", style="dim not bold")
+    yield heading
+    yield Text()
+    if explanation.parting is None:
+        yield from _together(explanation)
+    else:
+        yield from _apart(explanation)
+    if explanation.attribution is not None:
+        yield Text()
+        yield Text("Where the difference comes from", style="bold")
+        yield _attribution_table(explanation.attribution)
+
+
+def _agreed(explanation: Explanation) -> str:
+    count = len(explanation.agreement.before)
+    if not count:
+        return "No collision comes before that in both"
+    text = "1 collision is" if count == 1 else f"{count} collisions are"
+    if explanation.parting is not None:
+        text = f"Until they part, {text}"
+    latest = explanation.latest
+    assert latest is not None
+    event, late = latest
+    name = event.describe(explanation.scene)
+    return f"{text} the same for every ball; the times differ most of {name}: {_late(late)}"
+
+
+def _late(seconds: float) -> str:
+    if seconds == 0.0:
+        return "at the same instant"
+    return f"{style.format_time(abs(seconds))} {'late' if seconds > 0.0 else 'early'}"
+
+
+def _together(explanation: Explanation) -> Iterator[RenderableType]:
+    yield Text("Nothing parts: every ball has the same collisions in both.")
+    if explanation.agreement.pairs:
+        yield Text(f"{_agreed(explanation)}.")
+    if not explanation.result.status.complete:
+        return  # where its balls are then is no end
+    distances = explanation.rest_distances
+    ball = int(distances.argmax())
+    late = explanation.rest_time_difference
+    yield Text(
+        f'Largest difference at the end: "{explanation.scene.balls[ball].id}", '
+        f"{style.format_length(float(distances[ball]))} off; the last ball rests {_late(late)}."
+    )
+    energies = [
+        float(energy_of(explanation.scene, state).total[0])
+        for state in (
+            initial_state(explanation.scene),
+            explanation.known.result.final_state,
+            explanation.result.final_state,
+        )
+    ]
+    if energies[1] > 1e-12 * energies[0]:
+        yield Text(
+            f"Energy at the end: {energies[2]:.6g} J, in truth {energies[1]:.6g} J, "
+            f"of {energies[0]:.6g} J."
+        )
+
+
+def _apart(explanation: Explanation) -> Iterator[RenderableType]:
+    parting = explanation.parting
+    assert parting is not None
+    yield Text(f"{_agreed(explanation)}.")
+    yield Text(f"They part at t = {parting.t:.9g} s:", style="bold")
+    table = Table(box=None, show_header=False, padding=(0, 2))
+    table.add_row("  in truth", _event_text(explanation, parting.true, explanation.label))
+    table.add_row(f"  in {explanation.label}", _event_text(explanation, parting.other, "truth"))
+    yield table
+    yield Text("By how much:")
+    for margin in explanation.margins:
+        yield Text(f"  {_margin_text(explanation, margin)}")
+    yield Text("The balls there:")
+    yield _balls_table(explanation)
+
+
+def _event_text(explanation: Explanation, one: Collision | None, instead_of: str) -> str:
+    if one is None:
+        return f"nothing more for these balls, which collide in {instead_of}"
+    return f"{one.describe(explanation.scene)} at t = {one.t:.9g} s"
+
+
+def _margin_text(explanation: Explanation, margin: Margin) -> str:
+    where = NAMES[margin.run].format(label=explanation.label)
+    event = margin.event.describe(explanation.scene)
+    length = f"{style.format_length(margin.length)} ({margin.ulps:.2g} ulps)"
+    if margin.what == "miss":
+        return f"{where}, {event}: a path would have to be {length} off for it to be missed"
+    if margin.what == "hit":
+        first, what = event.split(" hits ", 1)
+        return f"{where}, {first} comes no nearer to {what} than {length}"
+    assert margin.seconds is not None
+    return (
+        f"{where}, {event} {style.format_time(margin.seconds)} before what the other has; it would "
+        f"come after that from {length} farther off"
+    )
+
+
+def _balls_table(explanation: Explanation) -> Table:
+    table = Table(box=box.SIMPLE_HEAD)
+    for heading in (
+        "ball",
+        "apart",
+        "x, y in truth [m]",
+        f"x, y in {explanation.label} [m]",
+        "velocity in truth [m/s]",
+        f"velocity in {explanation.label} [m/s]",
+    ):
+        table.add_column(escape(heading), justify="left" if heading == "ball" else "right")
+    for one in explanation.states:
+        vectors = (one.true_position, one.position, one.true_velocity, one.velocity)
+        shown = (f"{x:.6f}, {y:.6f}" for x, y in vectors)
+        table.add_row(escape(one.ball), style.format_length(one.distance), *shown)
+    return table
+
+
+def _attribution_table(found: Attribution) -> RenderableType:
+    table = Table(box=None, show_header=False, padding=(0, 2))
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(overflow="fold")
+    when = compared_text(found) + (f" ({found.until})" if found.until else "")
+    if found.difference is not None:
+        table.add_row("difference", f"{style.format_length(found.difference)} {when}")
+    if found.reason:
+        table.add_row("", escape(f"{found.outcome}: {found.reason}"))
+    for name, part in (("model", found.model), ("step", found.discretisation)):
+        if part is not None:
+            share = share_text(found, part)
+            of = f", {share} of it" if share else ""
+            table.add_row(name, f"{part_text(part)}{of}{_of(found, name)}")
+    if found.rounding is not None:
+        text = f"an ulp of the input moves a ball by {style.format_length(found.rounding)}"
+        table.add_row("rounding", text)
+    if found.approximations:
+        table.add_row("approximates", escape("\n".join(found.approximations)))
+    if stroke := backward_text(found):
+        table.add_row("as a shot", escape(stroke))
+    return table
+
+
+def _of(found: Attribution, name: str) -> str:
+    """Say what belongs to a part: of the step, its order."""
+    if name == "model" or found.step is None:
+        return "" if found.step is not None else " (no step to halve)"
+    ladder = f"{style.format_time(found.step)} and {len(found.phases) - 1} halvings"
+    if found.flat:
+        return f": the step doesn't matter ({ladder})"
+    return f"; falls with order {order_text(found)} ({ladder})"

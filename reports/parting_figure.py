@@ -1,0 +1,202 @@
+"""Draw where an engine's shot and the true one part: what `ghostball explain --plot` writes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import CUSHIONS, EventKind, GhostballError, Result
+from reports import style
+from reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
+from reports.plot import ENDINGS
+from validation.explanation import Explanation
+from validation.parting import Collision
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+
+WIDTH = 9.6
+TRAIL_TIMES = 601
+"""Points of a trail: a bend of the path is then within a millimetre of where it is."""
+
+CLOSE_UP = 3.2
+"""Half the width of the close-up, in radii of the largest ball."""
+
+TRUE_LOOK: dict[str, Any] = {"color": style.BLACK, "linewidth": 4.0, "alpha": 0.25, "zorder": 2}
+
+
+def plot_explanation(explanation: Explanation, path: str | Path) -> Path:
+    """Draw both shots at the instant at which they part: the table, and a close-up.
+
+    Parameters
+    ----------
+    explanation : Explanation
+    path : path
+        Where to write; its ending, .png, .svg or .pdf, is the format.
+
+    Raises
+    ------
+    GhostballError
+        Where the ending is another, or the file can't be written.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in ENDINGS:
+        raise GhostballError(
+            f"`path` must end in {', '.join(ENDINGS)}, got {target.name!r}: the ending says the "
+            "format"
+        )
+    with style.drawing():
+        figure = draw_explanation(explanation)
+        try:
+            style.save_one(figure, target)
+        except OSError as error:
+            raise GhostballError(
+                f"{target}: can't write the figure: {error.strerror or error}. Choose another file"
+            ) from error
+    return target
+
+
+def draw_explanation(explanation: Explanation) -> Figure:
+    """Draw both shots, until they part or to their ends; the balls as they are then."""
+    t = _instant(explanation)
+    scene, look = explanation.scene, style.engine_style(explanation.label)
+    runs = (explanation.known.result, explanation.result)
+    trails = [run.sample(np.linspace(0.0, t, TRAIL_TIMES)).positions for run in runs]
+    view = view_of(scene, *trails, needed=trails[0][-1])
+    height = float(np.clip(0.64 * (WIDTH - 1.0) * aspect_of(view), 2.4, 5.0))
+    figure = style.new_figure(WIDTH, height + 1.25)
+    left, right = figure.subplots(1, 2, width_ratios=[1.9, 1.0])
+    close = _close_up(explanation, trails)
+    for axes, shown in ((left, view), (right, close)):
+        draw_table(axes, scene, shown)
+        _draw_shots(axes, explanation, trails)
+    right.set_ylabel("")
+    _mark(left, explanation, size=9.0)
+    _mark(right, explanation, size=15.0)
+    _name_balls(right, explanation, trails, close)
+    left.set_title(f"at t = {t:.6g} s", fontsize=9.5)
+    right.set_title("close up", fontsize=9.5)
+    _add_legend(figure, explanation)
+    style.set_title(figure, _title(explanation, look.name))
+    return figure
+
+
+def _instant(explanation: Explanation) -> float:
+    """When to draw the balls [s]: where the shots part, else when both are over."""
+    if explanation.parting is not None:
+        return explanation.parting.t
+    return max(explanation.known.result.rest_time, explanation.result.rest_time)
+
+
+def _title(explanation: Explanation, engine: str) -> str:
+    parting = explanation.parting
+    if parting is None:
+        return f"{explanation.scene.name}: {engine} and the truth have the same collisions"
+    scene = explanation.scene
+    true, other = (
+        "nothing more" if one is None else one.describe(scene)
+        for one in (parting.true, parting.other)
+    )
+    return f"{scene.name}: in truth {true}; in {engine} {other}"
+
+
+def _draw_shots(axes: Axes, explanation: Explanation, trails: list[FloatArray]) -> None:
+    """Draw the trails and the balls of both; truth as rings over a grey band."""
+    scene, look = explanation.scene, style.engine_style(explanation.label)
+    for ball, radius in enumerate(scene.radii):
+        axes.plot(*trails[0][:, ball, :2].T, solid_capstyle="butt", **TRUE_LOOK)
+        axes.plot(*trails[1][:, ball, :2].T, color=look.colour, linewidth=1.1, zorder=3)
+        disc = {"facecolor": look.colour, "alpha": 0.3, "linewidth": 0.0, "zorder": 3.5}
+        draw_ball(axes, trails[1][-1, ball], radius, **disc)
+        ring = {"fill": False, "edgecolor": style.BLACK, "linewidth": 1.2, "zorder": 4}
+        draw_ball(axes, trails[0][-1, ball], radius, **ring)
+        edge = {"fill": False, "edgecolor": look.colour, "linewidth": 1.0, "zorder": 4.1}
+        draw_ball(axes, trails[1][-1, ball], radius, linestyle="--", **edge)
+
+
+def _mark(axes: Axes, explanation: Explanation, size: float) -> None:
+    """Mark where each of the two collisions is."""
+    parting = explanation.parting
+    if parting is None:
+        return
+    colour = style.engine_style(explanation.label).colour
+    marks = ((parting.true, 0, "+", style.BLACK), (parting.other, 1, "x", colour))
+    for one, run, marker, edge in marks:
+        if one is None:
+            continue
+        x, y = _point(explanation, (explanation.known.result, explanation.result)[run], one)
+        axes.plot(x, y, marker=marker, color=edge, markersize=size, markeredgewidth=1.8, zorder=6)
+
+
+def _point(explanation: Explanation, run: Result, one: Collision) -> FloatArray:
+    """Return where a collision of a run touches, (2,) [m]."""
+    scene = explanation.scene
+    centres = run.sample([min(one.t, run.rest_time)]).positions[0, :, :2]
+    if one.kind is EventKind.BALL_BALL:
+        a, b = scene.radii[one.a], scene.radii[one.b]
+        between: FloatArray = (b * centres[one.a] + a * centres[one.b]) / (a + b)
+        return between
+    outwards = {"left": (-1, 0), "right": (1, 0), "bottom": (0, -1), "top": (0, 1)}
+    touch: FloatArray = centres[one.a] + scene.radii[one.a] * np.array(outwards[CUSHIONS[one.b]])
+    return touch
+
+
+def _close_up(explanation: Explanation, trails: list[FloatArray]) -> View:
+    """Return what the close-up shows: the first collision, else the ball that ends farthest off."""
+    scene, parting = explanation.scene, explanation.parting
+    reach = CLOSE_UP * float(scene.radii.max())
+    if parting is None:
+        ball = int(np.argmax(explanation.rest_distances))
+        x, y = 0.5 * (trails[0][-1, ball, :2] + trails[1][-1, ball, :2])
+        reach = max(reach, 0.7 * float(explanation.rest_distances[ball]))
+    else:
+        run = explanation.known.result if parting.first is parting.true else explanation.result
+        x, y = _point(explanation, run, parting.first)
+    return float(x) - reach, float(x) + reach, float(y) - reach, float(y) + reach
+
+
+def _name_balls(axes: Axes, explanation: Explanation, trails: list[FloatArray], view: View) -> None:
+    from matplotlib.patheffects import withStroke  # noqa: PLC0415
+
+    left, right, bottom, top = view
+    for ball, one in enumerate(explanation.scene.balls):
+        x, y = trails[0][-1, ball, :2]
+        if left < x < right and bottom < y < top:
+            text = axes.text(x, y, one.id, fontsize=8.5, ha="center", va="center", zorder=7)
+            text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
+
+
+def _add_legend(figure: Figure, explanation: Explanation) -> None:
+    from matplotlib.lines import Line2D  # noqa: PLC0415
+
+    look = style.engine_style(explanation.label)
+    handles = [
+        Line2D([], [], label=f"truth ({explanation.known.kind})", **TRUE_LOOK),
+        Line2D([], [], color=look.colour, linewidth=1.1, label=look.name),
+    ]
+    parting = explanation.parting
+    marks: list[tuple[str, str, Collision | None, str]] = []
+    if parting is not None:
+        marks.append(("+", style.BLACK, parting.true, "in truth"))
+        marks.append(("x", look.colour, parting.other, f"in {look.name}"))
+    handles += [
+        Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker=marker,
+            color=colour,
+            markersize=9,
+            markeredgewidth=1.8,
+            label=f"{where}: {one.describe(explanation.scene)}",
+        )
+        for marker, colour, one, where in marks
+        if one is not None
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)

@@ -1,0 +1,113 @@
+"""`ghostball explain`: what it says, what it draws, and the exit status of bad input."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from ghostball.cli import app
+
+
+@pytest.fixture
+def cli(monkeypatch):
+    """Run a command in this process, with lines of a length of its own."""
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*arguments):
+        return CliRunner().invoke(app, ["explain", *map(str, arguments)])
+
+    return run
+
+
+def test_where_two_shots_part(cli, tmp_path):
+    picture = tmp_path / "parting.png"
+    found = cli("break-7", "--engine", "pymunk", "--no-attribute", "--plot", picture)
+    assert found.exit_code == 0, found.output
+    for part in (
+        "break-7 on pymunk, against the certified shot",
+        "They part at t = 0.62675331",
+        '"1" hits "3" at t =',
+        '"3" hits "5" at t =',
+        "ulps",
+        "before what the other has",
+        "comes no nearer to",
+        "velocity in truth",
+        f"drawn in {picture}",
+    ):
+        assert part in found.stdout
+    assert "Where the difference comes from" not in found.stdout
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_where_nothing_parts(cli):
+    found = cli("half-ball-cut", "--engine", "paper-discrete")
+    assert found.exit_code == 0, found.output
+    for part in (
+        "Nothing parts",
+        '"cue" hits "object": 11.5 ms late',
+        "92.9 mm off",
+        "Where the difference comes from",
+        "falls with order",
+        "as if played 0.36° to the right",
+        "semi-implicit Euler",
+    ):
+        assert part in found.stdout
+
+
+def test_json_is_one_object(cli):
+    found = cli("stop", "--engine", "paper-continuous", "--json")
+    assert found.exit_code == 0, found.output
+    data = json.loads(found.stdout)
+    assert data["schema"] == 1
+    assert data["parting"] is None
+    assert data["attribution"]["outcome"] == "attributed"
+    assert data["attribution"]["backward"]["ball"] == "cue"
+    assert found.stdout.count("\n") == 1
+
+
+STILL = 'schema = 1\nname = "still"\n[[balls]]\nid = "a"\nposition = [0.0, 0.0]\n'
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["nosuch", "--engine", "pymunk"], 'unknown scene "nosuch"'),
+        (["stop", "--engine", "pymnk"], "Did you mean `pymunk`?"),
+        (["stop", "--engine", "pymunk:dt=-1"], "`dt` of engine `pymunk`"),
+        (["sliding-stun", "--engine", "paper-discrete"], "no sliding that turns into rolling"),
+        (["stop", "--engine", "certified"], "`certified` is the truth"),
+        (["mathavan-cut", "--engine", "ghostball"], "is itself the truth"),
+        (["still.toml", "--engine", "pymunk"], "nothing moves"),
+        (["stop", "--engine", "pymunk", "--plot", "shot.bmp"], "must end in"),
+        (["stop"], "--engine"),
+    ],
+)
+def test_bad_input_is_refused(cli, tmp_path, monkeypatch, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "still.toml").write_text(STILL)
+    found = cli(*arguments)
+    assert found.exit_code == 2, found.output
+    assert said in found.stderr
+    assert found.stdout == ""
+    assert "Traceback" not in found.stderr
+
+
+def test_a_run_that_does_not_end_fails(cli):
+    found = cli("stop", "--engine", "pymunk:max_time=0.5", "--no-attribute")
+    assert found.exit_code == 1
+    assert "not complete" in found.stderr
+    assert "off;" not in found.stdout
+
+
+def test_validate_writes_attributions_and_the_report_has_them(tmp_path):
+    folder = tmp_path / "out"
+    found = CliRunner().invoke(
+        app,
+        [
+            *("validate", "stop", "--engines", "ghostball,paper-discrete", "--attribute"),
+            *("--out", str(folder)),
+        ],
+    )
+    assert found.exit_code in (0, 1), found.output
+    assert len((folder / "attributions.jsonl").read_text().splitlines()) == 1
+    assert "## Where differences come from" in (folder / "report.md").read_text()

@@ -1,0 +1,52 @@
+"""The picture of where two shots part."""
+
+import pytest
+
+from engine import GhostballError
+from reference_adapters import make_engine
+from reports import plot_explanation, style
+from reports.parting_figure import draw_explanation
+from validation import find_scene
+from validation.explanation import explain
+
+
+@pytest.fixture(scope="module")
+def parted():
+    return explain(find_scene("break-7"), make_engine("pymunk"), label="pymunk", attributed=False)
+
+
+def test_both_collisions_are_marked_and_all_balls_drawn(parted):
+    with style.drawing():
+        figure = draw_explanation(parted)
+    table, close = figure.axes
+    for axes in (table, close):
+        markers = [line.get_marker() for line in axes.lines if line.get_marker() in ("+", "x")]
+        assert markers == ["+", "x"]
+    # Of each ball a ring, a disc and its edge.
+    circles = [patch for patch in table.patches if type(patch).__name__ == "Circle"]
+    assert len(circles) == 3 * 7
+    assert '"1" hits "3"' in figure.get_suptitle()
+    left, right = close.get_xlim()
+    bottom, top = close.get_ylim()
+    mark = next(line for line in close.lines if line.get_marker() == "+")
+    (x,), (y,) = mark.get_data()
+    assert (left + right) / 2 == pytest.approx(x)
+    assert (bottom + top) / 2 == pytest.approx(y)
+
+
+def test_where_nothing_parts_the_ends_are_drawn(tmp_path):
+    found = explain(find_scene("half-ball-cut"), make_engine("paper-discrete"), attributed=False)
+    with style.drawing():
+        figure = draw_explanation(found)
+    assert "the same collisions" in figure.get_suptitle()
+    for ending in ("png", "svg"):
+        target = tmp_path / f"cut.{ending}"
+        assert plot_explanation(found, target) == target
+        assert target.stat().st_size > 1000
+
+
+def test_another_ending_or_an_unwritable_file_is_refused(parted, tmp_path):
+    with pytest.raises(GhostballError, match="must end in"):
+        plot_explanation(parted, tmp_path / "shot.bmp")
+    with pytest.raises(GhostballError, match="can't write"):
+        plot_explanation(parted, tmp_path / "nowhere" / "shot.png")

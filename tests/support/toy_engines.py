@@ -1,0 +1,102 @@
+"""Engines whose every error is known: our engine's answer, displaced by what a test plants."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from engine import Ball, Scene, simulate
+from engine.features import EXACT, Feature
+from reference_adapters import EngineBase, EngineSettings
+from validation.attribution._backward import changed_shot
+
+
+def roll(**changes) -> Scene:
+    """One ball that rolls to rest on an unbounded cloth."""
+    cue = Ball(id="cue", position=(0.5, 0.25), velocity=(1.0, 0.5))
+    return Scene(**{"name": "roll", "balls": [cue], **changes})
+
+
+def cut(**changes) -> Scene:
+    """A half-ball cut on an unbounded cloth."""
+    balls = [
+        Ball(id="cue", position=(0.5, 0.6), velocity=(1.0, 0.0)),
+        Ball(id="object", position=(1.0, 0.628)),
+    ]
+    return Scene(**{"name": "cut", "balls": balls, **changes})
+
+
+class ToySettings(EngineSettings):
+    """`dt` is the step; the others are what is planted."""
+
+    dt: float = 0.01
+    model: float = 0.0
+    """Displaces every ball along x [m], whatever the step."""
+    slope: float = 0.0
+    """Displaces every ball along y by slope dt^order [m]."""
+    order: float = 1.0
+    sawtooth: float = 0.0
+    """Displaces every ball along y by sawtooth times what is left of the step at 0.1 s [m/s]."""
+    wobble: float = 0.0
+    """Displaces every ball along y by this, up or down with each halving [m]."""
+
+
+class ToyEngine(EngineBase):
+    """Our engine with errors planted."""
+
+    name: ClassVar[str] = "toy"
+    Settings: ClassVar[type[EngineSettings]] = ToySettings
+
+    @property
+    def capabilities(self):
+        return dict.fromkeys(Feature, EXACT)
+
+    def simulate(self, scene, *, record="rest"):
+        self.check(scene)
+        s = self.settings
+        # Since when the scene's own start was, for a shot that was begun earlier: from its speed.
+        lead = (scene.balls[0].speed - np.hypot(1.0, 0.5)) / (0.02 * 9.81) if s.sawtooth else 0.0
+        late = s.dt - (0.1 + lead) % s.dt
+        shift = np.array([s.model, s.slope * s.dt**s.order + s.sawtooth * late, 0.0])
+        shift[1] += s.wobble * (-1) ** round(np.log2(0.01 / s.dt))
+        result = simulate(scene, record=record)
+        state = result.final_state
+        moved = state._replace(positions=state.positions + shift)
+        return replace(result, engine=self.name, settings={"dt": s.dt}, final_state=moved)
+
+
+class NoSettings(EngineSettings):
+    """Nothing to set: no step."""
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A change of the cue ball's speed, relative, and direction [rad]."""
+
+    speed: float = 0.0
+    turn: float = 0.0
+
+
+class OtherShotEngine(EngineBase):
+    """Our engine, playing the shot with another stroke."""
+
+    name: ClassVar[str] = "other-shot"
+    Settings: ClassVar[type[EngineSettings]] = NoSettings
+    stroke = Stroke()
+
+    @property
+    def capabilities(self):
+        return dict.fromkeys(Feature, EXACT)
+
+    def simulate(self, scene, *, record="rest"):
+        self.check(scene)
+        played = changed_shot(scene, 0, self.stroke.speed, self.stroke.turn)
+        result = simulate(played, record=record)
+        return replace(result, engine=self.name, settings={}, scene=scene)
+
+
+def other_shot(speed: float = 0.0, turn: float = 0.0) -> OtherShotEngine:
+    """An engine that plays with another stroke."""
+    engine = OtherShotEngine()
+    engine.stroke = Stroke(speed, turn)
+    return engine

@@ -1,0 +1,35 @@
+"""Where a difference comes from: the engine's model, its step, rounding; and its backward error.
+
+    >>> from validation.attribution import attribute
+    >>> attribute(scene, make_engine("pymunk")).discretisation
+
+difference = model + discretisation + rounding: what the engine's physics lacks, what goes away as
+its step goes to zero, and what an ulp of the input does.
+"""
+
+from validation.attribution._attribute import attribute
+from validation.attribution._backward import BackwardError, NoCueBallError, backward_error
+from validation.attribution._file import (
+    ATTRIBUTIONS_FILE,
+    read_attributions,
+    write_attributions,
+)
+from validation.attribution._many import attribute_many, attribute_results, attributions_of
+from validation.attribution._runs import Plan
+from validation.attribution.records import Attribution, Part
+
+__all__ = [
+    "ATTRIBUTIONS_FILE",
+    "Attribution",
+    "BackwardError",
+    "NoCueBallError",
+    "Part",
+    "Plan",
+    "attribute",
+    "attribute_many",
+    "attribute_results",
+    "attributions_of",
+    "backward_error",
+    "read_attributions",
+    "write_attributions",
+]

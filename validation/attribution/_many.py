@@ -1,0 +1,145 @@
+"""Attribute many differences, in several processes."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
+from functools import lru_cache
+
+from engine import Scene, UnsupportedSceneError, warm_up
+from reference_adapters import make_engine
+from reference_adapters.registry import EngineUnavailableError
+from validation.attribution._attribute import attribute
+from validation.attribution._file import (
+    belongs_to,
+    read_attributions,
+    scene_hash,
+    write_attributions,
+)
+from validation.attribution.records import Attribution
+from validation.known_shot import ENGINES, KnownShot, known_shot
+from validation.store import CaseRecord, ResultsFolder
+
+Pair = tuple[Scene, str]
+"""A scene, and an engine with its settings."""
+
+TRUE = frozenset(ENGINES.values())
+"""Engines whose motion is taken for the truth."""
+
+Progress = Callable[[int, int, str], None]
+"""Called with how many are done, of how many, and which was the last."""
+
+
+def attribute_many(
+    pairs: Sequence[Pair], *, jobs: int = 1, progress: Progress | None = None
+) -> list[Attribution]:
+    """Attribute the difference of each scene and engine, in their order.
+
+    Parameters
+    ----------
+    pairs : sequence of (Scene, str)
+        Those that an engine can't represent, or whose engine can't run here, are left out of what
+        is returned.
+    jobs : int
+        Processes. With more than one, guard a script with `if __name__ == "__main__"`.
+    progress : callable, optional
+        See `Progress`.
+
+    Raises
+    ------
+    GhostballError
+        Where an engine is unknown, or a scene has no truth.
+    """
+    done: dict[int, Attribution | None] = {}
+
+    def note(index: int, found: Attribution | None) -> None:
+        done[index] = found
+        if progress is not None:
+            scene, label = pairs[index]
+            progress(len(done), len(pairs), f"{scene.name} on {label}")
+
+    if jobs == 1 or len(pairs) < 2:
+        for index, pair in enumerate(pairs):
+            note(index, _one(pair))
+    else:
+        # Not fork: pybullet's and numba's threads and locks don't survive it. Nor threads: the
+        # precision of ball arithmetic belongs to the process.
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(min(jobs, len(pairs)), mp_context=context) as pool:
+            waiting = {pool.submit(_one, pair): index for index, pair in enumerate(pairs)}
+            try:
+                for future in as_completed(waiting):
+                    note(waiting[future], future.result())
+            finally:
+                pool.shutdown(wait=True, cancel_futures=True)
+    return [one for index in range(len(pairs)) if (one := done[index]) is not None]
+
+
+def attribute_results(
+    results: ResultsFolder, *, jobs: int = 1, progress: Progress | None = None
+) -> list[Attribution]:
+    """Attribute every difference of a results folder, and write `attributions.jsonl` there.
+
+    Parameters are those of `attribute_many`. Those that an earlier call left there, of the very
+    same cases, are kept. Our engine and the certified one are left out: they are the truth.
+
+    Raises
+    ------
+    GhostballError
+        Where an attribution can't be computed, or nothing can be written.
+    """
+    wanted = [case for case in results.cases if case.outcome == "ran" and case.engine not in TRUE]
+    earlier = read_attributions(results.path)
+    kept = {
+        _key(case): one
+        for case in wanted
+        for one in earlier
+        if case.code_hash and belongs_to(one, case)
+    }
+    missing = [case for case in wanted if _key(case) not in kept]
+    pairs = [(case.load_scene(), case.label) for case in missing]
+    warm_up([scene for scene, _ in pairs])  # here, once: else each process would compile
+    codes = {_key(case): case.code_hash for case in missing}
+    for one in attribute_many(pairs, jobs=jobs, progress=progress):
+        kept[one.scene, one.label] = replace(one, code_hash=codes[one.scene, one.label])
+    found = [kept[_key(case)] for case in wanted if _key(case) in kept]
+    write_attributions(results.path, found)
+    return found
+
+
+def attributions_of(results: ResultsFolder) -> list[Attribution]:
+    """Return the attributions that a results folder holds of its very cases, scene by scene.
+
+    One of another version of the code or of the scene is none of them.
+    """
+    stored = {(one.scene, one.label): one for one in read_attributions(results.path)}
+    cases = {_key(case): case for case in results.cases}
+    return [
+        one
+        for scene in results.scene_names
+        for label in results.labels
+        if (one := stored.get((scene, label))) is not None
+        and (case := cases.get((scene, label))) is not None
+        and belongs_to(one, case)
+    ]
+
+
+def _key(case: CaseRecord) -> tuple[str, str]:
+    return case.scene, case.label
+
+
+def _one(pair: Pair) -> Attribution | None:
+    scene, label = pair
+    try:
+        engine = make_engine(label)
+        engine_can = attribute(scene, engine, label=label, known=_known(scene))
+    except (UnsupportedSceneError, EngineUnavailableError):
+        return None  # the results say so, with the reason
+    return replace(engine_can, definition_hash=scene_hash(scene))
+
+
+@lru_cache(maxsize=2)
+def _known(scene: Scene) -> KnownShot:
+    return known_shot(scene)
