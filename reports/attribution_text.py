@@ -5,7 +5,6 @@ from __future__ import annotations
 from reports import style
 from validation.attribution import Attribution, BackwardError, Part
 
-
 TOLD = 1.0
 """Widest range of orders that still tells one from the next."""
 
