@@ -7,7 +7,8 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from engine.errors import GhostballError
 from engine.scene import CUSHIONS, Scene
 from engine.trajectory import Energy, ExactTrajectory, Samples, Trajectory, energy_of
+
+if TYPE_CHECKING:
+    from engine.sensitivity import TangentMap
 
 Record = Literal["rest", "events", "trajectory"]
 """What to keep: the end only; every event too; whatever is needed to sample the motion, too."""
@@ -158,6 +162,73 @@ class Result:
         """
         return self._exact("phases").phases(_instants(times))
 
+    def sensitivity(self, times: ArrayLike) -> NDArray[np.float64]:
+        """Return how far rounding displaces each ball by `times`, over 2^-53: (k, n) float64 [m].
+
+        The root mean square of what becomes of rounding the state once at the start and at each
+        event, to first order: double precision can't tell positions better than 2^-53 times this.
+        Infinite where no derivative exists: after collisions of one ball at one instant, and after
+        sustained contact. See `engine.sensitivity`.
+
+        Parameters are those of `sample`.
+
+        Raises
+        ------
+        GhostballError
+            Where the run recorded nothing, or the engine records frames instead of exact motion.
+        """
+        return self.rounding.growth(_instants(times))
+
+    def horizon(self, tolerance: float = 1e-3, error: float | None = None) -> float:
+        """Return the predictability horizon [s]: until when errors stay within a tolerance.
+
+        Parameters
+        ----------
+        tolerance : float [m]
+        error : float, optional
+            Relative size of the error that is made at the start and at each event; if left out,
+            32 times that of rounding, within which our engine stays.
+
+        Returns
+        -------
+        float [s]
+            The first instant at which error times `sensitivity` exceeds the tolerance for a ball;
+            inf where that never happens.
+
+        Raises
+        ------
+        GhostballError
+            As `sensitivity`; or where an argument isn't a positive number.
+        """
+        from engine import sensitivity  # noqa: PLC0415 - loads the compiler
+
+        error = sensitivity.QUALITY * sensitivity.ROUNDING if error is None else error
+        for name, value in (("tolerance", tolerance), ("error", error)):
+            if not (math.isfinite(value) and value > 0.0):
+                raise GhostballError(f"`{name}` must be a positive number, got {value!r}")
+        events = self._exact_events("horizon")
+        knots = np.unique(np.append(0.0, events["t"]))
+        return sensitivity.horizon_of(self.rounding, knots, tolerance, error)
+
+    def tangent(self, directions: ArrayLike) -> TangentMap:
+        """Return what becomes of small changes of the first state; see `sensitivity.tangent_of`.
+
+        Parameters
+        ----------
+        directions : (m, n, 7) float64
+            Each a change of every ball's position x, y [m], velocity x, y [m/s] and angular
+            velocity x, y, z [rad/s].
+
+        Raises
+        ------
+        GhostballError
+            As `sensitivity`; or where `directions` has another shape, or isn't finite.
+        """
+        from engine.sensitivity import tangent_of  # noqa: PLC0415 - loads the compiler
+
+        events = self._exact_events("tangent map")
+        return tangent_of(self.scene, self._exact("tangent map"), events, directions)
+
     def to_dict(self) -> dict[str, Any]:
         """Return the result as plain values, the object that `simulate --json` prints."""
         start = energy_of(self.scene, initial_state(self.scene))
@@ -183,6 +254,20 @@ class Result:
         JSON has no NaN or infinity: where an engine blew up, null stands for them.
         """
         return json.dumps(_finite(self.to_dict()), allow_nan=False)
+
+    @cached_property
+    def rounding(self) -> TangentMap:
+        """What becomes of rounding the state at each event; errors as `sensitivity`."""
+        from engine.sensitivity import rounding_of  # noqa: PLC0415 - loads the compiler
+
+        events = self._exact_events("sensitivity")
+        return rounding_of(self.scene, self._exact("sensitivity"), events)
+
+    def _exact_events(self, wanted: str) -> Events:
+        """Return the events, of an engine that records exact motion beside them."""
+        self._exact(wanted)
+        assert self.events is not None  # kept with every motion
+        return self.events
 
     def _recorded(self) -> Trajectory:
         if self.trajectory is None:

@@ -1,4 +1,4 @@
-"""`ghostball bench`: how quick our engine is, against its targets and beside its peers."""
+"""`ghostball bench`: how quick our engine is, and how exact."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="bench",
-    help="Measure speed: bare, our engine against its targets, and peers beside it.",
+    help="Measure speed and accuracy: bare, our engine's speed against its targets, and peers.",
     add_completion=False,
     rich_markup_mode=None,
 )
@@ -161,6 +161,35 @@ def skips(
         raise typer.Exit(ExitStatus.CHECK_FAILED)
 
 
+@app.command()
+@command
+def accuracy(
+    shots: Annotated[
+        int | None, typer.Option(min=1, help="How many random shots (default: 10 000).")
+    ] = None,
+    first: Annotated[
+        int, typer.Option(min=0, help="Number of the first shot: the same number, the same shot.")
+    ] = 0,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    out: Out = None,
+    store: Store = False,
+) -> None:
+    """Prove random shots and grade our engine by them; exit with 1 where it breaks a limit."""
+    from ghostball._bench_tables import accuracy_tables  # noqa: PLC0415
+    from ghostball._progress import counting  # noqa: PLC0415
+    from validation import bench  # noqa: PLC0415
+    from validation.bench.accuracy import SHOTS  # noqa: PLC0415
+
+    paths = _paths("accuracy", out, store, part=first > 0 or (shots or SHOTS) < SHOTS)
+    with counting("grading") as count:
+        measured = bench.measure_accuracy(shots or SHOTS, first=first, jobs=jobs, progress=count)
+    stdout().print(accuracy_tables(measured))
+    _finish(measured, paths)
+    if measured.faulty:
+        say(f"[bold red]Shots that break a limit of every scene: {len(measured.faulty)}[/]")
+        raise typer.Exit(ExitStatus.CHECK_FAILED)
+
+
 @contextmanager
 def _peers(names: str | None, python: Path | None) -> Iterator[Sequence[Peer]]:
     """Hand out the peers that are asked for, and close them whatever happens."""
@@ -183,8 +212,8 @@ def _paths(kind: str, out: Path | None, store: bool, *, part: bool) -> dict[str,
     if store:
         if part:
             raise BenchError(
-                "`--store` keeps whole measurements only, so it can't go with `--only`, `--quick` "
-                "or single scenes. Use `--out FILE`"
+                "`--store` keeps whole measurements only, so it can't go with `--only`, `--quick`, "
+                "`--first`, fewer `--shots` than by default, or single scenes. Use `--out FILE`"
             )
         paths["--store"] = measurements.store_path(describe_environment(), kind)
     if out is not None:

@@ -1,4 +1,4 @@
-"""Measurements of speed as tables for the eye."""
+"""Measurements of speed and accuracy as tables for the eye."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from rich.text import Text
 from engine.skips import Skip
 from reports.style import format_time
 from validation.bench import (
+    AccuracyMeasurement,
     PeerRow,
     Row,
     ScalingMeasurement,
@@ -21,6 +22,7 @@ from validation.bench import (
     SkipsMeasurement,
     TargetsMeasurement,
 )
+from validation.bench.accuracy import Distribution
 from validation.bench.measurements import Point
 from validation.bench.skips import COUNTERS
 from validation.bench.targets import Target, target_of
@@ -94,6 +96,38 @@ def skips_tables(measured: SkipsMeasurement) -> RenderableType:
         )
         before = row.scene
     return Group(scenes, _skips_summary(measured))
+
+
+def accuracy_tables(measured: AccuracyMeasurement) -> RenderableType:
+    """Return how exact our engine is over many random shots, and the shots worth a look."""
+    counts = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    counts.add_column(f"{measured.shots} shots from number {measured.first}", no_wrap=True)
+    counts.add_column("shots", justify="right")
+    for title, kinds in (("proof", measured.endings), ("graded", measured.extents)):
+        for name, count in kinds.items():
+            counts.add_row(f"{title}: {name}", str(count))
+    spread = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    spread.add_column("quantity", no_wrap=True)
+    for heading in ("values", "median", "99 %", "greatest"):
+        spread.add_column(heading, justify="right", no_wrap=True)
+    spread.add_row("quality factor of a shot", *_spread_cells(measured.quality_factor))
+    spread.add_row("error of an event's time [ulps]", *_spread_cells(measured.time_error_ulps))
+    said = (
+        f"{measured.events} events proved: {measured.missing} not found, {measured.invented} "
+        f"invented; {measured.swapped} in another order, {measured.negligible} below rounding"
+    )
+    parts: list[RenderableType] = [counts, spread, Text(said)]
+    for title, rows in (("breaks a limit", measured.faulty), ("worst", measured.worst[:3])):
+        for row in rows:
+            quality = "–" if row.quality_factor is None else f"{row.quality_factor:.3g}"
+            why = f"; {'; '.join(row.faults)}" if row.faults else ""
+            parts.append(Text(f"{title}: quality factor {quality}{why}: {row.again}"))
+    return Group(*parts)
+
+
+def _spread_cells(spread: Distribution) -> list[str]:
+    values = (spread.median, spread.p99, spread.greatest)
+    return [str(spread.count), *("–" if value is None else f"{value:.3g}" for value in values)]
 
 
 def _change(on: int, off: int) -> str:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from rich.markup import escape
 
+from engine import Scene, UnsupportedSceneError
+from ghostball import _ensembles
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from ghostball._verdicts import colour_of, verdict_tables
@@ -16,6 +19,7 @@ from reports import write_report
 from validation.attribution import attribute_results
 from validation.junit import write_junit
 from validation.library import Suite, select
+from validation.predictability import predictability_of, save_predictability
 from validation.store import CaseRecord, ResultsFolder, is_results_folder, read_earlier
 from validation.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite
 from validation.unchanged import Unchanged
@@ -33,7 +37,9 @@ def run(
     junit: Path | None,
     jobs: int,
     report: bool,
-    attribute: bool = False,
+    ensemble: int | None,
+    ensemble_size: str | None,
+    attribute: bool,
 ) -> int:
     """Validate, and return the exit status; see the options of the command.
 
@@ -50,6 +56,9 @@ def run(
             make_engine(spec)
     scenes, criteria = select(names_or_tags, suite), criteria_beside_paths(names_or_tags)
     patterns = None if metrics is None else [name.strip() for name in metrics.split(",")]
+    request = None
+    if ensemble is not None:
+        request = _ensembles.EnsembleRequest.checked(ensemble, ensemble_size, scenes, specs, out)
     if junit is not None:
         check_writable(junit, "--junit")
     started = time.perf_counter()
@@ -80,7 +89,12 @@ def run(
     if junit is not None:
         write_junit(results.cases, junit)
     written = None
-    interrupted = outcome.interrupted
+    interrupted, beyond = outcome.interrupted, ExitStatus.PASSED
+    if not interrupted:
+        interrupted = not _predict(scenes, out)
+    if request is not None and not interrupted:
+        beyond = _ensembles.run(request, scenes, specs, out, jobs=jobs, rerun=rerun)
+        interrupted = beyond is ExitStatus.INTERRUPTED
     if attribute and not interrupted:
         try:
             with counting("attributing") as count:
@@ -102,14 +116,33 @@ def run(
         say(f"[bold yellow]warning:[/] {escape(_nothing_judged(outcome))}")
     if written is not None:
         console.print(f"report: {written}", soft_wrap=True, markup=False)
-    if interrupted:
+    if request is not None and not interrupted:
+        beyond = max(beyond, _ensembles.show(out))
+    if interrupted and beyond is not ExitStatus.INTERRUPTED:  # else that was said
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} cases are done and "
             f"kept in {folder}; `ghostball report {folder}` reports on them, and "
             "`validate` without --rerun goes on from there"
         )
+    if interrupted:
         return ExitStatus.INTERRUPTED
-    return outcome.exit_status
+    return max(outcome.exit_status, beyond)
+
+
+def _predict(scenes: Sequence[Scene], out: Path) -> bool:
+    """Store how far each scene's shot can be predicted; whether it came to its end."""
+    known = []
+    try:
+        with counting("predicting") as count:
+            for done, scene in enumerate(scenes):
+                count(done, len(scenes), scene.name)
+                # What our engine doesn't represent, it says nothing of.
+                with suppress(UnsupportedSceneError):
+                    known.append(predictability_of(scene))
+            save_predictability(out, known)
+    except KeyboardInterrupt:
+        return False
+    return True
 
 
 def _announce(unchanged: Unchanged, out: Path) -> None:

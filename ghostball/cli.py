@@ -219,6 +219,23 @@ def validate(
     report: Annotated[
         bool, typer.Option(help="Write report.md and its figures after the run.")
     ] = True,
+    ensemble: Annotated[
+        int | None,
+        typer.Option(
+            metavar="K",
+            help="Then also perturb each scene K times, run that on every engine, and compare how "
+            "the shots end with our engine's distributions, such as `validate chaos --ensemble "
+            "20`: for shots too chaotic to be compared one by one.",
+        ),
+    ] = None,
+    ensemble_size: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SIZE",
+            help="How far they are perturbed at most: speed and direction (relative, rad), and x "
+            "and y of each ball (m) (default: velocity=1e-3,position=1e-4).",
+        ),
+    ] = None,
     attribute: Annotated[
         bool,
         typer.Option(
@@ -233,6 +250,11 @@ def validate(
 
     if scenes and suite is not None:
         raise typer.BadParameter("scenes and --suite exclude each other", param_hint="--suite")
+    if ensemble_size is not None and ensemble is None:
+        raise typer.BadParameter(
+            "needs --ensemble K: how many times each scene is perturbed",
+            param_hint="--ensemble-size",
+        )
     raise typer.Exit(
         run(
             scenes or [],
@@ -244,6 +266,8 @@ def validate(
             junit=junit,
             jobs=jobs,
             report=report,
+            ensemble=ensemble,
+            ensemble_size=ensemble_size,
             attribute=attribute,
         )
     )

@@ -14,6 +14,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from engine import Record, Result, Scene
@@ -92,6 +93,14 @@ class EngineBase(ABC):
         """Return why the engine can't run here and how to get it, or None."""
         return None
 
+    def resolution(self, scene: Scene) -> float | None:  # noqa: ARG002
+        """Return how far off a ball may be when it collides [m]; None: where it is, is proved.
+
+        Whatever the model. It says how soon chaos makes of this engine's shots others than the
+        scene's. 0, what this returns: only rounding.
+        """
+        return 0.0
+
     def lacks(self, scene: Scene) -> tuple[str, ...]:  # noqa: ARG002
         """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
         return ()
@@ -101,6 +110,16 @@ class EngineBase(ABC):
         lacks = (*missing_features(self.capabilities, scene), *self.lacks(scene))
         if lacks:
             raise UnsupportedSceneError(self.name, lacks)
+
+
+def resolution_of(engine: ReferenceEngine, scene: Scene) -> float | None:
+    """Return an engine's `resolution`; 0 for an engine that states none."""
+    return engine.resolution(scene) if isinstance(engine, EngineBase) else 0.0
+
+
+def resolution_of_step(dt: float, scene: Scene) -> float:
+    """Return how far a ball goes at most in a step [m], at the first speeds: contacts come late."""
+    return dt * float(np.max(np.linalg.norm(scene.velocities, axis=1)))
 
 
 def lacks_sequence(scene: Scene) -> tuple[str, ...]:

@@ -49,11 +49,12 @@ from __future__ import annotations
 import math
 from typing import Annotated, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
 from engine import EventKind, Record, Result, Scene
 from engine.features import EXACT, Capabilities
-from reference_adapters.base import EngineBase, EngineSettings
+from reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
 from reference_adapters.paper_model import PaperRun, Stop, paper_capabilities
 
 
@@ -102,6 +103,18 @@ class PaperContinuousEngine(EngineBase):
         searched = "found on a straight line at constant speed within each frame, then mirrored"
         cushion = searched if self.settings.cushions == "searched" else late
         return paper_capabilities("frame", cushion, EXACT)
+
+    def resolution(self, scene: Scene) -> float:
+        """Return how far off a contact is seen [m].
+
+        Of balls, by what friction brakes in a frame, which the search leaves out; of cushions, by
+        how far a ball goes in one, unless they are searched.
+        """
+        settings: PaperContinuousSettings = self.settings
+        braked = float(np.max(scene.rolling_frictions)) * scene.physics.gravity * settings.frame**2
+        if settings.cushions == "searched" or scene.table is None or not scene.table.cushions:
+            return settings.tolerance + braked
+        return resolution_of_step(settings.frame, scene)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene.

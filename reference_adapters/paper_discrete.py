@@ -32,7 +32,7 @@ from pydantic import Field
 
 from engine import EventKind, Record, Result, Scene
 from engine.features import Capabilities, Capability
-from reference_adapters.base import EngineBase, EngineSettings
+from reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
 from reference_adapters.paper_model import PaperRun, Stop, paper_capabilities
 
 
@@ -75,6 +75,10 @@ class PaperDiscreteEngine(EngineBase):
                 "half the overlap each, whatever their masses",
             ),
         )
+
+    def resolution(self, scene: Scene) -> float:
+        """Return how far a ball goes in a step [m]."""
+        return resolution_of_step(self.settings.dt, scene)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene.

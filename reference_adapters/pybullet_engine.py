@@ -23,7 +23,13 @@ from engine import Record, Result, Scene, Status
 from engine.features import EXACT, Capabilities, Capability, Feature
 from engine.trajectory import Samples
 from reference_adapters import pybullet_world
-from reference_adapters.base import EngineBase, EngineSettings, lacks_sequence
+from reference_adapters.base import (
+    EngineBase,
+    EngineSettings,
+    lacks_sequence,
+    resolution_of_step,
+)
+from reference_adapters.landing import LANDING_GAP
 from reference_adapters.pybullet_planar import PlanarRun
 from reference_adapters.pybullet_sliding import SlidingRun
 from reference_adapters.pybullet_world import World
@@ -212,6 +218,12 @@ class PybulletEngine(EngineBase):
     def lacks(self, scene: Scene) -> tuple[str, ...]:
         """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
         return (*_lacks_in_combination(scene), *lacks_sequence(scene))
+
+    def resolution(self, scene: Scene) -> float:
+        """Return how far a ball goes in a step [m]; landed, how far from touching it stops."""
+        if self.settings.mode == "landed":
+            return LANDING_GAP
+        return resolution_of_step(self.settings.step, scene)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene; see `ReferenceEngine.simulate`.

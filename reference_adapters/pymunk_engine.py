@@ -18,7 +18,13 @@ from pydantic import Field
 
 from engine import EventKind, Record, Result, Scene, Status
 from engine.features import EXACT, Capabilities, Capability, Feature
-from reference_adapters.base import EngineBase, EngineSettings, lacks_sequence
+from reference_adapters.base import (
+    EngineBase,
+    EngineSettings,
+    lacks_sequence,
+    resolution_of_step,
+)
+from reference_adapters.landing import LANDING_GAP
 from reference_adapters.pymunk_steppers import make_stepper
 from reference_adapters.recording import Recorder
 
@@ -154,6 +160,12 @@ class PymunkEngine(EngineBase):
     def lacks(self, scene: Scene) -> tuple[str, ...]:
         """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
         return lacks_sequence(scene)
+
+    def resolution(self, scene: Scene) -> float:
+        """Return how far a ball goes in a step [m]; landed, how far from touching it stops."""
+        if self.settings.mode == "landed":
+            return LANDING_GAP
+        return resolution_of_step(self.settings.step, scene)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run to rest, to `t_max`, or to `max_time` or `max_steps`.

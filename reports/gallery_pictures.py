@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from engine import GhostballError
 from reports import style
+from reports.chaos_figure import draw_chaos
 from reports.figures._table import aspect_of, view_of
 from reports.figures.paths import WIDTH, draw_panel
 from reports.figures.summary import accuracy_errors, draw_accuracy_on, draw_verdicts
@@ -84,6 +85,7 @@ GALLERY: dict[str, Callable[[ResultsFolder], Figure | None]] = {
 
 
 OPTIONAL: dict[str, Callable[[ResultsFolder], Figure | None]] = {
+    "chaos": draw_chaos,
     "scaling": draw_scaling_or_committed,
 }
 """Pictures of measurements, which results need not have."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import PurePosixPath
 from statistics import median
 from typing import Any
 
@@ -11,6 +12,7 @@ from reports import style
 from reports.counted import COUNTED_MEANS, counted_rows, unsolved
 from reports.figures.summary import independent_errors
 from reports.markdown_attribution import attribution_section
+from reports.markdown_ensembles import ensembles_section
 from reports.markdown_parts import (
     Drawn,
     figure_link,
@@ -20,11 +22,12 @@ from reports.markdown_parts import (
     table_of,
     taken_over_text,
 )
+from reports.markdown_predictability import predictability_section
 from reports.markdown_scaling import scaling_section
 from reports.markdown_scene import scene_section
 from reports.shots import NUMBERS_KEY, cell_text, legend_text, rest_error
 from validation.metrics import METRICS
-from validation.store import CLOSED_FORM, CaseRecord, ResultsFolder
+from validation.store import INDEPENDENT, CaseRecord, ResultsFolder
 from validation.verdict import RestError, Verdict, is_own_measure, rest_error_standing, verdict_of
 
 PHYSICS_CAPTIONS = {
@@ -52,10 +55,14 @@ _TRUTH = """\
 **Closed form**: rest positions, rest time and order of collisions come from formulas, evaluated to
 50 digits, that share nothing with any engine; a rest error there is an error.
 
-**Our engine (not independent)**: the scene has no closed form, so the others are compared with
-`ghostball`. That is a comparison of codes, not a proof: `ghostball` is marked *ref* there and can't
-pass by it, only fail by what needs no truth, such as energy. Energy curves are always compared with
-`ghostball`'s.
+**Certified**: every event of the shot is proved and every rest position enclosed, by code in ball
+arithmetic that shares no formula with `ghostball`. Energy curves are compared with the proved
+motion, also where there is a closed form.
+
+**Our engine (not independent)**: the scene has no closed form and isn't proved to its end, so the
+others are compared with `ghostball`, also their energy. That is a comparison of codes, not a proof:
+`ghostball` is marked *ref* there and can't pass by it, only fail by what needs no truth, such as
+energy, and by the part of the shot that is proved.
 
 **Judged** is an outcome that a check limits: where or when the balls rest, or how many and which
 collisions there were. Energy that falls as it should, no deep overlap, the first collisions: these
@@ -72,6 +79,7 @@ def report_text(
     scenes: Mapping[str, Drawn],
     physics: Drawn,
     paper: Drawn,
+    ensembles: Mapping[str, PurePosixPath],
 ) -> str:
     """Return the report as Markdown.
 
@@ -82,6 +90,7 @@ def report_text(
     scenes : figures of each scene, by its name
     physics : figures of laws of the game, over their closed forms
     paper : the paper's figures
+    ensembles : figure of each scene's ensemble, by the scene's name
     """
     parts = [
         "# Validation report",
@@ -101,6 +110,8 @@ def report_text(
     ]
     for scene in results.scene_names:
         parts += scene_section(results, scene, scenes.get(scene, {}))
+    parts += predictability_section(results, whole.get("chaos"))
+    parts += ensembles_section(results, ensembles)
     parts += attribution_section(results, whole.get("attribution"))
     if physics:
         parts += ["## Laws of the game, from whole shots"]
@@ -210,7 +221,7 @@ def _engine_table(results: ResultsFolder) -> str:
         others = [
             error
             for case in cases
-            if case.truth != CLOSED_FORM
+            if case.truth not in INDEPENDENT
             and rest_error_standing(case) in (RestError.JUDGED, RestError.UNJUDGED)
             and (error := rest_error(case)) is not None
         ]

@@ -18,7 +18,7 @@ from reports.markdown_parts import (
     table_of,
 )
 from reports.shots import rest_error_text, standing_text
-from validation.store import CLOSED_FORM, CaseRecord, Check, ResultsFolder
+from validation.store import CLOSED_FORM, INDEPENDENT, CaseRecord, Check, ResultsFolder
 from validation.verdict import RestError, is_own_measure, rest_error_standing, verdict_of
 
 FIGURE_TITLES = {
@@ -72,10 +72,11 @@ def _collision_text(cases: Sequence[CaseRecord]) -> str:
         said[right].append(
             f"`{case.label}`" if right else f"`{case.label}` {_counts(case.collision_counts)}"
         )
-    independent = truth.truth == CLOSED_FORM
-    source = "in truth" if independent else "by our engine (not independent)"
+    source = "in truth" if truth.truth in INDEPENDENT else "by our engine (not independent)"
     parts = [f"Collisions {source}: **{_counts(truth.truth_counts)}**"]
-    agree, differ = ("Right", "Wrong") if independent else ("The same", "Different")
+    # A proof counts also what nobody could predict: to differ there is not to be wrong.
+    closed = truth.truth == CLOSED_FORM
+    agree, differ = ("Right", "Wrong") if closed else ("The same", "Different")
     parts += [f"{agree}: {', '.join(said[True])}"] if said[True] else []
     parts += [f"{differ}: {', '.join(said[False])}"] if said[False] else []
     return ". ".join(parts) + "."

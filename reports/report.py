@@ -6,20 +6,22 @@ import logging
 import multiprocessing
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
 from engine import GhostballError
 from reports import style
 from reports.attribution_figure import draw_attribution
-from reports.figures import SCENE_FIGURES, draw_accuracy, draw_verdicts
+from reports.chaos_figure import draw_chaos
+from reports.figures import SCENE_FIGURES, draw_accuracy, draw_ensemble, draw_verdicts
 from reports.markdown import report_text
 from reports.markdown_parts import Drawn
 from reports.paper_figures import PAPER_FIGURES
 from reports.physics_figures import PHYSICS_FIGURES
 from reports.scaling_figure import draw_scaling
 from reports.shots import load_shot
+from validation.ensembles import Ensembles
 from validation.store import ResultsFolder
 
 if TYPE_CHECKING:
@@ -34,12 +36,16 @@ ENDINGS = tuple(f".{ending}" for ending in style.FORMATS)
 WHOLE = "the whole run"
 """What a task calls the figures that belong to no scene; no scene's name has a space."""
 
+ENSEMBLE = "ensemble of "
+"""What a task calls the figure of a scene's ensemble, before the scene's name."""
+
 Progress = Callable[[int, int, str], None]
 """Called with how many parts are done, of how many, and which was the last."""
 
 WHOLE_FIGURES: dict[str, Callable[[ResultsFolder], Figure | None]] = {
     "verdicts": draw_verdicts,
     "accuracy": draw_accuracy,
+    "chaos": draw_chaos,
     "scaling": draw_scaling,
     "attribution": draw_attribution,
     **PHYSICS_FIGURES,
@@ -85,7 +91,9 @@ def write_report(
             "%s: the last line is cut short, for the run was killed while it wrote; it is left out",
             results.cut_short,
         )
-    tasks = [WHOLE, *results.scene_names]
+    ensembles = Ensembles.load(results.path)
+    perturbed = [] if ensembles is None else [ENSEMBLE + name for name in ensembles.run.scenes]
+    tasks = [WHOLE, *results.scene_names, *perturbed]
     drawn: dict[str, Drawn] = {}
     try:
         (results.path / FIGURES).mkdir(exist_ok=True)
@@ -98,12 +106,17 @@ def write_report(
             {kind: path for kind, path in whole.items() if kind in kinds}
             for kinds in (PHYSICS_FIGURES, PAPER_FIGURES)
         )
-        text = report_text(results, whole, drawn, physics, paper)
+        clouds = {
+            task.removeprefix(ENSEMBLE): path
+            for task in perturbed
+            for path in drawn.pop(task).values()
+        }
+        text = report_text(results, whole, drawn, physics, paper, clouds)
         report = results.path / REPORT
         part = report.with_name(REPORT + ".part")
         part.write_text(text, encoding="utf-8")
         part.replace(report)
-        _remove_stale(results.path, [whole, *drawn.values()])
+        _remove_stale(results.path, [whole, clouds, *drawn.values()])
     except OSError as error:
         raise ReportError(
             f"{error.filename or results.path}: can't write the report: {error.strerror or error}. "
@@ -142,6 +155,13 @@ def _draw_task(results: ResultsFolder, task: str) -> Drawn:
     if task == WHOLE:
         made = ((kind, draw, results) for kind, draw in WHOLE_FIGURES.items())
         return _save_all(results.path, "", made)
+    if task.startswith(ENSEMBLE):
+        name = task.removeprefix(ENSEMBLE)
+        ensembles = Ensembles.load(results.path)
+        assert ensembles is not None  # they gave the task its name
+        return _save_all(
+            results.path, f"{name}-", [("ensemble", partial(draw_ensemble, ensembles), name)]
+        )
     shot = load_shot(results, task)
     return _save_all(
         results.path, f"{task}-", ((kind, draw, shot) for kind, draw in SCENE_FIGURES.items())

@@ -28,12 +28,12 @@ FloatArray = NDArray[np.float64]
 CROWD = 5
 """From this many balls on, each engine gets its own panel: paths over each other say nothing."""
 
-CHAOTIC = "(chaotic)"
-"""Stands for a rest error past what can be predicted, which is no error."""
+CHAOTIC = "(past horizon)"
+"""Stands for a rest error past an engine's horizon, which is no error."""
 
 NUMBERS_KEY = (
     "Numbers: largest rest error of a ball; in brackets: not judged; "
-    "(chaotic): past what can be predicted; 77 of 314: collisions counted, and in truth"
+    "(past horizon): can't be predicted; 77 of 314: collisions counted, and in truth"
 )
 """Says in legends what `rest_error_text` shows."""
 

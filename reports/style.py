@@ -31,6 +31,7 @@ PURPLE = "#CC79A7"
 ORANGE = "#E69F00"
 SKY = "#56B4E9"
 YELLOW = "#F0E442"
+BROWN = "#7A4A00"  # darker than all but black and blue, so that grey tells it, and no hue of theirs
 
 GREY = "#6E6E6E"  # secondary text: 5.1 : 1 against white, above the 4.5 : 1 that reading needs
 FAINT = "#C8C8C8"
@@ -43,6 +44,7 @@ FAMILY_COLOURS = {
     "pybullet": VERMILLION,
     "paper-continuous": GREEN,
     "paper-discrete": PURPLE,
+    "certified": BROWN,
     "pooltool": ORANGE,
     "billiards": SKY,
 }
@@ -62,6 +64,7 @@ _OTHER_VARIANTS: tuple[tuple[LineStyle, str], ...] = (
 _FAMILY_LINES: dict[str, tuple[LineStyle, str]] = {
     "paper-continuous": ((0.0, (7.0, 2.0, 1.5, 2.0)), "s"),
     "paper-discrete": ((0.0, (3.5, 2.0)), "X"),
+    "certified": ((0.0, (9.0, 1.5, 1.2, 1.5, 1.2, 1.5)), "*"),
 }
 
 PNG_DPI = 130

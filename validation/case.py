@@ -13,7 +13,7 @@ from engine import Result, Scene, Status, UnsupportedSceneError
 from engine.features import scene_features
 from engine.result import initial_state
 from engine.trajectory import energy_of
-from reference_adapters.base import ReferenceEngine
+from reference_adapters.base import ReferenceEngine, resolution_of
 from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
 from validation.criteria import Criterion
 from validation.metrics import METRICS, measure
@@ -82,7 +82,8 @@ def run_case(case: Case) -> tuple[CaseRecord, Motion | None]:
             raise KeyboardInterrupt
         # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
         with np.errstate(invalid="ignore", over="ignore"):
-            return _judged(record, case, case.truth, result), motion_of(result)
+            horizon = case.truth.horizon_of(resolution_of(engine, case.scene))
+            return _judged(record, case, case.truth, result, horizon), motion_of(result)
     except EngineUnavailableError as error:
         return replace(record, outcome="unavailable", reason=str(error)), None
     except UnsupportedSceneError as error:
@@ -127,8 +128,11 @@ def approximations_of(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
     )
 
 
-def _judged(record: CaseRecord, case: Case, truth: Truth, result: Result) -> CaseRecord:
-    measured = measure(result, truth, case.metrics)
+def _judged(
+    record: CaseRecord, case: Case, truth: Truth, result: Result, horizon: float
+) -> CaseRecord:
+    anyway = {criterion.metric for criterion in case.criteria if criterion.past_horizon}
+    measured = measure(result, truth, case.metrics, horizon=horizon, anyway=anyway)
     start = energy_of(result.scene, initial_state(result.scene))
     end = energy_of(result.scene, result.final_state)
     return replace(
@@ -141,6 +145,7 @@ def _judged(record: CaseRecord, case: Case, truth: Truth, result: Result) -> Cas
         truth=truth.kind,
         truth_positions=truth.rest_positions,
         truth_rest_time=truth.rest_time,
+        horizon=_before_end(horizon, truth),
         truth_counts=truth.collision_counts,
         rest_positions=result.rest_positions,
         ball_errors=measured.ball_errors,
@@ -159,9 +164,15 @@ def _judged(record: CaseRecord, case: Case, truth: Truth, result: Result) -> Cas
                 reference=truth.is_own_measure(record.engine, METRICS[criterion.metric].compares),
             )
             for criterion in case.criteria
+            if not criterion.if_measured or measured.values[criterion.metric] is not None
         ),
         left_out=case.left_out,
     )
+
+
+def _before_end(horizon: float, truth: Truth) -> float | None:
+    """Return a horizon that comes before the end of the shot, else None."""
+    return horizon if truth.rest_time is not None and horizon < truth.rest_time else None
 
 
 def _integers(counters: Mapping[str, int]) -> dict[str, int]:

@@ -1,6 +1,6 @@
 """Pass criteria: what each engine must reach in a scene, beside the scene, with the reason.
 
-    truth = "closed-form"            # or "engine"; left out: the closed form where there is one
+    truth = "closed-form"            # or "certified", "engine"; left out: the first there is
 
     [[criteria]]
     engines = ["ghostball"]          # "pymunk" is any pymunk; "pymunk:mode=landed" only such ones
@@ -10,6 +10,9 @@
 
 Where several criteria on a metric cover an engine, those whose selector states the most settings
 win, and replace the others.
+
+What holds for every scene is in `scenes/common.expect.toml`; a scene's own criterion on a metric
+replaces that for the engines that it covers.
 """
 
 from __future__ import annotations
@@ -18,8 +21,9 @@ import tomllib
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 from pydantic import (
     AfterValidator,
@@ -37,11 +41,16 @@ from pydantic_core import PydanticCustomError
 from engine import GhostballError
 from reference_adapters.base import EngineError
 from reference_adapters.registry import parse_spec
+from validation.library import FOLDER
 from validation.metrics import METRICS
 from validation.records import Check, LimitKind
+from validation.truth import WantedTruth
 
 SUFFIX = ".expect.toml"
 """Ending of a criteria file's name: `break-16.toml` has its criteria in `break-16.expect.toml`."""
+
+COMMON = FOLDER / f"common{SUFFIX}"
+"""The criteria of every scene."""
 
 LIMIT_KINDS: tuple[LimitKind, ...] = ("at_most", "at_least", "equals")
 
@@ -107,7 +116,12 @@ Sentence = Annotated[str, Strict(), Field(pattern=r"\S")]
 
 
 class Criterion(BaseModel):
-    """One limit on one metric for the engines that it covers."""
+    """One limit on one metric for the engines that it covers.
+
+    `if_measured` criteria are judged only where the metric has a value; where it has none, the
+    record says why, and nothing passes. Without it, no value is a failure. A `past_horizon`
+    criterion judges how a shot ends also where the engine can't be expected to predict that.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -118,6 +132,8 @@ class Criterion(BaseModel):
     at_most: Number | None = None
     at_least: Number | None = None
     equals: Number | None = None
+    if_measured: Annotated[bool, Strict()] = False
+    past_horizon: Annotated[bool, Strict()] = False
     reason: Sentence
 
     @model_validator(mode="after")
@@ -176,7 +192,7 @@ class Criteria(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    truth: Literal["closed-form", "engine"] | None = None
+    truth: WantedTruth | None = None
     criteria: tuple[Criterion, ...] = ()
 
     @model_validator(mode="after")
@@ -248,6 +264,21 @@ class Criteria(BaseModel):
             chosen.extend(winners)
         return tuple(chosen)
 
+    def over_common(
+        self, common: Criteria, engine: str, settings: Mapping[str, Any]
+    ) -> tuple[Criterion, ...]:
+        """Return the criteria that hold for an engine, with the common ones on other metrics.
+
+        Raises
+        ------
+        CriteriaError
+            As `applying_to`.
+        """
+        own = self.applying_to(engine, settings)
+        limited = {criterion.metric for criterion in own}
+        others = common.applying_to(engine, settings)
+        return own + tuple(other for other in others if other.metric not in limited)
+
     def check_engines(self, known: Iterable[str], source: str) -> None:
         """Make sure that every selector names an installed engine: a typo would check nothing.
 
@@ -265,6 +296,12 @@ class Criteria(BaseModel):
                         f"{source}: `criteria[{i}].engines` must name installed engines, got "
                         f'"{selector}". {hint}Known engines: {", ".join(names)}'
                     )
+
+
+@cache
+def common_criteria() -> Criteria:
+    """Return the criteria of every scene."""
+    return Criteria.load(COMMON)
 
 
 def criteria_beside(scene_path: str | Path) -> Criteria:

@@ -5,16 +5,19 @@ A metric that can't be computed is None with the reason beside it, never 0.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, GhostballError, Result, Scene
+from engine import EventKind, ExactTrajectory, GhostballError, Result, Scene
 from engine.result import COLLISION_KINDS
+from validation.grading import Grade, grade
 from validation.sampling import deepest_overlap, energy_at, energy_series, events_of
 from validation.sequences import matching_collisions
 from validation.truth import Truth, TruthPart, collisions_of
@@ -50,6 +53,8 @@ class Metric:
         Whether a limit from above, or an exact value, judges where, when or after which collisions
         the balls ended. Energy, overlaps and the first collisions alone don't: they can be right
         in a shot that ends wrong.
+    to_the_end : bool
+        Whether it is an error of how the shot ends, which means nothing past the engine's horizon.
     """
 
     name: str
@@ -57,6 +62,7 @@ class Metric:
     meaning: str
     compares: TruthPart | None = None
     outcome: bool = False
+    to_the_end: bool = False
 
 
 METRICS: dict[str, Metric] = {
@@ -68,6 +74,7 @@ METRICS: dict[str, Metric] = {
             "largest distance of a ball from where it should end",
             "rest",
             outcome=True,
+            to_the_end=True,
         ),
         Metric(
             "rest_error_rms",
@@ -75,6 +82,7 @@ METRICS: dict[str, Metric] = {
             "root mean square of those distances over the balls",
             "rest",
             outcome=True,
+            to_the_end=True,
         ),
         Metric(
             "rest_error_ulps",
@@ -82,6 +90,7 @@ METRICS: dict[str, Metric] = {
             "largest distance over what rounding the scene's numbers once would cause",
             "conditioning",
             outcome=True,
+            to_the_end=True,
         ),
         Metric(
             "rest_time_error",
@@ -89,6 +98,7 @@ METRICS: dict[str, Metric] = {
             "difference of the time when the last ball rests",
             "time",
             outcome=True,
+            to_the_end=True,
         ),
         Metric(
             "rest_time_error_ulps",
@@ -96,6 +106,7 @@ METRICS: dict[str, Metric] = {
             "that difference over what rounding the scene's numbers once would cause",
             "conditioning",
             outcome=True,
+            to_the_end=True,
         ),
         Metric("ball_ball_count", "1", "collisions between balls", outcome=True),
         Metric("ball_cushion_count", "1", "collisions with cushions", outcome=True),
@@ -106,6 +117,7 @@ METRICS: dict[str, Metric] = {
             "difference of the ball-ball count",
             "events",
             outcome=True,
+            to_the_end=True,
         ),
         Metric(
             "ball_cushion_count_error",
@@ -113,6 +125,7 @@ METRICS: dict[str, Metric] = {
             "difference of the ball-cushion count",
             "events",
             outcome=True,
+            to_the_end=True,
         ),
         Metric(
             "matching_events",
@@ -123,6 +136,32 @@ METRICS: dict[str, Metric] = {
         ),
         Metric(
             "first_divergence_time", "s", "when the sequences of collisions first differ", "events"
+        ),
+        Metric(
+            "events_missing",
+            "1",
+            "proved events of any kind that were not found, up to where the shot can be predicted",
+            "proof",
+        ),
+        Metric(
+            "events_invented",
+            "1",
+            "found events that are proved not to happen, up to where the shot can be predicted",
+            "proof",
+        ),
+        Metric(
+            "event_time_error_ulps",
+            "1",
+            "largest error of an event's time up to there, in spacings of doubles at that time",
+            "proof",
+        ),
+        Metric(
+            "quality_factor",
+            "1",
+            "largest error of a position where the shot can last be predicted, over what rounding "
+            "the state once at each event makes of it",
+            "proof",
+            outcome=True,
         ),
         Metric(
             "energy_difference_max",
@@ -194,7 +233,14 @@ def choose_metrics(patterns: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in METRICS if any(name in names for names in found.values()))
 
 
-def measure(result: Result, truth: Truth, metrics: Collection[str] | None = None) -> Measured:
+def measure(
+    result: Result,
+    truth: Truth,
+    metrics: Collection[str] | None = None,
+    *,
+    horizon: float = math.inf,
+    anyway: Collection[str] = (),
+) -> Measured:
     """Measure a run recorded with `record="trajectory"` against the truth of its scene.
 
     Parameters
@@ -203,12 +249,24 @@ def measure(result: Result, truth: Truth, metrics: Collection[str] | None = None
     truth : Truth
     metrics : collection of str, optional
         Names of those that are computed; all where it is left out.
+    horizon : float [s]
+        Until when the engine can be expected to play this shot: `Truth.horizon_of`. What is an
+        error of the end of a shot has no value where that lies later; energies are compared up to
+        there.
+    anyway : collection of str
+        Metrics that have a value all the same.
     """
     measured = Measured()
+    beyond = truth.rest_time is not None and horizon < truth.rest_time
+    if truth.energy is not None:
+        before = truth.energy_times <= horizon
+        truth = replace(truth, energy_times=truth.energy_times[before], energy=truth.energy[before])
     for name, compute in _COMPUTE.items():
         if metrics is not None and name not in metrics:
             continue
         try:
+            if beyond and METRICS[name].to_the_end and name not in anyway:
+                raise NotMeasuredError(past_horizon(horizon))
             value = compute(result, truth)
         except NotMeasuredError as why:
             measured.values[name], measured.notes[name] = None, str(why)
@@ -221,6 +279,14 @@ def measure(result: Result, truth: Truth, metrics: Collection[str] | None = None
     if any(measured.values.get(name) is not None for name in _REST_ERRORS):
         measured.ball_errors = ball_errors(result, truth)
     return measured
+
+
+def past_horizon(horizon: float) -> str:
+    """Return why nothing is said of the end of a shot that can't be predicted to its end."""
+    return (
+        f"past the horizon: from t = {horizon:.3g} s on, errors of this engine's size may take the "
+        "shot another course"
+    )
 
 
 def ball_errors(result: Result, truth: Truth) -> FloatArray:
@@ -331,6 +397,46 @@ def _first_divergence_time(result: Result, truth: Truth) -> float:
     raise NotMeasuredError("never: the sequences agree to the end")
 
 
+def _events_missing(result: Result, truth: Truth) -> int:
+    return len(_graded(result, truth).missing)
+
+
+def _events_invented(result: Result, truth: Truth) -> int:
+    return len(_graded(result, truth).invented)
+
+
+def _event_time_error_ulps(result: Result, truth: Truth) -> float:
+    error = _graded(result, truth).time_error_max
+    if error is None:
+        raise NotMeasuredError("no event is both proved and found")
+    return error
+
+
+def _quality_factor(result: Result, truth: Truth) -> float:
+    graded = _graded(result, truth)
+    if graded.quality_factor is None:
+        raise NotMeasuredError(graded.no_quality)
+    return graded.quality_factor
+
+
+def _graded(result: Result, truth: Truth) -> Grade:
+    _require_end(result)
+    if truth.certificate is None:
+        raise NotMeasuredError(truth.why_not("proof"))
+    graded = _grade(result, truth)
+    if graded.until == 0.0:
+        raise NotMeasuredError(f"nothing of this shot is proved: {graded.why}")
+    return graded
+
+
+@lru_cache(maxsize=1)  # four metrics are made of it
+def _grade(result: Result, truth: Truth) -> Grade:
+    assert truth.certificate is not None
+    # Frames say nothing of how far a shot can be predicted; our engine does.
+    exact = isinstance(result.trajectory, ExactTrajectory)
+    return grade(result, truth.certificate, horizon=None if exact else truth.horizon)
+
+
 def _energy_difference_max(result: Result, truth: Truth) -> float:
     _require_end(result)
     if truth.energy is None:
@@ -374,6 +480,10 @@ _COMPUTE: dict[str, Callable[[Result, Truth], int | float]] = {
     "ball_cushion_count_error": _count_error(EventKind.BALL_CUSHION),
     "matching_events": _matching_events,
     "first_divergence_time": _first_divergence_time,
+    "events_missing": _events_missing,
+    "events_invented": _events_invented,
+    "event_time_error_ulps": _event_time_error_ulps,
+    "quality_factor": _quality_factor,
     "energy_difference_max": _energy_difference_max,
     "energy_drift": _energy_drift,
     "energy_rise": _energy_rise,

@@ -15,11 +15,15 @@ from pydantic import ConfigDict, PlainSerializer, PlainValidator
 from engine import Scene, Status
 from engine.result import Events
 
-SCHEMA: Final = 2
+SCHEMA: Final = 3
 """Version of records and of the folder that holds them; another one is refused."""
 
 CLOSED_FORM: Final = "closed form"
+CERTIFIED: Final = "certified"
 OUR_ENGINE: Final = "our engine (not independent)"
+
+INDEPENDENT: Final = frozenset({CLOSED_FORM, CERTIFIED})
+"""Kinds of truth that owe nothing to our engine."""
 
 CaseOutcome = Literal["ran", "not-representable", "unavailable", "failed"]
 LimitKind = Literal["at_most", "at_least", "equals"]
@@ -103,9 +107,12 @@ class CaseRecord:
         Where it failed; else "".
     approximations : tuple of str
         What the engine represents only approximately in this scene, one sentence each.
-    truth : "closed form", "our engine (not independent)" or None
+    truth : "closed form", "certified", "our engine (not independent)" or None
     truth_positions : (n, 3) float64 [m] or None
         Rest positions that are compared with.
+    horizon : float [s] or None
+        Until when this engine can be expected to play this shot (`Truth.horizon_of`), where that
+        is before its end; nothing is said of the end then.
     truth_rest_time : float [s] or None
     truth_counts : dict of str to int, or None
         True collision counts by kind.
@@ -156,6 +163,7 @@ class CaseRecord:
     truth: str | None = None
     truth_positions: FloatArray | None = None
     truth_rest_time: float | None = None
+    horizon: float | None = None
     truth_counts: dict[str, int] | None = None
     rest_positions: FloatArray | None = None
     ball_errors: FloatArray | None = None

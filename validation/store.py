@@ -5,6 +5,7 @@
     earlier.jsonl    cases of earlier runs that this one hasn't replaced, as they were: no part of
                      its results, but a later run may find that they are unchanged
     env.json         machine, versions, revision, command line, and how the run ended
+    ensembles*       what perturbed shots did, where that was asked for: `validation.ensembles`
     .lock            empty, and locked while a run writes; no part of the results
 
 A line is written whole and flushed before the next case, and `env.json` is replaced in one step, so
@@ -45,10 +46,21 @@ from validation.files import (
     save_motion,
     write_lines,
 )
-from validation.records import CLOSED_FORM, OUR_ENGINE, SCHEMA, CaseRecord, Check, Motion
+from validation.records import (
+    CERTIFIED,
+    CLOSED_FORM,
+    INDEPENDENT,
+    OUR_ENGINE,
+    SCHEMA,
+    CaseRecord,
+    Check,
+    Motion,
+)
 
 __all__ = [
+    "CERTIFIED",
     "CLOSED_FORM",
+    "INDEPENDENT",
     "OUR_ENGINE",
     "SCHEMA",
     "CaseRecord",

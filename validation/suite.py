@@ -24,7 +24,13 @@ from reference_adapters.registry import (
     parse_spec,
 )
 from validation.case import Case, TruthFailure, plain_settings
-from validation.criteria import SUFFIX, Criteria, Criterion, criteria_beside
+from validation.criteria import (
+    SUFFIX,
+    Criteria,
+    Criterion,
+    common_criteria,
+    criteria_beside,
+)
 from validation.environment import describe_environment
 from validation.files import ResultsError
 from validation.library import FOLDER, find_scene, paths_among, scene_names
@@ -370,7 +376,11 @@ def _plan(
     for scene in scenes:
         for label, values in settings.items():
             pair, limits = (scene.name, label), own[scene.name]
-            asked = () if values is None else limits.applying_to(parse_spec(label)[0], values)
+            asked = (
+                ()
+                if values is None
+                else limits.over_common(common_criteria(), parse_spec(label)[0], values)
+            )
             judged = tuple(one for one in asked if chosen is None or one.metric in chosen)
             applying[pair] = judged
             left_out[pair] = tuple(one.metric for one in asked if one not in judged)

@@ -1,14 +1,17 @@
 """What a scene's runs are compared with, and whether that is independent of our engine.
 
-The closed form where the scene has one, else our own engine. A closed form says where and when the
-balls end and in which order they collide; the energy curve and the times of the collisions come
-from our engine, also then, so those parts are not independent of it.
+The closed form where the scene has one, else the certified truth where the whole shot is proved,
+else our own engine. A closed form says where and when the balls end and in which order they
+collide; the energy curve and the times of the collisions come from the proof, where there is one;
+else from our engine, so that those parts are not independent of it.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Any, Literal, get_args
 
 import mpmath
@@ -18,8 +21,12 @@ from numpy.typing import NDArray
 from engine import CUSHIONS, EventKind, GhostballError, Result, Scene, Status, UnsupportedSceneError
 from engine.result import COLLISION_KINDS, Events
 from engine.simulate import simulate
+from reference_adapters.certified import Certificate, CertifiedSettings
+from reference_adapters.certified.engine import result_of
 from validation.closed_forms import DIGITS, ClosedForm, closed_form
-from validation.records import CLOSED_FORM, OUR_ENGINE
+from validation.horizons import Growth, growth_of
+from validation.proof import proof_of, refused_features
+from validation.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
 from validation.sampling import MAX_TIMES, UNIFORM_TIMES, energy_at, events_of, union_times
 
 FloatArray = NDArray[np.float64]
@@ -27,8 +34,11 @@ FloatArray = NDArray[np.float64]
 Collision = tuple[int, int, int]
 """`EventKind` as int, first ball, second ball or index of the cushion."""
 
-TruthPart = Literal["rest", "time", "events", "energy", "conditioning"]
-"""What a metric may be measured against."""
+TruthPart = Literal["rest", "time", "events", "energy", "conditioning", "proof"]
+"""What a metric may be measured against; "proof" is what is proved, be it of a part of the shot."""
+
+WantedTruth = Literal["closed-form", "certified", "engine"]
+"""What a scene's criteria may ask for."""
 
 PARTS: frozenset[TruthPart] = frozenset(get_args(TruthPart))
 
@@ -36,7 +46,7 @@ _NO_TIMES: FloatArray = np.empty(0)
 
 
 OUR_NAME = "ghostball"
-"""Name of the engine that stands in where a scene has no closed form."""
+"""Name of the engine that stands in where a scene has no truth of its own."""
 
 
 class TruthError(GhostballError):
@@ -49,7 +59,7 @@ class Truth:
 
     Attributes
     ----------
-    kind : "closed form", "our engine (not independent)" or None
+    kind : "closed form", "certified", "our engine (not independent)" or None
         None: there is no truth, and `missing` says why.
     independent : frozenset of TruthPart
         Parts that owe nothing to our engine: only against these can it pass or fail itself.
@@ -68,10 +78,20 @@ class Truth:
         When they come; empty where a closed form gives their order alone.
     collision_counts : dict of str to int, or None
     energy_times, energy : (k,) float64 [s], [J]; None where there is no curve
+    certificate : Certificate or None
+        What is proved of the shot, with its motion; also where that isn't all of it.
+    no_certificate : str
+        Why there is none; "" where there is one.
+    growth : Growth or None
+        How errors grow along the shot, as our engine says; None where it says nothing of it, or
+        wasn't asked, as for a closed form.
+    horizon : float [s] or None
+        Up to when the shot can be predicted at all in double precision, as our engine says; inf
+        where that is its end. None: our engine says nothing of it, or wasn't asked.
     """
 
     kind: str | None
-    independent: frozenset[TruthPart] = frozenset()
+    independent: frozenset[TruthPart] = frozenset({"proof"})
     missing: str = ""
     rest_positions: FloatArray | None = None
     rest_positions_low: FloatArray = field(default_factory=lambda: np.zeros(3))
@@ -84,11 +104,34 @@ class Truth:
     collision_counts: dict[str, int] | None = None
     energy_times: FloatArray = field(default_factory=lambda: _NO_TIMES)
     energy: FloatArray | None = None
+    certificate: Certificate | None = None
+    no_certificate: str = "it was not asked for"
+    growth: Growth | None = None
+    horizon: float | None = None
+
+    def horizon_of(self, resolution: float | None) -> float:
+        """Return until when an engine can be compared with this truth [s]; inf: to the end.
+
+        Parameters
+        ----------
+        resolution : float [m] or None
+            Of the engine; see `reference_adapters.base.resolution_of`.
+
+        Notes
+        -----
+        A closed form is compared with whatever an engine's errors become: it is of a shot that
+        somebody could solve, ties included. So is what proves its shots.
+        """
+        if self.kind == CLOSED_FORM or self.growth is None or resolution is None:
+            return math.inf
+        return self.growth.horizon(resolution)
 
     def why_not(self, part: TruthPart) -> str:
         """Return why a part of the truth is missing, one sentence."""
         if part == "conditioning":
             return "only a closed form says what rounding may do, and this truth is none"
+        if part == "proof":
+            return f"no proof: {self.no_certificate}"
         return f"no truth: {self.missing}"
 
     def is_own_measure(self, engine: str, part: TruthPart | None) -> bool:
@@ -96,18 +139,24 @@ class Truth:
         return engine == OUR_NAME and part is not None and part not in self.independent
 
 
-def check_truth(scene: Scene, wanted: Literal["closed-form", "engine"] | None) -> None:
-    """Make sure that a scene has the truth that its criteria ask for; see `truth_of`."""
+def check_truth(scene: Scene, wanted: WantedTruth | None) -> None:
+    """Make sure that a scene can have the truth that its criteria ask for; see `truth_of`."""
     if wanted == "closed-form" and closed_form(scene) is None:
         raise TruthError(
             f'scene "{scene.name}": its criteria say `truth` = "closed-form", but its values have '
-            'no closed form. Write `truth` = "engine", or add the form to validation/closed_forms'
+            'no closed form. Write `truth` = "certified" or "engine", or add the form to '
+            "validation/closed_forms"
+        )
+    if wanted == "certified" and (why := refused_features(scene)):
+        raise TruthError(
+            f'scene "{scene.name}": its criteria say `truth` = "certified", but it can\'t be '
+            f'proved: {why}. Write `truth` = "engine"'
         )
 
 
 def truth_of(
     scene: Scene,
-    wanted: Literal["closed-form", "engine"] | None = None,
+    wanted: WantedTruth | None = None,
     parts: Collection[TruthPart] = PARTS,
 ) -> Truth:
     """Return the truth of a scene.
@@ -115,25 +164,54 @@ def truth_of(
     Parameters
     ----------
     scene : Scene
-    wanted : "closed-form", "engine" or None
-        What the scene's criteria ask for; None takes the closed form where there is one.
+    wanted : "closed-form", "certified", "engine" or None
+        What the scene's criteria ask for; None takes the first of them that there is.
     parts : collection of TruthPart
         Those that will be measured against; what only others need may be left out.
 
     Raises
     ------
     TruthError
-        Where a closed form is asked for and the scene has none.
+        Where a closed form is asked for and the scene has none; or a proof, and not the whole shot
+        is proved.
     """
     check_truth(scene, wanted)
-    form = None if wanted == "engine" else closed_form(scene)
+    form = closed_form(scene) if wanted in ("closed-form", None) else None
+    # A closed form lacks these alone.
+    needed = form is None or not {"events", "energy", "proof"}.isdisjoint(parts)
+    proof, no_proof = (None, "it was not asked for")
+    if needed and (wanted != "engine" or "proof" in parts):
+        proof, no_proof = proof_of(scene)
+    whole = proof is not None and proof.proved
+    if wanted == "certified" and not whole:
+        raise TruthError(
+            f'scene "{scene.name}": its criteria say `truth` = "certified", but the whole shot '
+            f'isn\'t proved: {_why_partial(proof, no_proof)}. Write `truth` = "engine"'
+        )
+    ours, missing = _our_run(scene) if needed else (None, "it was not asked for")
     if form is not None:
-        needed = not {"events", "energy"}.isdisjoint(parts)  # a closed form lacks these alone
-        ours, missing = _our_run(scene) if needed else (None, "it was not asked for")
-        return _from_form(scene, form, ours, missing, parts)
-    ours, missing = _our_run(scene)
-    if ours is None:
-        return Truth(None, missing=missing)
+        truth = _from_form(scene, form, ours, proof if whole else None, missing, parts)
+    elif proof is not None and whole and wanted != "engine":
+        truth = _from_proof(scene, proof, parts)
+    elif ours is not None:
+        truth = _from_our_run(ours, parts)
+    else:
+        truth = Truth(None, missing=missing)
+    growth, horizon = (None, None) if ours is None else (_growth_of(truth, ours), ours.horizon())
+    return replace(
+        truth, certificate=proof, no_certificate=no_proof, growth=growth, horizon=horizon
+    )
+
+
+def _growth_of(truth: Truth, ours: Result) -> Growth | None:
+    return None if truth.kind == CLOSED_FORM else growth_of(ours)
+
+
+def _why_partial(proof: Certificate | None, no_proof: str) -> str:
+    return no_proof if proof is None else f"{proof.ending}: {proof.reason}"
+
+
+def _from_our_run(ours: Result, parts: Collection[TruthPart]) -> Truth:
     collisions, times = collisions_of(events_of(ours))
     energy_times, energy = _energy_curve(ours, parts)
     return Truth(
@@ -144,6 +222,31 @@ def truth_of(
         collisions=tuple(collisions),
         collision_times=times,
         collision_counts=dict(ours.collision_counts),
+        energy_times=energy_times,
+        energy=energy,
+    )
+
+
+def _from_proof(scene: Scene, proof: Certificate, parts: Collection[TruthPart]) -> Truth:
+    proved = result_of(scene, proof, CertifiedSettings(), "trajectory")
+    collisions, times = collisions_of(events_of(proved))
+    energy_times, energy = _energy_curve(proved, parts)
+    high, low = np.zeros((2, len(scene.balls), 3))
+    high[:, 2] = scene.radii
+    for k, place in enumerate(proof.positions):
+        for axis, enclosure in enumerate(place):
+            high[k, axis], low[k, axis] = _halves(enclosure.mid)
+    rest_time, rest_time_low = _halves(proof.t_end.mid)
+    return Truth(
+        CERTIFIED,
+        independent=frozenset({"rest", "time", "events", "energy", "proof"}),
+        rest_positions=high,
+        rest_positions_low=low,
+        rest_time=rest_time,
+        rest_time_low=rest_time_low,
+        collisions=tuple(collisions),
+        collision_times=times,
+        collision_counts=dict(proved.collision_counts),
         energy_times=energy_times,
         energy=energy,
     )
@@ -163,9 +266,12 @@ def _from_form(
     scene: Scene,
     form: ClosedForm,
     ours: Result | None,
+    proof: Certificate | None,
     missing: str,
     parts: Collection[TruthPart],
 ) -> Truth:
+    """Return a closed form; what it leaves open is from a whole proof, else from our engine."""
+    rest = ours if proof is None else result_of(scene, proof, CertifiedSettings(), "trajectory")
     with mpmath.workdps(DIGITS):
         high, low = _split(
             [[*xy, r] for xy, r in zip(form.rest_positions, scene.radii, strict=True)]
@@ -173,13 +279,14 @@ def _from_form(
         (time_high,), (time_low,) = _split([form.rest_time])
     collisions = tuple(_from_labels(*collision) for collision in form.event_sequence)
     times, energy_times, energy = _NO_TIMES, _NO_TIMES, None
-    if ours is not None:
-        found, found_times = collisions_of(events_of(ours))
+    if rest is not None:
+        found, found_times = collisions_of(events_of(rest))
         times = found_times if tuple(found) == collisions else _NO_TIMES
-        energy_times, energy = _energy_curve(ours, parts)
+        energy_times, energy = _energy_curve(rest, parts)
+    independent: set[TruthPart] = {"rest", "time", "events", "conditioning", "proof"}
     return Truth(
         CLOSED_FORM,
-        independent=frozenset({"rest", "time", "events", "conditioning"}),
+        independent=frozenset(independent if proof is None else independent | {"energy"}),
         missing=missing,
         rest_positions=high,
         rest_positions_low=low,
@@ -228,6 +335,12 @@ def _split(values: Sequence[Any]) -> tuple[FloatArray, FloatArray]:
     high = exact.astype(np.float64)
     low = (exact - high).astype(np.float64)
     return high, low
+
+
+def _halves(value: Fraction) -> tuple[float, float]:
+    """Split a rational in its nearest double and the double nearest to the rest."""
+    high = float(value)
+    return high, float(value - Fraction(high))
 
 
 def _from_labels(kind: str, a: int, b: int | str) -> Collision:

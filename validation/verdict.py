@@ -9,11 +9,8 @@ from __future__ import annotations
 import enum
 
 from validation.metrics import METRICS
-from validation.records import CLOSED_FORM, CaseRecord, Check
+from validation.records import CLOSED_FORM, INDEPENDENT, CaseRecord, Check
 from validation.truth import OUR_NAME
-
-CHAOTIC_TAGS = frozenset({"break", "chaos", "energy"})
-"""Tags of scenes in which errors grow until any two engines part."""
 
 
 class Verdict(enum.Enum):
@@ -50,7 +47,7 @@ class RestError(enum.Enum):
 
     JUDGED = "a limit judges it"
     UNJUDGED = "an error, but no limit judges it: shown in brackets"
-    CHAOTIC = "no error: past what can be predicted, the engines part"
+    CHAOTIC = "no error: past the engine's horizon"
     OWN = "our engine compared with itself"
     NONE = "there is none"
 
@@ -92,20 +89,25 @@ def rest_verdict_of(case: CaseRecord | None) -> Verdict:
 
 def rest_error_standing(case: CaseRecord | None) -> RestError:
     """Return what the rest error of a case is worth."""
-    if case is None or case.metrics.get("rest_error_max") is None:
+    if case is None or case.outcome != "ran":
+        return RestError.NONE
+    past = case.horizon is not None and rest_verdict_of(case) is Verdict.SHOWN
+    if past and not is_own_measure(case):
+        return RestError.CHAOTIC
+    if case.metrics.get("rest_error_max") is None:
         return RestError.NONE
     if is_own_measure(case):
         return RestError.OWN
     if rest_verdict_of(case) is not Verdict.SHOWN:
         return RestError.JUDGED
-    chaotic = case.truth != CLOSED_FORM and not CHAOTIC_TAGS.isdisjoint(case.tags)
-    return RestError.CHAOTIC if chaotic else RestError.UNJUDGED
+    return RestError.UNJUDGED
 
 
 def is_own_measure(case: CaseRecord) -> bool:
     """Whether a rest error of this case compares our engine with itself, and proves nothing."""
     # What our engine can't represent it doesn't measure either: another truth is in its place.
-    return case.outcome == "ran" and case.engine == OUR_NAME and case.truth != CLOSED_FORM
+    ours = case.outcome == "ran" and case.engine == OUR_NAME
+    return ours and case.truth not in INDEPENDENT
 
 
 def wrong_count(case: CaseRecord | None) -> tuple[int, int] | None:

@@ -36,6 +36,9 @@ class CertifiedEngine(EngineBase):
         """How each feature of a scene is represented; the same with all settings."""
         return CAPABILITIES
 
+    def resolution(self, scene: Scene) -> None:
+        """Return None: what it says is proved."""
+
     def certify(self, scene: Scene, *, motion: bool = False) -> Certificate:
         """Return the proof itself; see `certify`."""
         return certify(scene, self.settings, motion=motion)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from reports.figures.collisions import draw_collisions
 from reports.figures.energy import draw_energy
+from reports.figures.ensembles import draw_ensemble
 from reports.figures.errors import draw_errors
 from reports.figures.paths import draw_paths
 from reports.figures.summary import draw_accuracy, draw_verdicts
@@ -28,6 +29,7 @@ __all__ = [
     "draw_accuracy",
     "draw_collisions",
     "draw_energy",
+    "draw_ensemble",
     "draw_errors",
     "draw_paths",
     "draw_verdicts",

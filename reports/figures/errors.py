@@ -84,7 +84,7 @@ def _row_text(run: Run) -> str:
     return {
         RestError.JUDGED: f"{shown}  {run.rest_verdict.legend}{_in_ulps(run)}",
         RestError.UNJUDGED: f"({shown})  not judged",
-        RestError.CHAOTIC: f"{CHAOTIC} past what can be predicted",
+        RestError.CHAOTIC: f"{CHAOTIC}: no error",
         RestError.OWN: "compared with itself",
         RestError.NONE: "",
     }[run.standing]

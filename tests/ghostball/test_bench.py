@@ -9,12 +9,14 @@ from typer.testing import CliRunner
 from ghostball import _bench_tables
 from ghostball.cli import app
 from validation.bench import (
+    AccuracyMeasurement,
     ScalingMeasurement,
     SkipsMeasurement,
     TargetsMeasurement,
     measurements,
     targets,
 )
+from validation.bench import accuracy as bench_accuracy
 from validation.bench import skips as bench_skips
 from validation.bench.peer_engines import PeerAbsentError
 from validation.bench.workloads import Workload
@@ -230,3 +232,29 @@ def test_an_unknown_scene_is_refused():
 def test_part_of_the_scenes_is_not_stored():
     result = CliRunner().invoke(app, ["bench", "skips", "break-16", "--store"])
     assert refused(result, "`--store` keeps whole measurements only")
+
+
+def test_accuracy_is_tabled_stored_and_a_fault_is_the_exit_status(monkeypatch, tmp_path):
+    monkeypatch.setenv("COLUMNS", "300")
+
+    def run(*more):
+        arguments = ["bench", "accuracy", "--shots", "10", "--jobs", "1", *more]
+        return CliRunner().invoke(app, [*arguments, "--out", str(tmp_path)])
+
+    result = run("--first", "7")
+    assert result.exit_code == 0, result.output
+    assert "10 shots from number 7" in result.stdout
+    assert "0 not found, 0 invented" in result.stdout
+    assert "ghostball bench accuracy --first" in result.stdout  # the worst, to be run again
+    assert measurements.load(tmp_path / "accuracy.json", AccuracyMeasurement).shots == 10
+    monkeypatch.setattr(bench_accuracy, "MAX_EVENTS", 1)
+    result = run()
+    assert result.exit_code == 1
+    assert "breaks a limit" in result.stdout
+    assert "Shots that break a limit" in result.stderr
+
+
+def test_few_random_shots_are_not_stored():
+    for part in (["--shots", "10"], ["--first", "3"]):
+        result = CliRunner().invoke(app, ["bench", "accuracy", *part, "--store"])
+        assert refused(result, "fewer `--shots` than by default")

@@ -425,7 +425,7 @@ def test_a_run_that_judges_nothing_passes_with_a_warning(cli, tmp_path):
     path = tmp_path / "shot.toml"
     path.write_text(HEAD + ball())
     options = ("--out", tmp_path / "out", "--no-report", "--engines")
-    result = cli("validate", path, *options, "ghostball,paper-discrete")
+    result = cli("validate", path, *options, "paper-discrete,paper-continuous")
     assert result.exit_code == 0, result.output
     assert "warning: no check was made" in result.stderr
     assert "shot.expect.toml" in result.stderr

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from reports import style
@@ -18,6 +19,52 @@ def test_engines_differ_without_their_colour():
         seen = by_family.setdefault(look.colour, set())
         assert (look.line, look.marker) not in seen
         seen.add((look.line, look.marker))
+
+
+# Machado, Oliveira and Fernandes (2009), table 1, severity 1: linear RGB as it is seen.
+SIGHT = {
+    "normal": np.eye(3),
+    "protanopia": [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ],
+    "deuteranopia": [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ],
+    "tritanopia": [
+        [1.255528, -0.076749, -0.178779],
+        [-0.078411, 0.930809, 0.147602],
+        [0.004733, 0.691367, 0.303900],
+    ],
+    "grey": [[0.2126, 0.7152, 0.0722]] * 3,
+}
+
+
+def lab(colour: str, sight: str) -> np.ndarray:
+    """Return a colour in CIELAB (D65), as somebody sees it."""
+    rgb = np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    seen = np.clip(np.asarray(SIGHT[sight]) @ linear, 0.0, 1.0)
+    to_xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    x, y, z = np.cbrt(np.asarray(to_xyz) @ seen / [0.9505, 1.0, 1.089])
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+@pytest.mark.parametrize("sight", SIGHT)
+def test_the_certified_engine_is_told_from_every_other_one(sight):
+    # A difference of 2.3 is just seen; in grey, lightness alone is left.
+    certified = style.engine_style("certified")
+    assert certified.colour == style.FAMILY_COLOURS["certified"]
+    for family in style.FAMILY_COLOURS:
+        if family == "certified":
+            continue
+        other = style.engine_style(family)
+        apart = np.linalg.norm(lab(certified.colour, sight) - lab(other.colour, sight))
+        assert apart > 8.0, family
+        assert (certified.line, certified.marker) != (other.line, other.marker)
 
 
 def test_variants_keep_the_colour_of_their_family():

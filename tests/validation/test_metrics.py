@@ -154,7 +154,9 @@ def test_a_run_that_stopped_early_has_no_rest_error() -> None:
 def test_without_truth_the_note_says_why() -> None:
     measured = measure(still(), Truth(None, missing="our engine can't slide"))
     for name, metric in METRICS.items():
-        if metric.compares not in (None, "conditioning"):
+        if metric.compares == "proof":
+            assert measured.notes[name] == "no proof: it was not asked for"
+        elif metric.compares not in (None, "conditioning"):
             assert measured.values[name] is None
             assert measured.notes[name] == "no truth: our engine can't slide"
     assert "closed form" in measured.notes["rest_error_ulps"]

@@ -16,6 +16,7 @@ from reference_adapters.registry import engine_names
 from validation.closed_forms import FORMS, closed_form
 from validation.criteria import SUFFIX, Criteria, criteria_beside
 from validation.library import FOLDER, find_scene, scene_names, select, shipped_scenes
+from validation.proof import proof_of
 from validation.sequences import matching_collisions
 from validation.truth import collisions_of
 
@@ -258,8 +259,13 @@ def test_every_scene_has_criteria(path: Path) -> None:
     # Criteria.load refuses unknown metrics and empty reasons; check_engines unknown engines.
     criteria = criteria_beside(path)
     criteria.check_engines(engine_names(), str(path))
-    has_form = closed_form(Scene.load(path)) is not None
-    assert criteria.truth == ("closed-form" if has_form else "engine")
+    scene = Scene.load(path)
+    if closed_form(scene) is not None:
+        assert criteria.truth == "closed-form"
+    else:
+        proof, _ = proof_of(scene)
+        whole = proof is not None and proof.proved
+        assert criteria.truth == ("certified" if whole else "engine")
     assert criteria.criteria
     for criterion in criteria.criteria:
         assert criterion.reason.endswith("."), criterion.reason
@@ -268,7 +274,7 @@ def test_every_scene_has_criteria(path: Path) -> None:
 
 def test_no_criteria_without_a_scene() -> None:
     beside = {path.name.removesuffix(SUFFIX) for path in FOLDER.glob(f"*{SUFFIX}")}
-    assert beside == set(NAMES)
+    assert beside == {*NAMES, "common"}
 
 
 @pytest.mark.parametrize("name", sorted(FORMS))

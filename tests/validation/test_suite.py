@@ -119,6 +119,10 @@ def fake_engines(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.M
     return site
 
 
+COMMON = ("events_missing", "events_invented", "quality_factor")
+"""What every scene limits for our engine."""
+
+
 def scene(name: str = "roll") -> Scene:
     return Scene(name=name, balls=[Ball(id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0))])
 
@@ -144,7 +148,7 @@ def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
         ["ghostball", "fake", "fake:shift=0.003"],
         tmp_path / "out",
         progress=lambda record, done, total: seen.append((record.label, done, total)),
-        criteria={"roll": limits("ghostball", "fake")},
+        criteria={"roll": limits("ghostball", "fake").model_copy(update={"truth": "engine"})},
     )
     assert seen == [("ghostball", 1, 3), ("fake", 2, 3), ("fake:shift=0.003", 3, 3)]
     folder = ResultsFolder.load(tmp_path / "out")
@@ -153,7 +157,14 @@ def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
     assert folder.environment["engine_settings"]["fake"] == {"does": "run", "shift": 0.0}
     cases = by_label(folder.cases)
     # Our engine is the truth here, so it can't pass; the copy agrees, the shifted one is 3 mm off.
-    assert [cases[label].passed for label in folder.labels] == [None, True, False]
+    verdicts = [
+        next(check.passed for check in cases[label].checks if check.metric == "rest_error_max")
+        for label in folder.labels
+    ]
+    assert verdicts == [None, True, False]
+    # What is proved of the shot judges it all the same.
+    proved = {check.metric: check.passed for check in cases["ghostball"].checks}
+    assert proved == {"rest_error_max": None} | dict.fromkeys(COMMON, True)
     shifted = cases["fake:shift=0.003"]
     assert shifted.metrics["rest_error_max"] == pytest.approx(0.003, rel=1e-9)
     assert shifted.ball_errors == pytest.approx([0.003], rel=1e-9)
@@ -169,7 +180,7 @@ def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
     )  # the uniform grid; its one event is at its end, and the instant before
     assert motion.times[-1] == shifted.rest_time
     counts = outcome.counts
-    assert (counts.ran, counts.checks_passed, counts.checks_failed) == (3, 1, 1)
+    assert (counts.ran, counts.checks_passed, counts.checks_failed) == (3, 1 + len(COMMON), 1)
     assert counts.checks_reference == 1
     assert outcome.exit_status == 1
 
@@ -186,9 +197,9 @@ def test_only_the_metrics_asked_for_are_measured_and_judged(tmp_path: Path) -> N
     ours, fake, refused = outcome.cases
     assert list(fake.metrics) == ["rest_error_max", "rest_time_error", "rest_time_error_ulps"]
     assert [check.metric for check in fake.checks] == ["rest_error_max"]
-    # Only where it would have been judged: our engine has no limit, the third did not run.
-    assert [case.left_out for case in (ours, fake, refused)] == [(), ("overlap_max",), ()]
-    assert (outcome.counts.checks_passed, outcome.counts.checks_left_out) == (1, 1)
+    # Only where it would have been judged: the third did not run.
+    assert [case.left_out for case in (ours, fake, refused)] == [COMMON, ("overlap_max",), ()]
+    assert (outcome.counts.checks_passed, outcome.counts.checks_left_out) == (1, 1 + len(COMMON))
     folder = ResultsFolder.load(tmp_path)
     assert folder.environment["metrics"] == list(fake.metrics)
     assert folder.motion(fake) is not None  # figures draw it

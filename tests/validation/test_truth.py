@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import pickle
+import threading
+from fractions import Fraction
 from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
 
+import validation.proof
 import validation.truth
 from engine import (
     Ball,
@@ -20,10 +23,11 @@ from engine import (
     UnsupportedSceneError,
     simulate,
 )
+from reference_adapters.certified import certify
 from validation.closed_forms import DIGITS, closed_form
 from validation.library import find_scene
-from validation.store import CLOSED_FORM, OUR_ENGINE
-from validation.truth import Truth, TruthError, truth_of
+from validation.store import CERTIFIED, CLOSED_FORM, OUR_ENGINE
+from validation.truth import Truth, TruthError, check_truth, truth_of
 
 BB, BC = int(EventKind.BALL_BALL), int(EventKind.BALL_CUSHION)
 
@@ -60,7 +64,14 @@ def test_a_closed_form_is_kept_to_twice_double_precision() -> None:
     assert np.array_equal(truth.rest_positions[:, 2], scene.radii)
 
 
-def test_a_closed_form_takes_energy_and_times_from_our_engine_and_says_so() -> None:
+def unproved(scene: Scene) -> tuple[None, str]:
+    return None, "made to be refused"
+
+
+def test_a_closed_form_takes_energy_and_times_from_our_engine_and_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(validation.truth, "proof_of", unproved)
     truth = truth_of(find_scene("head-on"))
     assert truth.collisions == ((BB, 0, 1),)
     assert len(truth.collision_times) == 1
@@ -75,6 +86,19 @@ def test_a_closed_form_takes_energy_and_times_from_our_engine_and_says_so() -> N
     assert not truth.is_own_measure("pymunk", "energy")
 
 
+def test_a_closed_form_takes_energy_and_times_from_the_proof_where_there_is_one() -> None:
+    scene = find_scene("half-ball-cut")
+    truth, proof = truth_of(scene), certify(scene, motion=True)
+    assert truth.certificate is not None
+    assert truth.certificate.to_json() == proof.to_json()
+    assert truth.kind == CLOSED_FORM
+    assert truth.collision_times.tolist() == [float(proof.events[0].t)]
+    for part in ("rest", "time", "events", "energy", "conditioning", "proof"):
+        assert not truth.is_own_measure("ghostball", part)  # type: ignore[arg-type]
+    energy = simulate(scene, record="trajectory").energy(truth.energy_times).total
+    np.testing.assert_allclose(truth.energy, energy, rtol=1e-12, atol=1e-15)
+
+
 def test_where_our_engine_cannot_help_a_closed_form_stands_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -83,8 +107,11 @@ def test_where_our_engine_cannot_help_a_closed_form_stands_alone(
         raise UnsupportedSceneError("ghostball", ("no sliding",))
 
     monkeypatch.setattr("validation.truth.simulate", refuse)
+    monkeypatch.setattr(validation.truth, "proof_of", unproved)
     truth = truth_of(find_scene("sliding-stun"))
     assert truth.kind == CLOSED_FORM
+    assert truth.horizon is None
+    assert truth.why_not("proof") == "no proof: made to be refused"
     assert truth.rest_positions is not None
     assert truth.energy is None
     assert "no sliding" in truth.why_not("energy")
@@ -102,7 +129,40 @@ def test_a_closed_form_of_a_sliding_ball_has_the_energy_curve_of_our_engine() ->
     assert not truth.missing
 
 
-def test_without_a_closed_form_our_engine_is_the_truth_and_not_independent() -> None:
+def test_without_a_closed_form_the_proof_is_the_truth_and_independent() -> None:
+    scene = shot()
+    truth, ours, proof = truth_of(scene), simulate(scene, record="trajectory"), certify(scene)
+    assert truth.kind == CERTIFIED
+    assert truth.rest_positions is not None
+    assert truth.rest_time is not None
+    for ball, enclosures in enumerate(proof.positions):
+        for axis, enclosure in enumerate(enclosures):
+            high = Fraction(truth.rest_positions[ball, axis])
+            low = Fraction(truth.rest_positions_low[ball, axis])
+            # Twice double precision: judged by a rounded truth, an engine is blamed for that.
+            assert abs(high + low - enclosure.mid) <= Fraction(2) ** -104 * abs(enclosure.mid)
+    assert np.array_equal(truth.rest_positions[:, 2], scene.radii)
+    time = Fraction(truth.rest_time) + Fraction(truth.rest_time_low)
+    assert abs(time - proof.t_end.mid) <= Fraction(2) ** -104 * proof.t_end.mid
+    assert truth.collisions is not None
+    assert truth.collisions[0] == (BB, 0, 1)
+    assert truth.collision_times[0] == float(proof.events[0].t)
+    assert truth.collision_counts == ours.collision_counts
+    np.testing.assert_allclose(truth.energy, ours.energy(truth.energy_times).total, atol=1e-13)
+    for part in ("rest", "time", "events", "energy", "proof"):
+        assert not truth.is_own_measure("ghostball", part)  # type: ignore[arg-type]
+    assert truth.horizon == ours.horizon()
+    assert truth.conditioning is None
+    assert "closed form" in truth.why_not("conditioning")
+    copy: Truth = pickle.loads(pickle.dumps(truth))
+    assert copy.certificate is not None
+    assert copy.certificate.events == proof.events
+
+
+def test_without_a_closed_form_and_a_proof_our_engine_is_the_truth_and_not_independent(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(validation.truth, "proof_of", unproved)
     scene = shot()
     truth, ours = truth_of(scene), simulate(scene)
     assert truth.kind == OUR_ENGINE
@@ -120,11 +180,53 @@ def test_without_a_closed_form_our_engine_is_the_truth_and_not_independent() -> 
 
 
 def test_criteria_may_ask_for_the_engine_though_there_is_a_form() -> None:
-    assert truth_of(find_scene("head-on"), "engine").kind == OUR_ENGINE
+    truth = truth_of(find_scene("head-on"), "engine")
+    assert truth.kind == OUR_ENGINE
+    assert truth.certificate is not None  # what is proved is graded all the same
+    assert truth_of(find_scene("head-on"), "engine", frozenset({"rest"})).certificate is None
+
+
+def test_criteria_may_ask_for_the_proof_though_there_is_a_form() -> None:
+    truth = truth_of(find_scene("head-on"), "certified")
+    assert truth.kind == CERTIFIED
+    form = truth_of(find_scene("head-on"))
+    np.testing.assert_allclose(truth.rest_positions, form.rest_positions, rtol=0, atol=1e-16)
+
+
+def test_a_part_of_a_shot_that_is_proved_is_no_truth_of_the_whole() -> None:
+    scene = find_scene("frozen-break")
+    truth = truth_of(scene)
+    assert truth.kind == OUR_ENGINE
+    assert truth.certificate is not None
+    assert truth.certificate.ending == "ambiguous"
+    with pytest.raises(TruthError, match=r'"frozen-break".*isn\'t proved: ambiguous: can\'t tell'):
+        truth_of(scene, "certified")
+
+
+def test_a_proof_of_physics_without_a_closed_form_is_refused_before_anything_runs() -> None:
+    with pytest.raises(TruthError, match=r"Mathavan 2014.*`truth` = \"engine\""):
+        check_truth(find_scene("mathavan-cut"), "certified")
+    truth = truth_of(find_scene("mathavan-cut"))
+    assert (truth.kind, truth.certificate) == (OUR_ENGINE, None)
+    assert "Mathavan 2014" in truth.why_not("proof")
+
+
+def test_a_proof_that_takes_long_says_so_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(validation.proof, "PATIENCE", 0.0)
+    said = threading.Event()
+    monkeypatch.setattr(
+        validation.proof.logger, "warning", lambda text: (seen.append(text), said.set())
+    )
+    seen: list[str] = []
+    monkeypatch.setattr(validation.proof, "certify", lambda *_, **__: said.wait(60.0))
+    validation.proof.proof_of(find_scene("stop"))
+    assert seen[0].startswith('proving scene "stop"')
 
 
 def test_a_closed_form_that_is_not_there_is_refused() -> None:
-    with pytest.raises(TruthError, match=r'"no-closed-form".*no closed form.*`truth` = "engine"'):
+    with pytest.raises(
+        TruthError, match=r'"no-closed-form".*no closed form.*"certified" or "engine"'
+    ):
         truth_of(shot(), "closed-form")
 
 

@@ -387,7 +387,7 @@ def test_a_folder_that_cannot_be_read_is_said_to_give_nothing(
     assert run(tmp_path).counts.taken_over == 0
     (message,) = [record.getMessage() for record in caplog.records]
     assert message.startswith("nothing is taken over from the results that are there")
-    wanted = "`schema` must be 2, got 1" if change == "schema" else "results.jsonl:1: not valid"
+    wanted = "`schema` must be 3, got 1" if change == "schema" else "results.jsonl:1: not valid"
     assert wanted in message
     assert run(tmp_path).counts.taken_over == 4
 

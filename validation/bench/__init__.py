@@ -1,5 +1,6 @@
-"""Measurements of speed: our engine against its targets, and beside its peers."""
+"""Measurements: our engine's speed, against targets and beside peers, and its accuracy."""
 
+from validation.bench.accuracy import AccuracyMeasurement, measure_accuracy
 from validation.bench.measure import measure_targets
 from validation.bench.measurements import (
     Measurement,
@@ -23,6 +24,7 @@ __all__ = [
     "TINY",
     "WIDE",
     "WORKLOADS",
+    "AccuracyMeasurement",
     "BenchError",
     "Measurement",
     "PeerRow",
@@ -35,6 +37,7 @@ __all__ = [
     "chosen_workloads",
     "make_peers",
     "many_balls",
+    "measure_accuracy",
     "measure_scaling",
     "measure_skips",
     "measure_targets",

@@ -1,0 +1,292 @@
+"""How a shot answers to small changes: the tangent map, and until when it can be predicted.
+
+    >>> result = simulate(scene, record="trajectory")
+    >>> result.sensitivity(result.rest_time)     # what rounding does to each ball, over 2^-53 [m]
+    >>> result.horizon(tolerance=1e-3)           # until when doubles tell where balls are [s]
+    >>> tangent_of(result, directions)           # what becomes of given changes of the first state
+
+The derivative is that of the engine's own trajectory, and exact for its laws: each event also comes
+sooner or later. None exists past an instant at which one ball has several collisions, for any
+change decides their order, and past sustained contact: there it is infinite.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine import _tangent_state as s
+from engine._jit import compiling
+from engine._layout import laws_of, layout_of
+from engine._run import Variant, still_scene
+from engine._state import KNOT
+from engine._tangent import run_tangent, sample_growth, sample_tangent
+from engine.errors import GhostballError
+from engine.result import EVENT_DTYPE, Events
+from engine.scene import Scene
+from engine.trajectory import ExactTrajectory
+
+FloatArray = NDArray[np.float64]
+
+LANES, PARTS = s.LANES, s.PARTS
+"""Changes that cost as much as one; numbers that a change of a ball has."""
+
+ROUNDING = 2.0**-53
+"""Half the spacing of doubles at 1: the largest relative error of one rounding."""
+
+QUALITY = 32.0
+"""How many times the error of one rounding of the state at each event our engine stays within."""
+
+_BETWEEN = 4
+"""Parts that the time between two knots is cut into where growth is looked for."""
+
+_CHUNK = 16_384
+"""Instants at which growth is computed at once: it grows, so most of a long run is never needed."""
+
+
+@dataclass(frozen=True, eq=False)
+class TangentMap:
+    """What becomes of m small changes of a shot's first state, to first order.
+
+    Attributes
+    ----------
+    count : int
+        m.
+    t_end : float [s]
+        Last instant of the motion.
+    """
+
+    count: int
+    t_end: float
+    _runs: tuple[s.Tangents, ...]
+
+    def sample(self, times: ArrayLike) -> FloatArray:
+        """Return the changes at `times`, (k, m, n, 7) float64.
+
+        Parameters
+        ----------
+        times : (k,) float64 [s], in any order; past the end, as at the end
+
+        Returns
+        -------
+        (k, m, n, 7) float64
+            For each ball the change of its position x, y [m], velocity x, y [m/s] and angular
+            velocity x, y, z [rad/s] at the same instant; not finite where no derivative exists.
+        """
+        t, order = _increasing(times, self.t_end)
+        parts = []
+        for run in self._runs:
+            out = np.empty((len(t), len(run.at), s.ROW))
+            with _growing():
+                sample_tangent(run, t, out)
+            parts.append(out.reshape(len(t), len(run.at), s.PARTS, s.LANES))
+        lanes = np.concatenate(parts, axis=3)[..., : self.count]
+        result = np.empty_like(lanes)
+        result[order] = lanes
+        return result.transpose(0, 3, 1, 2)
+
+    @property
+    def event_shifts(self) -> FloatArray:
+        """How much later each event comes [s], (events, m); NaN where no derivative exists."""
+        shifts: FloatArray = np.concatenate(
+            [run.shift.reshape(-1, s.LANES) for run in self._runs], axis=1
+        )
+        return shifts[:, : self.count]
+
+    def growth(self, times: ArrayLike) -> FloatArray:
+        """Return how far each ball is displaced, (k, n) [m]: root mean square over the changes.
+
+        Over all LANES of them, unless there are fewer. Infinite where no derivative exists.
+        """
+        t, order = _increasing(times, self.t_end)
+        squares = np.zeros((len(t), len(self._runs[0].at)))
+        for run in self._runs:
+            out = np.empty_like(squares)
+            with _growing():
+                sample_growth(run, t, out)
+                squares += out**2
+        result = np.empty_like(squares)
+        result[order] = np.sqrt(squares * (s.LANES / self.count))
+        return result
+
+
+def tangent_of(
+    scene: Scene, trajectory: ExactTrajectory, events: Events, directions: ArrayLike
+) -> TangentMap:
+    """Return what becomes of small changes of the first state of a shot.
+
+    Parameters
+    ----------
+    scene : Scene
+    trajectory, events
+        Of its run, as our engine records them; `Result.tangent` passes its own.
+    directions : (m, n, 7) float64
+        Each a change of every ball's position x, y [m], velocity x, y [m/s] and angular velocity
+        x, y, z [rad/s]. The angular velocity of a ball that begins by rolling follows its velocity.
+
+    Raises
+    ------
+    GhostballError
+        Where `directions` has another shape, or isn't finite.
+    """
+    n = len(scene.balls)
+    given = np.asarray(directions, dtype=np.float64)
+    if given.ndim != 3 or given.shape[1:] != (n, s.PARTS) or not len(given):
+        raise GhostballError(
+            f"`directions` must be of shape (m, {n}, {s.PARTS}) with m at least 1, got "
+            f'{given.shape} (scene "{scene.name}" has {n} balls)'
+        )
+    if not np.all(np.isfinite(given)):
+        raise GhostballError("`directions` must be finite, got NaN or infinity")
+    runs = []
+    for start in range(0, len(given), s.LANES):
+        lanes = np.zeros((n, s.PARTS, s.LANES))
+        some = given[start : start + s.LANES]
+        lanes[:, :, : len(some)] = some.transpose(1, 2, 0)
+        runs.append(_run(scene, trajectory, events, lanes, 0.0))
+    return TangentMap(len(given), trajectory.t_end, tuple(runs))
+
+
+def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> TangentMap:
+    """Return what becomes of rounding the state at the start and at each event, over 2^-53.
+
+    Each number that an event sets is changed by its size with a random sign, in LANES independent
+    ways; what they do together is within some 25 % of the root mean square over all signs.
+    The signs are functions of the event's number, so that the same shot has the same result.
+    """
+    start = np.zeros((len(scene.balls), s.PARTS, s.LANES))
+    return TangentMap(s.LANES, trajectory.t_end, (_run(scene, trajectory, events, start, 1.0),))
+
+
+def horizon_of(rounding: TangentMap, knots: FloatArray, tolerance: float, error: float) -> float:
+    """Return the first instant at which a growth exceeds tolerance / error [s]; inf: none does.
+
+    Parameters
+    ----------
+    rounding : TangentMap
+    knots : (k,) float64 [s], increasing
+        Instants of the events; between two of them growth is looked for at a few instants only.
+    tolerance : float [m]
+    error : float
+        What a growth is multiplied by.
+    """
+    limit = tolerance / error
+    for times in _chunks(knots, rounding.t_end):
+        beyond = ~(np.max(rounding.growth(times), axis=1) <= limit)
+        if np.any(beyond):
+            first = int(np.argmax(beyond))
+            if first == 0:
+                return float(times[0])
+            return _first_beyond(rounding, float(times[first - 1]), float(times[first]), limit)
+    return float("inf")
+
+
+def _chunks(knots: FloatArray, t_end: float) -> Iterator[FloatArray]:
+    """Yield instants at the knots and between them, each chunk beginning where the last ended."""
+    ends = np.append(knots, t_end) if knots[-1] < t_end else knots
+    step = _CHUNK // _BETWEEN
+    for start in range(0, max(len(ends) - 1, 1), step):
+        some = ends[start : start + step + 1]
+        fractions = np.arange(_BETWEEN) / _BETWEEN
+        inner = some[:-1, np.newaxis] + np.diff(some)[:, np.newaxis] * fractions
+        yield np.append(inner.ravel(), some[-1])
+
+
+def _first_beyond(rounding: TangentMap, low: float, high: float, limit: float) -> float:
+    """Return where the growth passes `limit` between two instants, to the last bit."""
+    while True:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            return high
+        if float(np.max(rounding.growth([middle]))) <= limit:
+            low = middle
+        else:
+            high = middle
+
+
+def _run(
+    scene: Scene,
+    trajectory: ExactTrajectory,
+    events: Events,
+    start: FloatArray,
+    rounding: float,
+) -> s.Tangents:
+    """Carry perturbations (n, PARTS, LANES) at the start along a motion."""
+    _warm_up(layout_of(scene).integrated is not None)
+    run = _arrays(scene, trajectory, events, rounding)
+    run.tangent.reshape(-1, s.ROW)[run.first[:-1]] = start.reshape(-1, s.ROW)
+    with _growing():
+        run_tangent(run)
+    return run
+
+
+def _arrays(
+    scene: Scene, trajectory: ExactTrajectory, events: Events, rounding: float
+) -> s.Tangents:
+    n, m, layout = len(scene.balls), len(events), layout_of(scene)
+    first = np.zeros(n + 1, dtype=np.int64)
+    np.cumsum([len(knots) for knots in trajectory.knots], out=first[1:])
+    what = np.empty((m, 3), dtype=np.int64)
+    what[:, 0], what[:, 1], what[:, 2] = events["kind"], events["a"], events["b"]
+    return s.Tangents(
+        lanes=s.LANES,
+        state=layout.balls.state,
+        laws=laws_of(scene),
+        knots=np.concatenate(trajectory.knots),
+        first=first,
+        time=np.ascontiguousarray(events["t"]),
+        what=what,
+        rounding=rounding,
+        tangent=np.empty(int(first[-1]) * s.ROW),
+        shift=np.empty(m * s.LANES),
+        at=np.zeros(n, dtype=np.int64),
+        due=np.zeros(n, dtype=np.int64),
+        motion=np.zeros((2, s.PRE_COLUMNS)),
+        work=_work().copy(),
+        law=np.zeros((s.LAW_OUT, s.LAW_IN)),
+    )
+
+
+def _growing() -> AbstractContextManager[None]:
+    """Let numbers that outgrow doubles become infinite, and NaN, without a warning.
+
+    A long chaotic motion does that to a derivative. Compiled kernels never warn; others would.
+    """
+    return np.errstate(over="ignore", invalid="ignore")
+
+
+@cache
+def _work() -> FloatArray:
+    """Return what `Tangents.work` holds at first: the signs, from a generator of fixed seed."""
+    work = np.zeros(s.WORK)
+    signs = np.random.default_rng(53).integers(0, 2, s.SIGN_ROWS * s.ROW)
+    work[s.SIGNS :] = 2.0 * signs - 1.0
+    return work
+
+
+@cache
+def _warm_up(integrated: bool) -> None:
+    """Compile the kernels, or load them, on a shot in which nothing happens; say so if compiled."""
+    name = "sensitivity" + ", integrated laws" * integrated
+    scene = still_scene(Variant(False, integrated, False))
+    knots = (np.zeros((1, KNOT)),) * len(scene.balls)
+    spins = np.zeros(len(scene.balls))
+    trajectory = ExactTrajectory(scene.radii, knots, 1.0, spins)
+    with compiling(name):
+        run = _arrays(scene, trajectory, np.empty(0, dtype=EVENT_DTYPE), 1.0)
+        run.tangent[:] = 0.0
+        run_tangent(run)
+        sample_tangent(run, np.zeros(1), np.empty((1, len(scene.balls), s.ROW)))
+        sample_growth(run, np.zeros(1), np.empty((1, len(scene.balls))))
+
+
+def _increasing(times: ArrayLike, t_end: float) -> tuple[FloatArray, NDArray[np.intp]]:
+    """Return instants in order, none past the end, and where each was."""
+    t = np.minimum(np.atleast_1d(np.asarray(times, dtype=np.float64)), t_end)
+    order = np.argsort(t, kind="stable")
+    return t[order], order

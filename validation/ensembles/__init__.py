@@ -1,0 +1,50 @@
+"""Ensembles: distributions compared where single trajectories can't be.
+
+A shot past its predictability horizon ends elsewhere in every engine, and with every rounding. What
+can still be compared is how a shot ends that is perturbed again and again: the distributions of
+rest positions, collision counts and energy.
+"""
+
+from validation.ensembles.compare import (
+    ENERGY_PARTS,
+    QUANTITIES,
+    Compared,
+    Comparison,
+    NullTest,
+    Quantity,
+    compare,
+    quantity_of,
+)
+from validation.ensembles.member import MemberResult
+from validation.ensembles.members import EnsembleError, Size, perturb
+from validation.ensembles.records import (
+    REFERENCE,
+    EnsembleRecord,
+    EnsembleRun,
+    Members,
+)
+from validation.ensembles.run import EnsembleOutcome, check_ensembles, run_ensembles
+from validation.ensembles.store import Ensembles
+
+__all__ = [
+    "ENERGY_PARTS",
+    "QUANTITIES",
+    "REFERENCE",
+    "Compared",
+    "Comparison",
+    "EnsembleError",
+    "EnsembleOutcome",
+    "EnsembleRecord",
+    "EnsembleRun",
+    "Ensembles",
+    "MemberResult",
+    "Members",
+    "NullTest",
+    "Quantity",
+    "Size",
+    "check_ensembles",
+    "compare",
+    "perturb",
+    "quantity_of",
+    "run_ensembles",
+]

@@ -1,0 +1,126 @@
+"""One member on one engine: run, looked at, and reduced to what is compared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import Scene, Status, UnsupportedSceneError
+from engine.result import COLLISION_KINDS
+from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
+from validation.ensembles.members import Stream
+from validation.records import status_name
+from validation.returned import check_result
+from validation.sampling import energy_at
+
+MemberOutcome = Literal["ended", "stopped", "failed", "not-representable", "unavailable"]
+
+
+@dataclass(frozen=True, eq=False)
+class MemberTask:
+    """What to run.
+
+    Attributes
+    ----------
+    scene : Scene
+        The member, perturbed.
+    label : str
+        The engine with its settings.
+    stream : "shots" or "null"
+    index : int
+    times : (q,) float64 [s]
+        When to take the energy.
+    """
+
+    scene: Scene
+    label: str
+    stream: Stream
+    index: int
+    times: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class MemberResult:
+    """What became of a member.
+
+    Attributes
+    ----------
+    scene, label, stream, index
+        Of the task.
+    outcome : str
+        "ended" came to rest or to the scene's `t_max`; "stopped" didn't, though nothing failed.
+    reason : str
+        Why it didn't end; else "".
+    rest_positions : (n, 2) float64 [m]
+    rest_time : float [s]
+    counts : tuple of int
+        By kind, in the order of `COLLISION_KINDS`.
+    energy : (q,) float64 [J]
+        Like the three above, None where it didn't end.
+    """
+
+    scene: str
+    label: str
+    stream: Stream
+    index: int
+    outcome: MemberOutcome
+    reason: str = ""
+    rest_positions: NDArray[np.float64] | None = None
+    rest_time: float | None = None
+    counts: tuple[int, ...] | None = None
+    energy: NDArray[np.float64] | None = None
+
+
+def run_member(task: MemberTask) -> MemberResult:
+    """Run a member; whatever goes wrong becomes part of what is returned.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Where the run was interrupted.
+    """
+    scene = task.scene
+    try:
+        engine = make_engine(task.label)
+        result = engine.simulate(scene, record="trajectory")
+        check_result(result, scene, parse_spec(task.label)[0])
+        if result.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        if not result.status.complete:
+            why = f": {result.reason}" if result.reason else ""
+            return without_result(task, "stopped", f"{status_name(result.status)}{why}")
+        with np.errstate(invalid="ignore", over="ignore"):
+            energy = energy_at(result, task.times).total
+        if not np.all(np.isfinite(energy)):
+            return without_result(task, "failed", "the energy of its motion is not finite")
+        return MemberResult(
+            scene.name,
+            task.label,
+            task.stream,
+            task.index,
+            "ended",
+            rest_positions=np.array(result.rest_positions[:, :2], dtype=np.float64),
+            rest_time=float(result.rest_time),
+            counts=tuple(int(result.collision_counts[kind.label]) for kind in COLLISION_KINDS),
+            energy=energy,
+        )
+    except EngineUnavailableError as error:
+        return without_result(task, "unavailable", str(error))
+    except UnsupportedSceneError as error:
+        return without_result(task, "not-representable", "; ".join(error.features))
+    # An engine may raise anything, and its `sys.exit` must not end the run: kept, never fatal.
+    except (Exception, SystemExit) as error:
+        return without_result(task, "failed", f"{type(error).__name__}: {error}")
+
+
+def died(task: MemberTask, reason: str) -> MemberResult:
+    """Return what became of a member whose process died of it."""
+    return without_result(task, "failed", reason)
+
+
+def without_result(task: MemberTask, outcome: MemberOutcome, reason: str) -> MemberResult:
+    """Return what became of a member that didn't come to its end."""
+    return MemberResult(task.scene.name, task.label, task.stream, task.index, outcome, reason)

@@ -1,0 +1,299 @@
+"""Members of an ensemble: one shot, perturbed again and again within a stated size.
+
+A member is made of the scene, its name's and its number's seed, and the size alone. So every engine
+gets the same members, in whatever order or process they run, and a larger ensemble has those of a
+smaller one and more.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from difflib import get_close_matches
+from typing import Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import Ball, GhostballError, Scene, Table
+from engine.scene import rolling_angular_velocity
+
+Stream = Literal["shots", "null"]
+"""Which members: those that every engine runs, or as many others, independent of them."""
+
+LARGEST_VELOCITY = 0.1
+"""More than a tenth of the speed, or 0.1 rad, isn't the same shot any more."""
+
+LARGEST_POSITION = 0.25
+"""Of the smallest radius: a ball that moves farther might change places with its neighbour."""
+
+SWEEPS = 256
+"""How often each crowded ball is tried elsewhere: 16 times as often opens gaps only 5 % wider."""
+
+FINEST = 8
+"""Steps of crowded balls: the size, halved 0 to 7 times, for gaps deep in a rack are small."""
+
+_DRAWS = 4
+"""Numbers of a ball: speed, direction, x, y; drawn also where they act on nothing."""
+
+_FORM = "write it as velocity=1e-3,position=1e-4"
+
+
+class EnsembleError(GhostballError, ValueError):
+    """An ensemble that can't be made: a wrong number of members, or a size that is none."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """How far members lie from their scene, at most; each number is drawn evenly in between.
+
+    Attributes
+    ----------
+    velocity : float [1] and [rad]
+        By what part the speed of each moving ball changes, its spin with it, and by what angle it
+        is turned about the vertical, its spin with it.
+    position : float [m]
+        By how much x and y of each ball change.
+
+    Raises
+    ------
+    EnsembleError
+        Where a number is negative, not finite, too large, or both are 0.
+    """
+
+    velocity: float = 1e-3
+    position: float = 1e-4
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            if not (math.isfinite(value) and value >= 0.0):
+                raise EnsembleError(
+                    f"`{name}` of the ensemble's size must be finite and at least 0, got {value}"
+                )
+        if self.velocity > LARGEST_VELOCITY:
+            raise EnsembleError(
+                f"`velocity` of the ensemble's size must be at most {LARGEST_VELOCITY:g} (of the "
+                f"speed, and rad), got {self.velocity:g}: members would be other shots"
+            )
+        if self.velocity == self.position == 0.0:
+            raise EnsembleError(
+                "the ensemble's size must not be 0 in velocity and in position: all members would "
+                "be one and the same shot"
+            )
+
+    def __str__(self) -> str:
+        return f"velocity={self.velocity:g},position={self.position:g}"
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Read `velocity=1e-3,position=1e-4`; what is left out has its default.
+
+        Raises
+        ------
+        EnsembleError
+            Where it is written otherwise, names something else, or the size is wrong.
+        """
+        values: dict[str, float] = {}
+        for piece in text.split(","):
+            key, equals, number = (part.strip() for part in piece.partition("="))
+            if key not in cls.__dataclass_fields__:
+                close = get_close_matches(key, cls.__dataclass_fields__, n=1)
+                hint = f"Did you mean `{close[0]}`? " if close else ""
+                raise EnsembleError(
+                    f"the ensemble's size must give velocity or position, got {piece!r}. "
+                    f"{hint}Else {_FORM}"
+                )
+            if key in values:
+                raise EnsembleError(
+                    f"`{key}` of the ensemble's size must be given once, got it twice in {text!r}"
+                )
+            try:
+                values[key] = float(number)
+            except ValueError:
+                raise EnsembleError(
+                    f"`{key}` of the ensemble's size must be a number, got "
+                    f"{number if equals else piece!r}; {_FORM}"
+                ) from None
+        return cls(**values)
+
+    def check(self, scene: Scene) -> None:
+        """Refuse a size that is too large for a scene.
+
+        Raises
+        ------
+        EnsembleError
+            Where balls could change places.
+        """
+        smallest = float(scene.radii.min())
+        if self.position > LARGEST_POSITION * smallest:
+            raise EnsembleError(
+                f"`position` of the ensemble's size must be at most {LARGEST_POSITION:g} of the "
+                f"smallest radius, {LARGEST_POSITION * smallest:g} m in scene "
+                f'"{scene.name}", got {self.position:g} m: balls could change places'
+            )
+
+
+def perturb(scene: Scene, size: Size, index: int, stream: Stream = "shots") -> Scene:
+    """Return member `index` of a scene's ensemble.
+
+    Parameters
+    ----------
+    scene : Scene
+    size : Size
+    index : int
+        From 0; members don't depend on how many there are.
+    stream : "shots" or "null"
+
+    Returns
+    -------
+    Scene
+        Named like its origin. No ball overlaps another or leaves the table.
+
+    Raises
+    ------
+    EnsembleError
+        Where the size is too large for the scene, or `index` is negative.
+
+    Notes
+    -----
+    A ball that has room on all sides is put anywhere in the square of half side `position` around
+    its place, evenly. Balls that might then overlap, or leave the table, are *crowded*: they start
+    in their places and walk at random within their squares, each step taken only where it makes no
+    overlap. So touching balls, as in a frozen rack or frozen to a cushion, are perturbed by opening
+    gaps alone; a ball without any room stays where it is.
+
+    Velocity and angular velocity are scaled by one factor and turned by one angle, as if the tip
+    hit the same spot; a ball that rolls still rolls. A resting ball stays at rest.
+    """
+    size.check(scene)
+    if index < 0:
+        raise EnsembleError(f"`index` of a member must be at least 0, got {index}")
+    numbers = _Numbers(f"{scene.name}/{stream}/{index}")
+    drawn = numbers.draw(_DRAWS * len(scene.balls)).reshape(-1, _DRAWS)
+    places = _places(scene, size.position, drawn[:, 2:], numbers)
+    rolls = scene.rolls
+    balls = tuple(
+        _moved(ball, place, _motion_of(ball, bool(rolls[i]), size.velocity * drawn[i, :2]))
+        for i, (ball, place) in enumerate(zip(scene.balls, places, strict=True))
+    )
+    # Built anew, not copied: so the scene checks that no ball overlaps another.
+    fields = {name: getattr(scene, name) for name in type(scene).model_fields}
+    return Scene(**fields | {"balls": balls})
+
+
+class _Numbers:
+    """Numbers in [-1, 1), the same on every machine and with every version of numpy.
+
+    numpy guarantees the bits of PCG64, but not what its distributions make of them.
+    """
+
+    def __init__(self, key: str) -> None:
+        digest = hashlib.sha256(f"ghostball ensemble/{key}".encode()).digest()
+        self._bits = np.random.PCG64(int.from_bytes(digest))
+
+    def draw(self, count: int) -> NDArray[np.float64]:
+        raw = np.asarray(self._bits.random_raw(count), dtype=np.uint64)
+        drawn: NDArray[np.float64] = (raw >> np.uint64(11)).astype(np.float64) * 2.0**-52 - 1.0
+        return drawn
+
+
+def _moved(ball: Ball, place: Sequence[float], motion: Mapping[str, Any]) -> Ball:
+    return ball.model_copy(update={"position": (*place, ball.position[2]), **motion})
+
+
+def _motion_of(ball: Ball, rolls: bool, drawn: NDArray[np.float64]) -> dict[str, Any]:
+    """Return velocity and angular velocity, scaled and turned about the vertical."""
+    # By the tangent of half the angle: sines have other last bits on other machines, and in a break
+    # the last bit decides. The angle is evenly drawn to a part of (angle)^2 / 4.
+    factor, half = 1.0 + float(drawn[0]), 0.5 * float(drawn[1])
+    sine, cosine = 2.0 * half / (1.0 + half * half), (1.0 - half * half) / (1.0 + half * half)
+
+    def turned(vector: Sequence[float]) -> tuple[float, ...]:
+        x, y, z = (factor * component for component in vector)
+        return cosine * x - sine * y, sine * x + cosine * y, z
+
+    if ball.speed == 0.0 and ball.angular_velocity is None:
+        return {}
+    velocity = turned(ball.velocity)
+    if ball.angular_velocity is None:
+        return {"velocity": velocity}
+    spin = turned(ball.angular_velocity)
+    if rolls:  # to the bit: the rounding of a turn would be a slip
+        rolling = rolling_angular_velocity(np.array(velocity), np.array(ball.radius))
+        spin = (*rolling[:2].tolist(), spin[2])
+    return {"velocity": velocity, "angular_velocity": spin}
+
+
+def _places(
+    scene: Scene, size: float, drawn: NDArray[np.float64], numbers: _Numbers
+) -> list[list[float]]:
+    """Return x and y [m] of every ball."""
+    room = _Room(scene, size)
+    places: list[list[float]] = scene.positions[:, :2].tolist()
+    if size == 0.0:
+        return places
+    for i in range(len(places)):
+        if not room.crowded[i]:
+            places[i] = [x + size * float(d) for x, d in zip(places[i], drawn[i], strict=True)]
+    crowded = [i for i in range(len(places)) if room.crowded[i]]
+    if not crowded:
+        return places
+    steps = numbers.draw(3 * SWEEPS * len(crowded)).reshape(SWEEPS, -1, 3)
+    halvings = np.floor(0.5 * (steps[:, :, 2] + 1.0) * FINEST)
+    steps = steps[:, :, :2] * (size * 2.0**-halvings)[:, :, np.newaxis]
+    order = list(enumerate(crowded))
+    for sweep in steps.tolist():
+        for k, i in order:
+            x, y = places[i][0] + sweep[k][0], places[i][1] + sweep[k][1]
+            if room.has(i, x, y, places):
+                places[i] = [x, y]
+        order.reverse()  # so that neither end of a line is ahead of the other
+    return places
+
+
+class _Room:
+    """Where a ball may be: within the size of its place, on the table, off its neighbours."""
+
+    def __init__(self, scene: Scene, size: float) -> None:
+        centres, radii = scene.positions, scene.radii
+        self.boxes = [_box(ball, scene.table, size) for ball in scene.balls]
+        # On the cloth balls touch in the plane of their centres; see "Geometry" in engine/__init__.
+        heights = centres[:, 2] if scene.physics.airborne else np.zeros(len(radii))
+        apart = np.hypot(*(centres[:, np.newaxis, :2] - centres[:, :2]).T)
+        reach = np.add.outer(radii, radii)
+        near = apart <= reach + 2.0 * math.sqrt(2.0) * size
+        np.fill_diagonal(near, False)
+        self.neighbours = [
+            [(int(j), float(reach[i, j] ** 2 - (heights[i] - heights[j]) ** 2)) for j in found]
+            for i, found in enumerate(map(np.flatnonzero, near))
+        ]
+        self.crowded = [
+            bool(neighbours) or box != _box(ball, None, size)
+            for neighbours, box, ball in zip(self.neighbours, self.boxes, scene.balls, strict=True)
+        ]
+
+    def has(self, i: int, x: float, y: float, places: Sequence[Sequence[float]]) -> bool:
+        """Whether ball i can be at (x, y) [m], the others being where they are."""
+        left, right, bottom, top = self.boxes[i]
+        if not (left <= x <= right and bottom <= y <= top):
+            return False
+        for j, reach_squared in self.neighbours[i]:
+            dx, dy = x - places[j][0], y - places[j][1]
+            if dx * dx + dy * dy <= reach_squared:
+                return False
+        return True
+
+
+def _box(ball: Ball, table: Table | None, size: float) -> tuple[float, float, float, float]:
+    """Return left, right, bottom, top of where a centre may be [m]."""
+    x, y, _ = ball.position
+    left, right, bottom, top = x - size, x + size, y - size, y + size
+    if table is not None:
+        radius, cushions = ball.radius, table.cushions
+        left = max(left, radius) if "left" in cushions else left
+        right = min(right, table.length - radius) if "right" in cushions else right
+        bottom = max(bottom, radius) if "bottom" in cushions else bottom
+        top = min(top, table.width - radius) if "top" in cushions else top
+    return left, right, bottom, top

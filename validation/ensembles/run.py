@@ -1,0 +1,384 @@
+"""Run ensembles: the same perturbed shots on every engine, kept as they come.
+
+>>> from validation import run_suite
+>>> from validation.ensembles import Ensembles, compare, run_ensembles
+>>> scenes, engines = [find_scene("chaos-a")], ["ghostball", "pymunk"]
+>>> run_suite(scenes, engines, Path("out"))
+>>> run_ensembles(scenes, engines, Path("out"), 50)
+>>> compare(Ensembles.load("out"))
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import asdict, dataclass, field, replace
+from datetime import UTC, datetime
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engine import Scene, UnsupportedSceneError, simulate, warm_up
+from engine.result import initial_state
+from engine.trajectory import energy_of
+from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
+from validation.case import plain_settings
+from validation.ensembles.member import MemberResult, MemberTask, died, run_member
+from validation.ensembles.members import EnsembleError, Size, Stream, perturb
+from validation.ensembles.records import (
+    INSTANTS,
+    REFERENCE,
+    SCHEMA,
+    EnsembleOutcomeName,
+    EnsembleRecord,
+    EnsembleRun,
+    EnsembleState,
+    Members,
+)
+from validation.ensembles.store import (
+    Ensembles,
+    EnsembleWriter,
+    Key,
+    arrays_are_whole,
+    load_members,
+)
+from validation.environment import describe_environment
+from validation.store import ResultsError, ResultsWriter, is_results_folder
+from validation.unchanged import Code, is_ours
+from validation.worker import run_tasks
+
+FEWEST, MOST = 2, 1_000
+"""Members of an ensemble. The tests hold a matrix of (2 x members)^2 distances in memory."""
+
+WRITE_INTERVAL = 2.0
+"""Seconds between two times that what is done is written: a kill loses no more than that."""
+
+Progress = Callable[[MemberResult, int, int], None]
+"""Called with each member that is done, how many are, and how many there are."""
+
+
+@dataclass(frozen=True)
+class EnsembleOutcome:
+    """What a run of ensembles came to.
+
+    Attributes
+    ----------
+    folder : Path
+    planned, done, taken_over : int
+        Members: in all, those that are done, those of them that an earlier run did.
+    failed : int
+        Members that an engine failed on.
+    interrupted : bool
+        By Ctrl-C; what was done is kept, and a next run goes on from there.
+    begun : bool
+        Whether any member was run: if not, an interrupt left the folder as it was.
+    """
+
+    folder: Path
+    planned: int = 0
+    done: int = 0
+    taken_over: int = 0
+    failed: int = 0
+    interrupted: bool = False
+    begun: bool = False
+
+
+def check_ensembles(
+    scenes: Sequence[Scene],
+    labels: Sequence[str],
+    out: Path,
+    count: int,
+    size: Size | None = None,
+) -> None:
+    """Refuse what `run_ensembles` would refuse, before anything else is run.
+
+    Raises
+    ------
+    GhostballError
+        As `run_ensembles`.
+    """
+    _check_request(scenes, labels, count, size or Size())
+    Ensembles.load(out)
+
+
+def run_ensembles(
+    scenes: Sequence[Scene],
+    labels: Sequence[str],
+    out: Path,
+    count: int,
+    *,
+    size: Size | None = None,
+    jobs: int = 1,
+    progress: Progress | None = None,
+    reuse: bool = True,
+) -> EnsembleOutcome:
+    """Run `count` perturbed members of every scene on every engine, into a results folder.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+    labels : sequence of str
+        Engines, `ghostball` among them: the others are compared with it.
+    out : Path
+        A results folder: the suite comes first, for a report is about its cases too.
+    count : int
+        Members of each ensemble, 2 to 1000; our engine runs as many others for its null test.
+    size : Size, optional
+    jobs : int
+        Processes.
+    progress : callable, optional
+        See `Progress`.
+    reuse : bool
+        Whether members that came to their end in an earlier run into the folder, unchanged in
+        scene, size, settings and code, are taken over; see `validation.unchanged`.
+
+    Raises
+    ------
+    GhostballError
+        Before anything runs: where a number is wrong, our engine or another is missing, the size is
+        too large for a scene, or the folder holds ensembles that can't be read.
+
+    Notes
+    -----
+    An engine that can't represent a scene is asked once. One that crashes costs the member that it
+    crashed on. What came to no end is counted and named, and left out of the tests.
+    """
+    size = size or Size()
+    _check_request(scenes, labels, count, size)
+    if jobs < 1:
+        raise EnsembleError(f"`jobs` must be at least 1, got {jobs}")
+    if not is_results_folder(out):
+        raise ResultsError(
+            f"{out}: not a results folder yet. Run the suite into it first: `ghostball validate`"
+        )
+    with ResultsWriter(out).reserved():
+        stored = Ensembles.load(out)
+        run = EnsembleRun(
+            count,
+            size,
+            tuple(scene.name for scene in scenes),
+            tuple(labels),
+            describe_environment(),
+        )
+        return _Run(run, scenes, out, stored, reuse).go(jobs, progress)
+
+
+def _check_request(scenes: Sequence[Scene], labels: Sequence[str], count: int, size: Size) -> None:
+    if not FEWEST <= count <= MOST:
+        raise EnsembleError(
+            f"an ensemble must have {FEWEST} to {MOST} members, got {count}. Tests need about 20"
+        )
+    if not scenes:
+        raise EnsembleError("ensembles need at least one scene, got none")
+    if REFERENCE not in labels or len(labels) < 2:
+        raise EnsembleError(
+            f"ensembles compare engines with `{REFERENCE}`, so there must be that one and another, "
+            f"got {', '.join(labels) or 'none'}. Name both with `--engines`"
+        )
+    for what, names in (("scene", [scene.name for scene in scenes]), ("engine", labels)):
+        repeated = sorted({name for name in names if names.count(name) > 1})
+        if repeated:
+            raise EnsembleError(f"each {what} must be given once, got {', '.join(repeated)} again")
+    for scene in scenes:
+        size.check(scene)
+
+
+@dataclass(eq=False)
+class _Ensemble:
+    """One ensemble while it is made."""
+
+    record: EnsembleRecord
+    scene: Scene
+    before: Members  # of an earlier run
+    ended: dict[int, MemberResult] = field(default_factory=dict)
+    settled: int = 0  # members of this run of which nothing more is to come
+    changed: bool = False
+
+    def missing(self, count: int) -> list[int]:
+        """Return the numbers of the members that must be run."""
+        if self.record.outcome != "ran":
+            return []
+        done = set(self.before.index.tolist())
+        return [index for index in range(count) if index not in done]
+
+    def note(self, result: MemberResult, missing: int) -> int:
+        """Take a member that is done; return how many of the missing ones that settles."""
+        record, left = self.record, missing - self.settled
+        if record.outcome != "ran":
+            return 0  # it was on its way already when the first one was refused
+        if result.outcome in ("not-representable", "unavailable") and not self.settled:
+            record = replace(record, outcome=result.outcome, reason=result.reason)
+            settles = left
+        else:
+            settles = 1
+            if result.outcome == "ended":
+                self.ended[result.index] = result
+            elif result.outcome == "failed":
+                record = replace(record, failed=record.failed | {str(result.index): result.reason})
+            else:
+                record = replace(
+                    record, stopped=record.stopped | {str(result.index): result.reason}
+                )
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        self.record = replace(record, measured=now)
+        self.settled += settles
+        self.changed = True
+        return settles
+
+    def members(self) -> Members:
+        """Return what all members did, in order of their numbers."""
+        new = [self.ended[index] for index in sorted(self.ended)]
+        if not new:
+            return self.before
+        columns = (
+            np.array([one.index for one in new], dtype=np.int64),
+            np.array([one.rest_positions for one in new], dtype=np.float64),
+            np.array([one.rest_time for one in new], dtype=np.float64),
+            np.array([one.counts for one in new], dtype=np.int64),
+            np.array([one.energy for one in new], dtype=np.float64),
+        )
+        both = [np.concatenate(pair) for pair in zip(self.before.parts(), columns, strict=True)]
+        order = np.argsort(both[0])
+        return Members(*(column[order] for column in both))
+
+
+class _Run:
+    """A run of ensembles, from the plan to the last line."""
+
+    def __init__(
+        self,
+        run: EnsembleRun,
+        scenes: Sequence[Scene],
+        out: Path,
+        stored: Ensembles | None,
+        reuse: bool,
+    ) -> None:
+        self._count, self._out = run.count, out
+        self._code = Code.now()
+        earlier = [] if stored is None else [*stored.records, *stored.kept]
+        of_use = {
+            record.inputs_hash: record
+            for record in earlier
+            if record.inputs_hash and record.code_hash and record.code_hash == self._code.hash
+        }
+        self._ensembles: dict[Key, _Ensemble] = {}
+        for scene in scenes:
+            for record in _planned(scene, run):
+                same = of_use.pop(record.inputs_hash, None)
+                before = Members.none(len(scene.balls))
+                if reuse and same is not None and arrays_are_whole(out, same):
+                    before = load_members(out, same)
+                    record = replace(  # noqa: PLW2901
+                        record,
+                        arrays=same.arrays,
+                        arrays_hash=same.arrays_hash,
+                        measured=same.measured,
+                        code_hash=same.code_hash,
+                    )
+                self._ensembles[record.key] = _Ensemble(record, scene, before)
+        self._writer = EnsembleWriter(out, run, of_use.values())
+
+    def go(self, jobs: int, progress: Progress | None) -> EnsembleOutcome:
+        """Run what is missing; what is done is written now and then, and at the end."""
+        missing = {key: one.missing(self._count) for key, one in self._ensembles.items()}
+        planned = self._count * len(self._ensembles)
+        done = taken_over = planned - sum(map(len, missing.values()))
+        state: EnsembleState = "interrupted"
+        written, begun = time.monotonic(), False
+        try:
+            if wanted := [self._ensembles[key].scene for key, those in missing.items() if those]:
+                warm_up(wanted)  # here, once: else each process would compile
+            with closing(run_tasks(self._tasks(missing), jobs, run_member, died)) as finished:
+                for result in finished:
+                    key = (result.scene, result.label, result.stream)
+                    done += self._ensembles[key].note(result, len(missing[key]))
+                    begun = True
+                    if progress is not None:
+                        progress(result, done, planned)
+                    if time.monotonic() - written >= WRITE_INTERVAL:
+                        self._write("running")
+                        written = time.monotonic()
+            state = "complete"
+        except KeyboardInterrupt:
+            pass  # said in the outcome
+        finally:
+            # Interrupted before anything was done, the folder stays as it was.
+            if begun or state == "complete":
+                self._write(state)
+        failed = sum(len(one.record.failed) for one in self._ensembles.values())
+        return EnsembleOutcome(
+            self._out, planned, done, taken_over, failed, state == "interrupted", begun
+        )
+
+    def _tasks(self, missing: Mapping[Key, Sequence[int]]) -> Iterator[MemberTask]:
+        """Yield what is to be run, ensemble by ensemble; one that was refused is left at once."""
+        for key, indices in missing.items():
+            one = self._ensembles[key]
+            for index in indices:
+                if one.record.outcome != "ran":
+                    break
+                record = one.record
+                member = perturb(one.scene, record.size, index, record.stream)
+                yield MemberTask(member, record.label, record.stream, index, record.times)
+
+    def _write(self, state: EnsembleState) -> None:
+        code = self._code.hash if self._code.holds() else ""
+        for one in self._ensembles.values():
+            if one.changed:
+                one.record = replace(one.record, code_hash=code)
+            self._writer.put(one.record, one.members() if one.changed else None)
+        self._writer.write(state)
+
+
+def _planned(scene: Scene, run: EnsembleRun) -> Iterator[EnsembleRecord]:
+    """Yield the ensembles of a scene, without members."""
+    try:
+        alone = simulate(scene)
+        reason, t_end = "", alone.rest_time
+    except UnsupportedSceneError as error:
+        lacks = "; ".join(error.features)
+        reason, t_end = f"`{REFERENCE}`, with which engines are compared, lacks it: {lacks}", 0.0
+    definition = scene.model_dump(mode="json", by_alias=True)
+    for label in run.labels:
+        settings: dict[str, Any] = {}
+        outcome: EnsembleOutcomeName = "not-representable" if reason else "ran"
+        why = reason
+        try:
+            settings = plain_settings(make_engine(label))
+        except EngineUnavailableError as error:
+            outcome, why = "unavailable", str(error)
+        streams: tuple[Stream, ...] = ("shots", "null") if label == REFERENCE else ("shots",)
+        for stream in streams:
+            record = EnsembleRecord(
+                scene.name,
+                definition,
+                label,
+                parse_spec(label)[0],
+                stream,
+                run.size,
+                settings,
+                np.linspace(0.0, t_end, INSTANTS),
+                float(energy_of(scene, initial_state(scene)).total[0]),
+                outcome,
+                why,
+            )
+            ours = outcome == "ran" and is_ours(label)
+            yield replace(record, inputs_hash=_inputs_hash(record)) if ours else record
+
+
+def _inputs_hash(record: EnsembleRecord) -> str:
+    """Return the hash of all that an ensemble is asked to do, but for how many members it has."""
+    asked = {
+        "schema": SCHEMA,
+        "scene": record.definition,
+        "label": record.label,
+        "stream": record.stream,
+        "size": asdict(record.size),
+        "settings": record.settings,
+        "times": record.times.tolist(),
+    }
+    return sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,413 @@
+"""Grade one run against the proof of its shot: its events, their times, where the balls are.
+
+    >>> grade = grade(simulate(scene, record="trajectory"), certify(scene, motion=True))
+    >>> grade.missing, grade.invented, grade.quality_factor
+
+Compared is what can be: up to the predictability horizon of the run itself, since after it rounding
+alone decides; up to where bounces die out, which the model that is graded takes for a contact; and
+up to where the proof ends. `Grade.why` says which of them cut it short.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import EventKind, ExactTrajectory, GhostballError, Result, Scene
+from engine._tolerances import CAPTURE_HEIGHT, EPS, SLIP_ROUNDING
+from engine.result import COLLISION_KINDS
+from engine.trajectory import Samples
+from reference_adapters.certified import Certificate, Enclosure
+from validation.alignment import (
+    ALL_KINDS,
+    Alignment,
+    Difference,
+    Log,
+    align,
+    found_log,
+    proved_log,
+)
+from validation.sequences import TIE
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+UNIT_ROUNDOFF = 2.0**-53
+"""Largest relative error of one rounding to double precision."""
+
+Extent = Literal["whole", "horizon", "low hop", "proved part"]
+"""Up to where events are graded: the end, the predictability horizon, the first hop too low to be
+followed in double precision, or the proof's end."""
+
+
+@dataclass(frozen=True, eq=False)
+class Grade:
+    """How a run compares with the proof of its shot.
+
+    Attributes
+    ----------
+    extent : "whole", "horizon", "low hop" or "proved part"
+    why : str
+        Where it isn't the whole shot, why not; else "".
+    until : float [s]
+        The last instant at which events are graded; inf where that is the end of the shot.
+    compared_at : float [s]
+        When positions are compared: at that instant, or the end; or before, where the run's tangent
+        map ends sooner.
+    events : int
+        Proved events that are compared.
+    alignment : Alignment
+        Of all events, also of those that aren't graded; but without the negligible ones.
+    missing, invented : tuple of int
+        Indices of proved events that were not found, and of found events that are not so.
+    first : Difference or None
+        The earliest of these.
+    swapped : int
+        Events that come before another one instead of after it, without a ball in common with it.
+        Their times are wrong by as much, and are graded as such.
+    negligible : int
+        Ends of slides and rolls, proved or found, that last no longer than rounding; left out.
+    time_errors : (m,) float64 [1]
+        Of each pair of events, in ulps of the proved time.
+    position_errors : (n,) float64 [m]
+        How far each ball is from its enclosure at `compared_at`.
+    quality_factor : float or None
+        The largest of these errors over what rounding the state once at each event makes of it.
+    no_quality : str
+        Why there is no quality factor; else "".
+    """
+
+    extent: Extent
+    why: str
+    until: float
+    compared_at: float
+    events: int
+    alignment: Alignment
+    missing: tuple[int, ...]
+    invented: tuple[int, ...]
+    first: Difference | None
+    swapped: int
+    negligible: int
+    time_errors: FloatArray
+    position_errors: FloatArray
+    quality_factor: float | None
+    no_quality: str = ""
+
+    @property
+    def time_error_max(self) -> float | None:
+        """The largest error of an event's time, in ulps; None where none was compared."""
+        return float(np.max(self.time_errors)) if len(self.time_errors) else None
+
+    @property
+    def time_error_median(self) -> float | None:
+        """The median error of the events' times, in ulps; None where none was compared."""
+        return float(np.median(self.time_errors)) if len(self.time_errors) else None
+
+
+def grade(result: Result, certificate: Certificate, *, horizon: float | None = None) -> Grade:
+    """Grade a run against the proof of its shot.
+
+    Parameters
+    ----------
+    result : Result
+        Recorded with `record="trajectory"`.
+    certificate : Certificate
+        Of the same scene, with its motion: `certify(scene, motion=True)`.
+    horizon : float [s], optional
+        Up to when the shot can be predicted. Left out: what the run itself says
+        (`Result.horizon`), or for ever where it recorded frames, which say nothing of that.
+
+    Raises
+    ------
+    GhostballError
+        Where the run recorded too little, or the certificate is of another scene or has no motion
+        though the horizon cuts the shot short.
+
+    Notes
+    -----
+    Differences from an enclosure are taken in rationals: a double is the rational that it is. An
+    error is the distance from the enclosure, 0 inside it; at a horizon, where errors are far above
+    rounding, it is that of two doubles.
+
+    Of events that share no ball either order is right where they are at one instant. Towards the
+    horizon instants are uncertain by far more than rounding, so that such events are paired in any
+    order: their times are graded, which says the same.
+
+    The quality factor is max |x_i - X_i| / (2^-53 A_i), A_i from the run's own tangent map
+    (`Result.sensitivity`): 2^-53 A_i is the standard deviation of ball i's position where the
+    state is rounded once at each event. An exact method in double precision keeps it near 1; one
+    that loses digits, or plays another shot, doesn't.
+
+    Two balls, or a ball and a cushion, may bounce ever lower, without end in a finite time. From
+    the first hop that is proved to stay below `CAPTURE_HEIGHT` on, nothing is graded.
+
+    A tangent map ends where no derivative exists: a ball has two collisions at one instant, or a
+    contact is sustained. That says nothing of how errors have grown, so that events are compared
+    beyond it, up to the end of the proof; positions at the last instant before it.
+
+    A slide or a roll is negligible where all that it slows is below `SLIP_ROUNDING` of the fastest
+    speed at the start, or where it lasts no longer than two roundings of the clock: the slip of
+    1e-17 m/s of a stunned ball is a slip to the proof, and nothing in double precision.
+    """
+    scene = result.scene
+    _check(result, certificate)
+    exact = isinstance(result.trajectory, ExactTrajectory)
+    if horizon is None:
+        with np.errstate(over="ignore"):  # what overflows is beyond any horizon
+            horizon = result.horizon() if exact else math.inf
+    map_end = math.inf
+    if exact and math.isfinite(horizon) and np.isinf(_growth(result, horizon)).any():
+        map_end, horizon = math.nextafter(horizon, 0.0), math.inf
+    extent, why, until = _extent(certificate, horizon, _first_low_hop(scene, certificate))
+    kinds = ALL_KINDS if exact else COLLISION_KINDS
+    assert result.events is not None  # checked
+    logs = [
+        log.only(np.array([choice.kind in kinds for choice in log.choices], dtype=bool))
+        for log in (proved_log(certificate), found_log(result.events))
+    ]
+    negligible = [_negligible(scene, log) for log in logs]
+    proved, found = (log.only(~but) for log, but in zip(logs, negligible, strict=True))
+    alignment = align(_without_order(proved), _without_order(found))
+    missing = tuple(
+        i for i in alignment.missing.tolist() if float(certificate.events[i].t) <= until
+    )
+    before = until
+    if extent in ("low hop", "proved part"):
+        before = _end_of_found(result, certificate, alignment, until)
+    invented = tuple(j for j in alignment.invented.tolist() if result.events["t"][j] <= before)
+    compared_at, errors = _position_errors(result, certificate, extent, min(until, map_end))
+    quality, no_quality = _quality(result, errors, compared_at)
+    return Grade(
+        extent,
+        why,
+        until,
+        compared_at,
+        int(np.sum(proved.times <= until)),
+        alignment,
+        missing,
+        invented,
+        alignment.first if missing or invented else None,
+        _swapped(result, certificate, alignment, until),
+        sum(
+            int(np.sum(log.times[but] <= until)) for log, but in zip(logs, negligible, strict=True)
+        ),
+        _time_errors(result, certificate, alignment, until),
+        errors,
+        quality,
+        no_quality,
+    )
+
+
+def _check(result: Result, certificate: Certificate) -> None:
+    balls, name = len(result.scene.balls), result.scene.name
+    if len(certificate.positions) != balls:
+        raise GhostballError(
+            f"`certificate` must be of the scene that was run, got one of "
+            f'{len(certificate.positions)} balls for the {balls} of scene "{name}". '
+            "Certify `result.scene`"
+        )
+    if result.events is None or result.trajectory is None:
+        raise GhostballError(
+            f"`result` must hold events and motion, but engine `{result.engine}` recorded too "
+            f'little in scene "{name}". Run it with record="trajectory"'
+        )
+
+
+def _extent(certificate: Certificate, horizon: float, low_hop: float) -> tuple[Extent, str, float]:
+    """Return how much is graded, why not more, and the last instant of it."""
+    end = float(certificate.t_end)
+    if low_hop <= min(horizon, end):
+        why = f"a bounce stays below {CAPTURE_HEIGHT:.2g} diameters until t = {low_hop:.6g} s"
+        return "low hop", why, math.nextafter(low_hop, 0.0)
+    if horizon <= end:
+        why = f"the run can't predict the shot beyond t = {horizon:.6g} s"
+        return "horizon", why, math.nextafter(horizon, 0.0)
+    if not certificate.proved:
+        return "proved part", f"{certificate.ending}: {certificate.reason}", end
+    return "whole", "", math.inf
+
+
+def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
+    """Return when the first hop ends that stays below `CAPTURE_HEIGHT`, inf where none does [s].
+
+    A hop is what is between two collisions of one contact; its height is taken in the middle. Where
+    the certificate has no motion, none is found.
+    """
+    truth = _proved_motion(scene, certificate)
+    if truth is None:
+        return math.inf
+    last: dict[tuple[EventKind, int, int], float] = {}
+    hops: list[tuple[EventKind, int, int, float, float]] = []
+    for event in certificate.events:
+        if event.kind in COLLISION_KINDS:
+            t = float(event.t)
+            if event.key in last:
+                hops.append((*event.key, last[event.key], t))
+            last[event.key] = t
+    if not hops:
+        return math.inf
+    kinds, a, b, start, end = (np.array(column) for column in zip(*hops, strict=True))
+    places = truth.sample(0.5 * (start + end)).positions[:, :, :2]
+    rows, radii = np.arange(len(hops)), scene.radii
+    pair = kinds == EventKind.BALL_BALL
+    other = np.where(pair, b, a)
+    reach = radii[a] + radii[other]
+    gaps = np.linalg.norm(places[rows, a] - places[rows, other], axis=1) - reach
+    if not pair.all():
+        assert scene.table is not None
+        sides = np.array([0.0, scene.table.length, 0.0, scene.table.width])  # as in `CUSHIONS`
+        cushion = np.where(pair, 0, b)
+        across = np.abs(places[rows, a, cushion // 2] - sides[cushion]) - radii[a]
+        gaps = np.where(pair, gaps, across)
+    # Collisions at one instant are no hop: what is struck against a cushion comes back at once.
+    low = (gaps <= CAPTURE_HEIGHT * reach) & (end > start)
+    return float(end[low].min()) if low.any() else math.inf
+
+
+def _proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory | None:
+    if certificate.knots is None:
+        return None
+    end = float(certificate.t_end)
+    return ExactTrajectory(scene.radii, certificate.knots, end, scene.spinning_friction_rates)
+
+
+def _negligible(scene: Scene, log: Log) -> NDArray[np.bool_]:
+    """Whether an event ends a slide or a roll that is but rounding, (k,); see `grade`."""
+    gravity, radii = scene.physics.gravity, scene.radii
+    surface = np.linalg.norm(scene.velocities, axis=1)
+    surface += radii * np.linalg.norm(scene.angular_velocities, axis=1)
+    noise = SLIP_ROUNDING * float(np.max(surface))
+    # du/dt = -(7/2) mu_s g of a solid ball while it slides, dv/dt = -mu_r g while it rolls.
+    slowing = {
+        EventKind.SLIDE_TO_ROLL: 3.5 * gravity * scene.sliding_frictions,
+        EventKind.ROLL_TO_REST: gravity * scene.rolling_frictions,
+    }
+    since = [0.0] * len(scene.balls)
+    negligible = np.zeros(len(log), dtype=bool)
+    for k, (choice, t) in enumerate(zip(log.choices, log.times.tolist(), strict=True)):
+        if choice.kind in slowing:
+            slowed = (t - since[choice.a] - 2.0 * EPS * t) * slowing[choice.kind][choice.a]
+            negligible[k] = slowed <= noise
+        since[choice.a] = t
+        if choice.kind is EventKind.BALL_BALL:
+            since[choice.b] = t
+    return negligible
+
+
+def _end_of_found(
+    result: Result, certificate: Certificate, alignment: Alignment, until: float
+) -> float:
+    """Return up to when the run's events are graded, where the proved ones are up to `until` [s].
+
+    Just before the run's last one of those, which may come later or sooner by its error: what
+    comes at that instant, or after it, may be what can't be told any more.
+    """
+    assert result.events is not None
+    last = until
+    for i, j in zip(alignment.proved.tolist(), alignment.found.tolist(), strict=True):
+        if float(certificate.events[i].t) <= until:
+            last = min(until, float(result.events["t"][j]))
+    return last * (1.0 - TIE)
+
+
+def _without_order(log: Log) -> Log:
+    """Return a log whose events count as one instant: those that share no ball have no order."""
+    return replace(log, windows=np.zeros_like(log.windows))
+
+
+def _swapped(result: Result, certificate: Certificate, alignment: Alignment, until: float) -> int:
+    """Count the pairs that come after one that they come before in truth."""
+    assert result.events is not None
+    latest = np.maximum.accumulate(alignment.found) if len(alignment.found) else alignment.found
+    late = np.flatnonzero(alignment.found < latest)
+    swapped = 0
+    for k in late.tolist():
+        other = int(np.flatnonzero(alignment.found == latest[k])[0])
+        t, before = (float(certificate.events[alignment.proved[n]].t) for n in (k, other))
+        found, after = (float(result.events["t"][alignment.found[n]]) for n in (k, other))
+        tied = t - before <= TIE * t or after - found <= TIE * after
+        swapped += t <= until and not tied
+    return swapped
+
+
+def _time_errors(
+    result: Result, certificate: Certificate, alignment: Alignment, until: float
+) -> FloatArray:
+    assert result.events is not None
+    errors = []
+    for i, j in zip(alignment.proved.tolist(), alignment.found.tolist(), strict=True):
+        t = certificate.events[i].t
+        if float(t) <= until:
+            ulp = math.ulp(float(t))
+            errors.append(_distance(float(result.events["t"][j]), t) / ulp)
+    return np.array(errors)
+
+
+def _position_errors(
+    result: Result, certificate: Certificate, extent: Extent, t: float
+) -> tuple[float, FloatArray]:
+    """Compare positions at an instant [s], inf being the end.
+
+    Returns that instant, finite, and each ball's distance from the truth, (n,) [m].
+    """
+    if t < float(certificate.t_end) or extent == "horizon":
+        truth = _proved_motion(result.scene, certificate)
+        if truth is None:
+            raise GhostballError(
+                f"`certificate` must hold the motion to compare positions at t = {t:.6g} s. "
+                "Certify with motion=True"
+            )
+        at = np.array([t])
+        apart = _positions(result.sample(at)) - _positions(truth.sample(at))
+        return t, np.hypot(apart[:, 0], apart[:, 1])
+    if extent == "whole":
+        t, positions = result.rest_time, result.rest_positions
+    else:
+        positions = result.sample([t]).positions[0]
+    errors = [
+        math.hypot(*(_distance(x, e) for x, e in zip(place, enclosures, strict=False)))
+        for place, enclosures in zip(positions.tolist(), certificate.positions, strict=True)
+    ]
+    return t, np.array(errors)
+
+
+def _positions(samples: Samples) -> FloatArray:
+    positions: FloatArray = samples.positions[0]
+    return positions
+
+
+def _distance(value: float, enclosure: Enclosure) -> float:
+    """Return how far a double is from an enclosure, 0 inside; inf where it isn't finite."""
+    if not math.isfinite(value):
+        return math.inf
+    return float(max(abs(Fraction(value) - enclosure.mid) - enclosure.rad, Fraction(0)))
+
+
+def _growth(result: Result, t: float) -> FloatArray:
+    """Return how far rounding displaces each ball by an instant [s], over 2^-53, (n,) [m]."""
+    with np.errstate(over="ignore"):
+        growth: FloatArray = result.sensitivity([t])[0]
+    return growth
+
+
+def _quality(result: Result, errors: FloatArray, t: float) -> tuple[float | None, str]:
+    """Return the quality factor at an instant [s], or None and why."""
+    if not isinstance(result.trajectory, ExactTrajectory):
+        return None, f"engine `{result.engine}` records frames, which have no tangent map"
+    scale = UNIT_ROUNDOFF * _growth(result, t)
+    known = np.isfinite(scale)
+    if not known.any():
+        return None, f"the run's tangent map ends before t = {t:.6g} s"
+    errors, scale = errors[known], scale[known]
+    if not scale.any() and not errors.any():
+        return None, "nothing has moved in what is graded"
+    # A ball that nothing can have moved, and that has moved, is infinitely wrong.
+    still = scale == 0.0
+    factors = np.where(still, np.where(errors > 0.0, math.inf, 0.0), 0.0)
+    factors[~still] = errors[~still] / scale[~still]
+    return float(np.max(factors)), ""

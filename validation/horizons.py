@@ -1,0 +1,80 @@
+"""Until when an engine can be expected to play a shot as it is: its predictability horizon.
+
+Errors grow along a shot by its tangent map. An engine makes errors of its own size: an exact one
+those of rounding, one that steps those of a contact seen up to a step late. Once these may have
+made another ball meet, or first, or have grown to the radius of a ball that is about to meet
+another, the shot may take another course, and what comes after says nothing of the engine any more.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import EventKind, Result
+from engine.sensitivity import QUALITY, ROUNDING
+from validation.predictability.bifurcations import bifurcations_of
+from validation.sampling import events_of
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Growth:
+    """How errors grow along a shot until two balls meet, by the tangent map of our engine.
+
+    Attributes
+    ----------
+    times : (k,) float64 [s]
+        Of the collisions of two balls.
+    largest : (k,) float64 [m]
+        What a relative error of 1 at the start and at each event has become of the two just before
+        (`Result.sensitivity`); inf where no derivative exists.
+    course_times : (m,) float64 [s]
+    course_changes : (m,) float64 [1]
+        Where the shot passes a bifurcation, and what relative change of the first state would have
+        taken it another course there (`validation.predictability.bifurcations_of`).
+    extent : float [m]
+        Of the scene: what a relative error is relative to.
+    radius : float [m]
+        Of the smallest ball.
+    """
+
+    times: FloatArray
+    largest: FloatArray
+    course_times: FloatArray
+    course_changes: FloatArray
+    extent: float
+    radius: float
+
+    def horizon(self, resolution: float) -> float:
+        """Return when errors may first have changed the course of the shot [s]; inf: never.
+
+        Parameters
+        ----------
+        resolution : float [m]
+            Of the engine: how far off a ball may be when it collides. Rounding comes on top.
+        """
+        error = max(QUALITY * ROUNDING, resolution / self.extent)
+        grown = self.times[~(error * self.largest <= self.radius)]
+        turned = self.course_times[self.course_changes <= error]
+        return float(min(np.min(grown, initial=np.inf), np.min(turned, initial=np.inf)))
+
+
+def growth_of(result: Result) -> Growth:
+    """Measure how errors grow along a shot of our engine, recorded with its motion."""
+    scene, events = result.scene, events_of(result)
+    hits = events[events["kind"] == EventKind.BALL_BALL]
+    times = hits["t"].astype(np.float64)
+    largest = np.zeros(len(times))
+    if len(times):
+        growth, rows = result.sensitivity(np.nextafter(times, 0.0)), np.arange(len(times))
+        largest = np.maximum(growth[rows, hits["a"]], growth[rows, hits["b"]])
+    extent = float(np.max(np.abs(scene.positions[:, :2])) + np.max(scene.radii))
+    if scene.table is not None:
+        extent = max(extent, scene.table.length, scene.table.width)
+    courses = [(one.t, one.relative) for one in bifurcations_of(result)]
+    course_times, course_changes = np.array(courses).reshape(-1, 2).T
+    return Growth(times, largest, course_times, course_changes, extent, float(np.min(scene.radii)))

@@ -1,0 +1,52 @@
+"""The proof of a scene for the suite: from the disk where it was proved before, else computed."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from engine import Scene, UnsupportedSceneError
+from engine.features import check_supported
+from reference_adapters.certified import Certificate, CertifiedEngine, certify
+
+logger = logging.getLogger("ghostball.validation")
+
+PATIENCE = 3.0
+"""Seconds of computing after which it is said what takes so long."""
+
+
+def proof_of(scene: Scene) -> tuple[Certificate | None, str]:
+    """Return what is proved of a scene, with its motion; or None and why it can't be proved.
+
+    A proof is kept on the disk; where it takes long to compute, a message says so meanwhile.
+    """
+    if why := refused_features(scene):
+        return None, why
+    with _explained(
+        f'proving scene "{scene.name}" in ball arithmetic takes a while; the proof is kept for '
+        "the next run"
+    ):
+        return certify(scene, motion=True), ""
+
+
+def refused_features(scene: Scene) -> str:
+    """Return what of a scene the certified engine can't prove, or ""."""
+    try:
+        check_supported(CertifiedEngine.name, CertifiedEngine().capabilities, scene)
+    except UnsupportedSceneError as error:
+        return "; ".join(error.features)
+    return ""
+
+
+@contextmanager
+def _explained(message: str) -> Iterator[None]:
+    """Log a message once the block has taken longer than `PATIENCE`."""
+    timer = threading.Timer(PATIENCE, logger.warning, (message,))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
