@@ -5,6 +5,9 @@ from __future__ import annotations
 from reports import style
 from validation.attribution import Attribution, BackwardError, Part
 
+TOLD = 1.0
+"""Widest range of orders that still tells one from the next."""
+
 
 def part_text(part: Part | None) -> str:
     """Return the size of a part with its uncertainty; "–" where there is none."""
@@ -24,7 +27,10 @@ def order_text(found: Attribution) -> str:
     """Return the fitted order with its range, or why there is none."""
     if found.order is None or found.order_low is None or found.order_high is None:
         return "no matter what step" if found.flat else "–"
-    return f"{found.order:.2g} ({found.order_low:.2g} to {found.order_high:.2g})"
+    span = f"{found.order_low:.2g} to {found.order_high:.2g}"
+    if found.order_high - found.order_low <= TOLD or found.order_used is None:
+        return f"{found.order:.2g} ({span})"
+    return f"{found.order_used:.2g}, assumed (any of {span} fits)"
 
 
 def backward_text(found: Attribution) -> str:

@@ -45,6 +45,8 @@ def test_parts_order_and_stroke_in_words():
     assert share_text(DIVIDED, DIVIDED.model) == "25 %"
     assert share_text(replace(DIVIDED, difference=1e-4), DIVIDED.model) == ""
     assert order_text(DIVIDED) == "1 (0.9 to 1.2)"
+    wide = replace(DIVIDED, order=0.2, order_low=0.2, order_high=3.9)
+    assert order_text(wide) == "1, assumed (any of 0.2 to 3.9 fits)"
     assert order_text(replace(DIVIDED, order=None, flat=True)) == "no matter what step"
     assert backward_text(DIVIDED) == (
         "as if played 0.003° to the right and 0.1 % softer; 400 µm of 4 mm is left unexplained"
