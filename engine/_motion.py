@@ -72,14 +72,23 @@ def first_meeting(rx: float, ry: float, vx: float, vy: float, reach: float) -> f
 
     Contract: as `first_crossing`. The constant term is (d - D)(d + D), which keeps the digits of a
     small gap.
+
+    Notes
+    -----
+    The discriminant (r.v)^2 - v^2 (d^2 - D^2) is v^2 D^2 - (r x v)^2, which for balls that are far
+    apart has smaller terms to round: the instant of an oblique hit from 20 diameters away was off
+    by 20 roundings with the first form. Touching balls have the first as their whole discriminant,
+    whatever rounding makes of the second.
     """
     distance = math.sqrt(rx * rx + ry * ry)
     gap = (distance - reach) * (distance + reach)
     gap = gap if gap > 0.0 else 0.0
     rate = rx * vx + ry * vy
-    discriminant = rate * rate - (vx * vx + vy * vy) * gap
-    meets = (discriminant >= 0.0) & (rate < 0.0)
-    root = math.sqrt(discriminant if meets else 0.0)
+    offset = rx * vy - ry * vx
+    speed2 = vx * vx + vy * vy
+    discriminant = speed2 * (reach * reach) - offset * offset
+    meets = ((discriminant >= 0.0) | (gap == 0.0)) & (rate < 0.0)
+    root = math.sqrt(discriminant if meets & (discriminant > 0.0) else 0.0)
     s = gap / (root - rate if meets else 1.0)
     return s if meets else math.inf
 

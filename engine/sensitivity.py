@@ -12,6 +12,7 @@ change decides their order, and past sustained contact: there it is infinite.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -104,14 +105,14 @@ class TangentMap:
         Over all LANES of them, unless there are fewer. Infinite where no derivative exists.
         """
         t, order = _increasing(times, self.t_end)
-        squares = np.zeros((len(t), len(self._runs[0].at)))
+        total = np.zeros((len(t), len(self._runs[0].at)))
         for run in self._runs:
-            out = np.empty_like(squares)
+            out = np.empty_like(total)
             with _growing():
                 sample_growth(run, t, out)
-                squares += out**2
-        result = np.empty_like(squares)
-        result[order] = np.sqrt(squares * (s.LANES / self.count))
+            total = np.hypot(total, out)  # a square may overflow
+        result = np.empty_like(total)
+        result[order] = total * math.sqrt(s.LANES / self.count)
         return result
 
 

@@ -158,8 +158,7 @@ def grade(result: Result, certificate: Certificate, *, horizon: float | None = N
     _check(result, certificate)
     exact = isinstance(result.trajectory, ExactTrajectory)
     if horizon is None:
-        with np.errstate(over="ignore"):  # what overflows is beyond any horizon
-            horizon = result.horizon() if exact else math.inf
+        horizon = result.horizon() if exact else math.inf
     map_end = math.inf
     if exact and math.isfinite(horizon) and np.isinf(_growth(result, horizon)).any():
         map_end, horizon = math.nextafter(horizon, 0.0), math.inf
@@ -390,8 +389,7 @@ def _distance(value: float, enclosure: Enclosure) -> float:
 
 def _growth(result: Result, t: float) -> FloatArray:
     """Return how far rounding displaces each ball by an instant [s], over 2^-53, (n,) [m]."""
-    with np.errstate(over="ignore"):
-        growth: FloatArray = result.sensitivity([t])[0]
+    growth: FloatArray = result.sensitivity([t])[0]
     return growth
 
 
