@@ -26,7 +26,7 @@ from reports.markdown_predictability import predictability_section
 from reports.markdown_scaling import scaling_section
 from reports.markdown_scene import scene_section
 from reports.shots import NUMBERS_KEY, cell_text, legend_text, rest_error
-from validation.metrics import METRICS
+from validation.metric_table import METRICS
 from validation.store import INDEPENDENT, CaseRecord, ResultsFolder
 from validation.verdict import RestError, Verdict, is_own_measure, rest_error_standing, verdict_of
 

@@ -3,7 +3,7 @@
 from validation.criteria import Criteria, CriteriaError, Criterion, criteria_beside
 from validation.junit import junit_xml, write_junit
 from validation.library import find_scene, scene_names, select
-from validation.metrics import METRICS, Metric
+from validation.metric_table import METRICS, Metric
 from validation.records import CaseRecord, Check, Motion
 from validation.store import ResultsError, ResultsFolder
 from validation.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite

@@ -16,7 +16,8 @@ from engine.trajectory import energy_of
 from reference_adapters.base import ReferenceEngine, resolution_of
 from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
 from validation.criteria import Criterion
-from validation.metrics import METRICS, measure
+from validation.metric_table import METRICS
+from validation.metrics import measure
 from validation.records import CaseRecord, Motion, status_name
 from validation.returned import check_result
 from validation.sampling import motion_of

@@ -42,7 +42,7 @@ from engine import GhostballError
 from reference_adapters.base import EngineError
 from reference_adapters.registry import parse_spec
 from validation.library import FOLDER
-from validation.metrics import METRICS
+from validation.metric_table import METRICS
 from validation.records import Check, LimitKind
 from validation.truth import WantedTruth
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from engine import GhostballError
-from validation.metrics import METRICS
+from validation.metric_table import METRICS
 from validation.records import CaseRecord, Check
 
 _SIGNS = {"at_most": "<=", "at_least": ">=", "equals": "=="}

@@ -59,7 +59,7 @@ class Check:
     Attributes
     ----------
     metric, unit : str
-        Name and unit; see `validation.metrics.METRICS`.
+        Name and unit; see `validation.metric_table.METRICS`.
     value : int, float or None
         None where it could not be computed; `note` says why.
     limit_kind : "at_most", "at_least" or "equals"

@@ -34,7 +34,7 @@ from validation.criteria import (
 from validation.environment import describe_environment
 from validation.files import ResultsError
 from validation.library import FOLDER, find_scene, paths_among, scene_names
-from validation.metrics import METRICS, choose_metrics
+from validation.metric_table import METRICS, choose_metrics
 from validation.records import CaseRecord
 from validation.store import ResultsFolder, ResultsWriter, RunState, read_earlier
 from validation.truth import Truth, TruthPart, check_truth, truth_of

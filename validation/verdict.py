@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import enum
 
-from validation.metrics import METRICS
+from validation.metric_table import METRICS
 from validation.records import CLOSED_FORM, INDEPENDENT, CaseRecord, Check
 from validation.truth import OUR_NAME
 

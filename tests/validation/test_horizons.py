@@ -12,7 +12,7 @@ from reference_adapters.base import resolution_of
 from validation.case import Case, run_case
 from validation.horizons import growth_of
 from validation.library import find_scene
-from validation.metrics import METRICS
+from validation.metric_table import METRICS
 from validation.truth import truth_of
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from engine import GhostballError
 from validation.junit import junit_xml, write_junit
-from validation.metrics import METRICS
+from validation.metric_table import METRICS
 from validation.store import CaseRecord, Check
 
 

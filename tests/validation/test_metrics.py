@@ -22,14 +22,8 @@ from engine import (
     Status,
     Table,
 )
-from validation.metrics import (
-    _COMPUTE,
-    METRICS,
-    MetricError,
-    choose_metrics,
-    conserves_energy,
-    measure,
-)
+from validation.metric_table import METRICS, MetricError, choose_metrics
+from validation.metrics import _COMPUTE, conserves_energy, measure
 from validation.truth import Truth
 
 R, M = 0.03, 0.2

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from validation.metrics import METRICS
+from validation.metric_table import METRICS
 from validation.records import CLOSED_FORM, OUR_ENGINE, CaseRecord, Check
 from validation.verdict import (
     RestError,
