@@ -195,5 +195,7 @@ def turns_little(balls: Balls, contacts: Contacts, k: int, duration: float) -> b
         across = abs((ux / size) * duy - (uy / size) * dux)
         left = size + (ux / size) * dux + (uy / size) * duy
         return bool(across <= _TURN * size and left > 0.25 * size)
+    if balls.state[k, ROLL] == 0.0:
+        return True  # no friction: what speed is left may be but rounding, of any direction
     speed = speed_of(balls.state[k, VX], balls.state[k, VY])
     return bool(duration * speed_of(ax, ay) <= _TURN * speed or stopping(balls, k))

@@ -92,7 +92,9 @@ def test_hundreds_of_random_shots_are_exact() -> None:
     assert measured.quality_factor.median < 1.0
 
 
-@pytest.mark.xfail(reason="contact steps without a solution go on for ever", strict=True)
 def test_a_ball_squeezed_in_a_corner_comes_to_an_end() -> None:
-    scene = Scene.load(SCENES / "squeezed-in-a-corner.toml")
-    assert simulate(scene, max_events=5_000).status.complete
+    # What speed the corner leaves the ball is rounding; without rolling friction it needs no
+    # direction. Asked to keep one, every step was too long, and the run went on for ever.
+    result = simulate(Scene.load(SCENES / "squeezed-in-a-corner.toml"), max_events=5_000)
+    assert result.status.complete
+    assert result.work["unsolved_contact_steps"] == 0
