@@ -80,7 +80,8 @@ def carry(run: Tangents, ball: int, k: int, t: float, row: FloatArray) -> None:
     size2 = dx * dx + dy * dy
     over = -slowing / (size2 * math.sqrt(size2)) if size2 > 0.0 else 0.0
     _go_on(run.lanes, row, s, over * dy * dy, -over * dx * dy, over * dx * dx, lever, 1.0 / radius)
-    if run.laws.slides and abs(run.knots[k, WZ]) <= s * run.state[ball, SPIN]:
+    rate = run.state[ball, SPIN]
+    if run.laws.slides and rate > 0.0 and abs(run.knots[k, WZ]) <= s * rate:
         for lane in range(run.lanes):
             row[DWZ + lane] = 0.0
 

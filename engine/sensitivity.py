@@ -25,7 +25,7 @@ from engine import _tangent_state as s
 from engine._jit import compiling
 from engine._layout import laws_of, layout_of
 from engine._run import Variant, still_scene
-from engine._state import KNOT
+from engine._state import KNOT, PHASE, RESTING, ROLL
 from engine._tangent import run_tangent, sample_growth, sample_tangent
 from engine.errors import GhostballError
 from engine.result import EVENT_DTYPE, Events
@@ -128,7 +128,8 @@ def tangent_of(
         Of its run, as our engine records them; `Result.tangent` passes its own.
     directions : (m, n, 7) float64
         Each a change of every ball's position x, y [m], velocity x, y [m/s] and angular velocity
-        x, y, z [rad/s]. The angular velocity of a ball that begins by rolling follows its velocity.
+        x, y, z [rad/s]. The angular velocity of a ball that begins by rolling follows its velocity;
+        one that rests stops again at once where the cloth slows it, and stays.
 
     Raises
     ------
@@ -220,6 +221,9 @@ def _run(
     """Carry perturbations (n, PARTS, LANES) at the start along a motion."""
     _warm_up(layout_of(scene).integrated is not None)
     run = _arrays(scene, trajectory, events, rounding)
+    # A ball that rests stops again at once, where the cloth slows it.
+    rests = (run.knots[run.first[:-1], PHASE] == RESTING) & (run.state[:, ROLL] > 0.0)
+    start[rests, s.DVX // s.LANES : s.DVY // s.LANES + 1] = 0.0
     run.tangent.reshape(-1, s.ROW)[run.first[:-1]] = start.reshape(-1, s.ROW)
     with _growing():
         run_tangent(run)

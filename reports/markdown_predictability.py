@@ -7,18 +7,24 @@ from pathlib import PurePosixPath
 from reports import style
 from reports.markdown_parts import figure_link, one_line, table_of
 from validation.predictability import Predictability, load_predictability
-from validation.store import ResultsFolder
+from validation.store import CaseRecord, ResultsFolder
 
 _MEANS = """\
 *Growth* is what rounding the state once at the start and at each event becomes by the end, over
 2⁻⁵³: root mean square of the ball that goes farthest, by the tangent map of our engine's own
 trajectory. The *horizon* is when 32 roundings of it may come to {tolerance}; past it, double
-precision can't say where the balls are, and no error of a position is printed. Nor is there a
+precision can't say where the balls are. Nor is there a
 derivative after one ball has several collisions at one instant, or in sustained contact: the
 horizon is there at the latest. The *nearest other course* is the smallest relative change of the
 first state (positions by the extent of the scene, velocities by the speed) after which other balls
 meet, or in another order. Where 32 roundings reach it, the scene is **fragile**: the last bits of
 its numbers decide its course.\
+"""
+
+_OWN_MEANS = """\
+Each engine errs by its own size: one that steps sees contacts up to a step late, one that lands on
+them stops 1e-10 m short, an exact one rounds. From this instant on, errors of that size may take
+the shot another course, and no error of how it ends is printed, unless a criterion asks for it.\
 """
 
 CAPTION = "Shots that begin almost alike part exponentially, as the tangent map says"
@@ -45,9 +51,33 @@ def predictability_section(results: ResultsFolder, figure: PurePosixPath | None)
             [_row(shot) for shot in shots],
         ),
     ]
+    parts += _horizons(results)
     if figure is not None:
         parts.append(figure_link(CAPTION, figure))
     return parts
+
+
+def _horizons(results: ResultsFolder) -> list[str]:
+    """Return the table of engines that can't be expected to play a shot to its end."""
+    labels = [
+        label
+        for label in results.labels
+        if any(case.label == label and case.horizon is not None for case in results.cases)
+    ]
+    rows = []
+    for scene in results.scene_names:
+        cases = [results.case(scene, label) for label in labels]
+        if any(case is not None and case.horizon is not None for case in cases):
+            rows.append([scene, *map(_own_horizon, cases)])
+    if not rows:
+        return []
+    return [_OWN_MEANS, table_of(["scene", *(f"`{label}`" for label in labels)], rows)]
+
+
+def _own_horizon(case: CaseRecord | None) -> str:
+    if case is None or case.outcome != "ran":
+        return "–"
+    return "to its end" if case.horizon is None else style.format_time(case.horizon)
 
 
 def _row(shot: Predictability) -> list[str]:

@@ -165,7 +165,9 @@ def _judged(
                 reference=truth.is_own_measure(record.engine, METRICS[criterion.metric].compares),
             )
             for criterion in case.criteria
-            if not criterion.if_measured or measured.values[criterion.metric] is not None
+            if not criterion.if_measured
+            or measured.values[criterion.metric] is not None
+            or criterion.metric in measured.fell_short
         ),
         left_out=case.left_out,
     )

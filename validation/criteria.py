@@ -119,8 +119,9 @@ class Criterion(BaseModel):
     """One limit on one metric for the engines that it covers.
 
     `if_measured` criteria are judged only where the metric has a value; where it has none, the
-    record says why, and nothing passes. Without it, no value is a failure. A `past_horizon`
-    criterion judges how a shot ends also where the engine can't be expected to predict that.
+    record says why, and nothing passes; but a run that stops early, or whose value isn't finite,
+    fails them. Without it, no value is a failure. A `past_horizon` criterion judges
+    how a shot ends also where the engine can't be expected to predict that.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from engine import EventKind, Result
 from engine.sensitivity import QUALITY, ROUNDING
-from validation.predictability.bifurcations import bifurcations_of
+from validation.predictability.bifurcations import bifurcations_of, extent_of
 from validation.sampling import events_of
 
 FloatArray = NDArray[np.float64]
@@ -72,9 +72,8 @@ def growth_of(result: Result) -> Growth:
     if len(times):
         growth, rows = result.sensitivity(np.nextafter(times, 0.0)), np.arange(len(times))
         largest = np.maximum(growth[rows, hits["a"]], growth[rows, hits["b"]])
-    extent = float(np.max(np.abs(scene.positions[:, :2])) + np.max(scene.radii))
-    if scene.table is not None:
-        extent = max(extent, scene.table.length, scene.table.width)
     courses = [(one.t, one.relative) for one in bifurcations_of(result)]
     course_times, course_changes = np.array(courses).reshape(-1, 2).T
-    return Growth(times, largest, course_times, course_changes, extent, float(np.min(scene.radii)))
+    return Growth(
+        times, largest, course_times, course_changes, extent_of(scene), float(np.min(scene.radii))
+    )

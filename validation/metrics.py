@@ -32,6 +32,10 @@ class NotMeasuredError(Exception):
     """Why a metric has no value in a case; the sentence is kept beside it."""
 
 
+class FellShortError(NotMeasuredError):
+    """There is no value because of what the run did: a criterion on it fails."""
+
+
 _REST_ERRORS = ("rest_error_max", "rest_error_rms", "rest_error_ulps")
 """Metrics that are made of the balls' errors."""
 
@@ -46,6 +50,8 @@ class Measured:
         By name, one for each that was asked for, in the order of `METRICS`.
     notes : dict of str to str
         Why a value is None.
+    fell_short : set of str
+        Metrics without a value because of what the run did: it ended early, or isn't finite.
     ball_errors : (n,) float64 [m] or None
         Distance of each ball from where it should end; None where no metric of them has a value.
     """
@@ -53,6 +59,7 @@ class Measured:
     values: dict[str, Value] = field(default_factory=dict)
     notes: dict[str, str] = field(default_factory=dict)
     ball_errors: FloatArray | None = None
+    fell_short: set[str] = field(default_factory=set)
 
 
 def measure(
@@ -92,10 +99,13 @@ def measure(
             value = compute(result, truth)
         except NotMeasuredError as why:
             measured.values[name], measured.notes[name] = None, str(why)
+            if isinstance(why, FellShortError):
+                measured.fell_short.add(name)
             continue
         if not np.isfinite(value):
             measured.values[name] = None
             measured.notes[name] = f"not finite: {value}"
+            measured.fell_short.add(name)
             continue
         measured.values[name] = value
     if any(measured.values.get(name) is not None for name in _REST_ERRORS):
@@ -242,9 +252,9 @@ def _quality_factor(result: Result, truth: Truth) -> float:
 
 
 def _graded(result: Result, truth: Truth) -> Grade:
-    _require_end(result)
     if truth.certificate is None:
         raise NotMeasuredError(truth.why_not("proof"))
+    _require_end(result)
     graded = _grade(result, truth)
     if graded.until == 0.0:
         raise NotMeasuredError(f"nothing of this shot is proved: {graded.why}")
@@ -317,7 +327,7 @@ _COMPUTE: dict[str, Callable[[Result, Truth], int | float]] = {
 def _require_end(result: Result) -> None:
     if not result.status.complete:
         why = f": {result.reason}" if result.reason else ""
-        raise NotMeasuredError(f"the run stopped early ({result.status.value}){why}")
+        raise FellShortError(f"the run stopped early ({result.status.value}){why}")
 
 
 def _finite(energy: FloatArray) -> FloatArray:

@@ -106,8 +106,12 @@ def _coast(scene: Scene, state: Samples, ball: int) -> Result:
             else tuple(state.angular_velocities[0, ball].tolist()),
         }
     )
-    # Nothing slows a ball on a cloth without resistance: a second takes it across.
-    t_max = 1.0 if scene.rolling_frictions[ball] == 0.0 else None
+    # Nothing slows a ball on a cloth without resistance: until it has gone far beyond all others.
+    speed = float(np.linalg.norm(state.velocities[0, ball, :2]))
+    extent = float(np.max(np.abs(state.positions[0, :, :2])) + np.max(scene.radii))
+    endless = scene.rolling_frictions[ball] == 0.0 or not scene.sliding_frictions[ball] > 0.0
+    t_max = 4.0 * extent / speed if endless and speed > 0.0 else None
+    t_max = 1.0 if endless and t_max is None else t_max
     free = Scene(name="coast", physics=scene.physics, balls=[alone], t_max=t_max)
     return simulate(free, record="trajectory")
 

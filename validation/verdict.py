@@ -68,7 +68,8 @@ def verdict_of(case: CaseRecord | None) -> Verdict:
         return Verdict.REFERENCE
     if case.passed is None:
         return Verdict.SHOWN
-    return Verdict.PASS if any(map(_judges_outcome, case.checks)) else Verdict.LIMITS_HOLD
+    judged = any(_judges_outcome(check, case) for check in case.checks)
+    return Verdict.PASS if judged else Verdict.LIMITS_HOLD
 
 
 def rest_verdict_of(case: CaseRecord | None) -> Verdict:
@@ -80,7 +81,7 @@ def rest_verdict_of(case: CaseRecord | None) -> Verdict:
     verdicts = [
         check.passed
         for check in (case.checks if case is not None else ())
-        if check.metric.startswith("rest_error") and _judges_outcome(check)
+        if check.metric.startswith("rest_error") and _judges_outcome(check, case)
     ]
     if not verdicts:
         return Verdict.SHOWN
@@ -126,11 +127,16 @@ def wrong_count(case: CaseRecord | None) -> tuple[int, int] | None:
     return next(((found, right) for found, right in pairs if found != right), None)
 
 
-def _judges_outcome(check: Check) -> bool:
+def _judges_outcome(check: Check, case: CaseRecord | None) -> bool:
     """Whether a check, passed or not, says if the outcome is right.
 
-    A limit from below doesn't: "the first 25 collisions agree" leaves the end free.
+    A limit from below doesn't: "the first 25 collisions agree" leaves the end free. Nor does a
+    grade by a proof that ends before the shot does, or past the engine's horizon.
     """
+    if check.metric == "quality_factor" and (
+        case is None or case.horizon is not None or case.truth not in INDEPENDENT
+    ):
+        return False
     metric = METRICS.get(check.metric)
     return (
         metric is not None

@@ -273,3 +273,30 @@ def test_a_result_is_still_a_value_after_it_was_asked():
     result = recorded(find_scene("stop"))
     result.sensitivity(1.0)
     assert replace(result, reason="x").sensitivity(1.0) == pytest.approx(result.sensitivity(1.0))
+
+
+def test_side_spin_that_nothing_brakes_stays():
+    """Breaks where a spin of 0 counts as one that the cloth has ended."""
+    scene = scene_of(
+        ball((0.3, 0.5), (1.0, 0.0)),
+        ball((0.6, 0.5)),
+        motion="sliding",
+        ball_friction=0.06,
+        spinning_friction_rate=0.0,
+    )
+    result = recorded(scene)
+    (spun,) = result.tangent(one_direction(2, w=(0.0, 0.0, 1.0))).sample([0.1])[0]
+    assert spun[0, 6] == 1.0
+    step = 1e-7
+    sides = [moved(scene, s * step * one_direction(2, r=(0.0, 1.0))[0]) for s in (1, -1)]
+    after, before = (recorded(side).sample([1.0]).angular_velocities[0, 1, 2] for side in sides)
+    (aside,) = result.tangent(one_direction(2, r=(0.0, 1.0))).sample([1.0])[0]
+    assert aside[1, 6] == pytest.approx((after - before) / (2 * step), rel=1e-4)
+    assert abs(aside[1, 6]) > 10.0
+
+
+def test_a_resting_ball_that_is_nudged_stays():
+    result = recorded(scene_of(ball((0.3, 0.5), (1.0, 0.0)), ball((0.6, 0.8))))
+    direction = np.zeros((1, 2, 7))
+    direction[0, 1, 2:4] = 1.0
+    assert not np.any(result.tangent(direction).sample([2.0])[0, 0, 1])

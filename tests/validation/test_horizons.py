@@ -10,10 +10,12 @@ from engine import simulate
 from reference_adapters import make_engine
 from reference_adapters.base import resolution_of
 from validation.case import Case, run_case
+from validation.criteria import common_criteria
 from validation.horizons import growth_of
 from validation.library import find_scene
 from validation.metric_table import METRICS
 from validation.truth import truth_of
+from validation.verdict import Verdict, verdict_of
 
 
 def horizon_of(name: str, label: str) -> float:
@@ -62,3 +64,23 @@ def test_a_closed_form_is_compared_with_whatever_errors_become():
     scene = find_scene("galperin-2")
     record, _ = run_case(Case(scene, "pymunk:config=default", truth_of(scene)))
     assert record.horizon is None
+
+
+def test_a_run_that_stops_early_fails_what_every_scene_asks():
+    """Breaks where a criterion is dropped because a bad run left nothing to measure."""
+    scene = find_scene("half-ball-cut")
+    graded = tuple(one for one in common_criteria().criteria if one.metric == "quality_factor")
+    record, _ = run_case(Case(scene, "ghostball:max_events=1", truth_of(scene), graded))
+    assert [check.passed for check in record.checks] == [False]
+    whole, _ = run_case(Case(scene, "ghostball", truth_of(scene), graded))
+    assert [check.passed for check in whole.checks] == [True]
+
+
+def test_what_is_graded_up_to_the_horizon_only_leaves_the_end_open():
+    scene = find_scene("chaos-a")
+    record, _ = run_case(
+        Case(scene, "ghostball", truth_of(scene), tuple(common_criteria().criteria))
+    )
+    assert record.horizon is not None
+    assert all(check.passed for check in record.checks)
+    assert verdict_of(record) is Verdict.LIMITS_HOLD

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from engine import GhostballError, Scene
 from reference_adapters import ReferenceEngine
-from validation.attribution._backward import NoCueBallError, backward_error
+from validation.attribution._backward import NoCueBallError, NotCertifiedError, backward_error
 from validation.attribution._extrapolation import (
     Extrapolation,
     extrapolate,
@@ -178,7 +178,7 @@ def _with_backward(
 ) -> Attribution:
     try:
         return replace(found, backward=backward_error(known, outcome, instant))
-    except NoCueBallError as error:
+    except (NoCueBallError, NotCertifiedError) as error:
         return replace(found, no_backward=str(error))
 
 

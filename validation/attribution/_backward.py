@@ -44,6 +44,10 @@ class NoCueBallError(GhostballError):
     """A scene in which it can't be said which ball is the cue ball."""
 
 
+class NotCertifiedError(GhostballError):
+    """A shot next to a certified one can't be certified itself: nothing to compare with."""
+
+
 @dataclass(frozen=True)
 class BackwardError:
     """By how much an engine played another shot.
@@ -175,7 +179,7 @@ def _certified(scene: Scene) -> FloatArray:
     settings = CertifiedSettings()
     result = result_of(scene, certify(scene, cached=False), settings, "rest")
     if not result.status.complete:
-        raise GhostballError(
+        raise NotCertifiedError(
             f'scene "{scene.name}": a shot next to it can\'t be certified: {result.reason}'
         )
     return result.rest_positions[:, :2]

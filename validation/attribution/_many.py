@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 
 from engine import Scene, UnsupportedSceneError, warm_up
 from reference_adapters import make_engine
-from reference_adapters.registry import EngineUnavailableError
+from reference_adapters.registry import EngineUnavailableError, parse_spec
 from validation.attribution._attribute import attribute
 from validation.attribution._file import (
     belongs_to,
@@ -19,8 +21,11 @@ from validation.attribution._file import (
     write_attributions,
 )
 from validation.attribution.records import Attribution
+from validation.files import ResultsError
 from validation.known_shot import ENGINES, KnownShot, known_shot
 from validation.store import CaseRecord, ResultsFolder
+
+_LOGGER = logging.getLogger("ghostball.validation")
 
 Pair = tuple[Scene, str]
 """A scene, and an engine with its settings."""
@@ -91,7 +96,7 @@ def attribute_results(
         Where an attribution can't be computed, or nothing can be written.
     """
     wanted = [case for case in results.cases if case.outcome == "ran" and case.engine not in TRUE]
-    earlier = read_attributions(results.path)
+    earlier = _readable(results.path)
     kept = {
         _key(case): one
         for case in wanted
@@ -107,6 +112,15 @@ def attribute_results(
     found = [kept[_key(case)] for case in wanted if _key(case) in kept]
     write_attributions(results.path, found)
     return found
+
+
+def _readable(folder: Path) -> list[Attribution]:
+    """Return what an earlier call left; what can't be read is nothing to take over."""
+    try:
+        return read_attributions(folder)
+    except ResultsError as error:
+        _LOGGER.warning("no attribution is taken over: %s", error)
+        return []
 
 
 def attributions_of(results: ResultsFolder) -> list[Attribution]:
@@ -137,6 +151,17 @@ def _one(pair: Pair) -> Attribution | None:
         engine_can = attribute(scene, engine, label=label, known=_known(scene))
     except (UnsupportedSceneError, EngineUnavailableError):
         return None  # the results say so, with the reason
+    # An engine may raise anything at a step that it wasn't asked to take before: kept, never fatal.
+    except Exception as error:
+        _LOGGER.warning("%s on %s: not attributed: %s", scene.name, label, error)
+        engine_can = Attribution(
+            scene.name,
+            label,
+            parse_spec(label)[0],
+            "not compared",
+            "our engine",
+            reason=f"{type(error).__name__}: {error}",
+        )
     return replace(engine_can, definition_hash=scene_hash(scene))
 
 

@@ -10,6 +10,7 @@ by the tangent map of the shot itself. To first order, so that it is the surer t
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
@@ -103,6 +104,9 @@ def bifurcations_of(result: Result) -> tuple[Bifurcation, ...]:
     speed; `relative` is in these units, and the root mean square over the directions. Unlike
     rounding in our engine, such changes respect no symmetry.
 
+    Of cushions only ties count: no near miss of one, and none as a competitor. Between two events
+    of two balls the least of their gaps counts where they part again, or one stops.
+
     Left out is what lies where no derivative exists, past ties and sustained contact; the first tie
     itself counts as one with margin 0.
     """
@@ -120,13 +124,19 @@ def nearest_of(bifurcations: Iterable[Bifurcation]) -> tuple[Bifurcation, ...]:
     return tuple(sorted(nearest.values(), key=lambda one: one.relative))
 
 
+def extent_of(scene: Scene) -> float:
+    """Return the largest coordinate of a scene, of its table or of a ball [m]."""
+    extent = float(np.max(np.abs(scene.positions[:, :2])) + np.max(scene.radii))
+    return extent if scene.table is None else max(extent, scene.table.length, scene.table.width)
+
+
 def _directions(scene: Scene) -> FloatArray:
     """Return changes of the first state, (LANES, n, 7), of relative size 1."""
     signs = (
         np.random.default_rng(_SEED).integers(0, 2, (LANES, len(scene.balls), PARTS)) * 2.0 - 1.0
     )
     sizes = np.empty((len(scene.balls), PARTS))
-    sizes[:, :2] = np.max(np.abs(scene.positions[:, :2])) + np.max(scene.radii)
+    sizes[:, :2] = extent_of(scene)
     sizes[:, 2:4] = np.linalg.norm(scene.velocities, axis=1)[:, np.newaxis]
     sizes[:, 4:] = np.linalg.norm(scene.angular_velocities, axis=1)[:, np.newaxis]
     changes: FloatArray = signs * sizes
@@ -248,6 +258,7 @@ def _passings(result: Result) -> tuple[FloatArray, IntArray, IntArray, FloatArra
     trajectory = result._exact("motion")
     starts = [knots[:, 0] for knots in trajectory.knots]
     parts: list[tuple[FloatArray, IntArray, IntArray, FloatArray]] = []
+    meetings = _meetings(result)
     moving = np.any(result.scene.velocities != 0.0, axis=1)
     for i in range(len(starts)):
         for j in range(i):
@@ -256,14 +267,19 @@ def _passings(result: Result) -> tuple[FloatArray, IntArray, IntArray, FloatArra
             pair = _pair(trajectory, i, j)
             edges = np.unique(np.concatenate([starts[i], starts[j], [trajectory.t_end]]))
             low, high = edges[:-1].copy(), edges[1:].copy()
-            turning = (_closing(pair, low) < 0.0) & (_closing(pair, np.nextafter(high, 0.0)) > 0.0)
+            before = _closing(pair, np.nextafter(high, 0.0))
+            turning = (_closing(pair, low) < 0.0) & (before > 0.0)
+            # One also stops, or turns, at an event of its own: but not where the two meet.
+            ending = (before < 0.0) & (_closing(pair, high) >= 0.0) & ~np.isin(high, meetings[i, j])
+            stops = high[ending]
             low, high = low[turning], high[turning]
-            if not len(low):
-                continue
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
                 falling = _closing(pair, middle) < 0.0
                 low, high = np.where(falling, middle, low), np.where(falling, high, middle)
+            high = np.concatenate([high, stops])
+            if not len(high):
+                continue
             places = pair.sample(high).positions
             gap = np.linalg.norm((places[:, 0] - places[:, 1])[:, :2], axis=1)
             gap -= np.sum(pair.radii)
@@ -274,6 +290,15 @@ def _passings(result: Result) -> tuple[FloatArray, IntArray, IntArray, FloatArra
         return none, np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), none
     times, a, b, gaps = (np.concatenate(column) for column in zip(*parts, strict=True))
     return times, a, b, gaps
+
+
+def _meetings(result: Result) -> dict[tuple[int, int], list[float]]:
+    """Return when each two balls collide [s], by the higher number and the lower."""
+    meetings: dict[tuple[int, int], list[float]] = defaultdict(list)
+    for t, kind, a, b in events_of(result).tolist():
+        if kind == EventKind.BALL_BALL:
+            meetings[max(a, b), min(a, b)].append(t)
+    return meetings
 
 
 def _pair(trajectory: ExactTrajectory, i: int, j: int) -> ExactTrajectory:

@@ -96,3 +96,10 @@ def _shaken(scene: Scene, size: float, seed: int) -> Scene:
         fields["velocity"] = tuple((velocity[:2] + push).tolist())
         balls.append(fields)
     return Scene.model_validate({**scene.model_dump(by_alias=True), "balls": balls})
+
+
+def test_a_ball_that_stops_short_of_another_all_but_hits_it():
+    mu, g, v, short = 0.02, 9.81, 1.0, 1e-6
+    reach = v**2 / (2 * mu * g)
+    miss = found_in(scene_of(ball((0.0, 0.0), (v, 0.0)), ball((reach + 2 * R + short, 0.0))))
+    assert miss["near miss"].margin == pytest.approx(short, rel=1e-6)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from engine import simulate
+from engine import Scene, Status, simulate
 from validation.files import ResultsError
 from validation.library import find_scene
 from validation.predictability import (
     load_predictability,
+    measure,
     predictability_of,
     save_predictability,
 )
@@ -89,3 +91,18 @@ def test_a_damaged_file_is_refused_with_its_place(tmp_path, damage, message):
     path.write_text(damage(path.read_text()))
     with pytest.raises(ResultsError, match=message):
         load_predictability(tmp_path)
+
+
+def test_a_chaos_scene_in_which_nothing_moves_has_no_neighbours():
+    chaos = find_scene("chaos-a")
+    balls = [{**one.model_dump(exclude_unset=True), "velocity": (0.0, 0.0)} for one in chaos.balls]
+    still = Scene.model_validate({**chaos.model_dump(by_alias=True), "balls": balls})
+    assert predictability_of(still).separations == ()
+
+
+def test_ctrl_c_is_no_shorter_shot(monkeypatch):
+    scene = find_scene("stop")
+    cut = replace(simulate(scene, record="trajectory"), status=Status.INTERRUPTED)
+    monkeypatch.setattr(measure, "simulate", lambda *_, **__: cut)
+    with pytest.raises(KeyboardInterrupt):
+        predictability_of(scene)
