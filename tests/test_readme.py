@@ -8,7 +8,7 @@ import pytest
 from engine import Ball, Physics, Scene, SceneError, Status, UnsupportedSceneError, simulate
 from engine._tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
 from engine.impact_laws.registry import BALL_LAWS, CUSHION_LAWS
-from validation.bench import TargetsMeasurement
+from validation.bench import AccuracyMeasurement, TargetsMeasurement
 from validation.bench.measurements import load
 from validation.library import select
 
@@ -74,6 +74,18 @@ def test_the_revision_measured_is_named():
     revision = re.search(r"at revision ([0-9a-f]{7,40})", on_one_line(README))[1]
     assert MEASURED.environment["git"]["revision"].startswith(revision)
     assert not MEASURED.environment["git"]["dirty"]
+
+
+def test_exactness_is_what_was_measured():
+    pattern = (
+        r"Of (\d+) events proved in (\d+) random shots it misses (\d+), and errs by at most (\d+)"
+    )
+    events, shots, missing, factor = map(int, re.search(pattern, on_one_line(README)).groups())
+    stored = load(ROOT / "benchmarks/results/amd-epyc-2-cores/accuracy.json", AccuracyMeasurement)
+    assert (events, shots, missing) == (stored.events, stored.shots, stored.missing)
+    assert factor == round(stored.quality_factor.greatest)
+    assert (stored.invented, stored.faulty) == (0, ())
+    assert not stored.environment["git"]["dirty"]
 
 
 def test_the_numbers_of_scenes_are_those_shipped():
