@@ -166,7 +166,8 @@ class Result:
         """Return how far rounding displaces each ball by `times`, over 2^-53: (k, n) float64 [m].
 
         The root mean square of what becomes of rounding the state once at the start and at each
-        event, to first order: double precision can't tell positions better than 2^-53 times this.
+        event, to first order. A number that is exactly 0 by symmetry stays so, as in our engine:
+        what becomes of changes that respect no symmetry, `tangent` says.
         Infinite where no derivative exists: after collisions of one ball at one instant, and after
         sustained contact. See `engine.sensitivity`.
 

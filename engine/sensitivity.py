@@ -2,8 +2,8 @@
 
     >>> result = simulate(scene, record="trajectory")
     >>> result.sensitivity(result.rest_time)     # what rounding does to each ball, over 2^-53 [m]
-    >>> result.horizon(tolerance=1e-3)           # until when doubles tell where balls are [s]
-    >>> tangent_of(result, directions)           # what becomes of given changes of the first state
+    >>> result.horizon(tolerance=1e-3)           # until when our engine tells where balls are [s]
+    >>> result.tangent(directions).sample(times) # what becomes of given changes of the first state
 
 The derivative is that of the engine's own trajectory, and exact for its laws: each event also comes
 sooner or later. None exists past an instant at which one ball has several collisions, for any

@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from engine.result import initial_state
+from engine.result import Status, initial_state
 from engine.trajectory import energy_of
 from ghostball._terminal import ExitStatus, busy, say, stdout
 from reference_adapters import make_engine
@@ -114,9 +114,11 @@ def _together(explanation: Explanation) -> Iterator[RenderableType]:
     distances = explanation.rest_distances
     ball = int(distances.argmax())
     late = explanation.rest_time_difference
+    rests = explanation.result.status is Status.REST
     yield Text(
         f'Largest difference at the end: "{explanation.scene.balls[ball].id}", '
-        f"{style.format_length(float(distances[ball]))} off; the last ball rests {_late(late)}."
+        f"{style.format_length(float(distances[ball]))} off"
+        + (f"; the last ball rests {_late(late)}." if rests else ".")
     )
     energies = [
         float(energy_of(explanation.scene, state).total[0])

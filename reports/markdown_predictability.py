@@ -17,7 +17,8 @@ precision can't say where the balls are. Nor is there a
 derivative after one ball has several collisions at one instant, or in sustained contact: the
 horizon is there at the latest. The *nearest other course* is the smallest relative change of the
 first state (positions by the extent of the scene, velocities by the speed) after which other balls
-meet, or in another order. Where 32 roundings reach it, the scene is **fragile**: the last bits of
+meet, or in another order; such changes respect no symmetry, by which rounding may never leave a
+line. Where 32 roundings reach it, the scene is **fragile**: the last bits of
 its numbers decide its course.\
 """
 

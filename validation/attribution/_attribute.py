@@ -67,6 +67,10 @@ class _Ladder:
         )
 
 
+ROUNDINGS = 32.0
+"""What an ulp of the input does, times this, is a difference that says nothing."""
+
+
 class NoInstantError(GhostballError):
     """Runs that agree with the truth at no instant, so that nothing can be compared."""
 
@@ -126,16 +130,30 @@ def attribute(
         return replace(found, reason=str(error))
     truth, outcome = known.positions(ladder.instant), ladder.base.positions
     rounding = max((largest_distance(one.positions, outcome) for one in ladder.ulps), default=None)
+    difference = largest_distance(outcome, truth)
     found = replace(
         found,
         instant=ladder.instant,
         until=ladder.until,
-        difference=largest_distance(outcome, truth),
+        difference=difference,
         rounding=rounding,
         step=ladder.base.step or None,
         phases=tuple(len(level) for level in ladder.levels),
     )
+    if ladder.instant is not None and rounding is not None and difference <= ROUNDINGS * rounding:
+        return replace(found, reason=_nothing_to_divide(known, ladder.instant))
     return _with_backward(_divided(found, ladder, known), known, outcome, ladder.instant)
+
+
+def _nothing_to_divide(known: KnownShot, instant: float) -> str:
+    """Say why a difference that is but rounding isn't divided: the shot parts before it shows."""
+    assert known.result.events is not None
+    early = not np.any(known.result.events["t"] <= instant)
+    until = "an instant before the first event" if early else f"t = {instant:.6g} s"
+    return (
+        f"the runs can be compared up to {until}, where nothing differs by more than rounding: "
+        "what they differ by comes with the collisions after it"
+    )
 
 
 def _divided(found: Attribution, ladder: _Ladder, known: KnownShot) -> Attribution:

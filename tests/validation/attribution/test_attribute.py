@@ -92,6 +92,15 @@ def test_runs_that_part_are_compared_before_they_do():
     assert "collisions" in found.until
 
 
+def test_what_is_but_rounding_is_not_divided():
+    """Breaks where bars of femtometres are drawn of a shot that parts at its first collision."""
+    found = attribute(find_scene("break-7"), make_engine("pymunk"))
+    assert found.outcome == "not compared"
+    assert found.difference < 1e-13
+    assert (found.model, found.discretisation, found.backward) == (None, None, None)
+    assert "before the first event" in found.reason
+
+
 def test_nothing_is_compared_past_what_can_be_predicted():
     found = attribute(find_scene("galperin-1"), make_engine("pymunk:mode=landed"))
     assert found.instant is not None
