@@ -56,7 +56,9 @@ def scenes(speed: float = 1.0) -> list[Scene]:
 
 
 def limits(at_most: float = 1e-6, metric: str = "rest_error_max") -> Criteria:
-    criterion = {"engines": ENGINES, "metric": metric, "at_most": at_most, "reason": "by hand"}
+    # Also of an engine whose steps of 20 ms may take the cut another course.
+    criterion = {"engines": ENGINES, "metric": metric, "at_most": at_most, "past_horizon": True}
+    criterion["reason"] = "by hand"
     return Criteria(criteria=(Criterion.model_validate(criterion),))
 
 
