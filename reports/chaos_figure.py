@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from reports import style
-from validation.predictability import Predictability, load_predictability
+from validation.predictability import Predictability, predictability_in
 from validation.store import ResultsFolder
 
 if TYPE_CHECKING:
@@ -25,8 +25,7 @@ _LOWEST = 1e-16
 
 def draw_chaos(results: ResultsFolder) -> Figure | None:
     """Draw the distance of neighbouring shots against time; None where none are stored."""
-    known = load_predictability(results.path)
-    shots = [one for name in results.scene_names if (one := known.get(name)) and one.separations]
+    shots = [one for one in predictability_in(results) if one.separations]
     if not shots:
         return None
     figure = style.new_figure(WIDTH, HEIGHT)

@@ -6,7 +6,7 @@ from pathlib import PurePosixPath
 
 from reports import style
 from reports.markdown_parts import figure_link, one_line, table_of
-from validation.predictability import Predictability, load_predictability
+from validation.predictability import Predictability, predictability_in
 from validation.store import CaseRecord, ResultsFolder
 
 _MEANS = """\
@@ -40,8 +40,7 @@ def predictability_section(results: ResultsFolder, figure: PurePosixPath | None)
     figure : path or None
         Of the shots that begin almost alike.
     """
-    known = load_predictability(results.path)
-    shots = [known[name] for name in results.scene_names if name in known]
+    shots = predictability_in(results)
     if not shots:
         return []
     parts = [

@@ -86,28 +86,80 @@ def load_cases(path: Path) -> tuple[list[CaseRecord], str]:
 
 
 def _load_case(line: str, place: str) -> CaseRecord:
+    record: CaseRecord = parse_line(_RECORD, line, place, SCHEMA, "Run the suite again")
+    return record
+
+
+def parse_line(adapter: TypeAdapter[Any], line: str, place: str, schema: int, again: str) -> Any:
+    """Read what a line of JSON holds.
+
+    Parameters
+    ----------
+    adapter : TypeAdapter
+    line, place : str
+        And where it is, for the message.
+    schema : int
+        Its version.
+    again : str
+        What to do where it can't be read: a sentence without its full stop.
+
+    Raises
+    ------
+    ResultsError
+        Where it is no JSON object, of another version, or not what was expected.
+    """
     try:
         data = json.loads(line)
         if not isinstance(data, dict):
-            raise ResultsError(f"{place}: not a case: a JSON object was expected")
-        _check_schema(data.get("schema"), place)
-        return _RECORD.validate_python(data)
+            raise ResultsError(f"{place}: a JSON object was expected. {again}")
+        _check_schema(data.get("schema"), place, schema, again)
+        return adapter.validate_python(data)
     except json.JSONDecodeError as error:
         raise ResultsError(
-            f"{place}: not valid JSON: {error.msg} (column {error.colno}). Run the suite again"
+            f"{place}: not valid JSON: {error.msg} (column {error.colno}). {again}"
         ) from None
     except ValidationError as error:
         first = error.errors()[0]
         name = ".".join(map(str, first["loc"]))
-        raise ResultsError(f"{place}: `{name}`: {first['msg']}. Run the suite again") from None
+        raise ResultsError(f"{place}: `{name}`: {first['msg']}. {again}") from None
 
 
-def _check_schema(schema: object, place: str) -> None:
-    if schema != SCHEMA:
+def _check_schema(
+    found: object, place: str, schema: int = SCHEMA, again: str = "Run the suite again"
+) -> None:
+    if found != schema:
         raise ResultsError(
-            f"{place}: `schema` must be {SCHEMA}, got {schema!r}: another version of ghostball "
-            "wrote it. Read it with that version, or run the suite again"
+            f"{place}: `schema` must be {schema}, got {found!r}: another version of ghostball "
+            f"wrote it. {again}"
         )
+
+
+def read_whole_lines(path: Path, again: str) -> list[str] | None:
+    """Read the lines of a file that is written whole; None where there is none.
+
+    Raises
+    ------
+    ResultsError
+        Where it can't be read, or its last line is cut short.
+    """
+    try:
+        text = path.read_bytes().decode("utf-8")
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ResultsError(f"{path}: can't be read: {error}. {again}") from error
+    lines = text.split("\n")  # not splitlines(): a reason may hold U+2028
+    if lines.pop():
+        raise ResultsError(f"{path}:{len(lines) + 1}: the line is cut short. {again}")
+    return lines
+
+
+def write_whole_lines(path: Path, lines: Iterable[bytes]) -> None:
+    """Write lines, without their ends, whole or not at all."""
+    part = path.with_name(path.name + ".part")
+    with part.open("wb") as file:
+        file.writelines(line + b"\n" for line in lines)
+    part.replace(path)
 
 
 def line_of(record: CaseRecord) -> str:
@@ -117,10 +169,7 @@ def line_of(record: CaseRecord) -> str:
 
 def write_lines(path: Path, records: Iterable[CaseRecord]) -> None:
     """Write cases, one per line, whole or not at all."""
-    part = path.with_name(path.name + ".part")
-    with part.open("w", encoding="utf-8", newline="\n") as file:
-        file.writelines(map(line_of, records))
-    part.replace(path)
+    write_whole_lines(path, map(_RECORD.dump_json, records))
 
 
 def save_motion(path: Path, motion: Motion) -> str:

@@ -12,8 +12,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import GhostballError, Result, Scene, Status, UnsupportedSceneError, simulate
+from engine import GhostballError, Result, Scene, UnsupportedSceneError
 from reference_adapters.certified import CertifiedEngine
+from validation.closed_forms import closed_form
+from validation.our_run import run_ours
 from validation.truth import truth_of
 
 FloatArray = NDArray[np.float64]
@@ -84,16 +86,15 @@ def known_shot(scene: Scene) -> KnownShot:
     certified, why = _certified(scene)
     if certified is not None:
         return KnownShot("certified", certified, certified.rest_positions)
-    ours = simulate(scene, record="trajectory")
-    if ours.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
+    ours = run_ours(scene)
     if not ours.status.complete:
         raise NoKnownShotError(
             f'scene "{scene.name}": nothing to compare with: it is not certified ({why}), and our '
             f"engine stopped early: {ours.status.value}"
         )
-    truth = truth_of(scene, parts={"rest"})
-    if truth.kind == "closed form" and truth.rest_positions is not None:
+    if closed_form(scene) is not None:
+        truth = truth_of(scene, "closed-form", parts={"rest"})
+        assert truth.rest_positions is not None  # what a closed form is about
         return KnownShot("closed form", ours, truth.rest_positions, why)
     return KnownShot("our engine", ours, ours.rest_positions, why)
 

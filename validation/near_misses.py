@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Ball, EventKind, Result, SampledTrajectory, Samples, Scene, simulate
+from engine import Ball, EventKind, Result, SampledTrajectory, Samples, Scene
+from validation.our_run import run_ours
 from validation.parting import Collision
 
 FloatArray = NDArray[np.float64]
@@ -113,7 +114,7 @@ def _coast(scene: Scene, state: Samples, ball: int) -> Result:
     t_max = 4.0 * extent / speed if endless and speed > 0.0 else None
     t_max = 1.0 if endless and t_max is None else t_max
     free = Scene(name="coast", physics=scene.physics, balls=[alone], t_max=t_max)
-    return simulate(free, record="trajectory")
+    return run_ours(free)
 
 
 def _smallest(

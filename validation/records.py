@@ -5,7 +5,10 @@ The store writes these, and reports are made of them alone.
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from hashlib import sha256
 from typing import Annotated, Any, Final, Literal
 
 import numpy as np
@@ -45,6 +48,16 @@ FloatArray = Annotated[
     PlainValidator(_array_from_json),
     PlainSerializer(_array_to_json, when_used="json"),
 ]
+
+
+def definition_hash(definition: Mapping[str, Any]) -> str:
+    """Return the hash of a scene's definition as plain values, as a `CaseRecord` has it."""
+    return sha256(json.dumps(definition, sort_keys=True).encode()).hexdigest()
+
+
+def scene_hash(scene: Scene) -> str:
+    """Return the hash of a scene."""
+    return definition_hash(scene.model_dump(mode="json", by_alias=True))
 
 
 def status_name(status: Status) -> str:

@@ -18,13 +18,13 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import CUSHIONS, EventKind, GhostballError, Result, Scene, Status, UnsupportedSceneError
+from engine import CUSHIONS, EventKind, GhostballError, Result, Scene, UnsupportedSceneError
 from engine.result import COLLISION_KINDS, Events
-from engine.simulate import simulate
 from reference_adapters.certified import Certificate, CertifiedSettings
 from reference_adapters.certified.engine import result_of
 from validation.closed_forms import DIGITS, ClosedForm, closed_form
 from validation.horizons import Growth, growth_of
+from validation.our_run import run_ours
 from validation.proof import proof_of, refused_features
 from validation.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
 from validation.sampling import MAX_TIMES, UNIFORM_TIMES, energy_at, events_of, union_times
@@ -305,13 +305,9 @@ def _from_form(
 def _our_run(scene: Scene) -> tuple[Result | None, str]:
     """Run our engine; where that gives no truth, None and why."""
     try:
-        result = simulate(scene, record="trajectory")
+        result = run_ours(scene)
     except UnsupportedSceneError as error:
         return None, str(error)
-    if (
-        result.status is Status.INTERRUPTED
-    ):  # the engine hands back what it has; the user is leaving
-        raise KeyboardInterrupt
     if not result.status.complete:
         return None, f"our engine stopped early: {result.status.value}"
     return result, ""

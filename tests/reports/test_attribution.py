@@ -8,7 +8,7 @@ from reports import style, write_report
 from reports.attribution_figure import draw_attribution, draw_parts
 from reports.attribution_text import backward_text, order_text, part_text, share_text
 from validation.attribution import Attribution, BackwardError, Part, write_attributions
-from validation.attribution._file import definition_hash
+from validation.records import definition_hash
 from validation.store import ResultsFolder
 
 STROKE = BackwardError("cue", -1e-3, -5.2e-5, 4e-4, "certified", 3)

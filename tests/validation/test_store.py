@@ -252,7 +252,7 @@ def test_an_environment_that_is_cut_short_is_said_to_be(tmp_path: Path, left: in
     ("line", "message"),
     [
         ("{broken", r"results\.jsonl:2: not valid JSON"),
-        ("[1]", r"results\.jsonl:2: not a case"),
+        ("[1]", r"results\.jsonl:2: a JSON object was expected"),
         ("", r"results\.jsonl:2: not valid JSON"),
         (f'{{"schema": {SCHEMA + 1}}}', r"results\.jsonl:2: `schema` must be 3, got 4"),
         (f'{{"schema": {SCHEMA}}}', r"results\.jsonl:2: `scene`: "),

@@ -24,6 +24,7 @@ from engine import (
     simulate,
 )
 from reference_adapters.certified import certify
+from validation import our_run
 from validation.closed_forms import DIGITS, closed_form
 from validation.library import find_scene
 from validation.store import CERTIFIED, CLOSED_FORM, OUR_ENGINE
@@ -106,7 +107,7 @@ def test_where_our_engine_cannot_help_a_closed_form_stands_alone(
     def refuse(scene: Scene, **_: Any) -> Result:
         raise UnsupportedSceneError("ghostball", ("no sliding",))
 
-    monkeypatch.setattr("validation.truth.simulate", refuse)
+    monkeypatch.setattr(our_run, "simulate", refuse)
     monkeypatch.setattr(validation.truth, "proof_of", unproved)
     truth = truth_of(find_scene("sliding-stun"))
     assert truth.kind == CLOSED_FORM
@@ -255,7 +256,7 @@ def test_only_the_parts_that_are_asked_for_are_computed(monkeypatch: pytest.Monk
     assert events.energy is None
     assert np.array_equal(events.collision_times, whole.collision_times)
     assert truth_of(shot(), parts=frozenset({"rest"})).rest_positions is not None
-    monkeypatch.setattr(validation.truth, "simulate", refuse)
+    monkeypatch.setattr(our_run, "simulate", refuse)
     rest = truth_of(scene, parts=frozenset({"rest", "time", "conditioning"}))
     assert np.array_equal(rest.rest_positions, whole.rest_positions)
     assert rest.collisions == whole.collisions

@@ -15,12 +15,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Ball, GhostballError, Scene, simulate
-from engine.scene import rolling_angular_velocity
+from engine import Ball, GhostballError, Scene
 from reference_adapters.certified import CertifiedSettings, certify
 from reference_adapters.certified.engine import result_of
 from validation.attribution._extrapolation import largest_distance
 from validation.known_shot import KnownShot
+from validation.our_run import run_ours
+from validation.rolling import rolling_spin
 
 FloatArray = NDArray[np.float64]
 Shot = Callable[[FloatArray], FloatArray]
@@ -119,10 +120,10 @@ def changed_shot(scene: Scene, ball: int, speed: float, turn: float) -> Scene:
     v[2] = one.velocity[2]
     changes: dict[str, object] = {"velocity": tuple(v.tolist())}
     if one.angular_velocity is not None:
-        w = rotation @ np.array(one.angular_velocity)
-        if scene.rolls[ball]:  # to the bit, or it would count as sliding
-            w[:2] = rolling_angular_velocity(v[np.newaxis], np.array([one.radius]))[0, :2]
-        changes["angular_velocity"] = tuple(w.tolist())
+        w = tuple((rotation @ np.array(one.angular_velocity)).tolist())
+        changes["angular_velocity"] = (
+            rolling_spin(v.tolist(), one.radius, w[2]) if scene.rolls[ball] else w
+        )
     balls = list(scene.balls)
     balls[ball] = Ball(**{**dict(one), **changes})
     return Scene(**{**dict(scene), "balls": balls})
@@ -159,7 +160,7 @@ def backward_error(known: KnownShot, outcome: FloatArray, instant: float | None)
         return changed if instant is None else changed.model_copy(update={"t_max": instant})
 
     def ours(x: FloatArray) -> FloatArray:
-        return simulate(change(x)).rest_positions[:, :2]
+        return run_ours(change(x), "rest").rest_positions[:, :2]
 
     proves = known.kind == "certified" and known.result.work["events"] <= CERTIFIED_EVENTS
     shot: Shot = (lambda x: _certified(change(x))) if proves else ours

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
-from engine import Scene
 from validation.attribution.records import SCHEMA, Attribution
-from validation.files import ResultsError, cannot_write
-from validation.records import CaseRecord
+from validation.files import cannot_write, parse_line, read_whole_lines, write_whole_lines
+from validation.records import CaseRecord, definition_hash
 
 ATTRIBUTIONS_FILE: Final = "attributions.jsonl"
 
-_RECORD = TypeAdapter(Attribution)
+_RECORD: Final = TypeAdapter(Attribution)
+_AGAIN: Final = "Run `ghostball validate --attribute` again"
 
 
 def write_attributions(folder: str | Path, attributions: Iterable[Attribution]) -> Path:
@@ -31,11 +29,8 @@ def write_attributions(folder: str | Path, attributions: Iterable[Attribution]) 
         Where it can't be written.
     """
     path = Path(folder) / ATTRIBUTIONS_FILE
-    part = path.with_name(path.name + ".part")
     try:
-        with part.open("w", encoding="utf-8", newline="\n") as file:
-            file.writelines(_RECORD.dump_json(one).decode() + "\n" for one in attributions)
-        part.replace(path)
+        write_whole_lines(path, map(_RECORD.dump_json, attributions))
     except OSError as error:
         raise cannot_write(Path(folder), error) from error
     return path
@@ -50,42 +45,11 @@ def read_attributions(folder: str | Path) -> list[Attribution]:
         Where the file is of another schema version, or damaged.
     """
     path = Path(folder) / ATTRIBUTIONS_FILE
-    try:
-        lines = path.read_text(encoding="utf-8").split("\n")
-    except FileNotFoundError:
-        return []
-    except (OSError, UnicodeDecodeError) as error:
-        raise ResultsError(f"{path}: can't read the attributions: {error}") from error
-    return [_read(line, f"{path}:{number}") for number, line in enumerate(lines[:-1], start=1)] + (
-        [_read(lines[-1], f"{path}:{len(lines)}")] if lines[-1] else []
-    )
-
-
-def _read(line: str, place: str) -> Attribution:
-    again = "Run `ghostball validate --attribute` again"
-    try:
-        data = json.loads(line)
-        schema = data.get("schema") if isinstance(data, dict) else None
-        if schema != SCHEMA:
-            raise ResultsError(f"{place}: `schema` must be {SCHEMA}, got {schema!r}. {again}")
-        return _RECORD.validate_python(data)
-    except json.JSONDecodeError as error:
-        raise ResultsError(f"{place}: not valid JSON: {error.msg}. {again}") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        name = ".".join(map(str, first["loc"]))
-        raise ResultsError(f"{place}: `{name}`: {first['msg']}. {again}") from None
-
-
-def definition_hash(definition: object) -> str:
-    """Return the hash of a scene's definition as plain values, as a `CaseRecord` has it."""
-    text = json.dumps(definition, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def scene_hash(scene: Scene) -> str:
-    """Return the hash of a scene."""
-    return definition_hash(scene.model_dump(mode="json", by_alias=True))
+    lines = read_whole_lines(path, _AGAIN) or []
+    return [
+        parse_line(_RECORD, line, f"{path}:{number}", SCHEMA, _AGAIN)
+        for number, line in enumerate(lines, 1)
+    ]
 
 
 def belongs_to(attribution: Attribution, case: CaseRecord) -> bool:

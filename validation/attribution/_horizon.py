@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from engine import Scene, Status, simulate
+from engine import Scene
 from validation.attribution._runs import ulps_away
+from validation.our_run import run_ours
 
 TOLERANCE = 1e-6
 """How far an ulp of the input may move a ball before the shot counts as unpredictable [m].
@@ -30,12 +31,10 @@ def horizon(scene: Scene, runs: int) -> float:
     -------
     float [s]; infinite where it never does
     """
-    base = simulate(scene, record="trajectory")
+    base = run_ours(scene)
     first = np.inf
     for moved in ulps_away(scene, runs):
-        other = simulate(moved, record="trajectory")
-        if Status.INTERRUPTED in (base.status, other.status):
-            raise KeyboardInterrupt
+        other = run_ours(moved)
         times = np.linspace(0.0, max(base.rest_time, other.rest_time), TIMES)
         apart = np.linalg.norm(base.sample(times).positions - other.sample(times).positions, axis=2)
         late = np.flatnonzero(apart.max(axis=1) > TOLERANCE)

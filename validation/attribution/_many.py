@@ -17,12 +17,12 @@ from validation.attribution._attribute import attribute
 from validation.attribution._file import (
     belongs_to,
     read_attributions,
-    scene_hash,
     write_attributions,
 )
 from validation.attribution.records import Attribution
 from validation.files import ResultsError
 from validation.known_shot import ENGINES, KnownShot, known_shot
+from validation.records import scene_hash
 from validation.store import CaseRecord, ResultsFolder
 
 _LOGGER = logging.getLogger("ghostball.validation")

@@ -12,8 +12,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Ball, Scene, SceneError, Status, simulate
-from engine.scene import rolling_angular_velocity
+from engine import Ball, Scene, SceneError, Status
+from validation.our_run import run_ours
+from validation.rolling import rolling_spin
 
 FloatArray = NDArray[np.float64]
 
@@ -66,8 +67,8 @@ def _earlier(scene: Scene, i: int, dt: float) -> Ball:
     else:
         a = np.zeros(3)
     start, velocity = r - v * dt + 0.5 * a * dt**2, v - a * dt
-    if not slides:  # to the bit, or it would count as sliding
-        w[:2] = rolling_angular_velocity(velocity[np.newaxis], np.array([radius]))[0, :2]
+    if not slides:
+        w[:] = rolling_spin(velocity.tolist(), radius, float(w[2]))
     return Ball(
         **{
             **dict(ball),
@@ -80,9 +81,7 @@ def _earlier(scene: Scene, i: int, dt: float) -> Ball:
 
 def _returns(earlier: Scene, scene: Scene, dt: float) -> bool:
     """Whether the earlier shot passes through the states of the scene, and nothing happens."""
-    run = simulate(earlier.model_copy(update={"t_max": dt}), record="events")
-    if run.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
+    run = run_ours(earlier.model_copy(update={"t_max": dt}), "events")
     if run.status is not Status.T_MAX or run.events is None or len(run.events):
         return False
     state, radii = run.final_state, scene.radii[:, np.newaxis]

@@ -15,6 +15,7 @@ from reference_adapters import ReferenceEngine
 from validation.attribution._phases import begun_earlier
 from validation.parting import Agreement, Collision, collisions_in, compare_logs
 from validation.returned import check_result
+from validation.rolling import rolling_spin
 from validation.sampling import events_of
 
 FloatArray = NDArray[np.float64]
@@ -173,8 +174,8 @@ def _ulp_away(scene: Scene, i: int, random: np.random.Generator) -> Ball:
         "velocity": (*moved[2:], ball.velocity[2]),
     }
     if scene.rolls[i] and ball.angular_velocity is not None:
-        w = ball.angular_velocity
-        changes["angular_velocity"] = (-moved[3] / ball.radius, moved[2] / ball.radius, w[2])
+        spin = ball.angular_velocity[2]
+        changes["angular_velocity"] = rolling_spin(changes["velocity"], ball.radius, spin)
     return Ball(**{**dict(ball), **changes})
 
 

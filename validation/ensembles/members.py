@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import Ball, GhostballError, Scene, Table
-from engine.scene import rolling_angular_velocity
+from validation.rolling import rolling_spin
 
 Stream = Literal["shots", "null"]
 """Which members: those that every engine runs, or as many others, independent of them."""
@@ -221,8 +221,7 @@ def _motion_of(ball: Ball, rolls: bool, drawn: NDArray[np.float64]) -> dict[str,
         return {"velocity": velocity}
     spin = turned(ball.angular_velocity)
     if rolls:  # to the bit: the rounding of a turn would be a slip
-        rolling = rolling_angular_velocity(np.array(velocity), np.array(ball.radius))
-        spin = (*rolling[:2].tolist(), spin[2])
+        spin = rolling_spin(velocity, ball.radius, spin[2])
     return {"velocity": velocity, "angular_velocity": spin}
 
 

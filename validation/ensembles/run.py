@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from engine import Scene, UnsupportedSceneError, simulate, warm_up
+from engine import Scene, UnsupportedSceneError, warm_up
 from engine.result import initial_state
 from engine.trajectory import energy_of
 from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
@@ -47,6 +47,7 @@ from validation.ensembles.store import (
     load_members,
 )
 from validation.environment import describe_environment
+from validation.our_run import run_ours
 from validation.store import ResultsError, ResultsWriter, is_results_folder
 from validation.unchanged import Code, is_ours
 from validation.worker import run_tasks
@@ -337,7 +338,7 @@ class _Run:
 def _planned(scene: Scene, run: EnsembleRun) -> Iterator[EnsembleRecord]:
     """Yield the ensembles of a scene, without members."""
     try:
-        alone = simulate(scene)
+        alone = run_ours(scene, "rest")
         reason, t_end = "", alone.rest_time
     except UnsupportedSceneError as error:
         lacks = "; ".join(error.features)

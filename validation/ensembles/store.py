@@ -11,7 +11,6 @@ back, and one that is cut short or damaged all the same is refused with its plac
 from __future__ import annotations
 
 import io
-import json
 import re
 import zipfile
 from collections.abc import Iterable, Mapping
@@ -21,7 +20,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from validation.ensembles.members import Stream
 from validation.ensembles.records import (
@@ -32,7 +31,14 @@ from validation.ensembles.records import (
     EnsembleState,
     Members,
 )
-from validation.files import ResultsError, cannot_write, hash_of_file
+from validation.files import (
+    ResultsError,
+    cannot_write,
+    hash_of_file,
+    parse_line,
+    read_whole_lines,
+    write_whole_lines,
+)
 
 ENSEMBLES_FILE: Final = "ensembles.jsonl"
 ENSEMBLES_FOLDER: Final = "ensembles"
@@ -74,21 +80,17 @@ class Ensembles:
             Where they are cut short, damaged, or of another schema version.
         """
         path = Path(folder) / ENSEMBLES_FILE
-        try:
-            text = path.read_bytes().decode("utf-8")
-        except (FileNotFoundError, NotADirectoryError):
+        lines = read_whole_lines(path, _AGAIN)
+        if lines is None:
             return None
-        except (OSError, UnicodeDecodeError) as error:
-            raise ResultsError(f"{path}: can't read the ensembles: {error}. {_AGAIN}") from error
-        # Not splitlines(): a reason may hold U+2028.
-        lines = text.split("\n")
-        if lines.pop() or not lines:
-            raise ResultsError(f"{path}:{len(lines) + 1}: the line is cut short. {_AGAIN}")
-        run: EnsembleRun = _parse(_RUN, lines[0], f"{path}:1")
+        if not lines:
+            raise ResultsError(f"{path}: is empty. {_AGAIN}")
+        run: EnsembleRun = parse_line(_RUN, lines[0], f"{path}:1", SCHEMA, _AGAIN)
         if run.format != FORMAT:
             raise ResultsError(f"{path}:1: not ensembles of ours. {_AGAIN}")
         records: list[EnsembleRecord] = [
-            _parse(_RECORD, line, f"{path}:{number}") for number, line in enumerate(lines[1:], 2)
+            parse_line(_RECORD, line, f"{path}:{number}", SCHEMA, _AGAIN)
+            for number, line in enumerate(lines[1:], 2)
         ]
         if len(records) != run.records:
             raise ResultsError(
@@ -189,12 +191,8 @@ class EnsembleWriter:
             self._unwritten.clear()
             records = [*self._records.values(), *self._kept]
             run = replace(self._run, state=state, records=len(records))
-            path = self._folder / ENSEMBLES_FILE
-            part = path.with_name(path.name + ".part")
-            with part.open("wb") as file:
-                file.write(_RUN.dump_json(run) + b"\n")
-                file.writelines(_RECORD.dump_json(record) + b"\n" for record in records)
-            part.replace(path)
+            lines = [_RUN.dump_json(run), *map(_RECORD.dump_json, records)]
+            write_whole_lines(self._folder / ENSEMBLES_FILE, lines)
             self._drop_stray({record.arrays for record in records})
         except OSError as error:
             raise cannot_write(self._folder, error) from error
@@ -236,24 +234,3 @@ def arrays_are_whole(folder: Path, record: EnsembleRecord) -> bool:
 
 def _place(record: EnsembleRecord, run: EnsembleRun) -> tuple[int, int, str]:
     return run.scenes.index(record.scene), run.labels.index(record.label), record.stream
-
-
-def _parse(adapter: TypeAdapter[Any], line: str, place: str) -> Any:
-    try:
-        data = json.loads(line)
-    except json.JSONDecodeError as error:
-        raise ResultsError(
-            f"{place}: not valid JSON: {error.msg} (column {error.colno}). {_AGAIN}"
-        ) from None
-    schema = data.get("schema") if isinstance(data, dict) else None
-    if schema != SCHEMA:
-        raise ResultsError(
-            f"{place}: `schema` must be {SCHEMA}, got {schema!r}: another version of ghostball "
-            f"wrote it. {_AGAIN}"
-        )
-    try:
-        return adapter.validate_python(data)
-    except ValidationError as error:
-        first = error.errors()[0]
-        name = ".".join(map(str, first["loc"]))
-        raise ResultsError(f"{place}: `{name}`: {first['msg']}. {_AGAIN}") from None

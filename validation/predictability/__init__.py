@@ -8,7 +8,11 @@
 from validation.predictability.bifurcations import Bifurcation, bifurcations_of, nearest_of
 from validation.predictability.measure import predictability_of
 from validation.predictability.records import Predictability, Separation
-from validation.predictability.store import load_predictability, save_predictability
+from validation.predictability.store import (
+    load_predictability,
+    predictability_in,
+    save_predictability,
+)
 
 __all__ = [
     "Bifurcation",
@@ -17,6 +21,7 @@ __all__ = [
     "bifurcations_of",
     "load_predictability",
     "nearest_of",
+    "predictability_in",
     "predictability_of",
     "save_predictability",
 ]

@@ -7,10 +7,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, Result, Scene, Status, simulate
+from engine import EventKind, Result, Scene
 from engine.sensitivity import PARTS, QUALITY, ROUNDING
+from validation.our_run import run_ours
 from validation.predictability.bifurcations import bifurcations_of, nearest_of
 from validation.predictability.records import Predictability, Separation
+from validation.records import scene_hash
+from validation.rolling import rolling_spin
 from validation.sampling import events_of, union_times
 
 FloatArray = NDArray[np.float64]
@@ -42,7 +45,7 @@ def predictability_of(scene: Scene, result: Result | None = None) -> Predictabil
     UnsupportedSceneError
         Where our engine lacks physics that the scene needs.
     """
-    result = _run(scene) if result is None else result
+    result = run_ours(scene) if result is None else result
     horizon = result.horizon(TOLERANCE)
     times = union_times(result.rest_time, events_of(result)["t"], uniform=_UNIFORM, limit=_LIMIT)
     bifurcations = nearest_of(bifurcations_of(result))
@@ -58,6 +61,7 @@ def predictability_of(scene: Scene, result: Result | None = None) -> Predictabil
         bifurcations[0].describe(scene) if bifurcations else "",
         bool(bifurcations) and bifurcations[0].relative <= QUALITY * ROUNDING,
         separations_of(result, times) if CHAOS in scene.tags and scene.velocities.any() else (),
+        scene_hash(scene),
     )
 
 
@@ -73,18 +77,10 @@ def separations_of(result: Result, times: FloatArray) -> tuple[Separation, ...]:
     places = result.sample(times).positions
     separations = []
     for size in SIZES:
-        faster = _run(_faster(scene, fastest, size * along))
+        faster = run_ours(_faster(scene, fastest, size * along))
         distance = np.linalg.norm(faster.sample(times).positions - places, axis=2)
         separations.append(Separation(size, np.max(distance, axis=1), size * growth))
     return tuple(separations)
-
-
-def _run(scene: Scene) -> Result:
-    """Run a scene on our engine; Ctrl-C, for which it hands back what it has, ends this too."""
-    result = simulate(scene, record="trajectory")
-    if result.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
-    return result
 
 
 def _faster(scene: Scene, ball: int, by: FloatArray) -> Scene:
@@ -95,8 +91,9 @@ def _faster(scene: Scene, ball: int, by: FloatArray) -> Scene:
     balls[ball]["velocity"] = tuple(velocity[:2].tolist())
     if scene.rolls[ball]:
         spin = float(scene.angular_velocities[ball, 2])
-        turn = (-velocity[1] / scene.radii[ball], velocity[0] / scene.radii[ball])
-        balls[ball]["angular_velocity"] = (*map(float, turn), spin) if spin else None
+        balls[ball]["angular_velocity"] = (
+            rolling_spin(velocity.tolist(), float(scene.radii[ball]), spin) if spin else None
+        )
     return Scene.model_validate({**scene.model_dump(by_alias=True), "balls": balls})
 
 

@@ -62,6 +62,8 @@ class Predictability:
         within 32 roundings.
     separations : tuple of Separation
         Of a scene with the tag "chaos".
+    definition_hash : str
+        Of the scene: one of its name may be another.
     """
 
     scene: str
@@ -75,6 +77,7 @@ class Predictability:
     nearest: str
     fragile: bool
     separations: tuple[Separation, ...] = ()
+    definition_hash: str = ""
     schema: int = SCHEMA
 
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)

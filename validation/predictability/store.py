@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
-from validation.files import ResultsError, cannot_write
+from validation.files import cannot_write, parse_line, read_whole_lines, write_whole_lines
 from validation.predictability.records import SCHEMA, Predictability
+from validation.records import definition_hash
+from validation.store import ResultsFolder
 
 PREDICTABILITY_FILE: Final = "predictability.jsonl"
 
@@ -26,12 +27,8 @@ def save_predictability(folder: Path, records: Iterable[Predictability]) -> None
     ResultsError
         Where the folder can't be written.
     """
-    path = folder / PREDICTABILITY_FILE
-    part = path.with_name(path.name + ".part")
     try:
-        with part.open("wb") as file:
-            file.writelines(_RECORD.dump_json(record) + b"\n" for record in records)
-        part.replace(path)
+        write_whole_lines(folder / PREDICTABILITY_FILE, map(_RECORD.dump_json, records))
     except OSError as error:
         raise cannot_write(folder, error) from error
 
@@ -45,34 +42,28 @@ def load_predictability(folder: Path) -> dict[str, Predictability]:
         Where it is cut short, damaged, or of another schema version.
     """
     path = folder / PREDICTABILITY_FILE
-    try:
-        lines = path.read_bytes().decode("utf-8").split("\n")
-    except (FileNotFoundError, NotADirectoryError):
-        return {}
-    except (OSError, UnicodeDecodeError) as error:
-        raise ResultsError(f"{path}: can't read it: {error}. {_AGAIN}") from error
-    if lines.pop():
-        raise ResultsError(f"{path}:{len(lines) + 1}: the line is cut short. {_AGAIN}")
-    records = [_parse(line, f"{path}:{number}") for number, line in enumerate(lines, 1)]
+    lines = read_whole_lines(path, _AGAIN) or []
+    records = [
+        parse_line(_RECORD, line, f"{path}:{number}", SCHEMA, _AGAIN)
+        for number, line in enumerate(lines, 1)
+    ]
     return {record.scene: record for record in records}
 
 
-def _parse(line: str, place: str) -> Predictability:
-    try:
-        data = json.loads(line)
-    except json.JSONDecodeError as error:
-        raise ResultsError(
-            f"{place}: not valid JSON: {error.msg} (column {error.colno}). {_AGAIN}"
-        ) from None
-    schema = data.get("schema") if isinstance(data, dict) else None
-    if schema != SCHEMA:
-        raise ResultsError(
-            f"{place}: `schema` must be {SCHEMA}, got {schema!r}: another version of ghostball "
-            f"wrote it. {_AGAIN}"
-        )
-    try:
-        return _RECORD.validate_python(data)
-    except ValidationError as error:
-        first = error.errors()[0]
-        name = ".".join(map(str, first["loc"]))
-        raise ResultsError(f"{place}: `{name}`: {first['msg']}. {_AGAIN}") from None
+def predictability_in(results: ResultsFolder) -> list[Predictability]:
+    """Return what a results folder holds of its very scenes, in their order.
+
+    One of another version of a scene, left by an earlier run, is none of them.
+
+    Raises
+    ------
+    ResultsError
+        As `load_predictability`.
+    """
+    known = load_predictability(results.path)
+    hashes = {case.scene: definition_hash(case.definition) for case in results.cases}
+    return [
+        known[name]
+        for name in results.scene_names
+        if name in known and known[name].definition_hash == hashes[name]
+    ]

@@ -58,7 +58,7 @@ def test_without_a_file_there_are_none(tmp_path):
     [
         ('{"schema": 99}', "`schema` must be 1, got 99"),
         ("{", "not valid JSON"),
-        ("[]", "`schema` must be 1, got None"),
+        ("[]", "a JSON object was expected"),
         ('{"schema": 1, "scene": "stop"}', "`label`"),
     ],
 )

@@ -299,12 +299,12 @@ def test_other_wrong_input_is_refused(roll: Scene, folder: Path, tmp_path: Path)
     [
         (lambda text: text[:-30], "ensembles.jsonl:4: the line is cut short"),
         (lambda text: text[: text.rstrip("\n").rindex("\n") + 1], "is cut short: 3 ensembles"),
-        (lambda text: "", "the line is cut short"),
+        (lambda text: "", "ensembles.jsonl: is empty"),
         (lambda text: text.replace('"schema":1}', '"schema":7}', 1), "must be 1, got 7"),
         (lambda text: text.replace("ghostball ensembles", "others", 1), "not ensembles of ours"),
         (lambda text: text.replace('"stream":"null"', '"stream":"odd"'), "`stream`: Input should"),
         (lambda text: text.replace('"outcome"', '"outcome":', 1), "not valid JSON"),
-        (lambda text: "[]\n" + text, "`schema` must be 1, got None"),
+        (lambda text: "[]\n" + text, "ensembles.jsonl:1: a JSON object was expected"),
         (lambda text: text.replace('"labels":["ghostball","fake"]', '"labels":["fake"]'), "ask"),
     ],
 )

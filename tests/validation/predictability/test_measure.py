@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from engine import Scene, Status, simulate
+from validation import our_run
 from validation.files import ResultsError
 from validation.library import find_scene
 from validation.predictability import (
     load_predictability,
-    measure,
     predictability_of,
     save_predictability,
 )
@@ -103,6 +103,6 @@ def test_a_chaos_scene_in_which_nothing_moves_has_no_neighbours():
 def test_ctrl_c_is_no_shorter_shot(monkeypatch):
     scene = find_scene("stop")
     cut = replace(simulate(scene, record="trajectory"), status=Status.INTERRUPTED)
-    monkeypatch.setattr(measure, "simulate", lambda *_, **__: cut)
+    monkeypatch.setattr(our_run, "simulate", lambda *_, **__: cut)
     with pytest.raises(KeyboardInterrupt):
         predictability_of(scene)

@@ -1,0 +1,23 @@
+"""Runs of our engine within the harness, where Ctrl-C must end more than the run."""
+
+from __future__ import annotations
+
+from engine import Record, Result, Scene, Status, simulate
+
+
+def run_ours(scene: Scene, record: Record = "trajectory") -> Result:
+    """Run a scene on our engine.
+
+    Interrupted, it hands back what it has: here the user is leaving, and no part of a shot may be
+    taken for the shot.
+
+    Raises
+    ------
+    KeyboardInterrupt
+    UnsupportedSceneError
+        Where our engine lacks physics that the scene needs.
+    """
+    result = simulate(scene, record=record)
+    if result.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    return result
