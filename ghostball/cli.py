@@ -42,6 +42,13 @@ class SuiteChoice(enum.StrEnum):
     FULL = "full"
 
 
+class StressSuite(enum.StrEnum):
+    """How much `stress` tries."""
+
+    QUICK = "quick"
+    FULL = "full"
+
+
 def main() -> None:
     """Run the command line and exit."""
     app()
@@ -322,6 +329,73 @@ def explain(
     from ghostball._explain import run  # noqa: PLC0415
 
     raise typer.Exit(run(scene, engine, as_json=as_json, plot=plot, attribute=attribute))
+
+
+@app.command()
+@command
+def stress(
+    only: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="FAMILY|FAMILY/TRIAL",
+            help="Families (`ghostball stress --list` names them) or single trials, also as "
+            "patterns such as 'grazing/*-miss-*' (default: all).",
+        ),
+    ] = None,
+    suite: Annotated[
+        StressSuite, typer.Option(help="quick: a minute, as for a CI; full: some 20 minutes.")
+    ] = StressSuite.QUICK,
+    engines: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A,B,...",
+            help="Engines, with settings as for `simulate --engine` (default: all that are "
+            "shipped, pymunk and pybullet in two ways each).",
+        ),
+    ] = None,
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="DIR",
+            help="Folder of what is found. A run goes on where an earlier one by the same code "
+            "ended.",
+        ),
+    ] = Path("out/stress"),
+    jobs: Annotated[int, typer.Option(min=1, help="Processes that try.")] = 2,
+    rerun: Annotated[
+        bool, typer.Option("--rerun", help="Try everything, also what is known already.")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object instead of tables.")
+    ] = False,
+    listed: Annotated[
+        bool, typer.Option("--list", help="List the families and what they ask, and try nothing.")
+    ] = False,
+    report: Annotated[
+        bool, typer.Option(help="Write stress.md and its figures after the run.")
+    ] = True,
+) -> None:
+    """Try to break engines; say what each survives, with the worst case of all as a scene.
+
+    Exit status 1 where our engine breaks; where it isn't asked, where any engine does.
+    """
+    from ghostball import _stress  # noqa: PLC0415
+
+    if listed:
+        stdout().print(_stress.families_table())
+        return
+    raise typer.Exit(
+        _stress.run(
+            only or [],
+            suite=suite.value,
+            engines=engines,
+            out=out,
+            jobs=jobs,
+            rerun=rerun,
+            as_json=as_json,
+            report=report,
+        )
+    )
 
 
 @app.command()

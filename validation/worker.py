@@ -1,9 +1,13 @@
-"""Work in several processes: a crash costs one task, an interrupt leaves no process behind."""
+"""Work in several processes: a crash costs one task, an interrupt leaves no process behind.
+
+So does a task that hangs, where it has a limit of time.
+"""
 
 from __future__ import annotations
 
 import multiprocessing
 import signal
+import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
@@ -32,6 +36,8 @@ class _Worker(Generic[T]):
     process: SpawnProcess
     connection: Connection
     task: T | None = None
+    started: bool = False  # it has imported what it needs
+    deadline: float | None = None  # of the task, in seconds of the monotonic clock
 
 
 def run_cases(cases: Iterable[Case], jobs: int) -> Generator[Finished]:
@@ -43,9 +49,15 @@ def run_cases(cases: Iterable[Case], jobs: int) -> Generator[Finished]:
 
 
 def run_tasks(
-    tasks: Iterable[T], jobs: int, work: Callable[[T], R], died: Callable[[T, str], R]
+    tasks: Iterable[T],
+    jobs: int,
+    work: Callable[[T], R],
+    died: Callable[[T, str], R],
+    limit: Callable[[T], float] | None = None,
 ) -> Generator[R]:
-    """Do tasks in `jobs` processes, or in this one where it is 1; yield what each gives.
+    """Do tasks in `jobs` processes; yield what each gives.
+
+    In this very process where `jobs` is 1 and there is no limit.
 
     Parameters
     ----------
@@ -56,68 +68,121 @@ def run_tasks(
         Does a task; a function of a module, for other processes must find it.
     died : callable
         Given a task and why its process died of it; what it returns is yielded instead.
+    limit : callable, optional
+        How long a task may take [s]: after that its process is ended, and it has died of it. The
+        start of a process doesn't count.
 
     Notes
     -----
     Close the generator to stop early: its processes are gone when `close` returns.
     """
-    if jobs == 1:
+    if jobs == 1 and limit is None:
         yield from map(work, tasks)
         return
+    pool = _Pool(jobs, work, died, limit)
     queue = iter(tasks)
-    workers: list[_Worker[T]] = []
     try:
         while True:
-            _hand_out(queue, workers, jobs, partial(_serve, work))
-            busy = [worker for worker in workers if worker.task is not None]
-            if not busy:
+            pool.hand_out(queue)
+            if not pool.is_busy:
                 return
-            ready = wait([worker.connection for worker in busy])
-            for worker in busy:
-                if worker.connection in ready:
-                    yield _collect(worker, workers, died)
+            yield from pool.collect()
     finally:
-        for worker in workers:
-            worker.process.terminate()
-        for worker in workers:
-            _bury(worker)
+        pool.close()
 
 
 def _died(case: Case, reason: str) -> Finished:
     return failed(blank_record(case), reason), None
 
 
-def _hand_out(
-    queue: Iterator[T], workers: list[_Worker[T]], jobs: int, serve: Callable[[Connection], None]
-) -> None:
-    """Give every idle process a task, starting processes up to `jobs`."""
-    while True:
-        idle = next((worker for worker in workers if worker.task is None), None)
-        if idle is None and len(workers) == jobs:
-            return
-        task = next(queue, None)
-        if task is None:
-            return
-        if idle is None:
-            idle = _start(serve)
-            workers.append(idle)
-        idle.task = task
-        with suppress(BrokenPipeError):  # it died while idle: `_collect` reports the task
-            idle.connection.send(task)
+class _Pool(Generic[T, R]):
+    """Processes, each at one task or waiting for one."""
 
+    def __init__(
+        self,
+        jobs: int,
+        work: Callable[[T], R],
+        died: Callable[[T, str], R],
+        limit: Callable[[T], float] | None,
+    ) -> None:
+        self._jobs = jobs
+        self._serve = partial(_serve, work)
+        self._died = died
+        self._limit = limit
+        self._workers: list[_Worker[T]] = []
 
-def _collect(worker: _Worker[T], workers: list[_Worker[T]], died: Callable[[T, str], R]) -> R:
-    """Take what a process made of its task, or note that the process died of it."""
-    task = worker.task
-    assert task is not None
-    try:
-        finished: R = worker.connection.recv()
-    except (EOFError, ConnectionResetError):
-        workers.remove(worker)
+    @property
+    def is_busy(self) -> bool:
+        return any(worker.task is not None for worker in self._workers)
+
+    def hand_out(self, queue: Iterator[T]) -> None:
+        """Give every idle process a task, starting processes up to their number."""
+        while True:
+            idle = next((worker for worker in self._workers if worker.task is None), None)
+            if idle is None and len(self._workers) == self._jobs:
+                return
+            task = next(queue, None)
+            if task is None:
+                return
+            if idle is None:
+                idle = _start(self._serve)
+                self._workers.append(idle)
+            idle.task = task
+            self._begin(idle)
+            with suppress(BrokenPipeError):  # it died while idle: `collect` reports the task
+                idle.connection.send(task)
+
+    def collect(self) -> Iterator[R]:
+        """Wait until something happens, and yield what tasks gave that have ended."""
+        busy = [worker for worker in self._workers if worker.task is not None]
+        ready = wait([worker.connection for worker in busy], self._time_left(busy))
+        for worker in busy:
+            assert worker.task is not None
+            if worker.connection not in ready:
+                if worker.deadline is not None and time.monotonic() >= worker.deadline:
+                    assert self._limit is not None
+                    yield self._give_up(
+                        worker, f"it took longer than {self._limit(worker.task):g} s, and was ended"
+                    )
+                continue
+            try:
+                message = worker.connection.recv()
+            except (EOFError, ConnectionResetError):
+                worker.process.join(_JOIN_TIMEOUT)
+                code = worker.process.exitcode
+                yield self._give_up(worker, f"the process running it died (exit code {code})")
+                continue
+            if not worker.started:
+                worker.started = True
+                self._begin(worker)
+            else:
+                worker.task = worker.deadline = None
+                yield message
+
+    def close(self) -> None:
+        """End all processes, whatever they do."""
+        for worker in self._workers:
+            worker.process.terminate()
+        for worker in self._workers:
+            _bury(worker)
+
+    def _begin(self, worker: _Worker[T]) -> None:
+        """Let the time of a task run, once its process has started."""
+        if self._limit is not None and worker.started and worker.task is not None:
+            worker.deadline = time.monotonic() + self._limit(worker.task)
+
+    def _time_left(self, busy: list[_Worker[T]]) -> float | None:
+        """Return the time until the first deadline; None where there is none."""
+        deadlines = [worker.deadline for worker in busy if worker.deadline is not None]
+        return max(0.0, min(deadlines) - time.monotonic()) if deadlines else None
+
+    def _give_up(self, worker: _Worker[T], reason: str) -> R:
+        task = worker.task
+        assert task is not None
+        self._workers.remove(worker)
+        worker.process.terminate()
         _bury(worker)
-        return died(task, f"the process running it died (exit code {worker.process.exitcode})")
-    worker.task = None
-    return finished
+        return self._died(task, reason)
 
 
 def _start(serve: Callable[[Connection], None]) -> _Worker[T]:
@@ -160,6 +225,7 @@ def _serve(work: Callable[[T], R], connection: Connection) -> None:
     # are deaf already, see `_interrupts_held`.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with closing(connection):
+        connection.send("started")
         while True:
             try:
                 task = connection.recv()

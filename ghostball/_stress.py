@@ -1,0 +1,183 @@
+"""What `ghostball stress` does: try to break engines, show what each survives."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich import box
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+
+from ghostball._progress import counting
+from ghostball._terminal import ExitStatus, say, stdout
+from reference_adapters.registry import split_specs
+from validation.stress import (
+    DEFAULT_ENGINES,
+    FAMILIES,
+    Finding,
+    StressFolder,
+    StressOutcome,
+    Suite,
+    run_stress,
+)
+from validation.stress.records import WORST_FOLDER, stem_of
+
+FAULTS_SHOWN = 3
+"""How many broken trials of an engine in a family are named; the others are counted."""
+
+
+def families_table() -> Table:
+    """Return the families and what they ask."""
+    table = Table(box=box.SIMPLE_HEAD)
+    table.add_column("family")
+    table.add_column("trials, quick/full", justify="right")
+    table.add_column("what an engine must do to survive")
+    for family in FAMILIES.values():
+        quick, full = (sum(1 for _ in family.trials(suite)) for suite in ("quick", "full"))
+        table.add_row(family.name, f"{quick}/{full}", escape(family.asks))
+    return table
+
+
+def run(
+    only: Sequence[str],
+    *,
+    suite: Suite,
+    engines: str | None,
+    out: Path,
+    jobs: int,
+    rerun: bool,
+    as_json: bool,
+    report: bool,
+) -> ExitStatus:
+    """Run the suite, print what was survived, and return the exit status."""
+    labels = DEFAULT_ENGINES if engines is None else split_specs(engines)
+    with counting("trials") as count:
+
+        def progress(finding: Finding, done: int, planned: int) -> None:
+            count(done, planned, f"{finding.family}/{finding.trial} on {finding.label}")
+
+        outcome = run_stress(
+            labels, out, suite=suite, only=only, jobs=jobs, progress=progress, reuse=not rerun
+        )
+    if outcome.taken_over:
+        say(
+            f"{outcome.taken_over} of {outcome.folder.run.planned} trials are known from an "
+            "earlier run of the same code (--rerun tries them again)."
+        )
+    if as_json:
+        print(json.dumps(summary(outcome)))
+    else:
+        for part in _tables(outcome):
+            stdout().print(part)
+    if report:
+        pass
+    if outcome.interrupted:
+        say(
+            f"[bold]Interrupted:[/] {len(outcome.folder.findings)} of "
+            f"{outcome.folder.run.planned} trials are done and kept in {escape(str(out))}. The "
+            "same command goes on from there."
+        )
+    return ExitStatus(outcome.exit_status)
+
+
+def summary(outcome: StressOutcome) -> dict[str, Any]:
+    """Return what was survived as plain values."""
+    folder = outcome.folder
+    return {
+        "suite": folder.run.suite,
+        "planned": folder.run.planned,
+        "done": len(folder.findings),
+        "exit_status": outcome.exit_status,
+        "survival": [
+            {
+                "family": family,
+                "engine": label,
+                **_counts(folder.of(family, label)),
+                "worst": _worst(folder, family, label),
+            }
+            for family in folder.run.families
+            for label in folder.run.labels
+            if folder.of(family, label)
+        ],
+    }
+
+
+def _counts(findings: Sequence[Finding]) -> dict[str, int]:
+    outcomes = [one.outcome for one in findings]
+    return {
+        "trials": len(findings),
+        "survived": outcomes.count("survived"),
+        "broken": outcomes.count("broken"),
+        "not_representable": outcomes.count("not-representable"),
+        "unavailable": outcomes.count("unavailable"),
+        "shots": sum(one.shots for one in findings),
+        "broken_shots": sum(one.broken for one in findings),
+    }
+
+
+def _worst(folder: StressFolder, family: str, label: str) -> dict[str, Any] | None:
+    worst = folder.worst(family, label)
+    if worst is None:
+        return None
+    return {
+        "trial": worst.trial,
+        "outcome": worst.outcome,
+        "faults": list(worst.faults),
+        "severity": worst.severity,
+        "scene": str(folder.path / WORST_FOLDER / f"{stem_of(family, label)}.toml"),
+        "command": reproducing(worst, folder.path),
+    }
+
+
+def reproducing(worst: Finding, folder: Path) -> str:
+    """Return the command that plays a worst case again."""
+    scene = folder / WORST_FOLDER / f"{stem_of(worst.family, worst.label)}.toml"
+    return f"ghostball simulate {shlex.quote(str(scene))} --engine {shlex.quote(worst.label)}"
+
+
+def _tables(outcome: StressOutcome) -> list[RenderableType]:
+    folder = outcome.folder
+    table = Table(box=box.SIMPLE_HEAD, title=f"survived / tried, suite {folder.run.suite}")
+    table.add_column("family")
+    for label in folder.run.labels:
+        table.add_column(escape(label), justify="right")
+    for family in folder.run.families:
+        cells = [_cell(folder.of(family, label)) for label in folder.run.labels]
+        table.add_row(FAMILIES[family].title, *cells)
+    parts: list[RenderableType] = [table]
+    for label in folder.run.labels:
+        lines = [line for family in folder.run.families for line in _faults(folder, family, label)]
+        if lines:
+            parts.append(Group(f"[bold]{escape(label)}[/] breaks:", *lines, ""))
+    return parts
+
+
+def _cell(findings: Sequence[Finding]) -> str:
+    counts = _counts(findings)
+    tried = counts["survived"] + counts["broken"]
+    if counts["unavailable"]:
+        return "[dim]unavailable[/]"
+    if not tried:
+        return "[dim]-[/]"
+    text = f"{counts['survived']}/{tried}"
+    return f"[bold red]{text}[/]" if counts["broken"] else f"[green]{text}[/]"
+
+
+def _faults(folder: StressFolder, family: str, label: str) -> list[str]:
+    broken = [one for one in folder.of(family, label) if one.outcome == "broken"]
+    broken.sort(key=lambda one: -one.severity)
+    lines = [
+        f"  {escape(f'{family}/{one.trial}')}: {escape(one.faults[0])}"
+        for one in broken[:FAULTS_SHOWN]
+    ]
+    if len(broken) > FAULTS_SHOWN:
+        lines.append(f"  {family}: {len(broken) - FAULTS_SHOWN} more")
+    worst = folder.worst(family, label)
+    if broken and worst is not None:
+        lines.append(f"    {escape(reproducing(worst, folder.path))}")
+    return lines

@@ -1,0 +1,17 @@
+"""The families of trials, by name, in the order in which they are shown.
+
+A family is a module here with a constant `FAMILY`. Its trials are a sweep, each with a right answer
+that is known beforehand, or with something that no shot may break.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from validation.stress.families import grazing
+from validation.stress.family import Family
+
+__all__ = ["FAMILIES", "Family"]
+
+FAMILIES: Final[Mapping[str, Family]] = {module.FAMILY.name: module.FAMILY for module in (grazing,)}

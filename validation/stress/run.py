@@ -1,0 +1,274 @@
+"""Run the stress suite: families x engines, in processes of their own, kept as they come.
+
+>>> from validation.stress import run_stress
+>>> outcome = run_stress(["ghostball", "pymunk"], Path("out/stress"), suite="quick")
+>>> outcome.exit_status
+0
+"""
+
+from __future__ import annotations
+
+import fnmatch
+import time
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from engine import UnsupportedSceneError, warm_up
+from reference_adapters.registry import (
+    OURS,
+    EngineUnavailableError,
+    make_engine,
+    parse_spec,
+)
+from validation.environment import describe_environment
+from validation.stress.families import FAMILIES
+from validation.stress.records import Finding, StressFolder, StressRun, StressWriter
+from validation.stress.trial import CRASHED, StressError, Suite, Trial, Verdict
+from validation.unchanged import Code, is_ours
+from validation.worker import run_tasks
+
+DEFAULT_ENGINES: tuple[str, ...] = (
+    "ghostball",
+    "pymunk",
+    "pymunk:mode=landed",
+    "pybullet",
+    "pybullet:mode=landed",
+    "paper-discrete",
+    "paper-continuous",
+)
+"""What is tried where no engine is named."""
+
+PASSED, CHECK_FAILED, INTERRUPTED = 0, 1, 130
+
+Progress = Callable[[Finding, int, int], None]
+"""Called with each finding, how many there are, and how many there will be."""
+
+
+@dataclass(frozen=True)
+class StressTask:
+    """One trial on one engine."""
+
+    family: str
+    trial: Trial
+    label: str
+
+
+@dataclass(frozen=True)
+class StressOutcome:
+    """What a run came to.
+
+    Attributes
+    ----------
+    folder : StressFolder
+    taken_over : int
+        Findings of an earlier run, by the same code, that stood.
+    interrupted : bool
+        By Ctrl-C: what was found is kept, and a next run goes on from there.
+    """
+
+    folder: StressFolder
+    taken_over: int = 0
+    interrupted: bool = False
+
+    @property
+    def must_hold(self) -> str | None:
+        """The engine that has to survive everything: ours, where it is asked; None: all."""
+        labels = self.folder.run.labels
+        return next((label for label in labels if parse_spec(label)[0] == OURS), None)
+
+    @property
+    def exit_status(self) -> int:
+        """0 our engine survived (or, where it isn't asked, all did); 1 not; 130 interrupted."""
+        if self.interrupted:
+            return INTERRUPTED
+        broken = {one.label for one in self.folder.findings if one.outcome == "broken"}
+        ours = self.must_hold
+        return CHECK_FAILED if (ours in broken if ours is not None else broken) else PASSED
+
+
+def run_stress(
+    labels: Sequence[str],
+    out: Path,
+    *,
+    suite: Suite = "quick",
+    only: Sequence[str] = (),
+    jobs: int = 1,
+    progress: Progress | None = None,
+    reuse: bool = True,
+) -> StressOutcome:
+    """Try to break engines, and keep what they survived in a folder.
+
+    Parameters
+    ----------
+    labels : sequence of str
+        Engines, each `NAME` or `NAME:key=value,...`.
+    out : Path
+    suite : "quick" or "full"
+    only : sequence of str
+        Families, or trials as `FAMILY/TRIAL`, each of which may be a pattern such as
+        "grazing/*-miss-*"; all where it is empty.
+    jobs : int
+        Processes. Every trial runs in one of them, apart from this one: an engine that crashes or
+        hangs costs that trial.
+    progress : callable, optional
+        See `Progress`. Not called for what is taken over.
+    reuse : bool
+        Whether what an earlier run of the same code found in the folder stands.
+
+    Raises
+    ------
+    GhostballError
+        Before anything runs: where an engine, a family or a trial is unknown, or the folder can't
+        be used.
+    """
+    if jobs < 1:
+        raise StressError(f"`jobs` must be at least 1, got {jobs}")
+    tasks = _plan(labels, suite, only)
+    writer = StressWriter(out)
+    with writer.reserved():
+        return _run(tasks, tuple(labels), suite, writer, jobs, progress, reuse)
+
+
+def _plan(labels: Sequence[str], suite: Suite, only: Sequence[str]) -> list[StressTask]:
+    """Return what is to be done, in order; refuse what is unknown."""
+    if not labels:
+        raise StressError("a run needs at least one engine, got none")
+    repeated = sorted({label for label in labels if labels.count(label) > 1})
+    if repeated:
+        raise StressError(f"each engine must be given once, got {', '.join(repeated)} again")
+    for label in labels:
+        _check_label(label)
+    tasks = []
+    matched = dict.fromkeys(only, False)
+    for family in FAMILIES.values():
+        wanted = [pattern for pattern in only if fnmatch.fnmatchcase(family.name, pattern)]
+        matched.update(dict.fromkeys(wanted, True))
+        if only and not wanted and not any("/" in pattern for pattern in only):
+            continue
+        for trial in family.trials(suite):
+            path = f"{family.name}/{trial.name}"
+            named = [pattern for pattern in only if fnmatch.fnmatchcase(path, pattern)]
+            matched.update(dict.fromkeys(named, True))
+            if only and not wanted and not named:
+                continue
+            tasks += [
+                StressTask(family.name, trial, label)
+                for label in labels
+                if not family.ours_alone or parse_spec(label)[0] == OURS
+            ]
+    for pattern, found in matched.items():
+        if not found:
+            raise StressError(
+                f"no family or trial of suite {suite} is called {pattern!r}. Families: "
+                f"{', '.join(FAMILIES)}; a trial is FAMILY/TRIAL, as the report names it"
+            )
+    return tasks
+
+
+def _check_label(label: str) -> None:
+    try:
+        make_engine(label)
+    except EngineUnavailableError:
+        return  # its trials say so
+
+
+def _run(
+    tasks: Sequence[StressTask],
+    labels: tuple[str, ...],
+    suite: Suite,
+    writer: StressWriter,
+    jobs: int,
+    progress: Progress | None,
+    reuse: bool,
+) -> StressOutcome:
+    code = Code.now()
+    families = tuple(dict.fromkeys(task.family for task in tasks))
+    run = StressRun(suite, families, labels, len(tasks), describe_environment())
+    earlier = writer.earlier() if reuse and code.hash else {}
+    found = {
+        key: one
+        for task in tasks
+        if (one := earlier.get(key := _key(task))) is not None
+        and one.code_hash == code.hash
+        and one.outcome in ("survived", "broken", "not-representable")
+        and is_ours(task.label)
+    }
+    taken_over = len(found)
+    rest = [task for task in tasks if _key(task) not in found]
+    writer.begin(run, found.values())
+    interrupted = False
+    try:
+        if any(parse_spec(task.label)[0] == OURS for task in rest):
+            examples = {id(task.trial): task.trial for task in rest}.values()
+            warm_up(scene for trial in examples for scene in trial.examples())
+        with closing(run_tasks(rest, jobs, run_trial, _died, _limit)) as findings:
+            for one in findings:
+                stamped = replace(one, code_hash=code.hash if code.holds() else "")
+                found[stamped.key] = stamped
+                writer.add(stamped)
+                if progress is not None:
+                    progress(stamped, len(found), len(tasks))
+    except KeyboardInterrupt:
+        interrupted = True
+    in_order = [found[key] for task in tasks if (key := _key(task)) in found]
+    writer.finish(run, in_order)
+    return StressOutcome(StressFolder(writer.path, run, in_order), taken_over, interrupted)
+
+
+def _key(task: StressTask) -> tuple[str, str, str]:
+    return task.family, task.trial.name, task.label
+
+
+def _limit(task: StressTask) -> float:
+    return task.trial.limit
+
+
+def run_trial(task: StressTask) -> Finding:
+    """Try one engine with one trial; whatever goes wrong becomes part of what is found."""
+    begun = time.perf_counter()
+    found: dict[str, Any]
+    try:
+        verdict = task.trial.run(make_engine(task.label))
+        found = _of_verdict(verdict)
+    except EngineUnavailableError as error:
+        found = {"outcome": "unavailable", "faults": (str(error),)}
+    except UnsupportedSceneError as error:
+        found = {"outcome": "not-representable", "faults": error.features}
+    # An engine may raise anything, and its `sys.exit` must not end the run: kept, never fatal.
+    except (Exception, SystemExit) as error:
+        found = _broke(task, f"{type(error).__name__}: {error}")
+    seconds = time.perf_counter() - begun
+    return Finding(task.family, task.trial.name, task.label, **found, seconds=seconds)
+
+
+def _of_verdict(verdict: Verdict) -> dict[str, Any]:
+    scene = verdict.scene
+    return {
+        "outcome": "broken" if verdict.faults else "survived",
+        "faults": verdict.faults,
+        "severity": verdict.severity,
+        "shots": verdict.shots,
+        "broken": verdict.broken,
+        "values": dict(verdict.values),
+        "scene": None if scene is None else scene.model_dump(mode="json", by_alias=True),
+    }
+
+
+def _died(task: StressTask, reason: str) -> Finding:
+    return Finding(task.family, task.trial.name, task.label, **_broke(task, reason))
+
+
+def _broke(task: StressTask, reason: str) -> dict[str, Any]:
+    """Return what is found where a trial gave no verdict."""
+    scene = next(iter(task.trial.examples()), None)
+    return {
+        "outcome": "broken",
+        "faults": (reason,),
+        "severity": CRASHED,
+        "shots": 1,
+        "broken": 1,
+        "scene": None if scene is None else scene.model_dump(mode="json", by_alias=True),
+    }

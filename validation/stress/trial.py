@@ -1,0 +1,156 @@
+"""A trial: one thing that an engine must survive, and what is found when it is tried.
+
+>>> trial = SceneTrial("head-on", scene, Keeps(("energy", "overlap")))
+>>> trial.run(make_engine("pymunk"))
+Verdict(faults=(), ...)
+
+A trial is plain data, so that another process can run it; what it asks for is known beforehand: a
+right answer, or something that no shot may break.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal
+
+from engine import GhostballError, Record, Result, Scene
+from reference_adapters import ReferenceEngine
+from validation.returned import check_result
+
+Suite = Literal["quick", "full"]
+"""How much is tried: what a CI has time for, or all."""
+
+
+CRASHED = 1e9
+"""Severity of a trial that gave no verdict: nothing is worse."""
+
+
+class StressError(GhostballError, ValueError):
+    """A stress run that can't start, or a folder of one that can't be read."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What was found.
+
+    Attributes
+    ----------
+    faults : tuple of str
+        What broke, one sentence each, with the numbers; empty where the engine survived.
+    scene : Scene or None
+        The shot that broke worst, or, where none did, the one that came nearest; None where there
+        is no such shot.
+    severity : float
+        How near to breaking, of trials of one family: the greatest is shown as its worst case.
+        From 1 on where it broke.
+    shots : int
+        How many shots were judged.
+    broken : int
+        How many of them broke.
+    values : mapping
+        Numbers that figures and tables are made of; plain values, as JSON has them.
+    """
+
+    faults: tuple[str, ...] = ()
+    scene: Scene | None = None
+    severity: float = 0.0
+    shots: int = 1
+    broken: int = 0
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        faults: Iterable[str],
+        severity: float = 0.0,
+        values: Mapping[str, Any] | None = None,
+    ) -> Verdict:
+        """Return the verdict on one shot."""
+        found = tuple(faults)
+        return cls(
+            found, scene, max(severity, 1.0) if found else severity, 1, bool(found), values or {}
+        )
+
+
+class Trial(ABC):
+    """One thing to try. Subclasses are frozen dataclasses of plain values, and have a `name`.
+
+    Attributes
+    ----------
+    name : str
+        Unique within its family; letters, digits and "-+=.,", for it is part of file names.
+    limit : float [s]
+        Its process is ended if it takes longer; what it then did is a fault.
+    small : bool
+        Whether interpreted kernels can do it in a second or two: it then takes part in the
+        self-test.
+    """
+
+    name: str
+    limit: ClassVar[float] = 60.0
+    small: ClassVar[bool] = True
+
+    @abstractmethod
+    def run(self, engine: ReferenceEngine) -> Verdict:
+        """Try it.
+
+        Raises
+        ------
+        UnsupportedSceneError
+            Where the engine can't represent it.
+        """
+
+    def examples(self) -> Iterable[Scene]:
+        """Yield scenes that need the same kernels: these are compiled before the clock runs."""
+        return ()
+
+
+Judge = Callable[[Result], Verdict]
+"""Looks at a run: a frozen dataclass with `__call__`, or a function of a module."""
+
+
+@dataclass(frozen=True)
+class SceneTrial(Trial):
+    """One shot, run once and judged.
+
+    Attributes
+    ----------
+    name : str
+    scene : Scene
+    judge : callable
+        Given the result, returns the verdict. It sees whole results of this scene only.
+    record : "rest", "events" or "trajectory"
+    """
+
+    name: str
+    scene: Scene
+    judge: Judge
+    record: Record = "trajectory"
+
+    def run(self, engine: ReferenceEngine) -> Verdict:
+        """Run the shot and judge it; a run that stops early, or isn't finite, is a fault."""
+        result = play(engine, self.scene, self.record)
+        return result if isinstance(result, Verdict) else self.judge(result)
+
+    def examples(self) -> Iterable[Scene]:
+        """Yield the scene."""
+        yield self.scene
+
+
+def play(engine: ReferenceEngine, scene: Scene, record: Record = "trajectory") -> Result | Verdict:
+    """Run a shot; return its result, or the verdict where it has no whole one.
+
+    Raises
+    ------
+    UnsupportedSceneError
+        Where the engine can't represent the scene.
+    """
+    result = engine.simulate(scene, record=record)
+    check_result(result, scene, engine.name)
+    if result.status.complete:
+        return result
+    why = f": {result.reason}" if result.reason else ""
+    return Verdict.of(scene, [f"it stops at {result.rest_time:.6g} s: {result.status.value}{why}"])
