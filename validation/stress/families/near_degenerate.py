@@ -21,7 +21,7 @@ T_CATCH = 0.05
 KINDS = {
     "elastic": Physics(rolling_friction=0.0),
     "rolling": Physics(rolling_friction=0.02),
-    "sliding": Physics(preset="pool"),
+    "sliding": Physics(motion="sliding", ball_restitution=0.95, ball_friction=0.06),
 }
 """The last one's balls start without spin, and slide all the time."""
 
@@ -103,7 +103,7 @@ def _slowed_alike(suite: Suite) -> Iterator[Trial]:
                 2.0 * T_CATCH,
                 rolling_friction=own,
             )
-            yield SceneTrial(name, scene, AsProved())
+            yield SceneTrial(name, scene, Both(Sound(most_events=40, most_steps=200), AsProved()))
 
 
 def _alike(kind: str, physics: Physics, suite: Suite) -> Iterator[Trial]:
