@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from validation.stress.families import grazing, proofs
+from validation.stress.families import grazing, graded
 from validation.stress.family import Family
 
 __all__ = ["FAMILIES", "Family"]
 
-FAMILIES: Final[Mapping[str, Family]] = {module.FAMILY.name: module.FAMILY for module in (grazing, proofs)}
+FAMILIES: Final[Mapping[str, Family]] = {module.FAMILY.name: module.FAMILY for module in (grazing, graded)}
