@@ -81,15 +81,15 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "neighbours missed",
         "_cells.py",
-        "    for y in range(-1, 2):\n        for x in range(-1, 2):\n            cell = cell_number",
-        "    for y in range(-1, 2):\n        for x in range(-1, 1):\n            cell = cell_number",
+        "        for x in range(-1, 2):\n            cell = cell_number",
+        "        for x in range(-1, 1):\n            cell = cell_number",
         "Among many balls, those in the three cells to the right are overlooked.",
     ),
     Mutation(
         "slow ties first",
         "_ties.py",
         "        return bool(speed > fastest)",
-        "        return bool(speed < fastest)",
+        "        return bool(listed == 0 or speed < fastest)",
         "Of impacts at one instant, resolved one by one, the slowest is the first.",
     ),
     Mutation(
@@ -140,11 +140,10 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "pushed apart",
         "_impact.py",
-        '    """Change the velocity of ball j relative to ball i by `exchange` [m/s] along (nx, ny).\n',
-        '    """Push ball j away by a nanometre."""\n'
-        "    balls.state[j, X] += 1e-9 * nx\n"
-        "    balls.state[j, Y] += 1e-9 * ny\n"
-        '    """\n',
+        "    balls.state[i, VX] -= to_i * nx\n",
+        "    balls.state[i, VX] -= to_i * nx\n"
+        "    balls.state[i, X] -= 1e-9 * nx\n"
+        "    balls.state[i, Y] -= 1e-9 * ny\n",
         "A collision moves a ball by a nanometre.",
     ),
     Mutation(
@@ -231,12 +230,11 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "A contact that should open is held closed: its force pulls.",
     ),
     Mutation(
-        "contact never held",
+        "contact pushes one ball",
         "_contact_force.py",
-        "    contacts.forces[c, FORCE] = force + change\n",
-        "    change = 0.5 * change\n    contacts.forces[c, FORCE] = force + change\n"
-        "    change = 0.0\n",
-        "Contact forces act on nothing.",
+        "        contacts.motion[b, LOAD_X] += fx\n",
+        "        contacts.motion[b, LOAD_X] += 0.5 * fx\n",
+        "Of two balls pressed together, one feels along x only half of the force.",
     ),
     Mutation(
         "pressed balls lose energy",
@@ -255,3 +253,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
 )
 """In the order in which they are planted; names are unique."""
+
+
+def find_mutation(name: str) -> Mutation:
+    """Return the mutation of that name."""
+    return next(one for one in MUTATIONS if one.name == name)

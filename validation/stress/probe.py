@@ -46,7 +46,7 @@ def small_trials(patterns: Sequence[str] = ()) -> list[tuple[str, Trial]]:
         for family in FAMILIES.values()
     ]
     in_turn = chain.from_iterable(zip_longest(*families))
-    return [one for one in in_turn if one is not None and _is_wanted(*one, patterns)]
+    return [one for one in in_turn if one is not None and _is_wanted(one[0], one[1], patterns)]
 
 
 def _is_wanted(family: str, trial: Trial, patterns: Sequence[str]) -> bool:

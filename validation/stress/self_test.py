@@ -31,7 +31,7 @@ from validation.stress.probe import small_trials
 from validation.stress.run import CHECK_FAILED, INTERRUPTED, PASSED
 from validation.stress.trial import StressError
 
-TIME_LIMIT = 60.0
+TIME_LIMIT = 30.0
 """How long a mutant may be silent [s]: for its start, and for each trial."""
 
 UNCHANGED = "unchanged"

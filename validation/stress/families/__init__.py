@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from validation.stress.families import grazing, graded
+from validation.stress.families import graded, grazing
 from validation.stress.family import Family
 
 __all__ = ["FAMILIES", "Family"]

@@ -240,8 +240,8 @@ def _tie(name: str, normals: tuple[Normal, Normal], restitution: float, impacts:
         c = first[0] * second[0] + first[1] * second[1]
         p = (2.0 * first[0] - c * second[0]) / (4.0 - c * c)
         q = (2.0 * second[0] - c * first[0]) / (4.0 - c * c)
-        for other, push, (nx, ny) in zip(others, (p, q), normals, strict=True):
-            push *= 1.0 + restitution
+        for other, ends, (nx, ny) in zip(others, (p, q), normals, strict=True):
+            push = (1.0 + restitution) * ends
             other[0], other[1] = push * nx, push * ny
             cue[0] -= push * nx
             cue[1] -= push * ny
@@ -332,8 +332,9 @@ def _trials(suite: Suite) -> Iterator[Trial]:
             name = f"crowd-{kind}-{number}"
             yield ProvedShot(name, crowd(name, physics, number), Proved())
     for first in range(0, QUICK_SHOTS if suite == "quick" else FULL_SHOTS, BATCH):
-        kind = CalmShots if first in CALM and first + BATCH - 1 in CALM else ProvedShots
-        yield kind(f"shots-{first:04d}+{BATCH}", first, BATCH)
+        calm = first in CALM and first + BATCH - 1 in CALM
+        batch = CalmShots if calm else ProvedShots
+        yield batch(f"shots-{first:04d}+{BATCH}", first, BATCH)
 
 
 FAMILY = Family(
