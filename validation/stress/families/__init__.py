@@ -9,9 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from validation.stress.families import grazing, storms
+from validation.stress.families import grazing, storms, tunnelling
 from validation.stress.family import Family
 
 __all__ = ["FAMILIES", "Family"]
 
-FAMILIES: Final[Mapping[str, Family]] = {module.FAMILY.name: module.FAMILY for module in (grazing, storms)}
+FAMILIES: Final[Mapping[str, Family]] = {
+    module.FAMILY.name: module.FAMILY for module in (grazing, storms, tunnelling)
+}

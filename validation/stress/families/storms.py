@@ -150,9 +150,7 @@ class _Found:
         """Return the verdict on all of them; the worst one's scene stands for them."""
         severity, scene = self._worst
         values = {**self._counts, "everywhere": self._dense}
-        return Verdict(
-            tuple(self._faults), scene, severity, self._played, self._broken, values
-        )
+        return Verdict(tuple(self._faults), scene, severity, self._played, self._broken, values)
 
 
 def looks(result: Result, everywhere: bool) -> FloatArray:
