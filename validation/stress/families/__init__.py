@@ -9,11 +9,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from validation.stress.families import graded, grazing
+from validation.stress.families import (
+    graded,
+    grazing,
+    storms,
+    tunnelling,
+)
 from validation.stress.family import Family
 
 __all__ = ["FAMILIES", "Family"]
 
-FAMILIES: Final[Mapping[str, Family]] = {
-    module.FAMILY.name: module.FAMILY for module in (grazing, graded)
-}
+_MODULES: Final = (
+    graded,
+    grazing,
+    storms,
+    tunnelling,
+)
+
+FAMILIES: Final[Mapping[str, Family]] = {module.FAMILY.name: module.FAMILY for module in _MODULES}
