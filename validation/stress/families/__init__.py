@@ -9,9 +9,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from validation.stress.families import grazing
+from validation.stress.families import grazing, near_degenerate
 from validation.stress.family import Family
 
 __all__ = ["FAMILIES", "Family"]
 
-FAMILIES: Final[Mapping[str, Family]] = {module.FAMILY.name: module.FAMILY for module in (grazing,)}
+FAMILIES: Final[Mapping[str, Family]] = {
+    module.FAMILY.name: module.FAMILY
+    for module in (
+        grazing,
+        near_degenerate,
+    )
+}
