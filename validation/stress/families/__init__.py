@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from validation.stress.families import grazing, near_degenerate
+from validation.stress.families import extremes, grazing, long_runs, near_degenerate
 from validation.stress.family import Family
 
 __all__ = ["FAMILIES", "Family"]
@@ -19,5 +19,7 @@ FAMILIES: Final[Mapping[str, Family]] = {
     for module in (
         grazing,
         near_degenerate,
+        extremes,
+        long_runs,
     )
 }
