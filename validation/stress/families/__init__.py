@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from validation.stress.families import extremes, grazing, long_runs, near_degenerate
+from validation.stress.families import extremes, grazing, long_runs, near_degenerate, reversal
 from validation.stress.family import Family
 
 __all__ = ["FAMILIES", "Family"]
@@ -21,5 +21,6 @@ FAMILIES: Final[Mapping[str, Family]] = {
         near_degenerate,
         extremes,
         long_runs,
+        reversal,
     )
 }
