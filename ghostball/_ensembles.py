@@ -20,6 +20,7 @@ from validation.ensembles import (
     QUANTITIES,
     REFERENCE,
     Compared,
+    Comparison,
     EnsembleRecord,
     Ensembles,
     MemberResult,
@@ -147,10 +148,7 @@ def _tables(ensembles: Ensembles, compared: Compared) -> RenderableType:
                 escape(record.label) + (" (null test)" if record.stream == "null" else ""),
                 f"{rest.ended} of {run.count}",
                 "–" if rest.test is None else style.format_length(rest.test.distance),
-                *(
-                    f"[bold]≠ {effect_text(one)}[/]" if one.differs else effect_text(one)
-                    for one in comparisons
-                ),
+                *map(_effect_cell, comparisons),
             )
             name = ""
     tests = sum(one.test is not None for one in compared.comparisons)
@@ -158,9 +156,16 @@ def _tables(ensembles: Ensembles, compared: Compared) -> RenderableType:
         f"[dim]Ensembles of {run.count} shots, perturbed by {escape(str(run.size))}, against "
         f"{REFERENCE}: a comparison of codes, not with truth.\n"
         "Effect: energy distance as a part of the most it could be, 0 where distributions are the "
-        f"same; ≠ where p < {LEVEL:g}, corrected for {tests} tests[/]"
+        f"same; ≠ where p < {LEVEL:g}, corrected for {tests} tests; ? where there are too few "
+        "members for that[/]"
     )
     return Group(table, key, *remarks)
+
+
+def _effect_cell(one: Comparison) -> str:
+    if one.differs:
+        return f"[bold]≠ {effect_text(one)}[/]"
+    return effect_text(one) if one.judged or one.test is None else f"? {effect_text(one)}"
 
 
 def _unable(scene: str, records: Mapping[str, EnsembleRecord]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath
 
 from reports import style
@@ -149,10 +149,15 @@ def _table(ensembles: Ensembles, compared: Compared, scene: str) -> str:
                 f"{rest.ended} of {ensembles.run.count}",
                 "–" if rest.test is None else style.format_length(rest.test.distance),
                 *map(_cell, comparisons),
-                ", ".join(differing) or "nothing",
+                ", ".join(differing) or _nothing_text(comparisons),
             ]
         )
     return table_of(header, rows) if rows else ""
+
+
+def _nothing_text(comparisons: Sequence[Comparison]) -> str:
+    """Say that there is no difference, or that none could show."""
+    return "nothing" if all(one.judged for one in comparisons) else "not judged: too few members"
 
 
 def _cell(one: Comparison) -> str:

@@ -183,8 +183,8 @@ def _add_legend(figure: Figure, explanation: Explanation) -> None:
     parting = explanation.parting
     marks: list[tuple[str, str, Collision | None, str]] = []
     if parting is not None:
-        marks.append(("+", style.BLACK, parting.true, "in truth"))
-        marks.append(("x", look.colour, parting.other, f"in {look.name}"))
+        marks.append(("+", style.BLACK, parting.true, "collision in truth"))
+        marks.append(("x", look.colour, parting.other, f"collision in {look.name}"))
     handles += [
         Line2D(
             [],
@@ -194,9 +194,9 @@ def _add_legend(figure: Figure, explanation: Explanation) -> None:
             color=colour,
             markersize=9,
             markeredgewidth=1.8,
-            label=f"{where}: {one.describe(explanation.scene)}",
+            label=where,  # which one, the title says
         )
         for marker, colour, one, where in marks
         if one is not None
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)

@@ -13,9 +13,9 @@ from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, PlainSerializer, PlainValidator
+from pydantic import ConfigDict, PlainSerializer, PlainValidator, ValidationError
 
-from engine import Scene, Status
+from engine import GhostballError, Scene, Status
 from engine.result import Events
 
 SCHEMA: Final = 3
@@ -58,6 +58,25 @@ def definition_hash(definition: Mapping[str, Any]) -> str:
 def scene_hash(scene: Scene) -> str:
     """Return the hash of a scene."""
     return definition_hash(scene.model_dump(mode="json", by_alias=True))
+
+
+def scene_from(definition: Mapping[str, Any], name: str) -> Scene:
+    """Return the scene that results hold the definition of.
+
+    Raises
+    ------
+    GhostballError
+        Where it is damaged: a file that was edited by hand, for a scene is checked before it runs.
+    """
+    try:
+        return Scene.model_validate(definition)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(["definition", *map(str, first["loc"])])
+        raise GhostballError(
+            f'the stored results of scene "{name}" are damaged: `{place}`: {first["msg"]}. Run '
+            "them again"
+        ) from None
 
 
 def status_name(status: Status) -> str:
@@ -207,8 +226,14 @@ class CaseRecord:
         return all(verdicts) if verdicts else None
 
     def load_scene(self) -> Scene:
-        """Return the scene that was run."""
-        return Scene.model_validate(self.definition)
+        """Return the scene that was run.
+
+        Raises
+        ------
+        GhostballError
+            Where the definition was damaged.
+        """
+        return scene_from(self.definition, self.scene)
 
 
 @dataclass(frozen=True, eq=False)

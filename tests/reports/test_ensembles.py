@@ -69,6 +69,7 @@ def test_a_comparison_with_proved_shots_is_said_to_be_one(folder: Path, tmp_path
     run_suite([scene], labels, tmp_path)
     run_ensembles([scene], labels, tmp_path, 3)
     assert "`certified` proves each of its shots" in section(tmp_path)
+    assert "not judged: too few members" in section(tmp_path)
     assert "`certified` proves" not in section(folder)
 
 

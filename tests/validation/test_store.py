@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import validation.store
-from engine import EVENT_DTYPE, Ball, Scene
+from engine import EVENT_DTYPE, Ball, GhostballError, Scene
 from validation.files import EARLIER_FILE, ENVIRONMENT_FILE, LOCK_FILE, RESULTS_FILE
 from validation.store import (
     SCHEMA,
@@ -529,3 +529,9 @@ def test_a_folder_that_refuses_files_is_found_out_before_the_run(tmp_path: Path)
         pytest.skip("no /proc here")
     with pytest.raises(ResultsError, match="can't write the results folder"):
         ResultsWriter("/proc/ghostball-results")
+
+
+def test_a_scene_that_was_damaged_is_named_and_is_no_bug_of_ours() -> None:
+    case = record(scene="stop", definition={"name": "stop", "balls": []})
+    with pytest.raises(GhostballError, match=r'"stop" are damaged: `definition.balls`: .*again'):
+        case.load_scene()

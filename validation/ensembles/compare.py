@@ -64,6 +64,8 @@ class Comparison:
         of collisions, or a part of the initial energy. None where too few members came to an end.
     p : float or None
         Corrected for the number of all tests of the run.
+    least : float or None
+        Below this, with so many members and tests, it can't be.
     """
 
     scene: str
@@ -74,6 +76,12 @@ class Comparison:
     reference_ended: int
     test: TwoSample | None
     p: float | None = None
+    least: float | None = None
+
+    @property
+    def judged(self) -> bool:
+        """Whether there are enough members for a difference to show."""
+        return self.least is not None and self.least < LEVEL
 
     @property
     def differs(self) -> bool:
@@ -150,9 +158,12 @@ def _compare(folder: Path, digest: str) -> Compared:  # noqa: ARG001 - tells two
     tested = [one.test.p for one in comparisons if one.test is not None]
     corrected = iter(holm(tested))
     comparisons = [
-        one if one.test is None else replace(one, p=next(corrected)) for one in comparisons
+        one
+        if one.test is None
+        else replace(one, p=next(corrected), least=_least(one, len(tested), permutations))
+        for one in comparisons
     ]
-    return Compared(comparisons, _null_test(comparisons, permutations), permutations)
+    return Compared(comparisons, _null_test(comparisons), permutations)
 
 
 def permutations_for(tests: int) -> int:
@@ -202,7 +213,12 @@ def quantity_of(
     return members.counts[:, column : column + 1].astype(np.float64)
 
 
-def _null_test(comparisons: list[Comparison], permutations: int) -> NullTest:
+def _least(one: Comparison, tests: int, permutations: int) -> float:
+    """Return the least p-value that a test can have, corrected for the number of all tests."""
+    return tests * max(1.0 / (permutations + 1), smallest_p(one.ended, one.reference_ended))
+
+
+def _null_test(comparisons: list[Comparison]) -> NullTest:
     """Judge our engine against itself."""
     made = [one for one in comparisons if one.stream == "null"]
     tested = [one for one in made if one.test is not None and one.p is not None]
@@ -210,8 +226,7 @@ def _null_test(comparisons: list[Comparison], permutations: int) -> NullTest:
         return NullTest(None, "not made: of our engine's members too few came to an end")
     number = sum(one.test is not None for one in comparisons)
     members = min(min(one.ended, one.reference_ended) for one in tested)
-    least = number * max(1.0 / (permutations + 1), smallest_p(members, members))
-    if least >= NULL_LEVEL:
+    if max(one.least for one in tested if one.least is not None) >= NULL_LEVEL:
         return NullTest(
             None,
             f"not judged: with {members} members and {number} tests no corrected p-value can be "

@@ -11,7 +11,7 @@ from pydantic import ConfigDict
 
 from engine import Scene
 from validation.ensembles.members import Size, Stream
-from validation.records import FloatArray
+from validation.records import FloatArray, scene_from
 
 SCHEMA: Final = 1
 """Version of `ensembles.jsonl` and of the arrays beside it; another one is refused."""
@@ -128,7 +128,7 @@ class EnsembleRecord:
 
     def load_scene(self) -> Scene:
         """Return the unperturbed scene."""
-        return Scene.model_validate(self.definition)
+        return scene_from(self.definition, self.scene)
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,10 @@ Outcome = Literal["survived", "broken", "not-representable", "unavailable"]
 _AGAIN: Final = "Run `ghostball stress` again, into another `--out`"
 
 
+Key = tuple[str, str, str]
+"""Family, trial and label."""
+
+
 @dataclass(frozen=True)
 class Finding:
     """What became of one trial on one engine.
@@ -68,7 +72,7 @@ class Finding:
     __pydantic_config__ = ConfigDict(extra="forbid")
 
     @property
-    def key(self) -> tuple[str, str, str]:
+    def key(self) -> Key:
         """Family, trial and label."""
         return self.family, self.trial, self.label
 
@@ -215,12 +219,20 @@ class StressWriter:
             with suppress(OSError):
                 (self.path / LOCK_FILE).unlink(missing_ok=True)
 
-    def earlier(self) -> dict[tuple[str, str, str], Finding]:
-        """Return what earlier runs into the folder found; nothing where that can't be read."""
-        try:
-            return {one.key: one for one in StressFolder.load(self.path).findings}
-        except ResultsError:
+    def earlier(self, suite: Suite) -> dict[Key, Finding]:
+        """Return what earlier runs of a suite into the folder found and another run may find again.
+
+        Raises
+        ------
+        ResultsError
+            Where what is there can't be read: nothing is overwritten then.
+        """
+        if not (self.path / FINDINGS_FILE).exists():
             return {}
+        folder = StressFolder.load(self.path)
+        if folder.run.suite != suite:
+            return {}
+        return {one.key: one for one in folder.findings if one.outcome != "unavailable"}
 
     def begin(self, run: StressRun, kept: Iterable[Finding]) -> None:
         """Write the first line and what is taken over, whole or not at all."""

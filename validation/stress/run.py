@@ -25,7 +25,7 @@ from reference_adapters.registry import (
 )
 from validation.environment import describe_environment
 from validation.stress.families import FAMILIES
-from validation.stress.records import Finding, StressFolder, StressRun, StressWriter
+from validation.stress.records import Finding, Key, StressFolder, StressRun, StressWriter
 from validation.stress.trial import CRASHED, StressError, Suite, Trial, Verdict
 from validation.unchanged import Code, is_ours
 from validation.worker import run_tasks
@@ -63,6 +63,10 @@ class StressOutcome:
     Attributes
     ----------
     folder : StressFolder
+        All that it now holds: also what earlier runs of the same code found, and this one wasn't
+        asked for.
+    asked : tuple of (str, str, str)
+        Keys of the findings that this run was asked for, as far as it came.
     taken_over : int
         Findings of an earlier run, by the same code, that stood.
     interrupted : bool
@@ -70,13 +74,14 @@ class StressOutcome:
     """
 
     folder: StressFolder
+    asked: tuple[Key, ...]
     taken_over: int = 0
     interrupted: bool = False
 
     @property
     def must_hold(self) -> str | None:
         """The engine that has to survive everything: ours, where it is asked; None: all."""
-        labels = self.folder.run.labels
+        labels = dict.fromkeys(label for _, _, label in self.asked)
         return next((label for label in labels if parse_spec(label)[0] == OURS), None)
 
     @property
@@ -84,7 +89,12 @@ class StressOutcome:
         """0 our engine survived (or, where it isn't asked, all did); 1 not; 130 interrupted."""
         if self.interrupted:
             return INTERRUPTED
-        broken = {one.label for one in self.folder.findings if one.outcome == "broken"}
+        asked = frozenset(self.asked)
+        broken = {
+            one.label
+            for one in self.folder.findings
+            if one.outcome == "broken" and one.key in asked
+        }
         ours = self.must_hold
         return CHECK_FAILED if (ours in broken if ours is not None else broken) else PASSED
 
@@ -185,20 +195,26 @@ def _run(
     reuse: bool,
 ) -> StressOutcome:
     code = Code.now()
-    families = tuple(dict.fromkeys(task.family for task in tasks))
-    run = StressRun(suite, families, labels, len(tasks), describe_environment())
-    earlier = writer.earlier() if reuse and code.hash else {}
-    found = {
+    asked = [_key(task) for task in tasks]
+    earlier = {
         key: one
-        for task in tasks
-        if (one := earlier.get(key := _key(task))) is not None
-        and one.code_hash == code.hash
-        and one.outcome in ("survived", "broken", "not-representable")
-        and is_ours(task.label)
+        for key, one in writer.earlier(suite).items()
+        if one.code_hash == code.hash != "" and is_ours(one.label)
     }
+    found = {key: earlier[key] for key in asked if reuse and key in earlier}
+    # What this run isn't asked for stays: a look at one family must not cost the others.
+    wanted = frozenset(asked)
+    others = [one for key, one in earlier.items() if key not in wanted]
+    run = StressRun(
+        suite,
+        tuple(name for name in FAMILIES if name in {key[0] for key in [*asked, *earlier]}),
+        tuple(dict.fromkeys([*labels, *(one.label for one in others)])),
+        len(asked) + len(others),
+        describe_environment(),
+    )
     taken_over = len(found)
     rest = [task for task in tasks if _key(task) not in found]
-    writer.begin(run, found.values())
+    writer.begin(run, [*others, *found.values()])
     interrupted = False
     try:
         if any(parse_spec(task.label)[0] == OURS for task in rest):
@@ -213,12 +229,13 @@ def _run(
                     progress(stamped, len(found), len(tasks))
     except KeyboardInterrupt:
         interrupted = True
-    in_order = [found[key] for task in tasks if (key := _key(task)) in found]
+    in_order = [*(found[key] for key in asked if key in found), *others]
     writer.finish(run, in_order)
-    return StressOutcome(StressFolder(writer.path, run, in_order), taken_over, interrupted)
+    folder = StressFolder(writer.path, run, in_order)
+    return StressOutcome(folder, tuple(found), taken_over, interrupted)
 
 
-def _key(task: StressTask) -> tuple[str, str, str]:
+def _key(task: StressTask) -> Key:
     return task.family, task.trial.name, task.label
 
 

@@ -70,6 +70,11 @@ def test_a_null_test_that_could_not_fail_says_so(roll: Scene, folder: Path):
     assert "Ask for more members" in found.null.sentence
 
 
+def test_where_no_difference_could_show_nothing_is_judged(roll: Scene, folder: Path):
+    few = compared(folder, [roll], ["ghostball", "fake:shift=1.0"], 2)
+    assert not any(one.differs or one.judged for one in few.comparisons)
+
+
 def test_corrected_p_is_over_all_tests_of_the_run_and_can_be_small(folder: Path, roll: Scene):
     other = Scene(name="other", balls=[Ball(id="a", position=(0, 0), velocity=(0.5, 0.0))])
     found = compared(folder, [roll, other], ["ghostball", "fake:shift=0.1"], count=12)

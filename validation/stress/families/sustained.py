@@ -175,7 +175,7 @@ FAMILY = Family(
     "sustained",
     "Sustained contact",
     "Balls that topspin, or a slower ball ahead, presses on others, on cushions and into corners "
-    "don't overlap, gain no energy, and have at most 150 events each, and 25 000 contact steps in a "
+    "don't overlap, gain no energy, and have at most 150 events each, and 25 000 contact steps a "
     "second.",
     _trials,
 )

@@ -85,9 +85,9 @@ def _on_cushions(suite: Suite) -> Iterator[Trial]:
     for (kind, physics), gap, (word, course) in product(
         KINDS.items(), _gaps(suite), DIRECTIONS.items()
     ):
-        for place, name in (((R + gap, 0.5), "cushion"), ((R + gap, R + gap), "corner")):
+        for place, where in (((R + gap, 0.5), "cushion"), ((R + gap, R + gap), "corner")):
             velocity = (-course[0], -course[1])
-            name = f"{name}-{kind}-{word}-gap-{size(gap)}"
+            name = f"{where}-{kind}-{word}-gap-{size(gap)}"
             scene = Scene(
                 name=name,
                 physics=physics,

@@ -1,0 +1,74 @@
+"""Grazing: the depths are right, and a wrong answer is seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engine import EventKind, simulate
+from reference_adapters.certified import certify
+from validation.stress.families.grazing import FAMILY, HitOrMiss
+from validation.stress.trial import SceneTrial
+
+TRIALS = {trial.name: trial for trial in FAMILY.trials("quick")}
+KINDS = ("rolling", "elastic", "sliding", "small", "curved", "cushion")
+
+
+def judged(name: str) -> tuple[SceneTrial, HitOrMiss]:
+    trial = TRIALS[name]
+    assert isinstance(trial, SceneTrial)
+    assert isinstance(trial.judge, HitOrMiss)
+    return trial, trial.judge
+
+
+def test_the_full_suite_has_every_depth_and_the_quick_one_is_part_of_it():
+    full = {trial.name for trial in FAMILY.trials("full")}
+    assert set(TRIALS) < full
+    for kind in KINDS:
+        assert {f"{kind}-hit-1e-{power:02d}" for power in range(1, 14)} <= full
+
+
+@pytest.mark.parametrize("name", TRIALS)
+def test_the_depth_is_what_was_asked_for(name: str):
+    _, judge = judged(name)
+    asked = 10.0 ** -int(name.split("1e-")[1][:2]) * (1.0 if "-hit-" in name else -1.0)
+    assert judge.depth == pytest.approx(asked, rel=1e-9, abs=4e-15)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("power", ["01", "07", "13"])
+@pytest.mark.parametrize("word", ["hit", "miss"])
+def test_a_proof_says_the_same(kind: str, power: str, word: str):
+    trial, judge = judged(f"{kind}-{word}-1e-{power}")
+    kinds = [event.kind for event in certify(trial.scene).events]
+    assert kinds.count(judge.kind) == (judge.depth > 0.0)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_miss_a_phantom_and_a_double_hit_are_seen(kind: str):
+    hit, miss = judged(f"{kind}-hit-1e-01"), judged(f"{kind}-miss-1e-01")
+    runs = [simulate(trial.scene, record="events") for trial, _ in (hit, miss)]
+    assert not hit[1](runs[0]).faults
+    assert not miss[1](runs[1]).faults
+    assert runs[0].events is not None
+    without = runs[0].events[runs[0].events["kind"] != hit[1].kind]
+    missed = hit[1](replace(runs[0], events=without))
+    assert missed.faults == ("a hit 1.00e-01 diameters deep is missed",)
+    assert missed.broken == 1
+    assert missed.severity >= 1.0
+    (phantom,) = miss[1](replace(runs[1], events=runs[0].events)).faults
+    assert "a collision is seen where the path misses by 1.00e-01" in phantom
+    twice = np.concatenate([runs[0].events, runs[0].events])
+    assert hit[1](replace(runs[0], events=twice)).faults == ("2 collisions where there is one",)
+
+
+def test_the_deepest_miss_and_else_the_shallowest_shot_is_the_worst_case():
+    trial, _ = judged("rolling-hit-1e-01")
+    run = simulate(trial.scene, record="events")
+    assert run.events is not None
+    lost = replace(run, events=run.events[run.events["kind"] != EventKind.BALL_BALL])
+    deep, shallow = (HitOrMiss(10.0**-power) for power in (1, 13))
+    assert deep(lost).severity > shallow(lost).severity >= 1.0
+    assert deep(run).severity < shallow(run).severity < 1.0
