@@ -1,10 +1,11 @@
-"""Balls on a line that nothing slows, in rational numbers: what a cradle does, to the last digit."""
+"""Balls on a line that nothing slows, in rational numbers: what a cradle does, exactly."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ def play_line(
         now = [i for t, i in due if t == soonest]
         gaps = [x[i + 1] - x[i] - diameter for i in range(len(x) - 1) if i not in now]
         least = min([least, *gaps])
-        if any(b - a == 1 for a, b in zip(now, now[1:], strict=False)):
+        if any(b - a == 1 for a, b in pairwise(now)):
             raise ValueError(f"balls {now} and their next ones collide at one instant")
         for i in now:
             impulse = (1 + e) * (v[i] - v[i + 1]) * m[i] * m[i + 1] / (m[i] + m[i + 1])

@@ -123,7 +123,7 @@ def _alike(kind: str, physics: Physics, suite: Suite) -> Iterator[Trial]:
 
 
 def _velocity_at_end(physics: Physics) -> float:
-    """Return what is left of the first speed at the end: v - mu g t, as the ball rolls or slides."""
+    """Return what is left of the first speed at the end, v - mu g t: it rolls, or slides."""
     slides = physics.motion == "sliding"
     friction = physics.sliding_friction if slides else physics.rolling_friction
     return 1.0 - friction * physics.gravity * 2.0 * T_CATCH / SPEED
