@@ -419,13 +419,19 @@ def stress(
 @app.command()
 @command
 def report(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `validate` wrote.")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="A folder that `validate` or `stress` wrote.")
+    ],
     jobs: Annotated[int, typer.Option(min=1, help="Processes that draw.")] = 1,
 ) -> None:
-    """Write report.md and its figures again from stored results."""
+    """Write report.md, or stress.md, and its figures again from stored results."""
     from ghostball._progress import counting  # noqa: PLC0415
-    from reports import write_report  # noqa: PLC0415
+    from reports import write_report, write_stress_report  # noqa: PLC0415
+    from validation.stress.records import FINDINGS_FILE  # noqa: PLC0415
 
+    if (folder / FINDINGS_FILE).exists():
+        typer.echo(write_stress_report(folder))
+        return
     with counting("drawing") as count:
         written = write_report(folder, progress=count, jobs=jobs)
     typer.echo(written)

@@ -25,7 +25,7 @@ _CUE, _APEX = 0.6, 1.9
 
 
 def random_break(number: int) -> Scene:
-    """Return the break of this number: the same on every machine, and in every process.
+    """Return the break of this number: the same in every process, and where sin, cos and exp are.
 
     2 to 16 balls on a pool table without pockets: in three breaks of four they are racked, as many
     as there are, else they lie anywhere. The cue ball is up to a ball's radius off the middle, its

@@ -140,6 +140,11 @@ class SceneTrial(Trial):
         yield self.scene
 
 
+def size(value: float) -> str:
+    """Return a number as names of trials and scenes have it: "0", "1e-07"."""
+    return f"{value:.0e}".replace("+", "") if value else "0"
+
+
 def play(engine: ReferenceEngine, scene: Scene, record: Record = "trajectory") -> Result | Verdict:
     """Run a shot; return its result, or the verdict where it has no whole one.
 

@@ -10,8 +10,12 @@ from collections.abc import Mapping
 from typing import Final
 
 from validation.stress.families import (
+    extremes,
     graded,
     grazing,
+    long_runs,
+    near_degenerate,
+    reversal,
     storms,
     tunnelling,
 )
@@ -22,6 +26,10 @@ __all__ = ["FAMILIES", "Family"]
 _MODULES: Final = (
     graded,
     grazing,
+    near_degenerate,
+    extremes,
+    long_runs,
+    reversal,
     storms,
     tunnelling,
 )

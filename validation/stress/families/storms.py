@@ -26,8 +26,8 @@ from validation.stress.judges import (
 from validation.stress.random_breaks import random_break
 from validation.stress.trial import Suite, Trial, Verdict, play
 
-MOST_EVENTS = 50_000
-"""Events and contact steps of a break: four times the most that any is known to need."""
+MOST_EVENTS = 100_000
+"""Events and contact steps of a break: four times the most that any of 100 000 needs."""
 
 DEEPEST = 1e-12
 """Overlap that is rounding [m]: a contact force holds its gaps to 4e-13 m."""

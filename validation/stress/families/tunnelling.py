@@ -101,6 +101,7 @@ class Passing(Trial):
     halves : int
         Rungs of the ladder for each factor 2.
     phases : int
+        Start phases at each rung; at the engine's own step there are `PHASES`.
     """
 
     name: str
@@ -113,14 +114,14 @@ class Passing(Trial):
     def run(self, engine: ReferenceEngine) -> Verdict:
         """Shoot from every start phase, then down the ladder."""
         setting = step_setting(engine)
-        own = None if setting is None else own_step(engine, self._scene(DIAMETER / self.speed, 0))
-        missed, faults = self._misses(engine, own or DIAMETER / self.speed / 8.0)
+        own = None if setting is None else own_step(engine, self._scene(DIAMETER / self.speed, 0.0))
+        missed, faults = self._misses(engine, own or DIAMETER / self.speed / 8.0, PHASES)
         values: dict[str, Any] = {
             "speed": self.speed,
             "depth": self.depth,
             "step": own,
             "missed": len(missed),
-            "phases": self.phases,
+            "phases": PHASES,
         }
         if setting is not None:
             values |= self._ladder(engine)
@@ -128,23 +129,23 @@ class Passing(Trial):
             at_step = "" if own is None else f" at a step of {own:.3g} s"
             faults = [
                 *faults,
-                f"{len(missed)} of {self.phases} shots at {self.speed:g} m/s, "
+                f"{len(missed)} of {PHASES} shots at {self.speed:g} m/s, "
                 f"{self.depth:g} diameters deep, go through the other ball{at_step}",
             ]
-        scene = missed[0] if missed else self._scene(own or 0.001, 0)
-        severity = len(missed) / self.phases
-        return Verdict(
-            tuple(faults), scene, severity + bool(faults), self.phases, len(missed), values
-        )
+        scene = missed[0] if missed else self._scene(own or 0.001, 0.0)
+        severity = len(missed) / PHASES + bool(faults)
+        return Verdict(tuple(faults), scene, severity, PHASES, len(missed), values)
 
-    def _scene(self, step: float, k: int) -> Scene:
-        return passing(self.depth, self.speed, step, k / self.phases)
+    def _scene(self, step: float, phase: float) -> Scene:
+        return passing(self.depth, self.speed, step, phase)
 
-    def _misses(self, engine: ReferenceEngine, step: float) -> tuple[list[Scene], list[str]]:
+    def _misses(
+        self, engine: ReferenceEngine, step: float, phases: int
+    ) -> tuple[list[Scene], list[str]]:
         """Return the shots that are missed at a step, and what else goes wrong."""
         missed, faults = [], []
-        for k in range(self.phases):
-            scene = self._scene(step, k)
+        for k in range(phases):
+            scene = self._scene(step, k / phases)
             result = play(engine, scene, "events")
             if isinstance(result, Verdict):
                 faults += result.faults
@@ -158,7 +159,7 @@ class Passing(Trial):
         rungs = []
         for rung in range(FINEST * self.halves, COARSEST * self.halves + 1):
             step = DIAMETER / self.speed * 2.0 ** (rung / self.halves)
-            missed, _ = self._misses(with_step(engine, step), step)
+            missed, _ = self._misses(with_step(engine, step), step, self.phases)
             rungs.append({"dt": step, "missed": len(missed)})
         safe = [one["dt"] for one in takewhile(lambda one: not one["missed"], rungs)]
         return {"ladder": rungs, "largest_step": safe[-1] if safe else None}
@@ -193,9 +194,7 @@ class Energy(Trial):
         error = self._error(played)
         setting = step_setting(engine)
         values: dict[str, Any] = {"energy_error": error}
-        if setting is None:
-            values["collisions"] = sum(played.collision_counts.values())
-        else:
+        if setting is not None:
             values["dt"] = float(played.settings[setting])
             values["ladder"] = [
                 {"dt": step, "energy_error": self._error(at_step)}
@@ -278,20 +277,20 @@ def own_step(engine: ReferenceEngine, scene: Scene) -> float:
 
 
 SPEEDS = {"quick": (2.0, 10.0), "full": (0.5, 1.0, 2.0, 5.0, 10.0)}
-DEPTHS = {"quick": (0.1, 0.01), "full": (0.5, 0.2, 0.1, 0.05, 0.02, 0.01)}
+DEPTHS = {"quick": (0.1, 0.01), "full": (0.5, 0.1, 0.05, 0.02, 0.01)}
 """What a pool game has: up to the hardest break [m/s], and cuts of up to 82 degrees; in diameters
 of depth."""
 
 
 def _trials(suite: Suite) -> Iterator[Trial]:
-    halves = 1 if suite == "quick" else 4
+    halves, ladder_phases = (1, 4) if suite == "quick" else (2, PHASES)
     for speed in SPEEDS[suite]:
         for depth in DEPTHS[suite]:
-            yield Passing(f"speed-{speed:g}-depth-{depth:g}", speed, depth, halves)
+            yield Passing(f"speed-{speed:g}-depth-{depth:g}", speed, depth, halves, ladder_phases)
     finest = 2 if suite == "quick" else 6
     steps = tuple(0.004 * 2.0**-k for k in range(-2, finest))
-    yield Energy("energy-elastic-break", *elastic_break(), steps)
-    yield Energy("energy-bounces", *bounces(), steps)
+    yield Energy("energy-of-elastic-break", *elastic_break(), steps)
+    yield Energy("energy-of-bounces", *bounces(), steps)
 
 
 FAMILY = Family(

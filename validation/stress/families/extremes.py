@@ -1,0 +1,255 @@
+"""Extremes: shots of ordinary shape, with one number of them far out.
+
+Each is proved by the certified engine from its very doubles. What growing numbers do to a shot is
+their conditioning: far from the origin a coordinate is rounded by more, and so a right answer is
+one within some roundings of the coordinates, carried along the shot; our engine may be 32 times as
+far off as one rounding at each event makes it, as everywhere (scenes/common.expect.toml). Scaled by
+powers of two a shot is the same to the bit.
+
+Below 1e-50 and above 1e50 a scene is refused, with the field and the rule; so is a ball so far from
+the origin that doubles don't resolve its radius.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from engine import Ball, Physics, Scene, Table
+from engine.scene import POOL_BALL_MASS as MASS
+from engine.scene import POOL_BALL_RADIUS as RADIUS
+from validation.stress.family import Family
+from validation.stress.references import ProvedTrial, ScaledTrial
+from validation.stress.trial import Suite, Trial
+
+WAY = 0.0625
+"""Way of the cue ball to the other one [m]."""
+
+SPEED, T_MAX = 2.0, 0.15
+"""Speed of a cue ball [m/s] and end of a shot [s], where these aren't what is far out."""
+
+SIDE = 0.4
+"""Of a square table [m], where that isn't."""
+
+ROLLING, ELASTIC, SLIDING = "rolling", "elastic", "sliding"
+KINDS: dict[str, dict[str, Any]] = {
+    ROLLING: {},
+    ELASTIC: {"rolling_friction": 0.0},
+    SLIDING: {
+        "motion": "sliding",
+        "rolling_friction": 0.01,
+        "ball_restitution": 0.95,
+        "ball_friction": 0.05,
+        "cushion": "han2005",
+        "cushion_restitution": 0.85,
+    },
+}
+"""The paper's balls, the same on ice, and pool balls."""
+
+ICE = Physics(rolling_friction=0.0)
+
+
+def cut(
+    name: str,
+    physics: Physics,
+    *,
+    speed: float = SPEED,
+    ratio: float = 1.0,
+    mass_ratio: float = 1.0,
+    at: tuple[float, float] = (0.0, 0.0),
+    t_max: float = T_MAX,
+) -> Scene:
+    """Return a ball that hits a resting one, four tenths off its middle.
+
+    The object ball lies at `at`, and has `ratio` times the radius and `mass_ratio` times the mass.
+    """
+    reach = (1.0 + ratio) * RADIUS
+    aside = 0.4 * reach
+    spin = (0.0, 0.0, 2.0 * speed) if physics.motion == "sliding" else None
+    return Scene(
+        name=name,
+        physics=physics,
+        t_max=t_max,
+        balls=[
+            Ball(
+                id="cue",
+                position=(at[0] - math.sqrt(reach**2 - aside**2) - WAY, at[1] + aside),
+                velocity=(speed, 0.0),
+                angular_velocity=spin,
+            ),
+            Ball(id="object", position=at, radius=ratio * RADIUS, mass=mass_ratio * MASS),
+        ],
+    )
+
+
+def bank(
+    name: str,
+    physics: Physics,
+    *,
+    side: float = SIDE,
+    radius: float = RADIUS,
+    speed: float = SPEED,
+    t_max: float | None = 0.5,
+) -> Scene:
+    """Return two balls on a square table; one goes to the other, and both to cushions."""
+    return Scene(
+        name=name,
+        physics=physics,
+        t_max=t_max,
+        table=Table(length=side, width=side),
+        balls=[
+            Ball(
+                id="cue",
+                position=(0.25 * side, 0.25 * side),
+                velocity=(speed, 0.6 * speed),
+                radius=radius,
+            ),
+            Ball(id="object", position=(0.5 * side, 0.4 * side - 0.5 * radius), radius=radius),
+        ],
+    )
+
+
+def _spread(suite: Suite, values: range) -> tuple[int, ...]:
+    """Return all of them, or for the quick suite both ends."""
+    return tuple(values) if suite == "full" else (values[0], values[-1])
+
+
+def _tag(power: int) -> str:
+    return f"1e{power:+03d}"
+
+
+def _speeds(suite: Suite) -> Iterator[Trial]:
+    # What nothing slows arrives at any speed; what friction stops may rest before.
+    for power in _spread(suite, range(-9, 5)):
+        speed = 10.0**power
+        for kind, fields in KINDS.items():
+            scene = cut("speed", Physics(**fields), speed=speed, t_max=5.0 * WAY / speed)
+            yield ProvedTrial(f"speed-{kind}-{_tag(power)}", scene)
+        scene = bank("speed", ICE, speed=speed, t_max=4.0 * SIDE / speed)
+        yield ProvedTrial(f"speed-bounces-{_tag(power)}", scene)
+
+
+def _ratios(suite: Suite) -> Iterator[Trial]:
+    for power in _spread(suite, range(-6, 7)):
+        for kind, fields in KINDS.items():
+            physics = Physics(**fields)
+            for what, scene in (
+                ("radius", cut("radii", physics, ratio=10.0**power)),
+                ("mass", cut("masses", physics, mass_ratio=10.0**power)),
+            ):
+                yield ProvedTrial(f"{what}-ratio-{kind}-{_tag(power)}", scene)
+
+
+def _tables(suite: Suite) -> Iterator[Trial]:
+    rough = Physics(rolling_friction=0.5)
+    for power in _spread(suite, range(-3, 7)):
+        side = 10.0**power
+        # It would go straight on for four sides until it rests.
+        speed = math.sqrt(8.0 * rough.rolling_friction * rough.gravity * side)
+        scene = bank("table", rough, side=side, radius=side / 40.0, speed=speed, t_max=None)
+        yield ProvedTrial(f"table-rolling-{_tag(power)}", scene)
+        scene = bank("table", ICE, side=side, radius=side / 40.0, speed=4.0 * side, t_max=1.0)
+        yield ProvedTrial(f"table-elastic-{_tag(power)}", scene)
+        if side >= 1.0:
+            scene = bank("wide", ICE, side=side, speed=4.0 * side, t_max=1.0)
+            yield ProvedTrial(f"table-pool-ball-{_tag(power)}", scene)
+
+
+def _moved(suite: Suite) -> Iterator[Trial]:
+    powers = range(7) if suite == "full" else (6,)
+    for power in powers:
+        away = 10.0**power
+        for kind, fields in KINDS.items():
+            for sign, word in ((1.0, "there"), (-1.0, "back")):
+                scene = cut("moved", Physics(**fields), at=(sign * away, -0.7 * sign * away))
+                if suite == "full" or sign > 0.0:
+                    yield ProvedTrial(f"moved-{word}-{kind}-{_tag(power)}", scene)
+        yield ProvedTrial(f"far-end-{_tag(power)}", _far_end(away))
+
+
+def _far_end(away: float) -> Scene:
+    """Return two balls at the far corner of a table that is this long, to meet its cushions."""
+    return Scene(
+        name="far-end",
+        t_max=0.7,
+        physics=ICE,
+        table=Table(length=away + 1.0, width=away + 1.0, cushions=("right", "top")),
+        balls=[
+            Ball(id="cue", position=(away + 0.3, away + 0.2), velocity=(1.0, 0.7)),
+            Ball(id="object", position=(away + 0.7, away + 0.45), velocity=(-0.2, 0.1)),
+        ],
+    )
+
+
+def _frictions(suite: Suite) -> Iterator[Trial]:
+    pool = KINDS[SLIDING]
+    for mu in (10.0,) if suite == "quick" else (0.0, 1e-6, 1e-3, 0.1, 1.0, 3.0, 10.0):
+        scene = cut("rough", Physics(rolling_friction=mu), speed=8.0)
+        yield ProvedTrial(f"friction-rolling-{mu:g}", scene)
+        for what in ("rolling", "sliding", "ball", "cushion"):
+            scene = bank("rough", Physics(**(pool | {f"{what}_friction": mu})))
+            yield ProvedTrial(f"friction-pool-{what}-{mu:g}", scene)
+        physics = Physics(**(pool | {"cushion": "frictional", "cushion_friction": mu}))
+        yield ProvedTrial(f"friction-flat-cushion-{mu:g}", bank("rough", physics))
+
+
+def _restitutions(suite: Suite) -> Iterator[Trial]:
+    values = (0.0,) if suite == "quick" else (0.0, 1e-12, 0.5, 1.0 - 1e-12, 1.0)
+    for e in values:
+        for kind, fields in KINDS.items():
+            scene = cut("e", Physics(**(fields | {"ball_restitution": e})))
+            yield ProvedTrial(f"restitution-balls-{kind}-{e:.13g}", scene)
+            laws: dict[str, Any] = {"cushion_restitution": e}
+            if kind != SLIDING:
+                laws["cushion"] = "restitution"
+            scene = bank("e", Physics(**(fields | laws)))
+            yield ProvedTrial(f"restitution-cushions-{kind}-{e:.13g}", scene)
+
+
+def _tiny(suite: Suite) -> Iterator[Trial]:
+    """Yield speeds whose squares vanish, down to the least double; and those at the limits."""
+    values = (5e-324, 1e-310, 3e-308, 1e-200, 1e-160, 1e-100, 1e-50)
+    for speed in values if suite == "full" else values[:1]:
+        for kind, fields in KINDS.items():
+            scene = cut("tiny", Physics(**fields), speed=speed)
+            yield ProvedTrial(f"tiny-{kind}-{speed:g}", scene)
+    for power in (-49, -30, 20, 49) if suite == "full" else (-49, 49):
+        scene = cut("limit", ICE, speed=10.0**power, t_max=5.0 * WAY / 10.0**power)
+        yield ProvedTrial(f"limit-elastic-{_tag(power)}", scene)
+
+
+SIZES = (
+    (0, 30, 0), (19, -13, 20), (-11, 30, -20), (0, -13, 0), (-11, 0, 0), (19, 0, 0),
+    (-30, -40, 0), (40, 7, -40), (100, 50, 60), (-100, -60, 30),
+)  # fmt: skip
+"""Powers of two that lengths, times and masses are multiplied by: 1e-9 to 1e4 times as fast, tables
+of 0.2 mm to 2e5 m, 1e-6 to 1e6 of the mass; then far beyond."""
+
+
+def _scaled(suite: Suite) -> Iterator[Trial]:
+    for kind, fields in KINDS.items():
+        shots = {"bank": bank("scaled", Physics(**fields), t_max=0.4)}
+        if suite == "full":
+            shots["cut"] = cut("scaled", Physics(**fields))
+        for shape, scene in shots.items():
+            for length, time, mass in SIZES[: 2 if suite == "quick" else None]:
+                name = f"scaled-{shape}-{kind}-{length:+d},{time:+d},{mass:+d}"
+                yield ScaledTrial(name, scene, length, time, mass)
+
+
+def _trials(suite: Suite) -> Iterator[Trial]:
+    parts = (_speeds, _ratios, _tables, _moved, _frictions, _restitutions, _tiny, _scaled)
+    for part in parts:
+        yield from part(suite)
+
+
+FAMILY = Family(
+    "extremes",
+    "Extremes of speed, size, mass, place and friction",
+    "Shots with one number far out (speeds 5e-324 to 1e49 m/s, ratios of radii and masses to 1e6, "
+    "tables from 1 mm to 1e6 m, 1e6 m from the origin, friction 0 to 10, restitution 0 and 1) come "
+    "out as proved: within some roundings, or, of engines that step, within 1 % of the way; scaled "
+    "by powers of two, to the bit.",
+    _trials,
+)

@@ -1,0 +1,275 @@
+"""Judges for shots in which no number is known beforehand, but much that no shot may break.
+
+>>> Sound(most_events=200)(result)
+Verdict(faults=(), ...)
+
+What is asked of an engine whose motion is exact are bounds of rounding, and README's of a
+sustained contact. An engine that steps sees a contact late by up to a step, and solves many of them
+by iteration: it is asked for what can be seen, `VISIBLE` of a diameter and of the energy.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine import ExactTrajectory, Result, Samples, Scene
+from engine._tolerances import CONTACT_TOLERANCE, EPS
+from reference_adapters.certified import certify
+from validation.faults import faults_of
+from validation.grading import grade
+from validation.stress.judges import FloatArray, instants, overlaps
+from validation.stress.trial import Verdict
+
+VISIBLE = 0.01
+"""Error of an engine that steps, in diameters, and in parts of speed, momentum and energy.
+
+0.6 mm for pool balls; ten times what a ball of 1 m/s goes in a step of 0.1 ms."""
+
+MOST_DISTANCES = 20_000_000
+"""Distances of two balls that are computed in one run: of more instants, some are left out."""
+
+MIRROR_OF_CONTACT = 2.0**-28
+"""Asymmetry of exact motion, in diameters, where contact steps took part; without them, none.
+
+2e-10 m for pool balls. Their forces are found by iteration over the contacts, in some order."""
+
+
+@dataclass(frozen=True)
+class Sound:
+    """Whether a run is possible at all: nothing overlaps, no energy comes in, no storm of events.
+
+    Attributes
+    ----------
+    most_events : int
+        Events that the shot may have.
+    most_steps : int
+        Contact steps that it may take, of an engine that counts them.
+    isolated : bool
+        Whether nothing external acts on the balls, and so their momentum stays.
+    images : tuple of int
+        Of a shot that is its own mirror image in y = 0 (`swapped`: in x = y), each ball's image;
+        empty where it isn't.
+    swapped : bool
+    still : tuple of int
+        Balls that nothing moves, and that must stay where they are: to the bit, if motion is exact.
+    """
+
+    most_events: int
+    most_steps: int = 0
+    isolated: bool = False
+    images: tuple[int, ...] = ()
+    swapped: bool = False
+    still: tuple[int, ...] = ()
+
+    def __call__(self, result: Result) -> Verdict:
+        """Judge a run, recorded as a trajectory."""
+        scene = result.scene
+        times = telling_instants(result)
+        found = dict(self._measured(result, times, result.sample(times)))
+        faults = [
+            f"{name} of {value:.3g}, at most {limit:.3g}"
+            for name, (value, limit) in found.items()
+            if not value <= limit
+        ]
+        nearest = max((value / limit for value, limit in found.values() if limit > 0.0), default=0)
+        values = {name: value for name, (value, _) in found.items()}
+        return Verdict.of(scene, faults, min(max(nearest, 0.0), 1e6), values)
+
+    def _measured(
+        self, result: Result, times: FloatArray, states: Samples
+    ) -> Iterator[tuple[str, tuple[float, float]]]:
+        """Yield what is measured: its name, its value, and the most that it may be."""
+        scene = result.scene
+        exact = isinstance(result.trajectory, ExactTrajectory)
+        diameter = 2.0 * float(scene.radii.max())
+        slack = gap_rounding(scene, states.positions) + CONTACT_TOLERANCE * diameter
+        depths = np.maximum(overlaps(scene, states.positions).max(axis=0), 0.0)
+        for depth, what in zip(depths.tolist(), ("balls [m]", "ball and cushion [m]"), strict=True):
+            yield f"overlap of {what}", (depth, slack if exact else VISIBLE * diameter)
+        energy = result.energy(times).total
+        rounding = max(16.0, 3.0 * len(scene.balls)) * EPS
+        limit = rounding if exact else VISIBLE
+        yield "rise of the energy [1]", (relative_rise(energy), limit)
+        assert result.events is not None
+        yield "number of events", (float(len(result.events)), float(self.most_events))
+        steps = float(result.work.get("contact_steps", 0))
+        yield "number of contact steps", (steps, float(self.most_steps))
+        for name, count in result.work.items():
+            if name.startswith("unsolved"):
+                yield f"number of {name.replace('_', ' ')}", (float(count), 0.0)
+        if self.isolated:
+            some = EPS * (8.0 + len(result.events))  # some roundings at each impact
+            change = momentum_change(scene, states)
+            yield "change of the momentum [1]", (change, some if exact else VISIBLE)
+        if self.images:
+            limit = 0.0 if exact and not steps else MIRROR_OF_CONTACT if exact else VISIBLE
+            skew = asymmetry(states.positions, self.images, self.swapped) / diameter
+            yield "asymmetry [diameters]", (skew, limit)
+        if self.still:
+            kept = scene.positions[list(self.still)]
+            moved = np.abs(states.positions[:, list(self.still)] - kept)
+            yield (
+                "way of a ball that nothing moves [m]",
+                (
+                    float(moved.max()),
+                    0.0 if exact else VISIBLE * diameter,
+                ),
+            )
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Whether a shot ends as it is known to.
+
+    Attributes
+    ----------
+    velocities : n tuples of 2 floats [m/s]
+        At the end.
+    collisions : int or None
+        How many collisions there are; None where that isn't known.
+    positions : n tuples of 2 floats [m], or empty
+        At the end; empty where they aren't known.
+    roundings : float
+        How many roundings of the fastest ball's speed, and of the coordinates, an exact engine may
+        be off by.
+    """
+
+    velocities: tuple[tuple[float, float], ...]
+    collisions: int | None = None
+    positions: tuple[tuple[float, float], ...] = ()
+    roundings: float = 32.0
+
+    def __call__(self, result: Result) -> Verdict:
+        """Judge a run."""
+        scene = result.scene
+        exact = isinstance(result.trajectory, ExactTrajectory)
+        faults = []
+        counted = sum(result.collision_counts.values())
+        if self.collisions is not None and counted != self.collisions:
+            faults.append(f"{counted} collisions instead of {self.collisions}")
+        speed = float(np.max(np.abs(scene.velocities)))
+        limit = self.roundings * EPS if exact else VISIBLE
+        off = np.abs(result.final_state.velocities[0, :, :2] - self.velocities).max(axis=1) / speed
+        ball = int(np.argmax(off))
+        if not off[ball] <= limit:
+            got = result.final_state.velocities[0, ball, :2].tolist()
+            faults.append(
+                f"ball {scene.balls[ball].id} ends with velocity {got} m/s instead of "
+                f"{list(self.velocities[ball])}: off by {off[ball]:.3g} of the first speed, "
+                f"at most {limit:.3g}"
+            )
+        nearest = float(off[ball]) / limit
+        values = {"velocity_error": float(off[ball]), "collisions": counted}
+        if self.positions:
+            size = max(np.abs(self.positions).max(), np.abs(scene.positions).max())
+            diameter = 2.0 * float(scene.radii.max())
+            apart = np.abs(result.rest_positions[:, :2] - self.positions).max(axis=1)
+            limit = self.roundings * EPS * float(size) if exact else VISIBLE * diameter
+            ball = int(np.argmax(apart))
+            if not apart[ball] <= limit:
+                faults.append(
+                    f"ball {scene.balls[ball].id} ends {apart[ball]:.3g} m from where it must, "
+                    f"at most {limit:.3g}"
+                )
+            nearest = max(nearest, float(apart[ball]) / limit)
+            values["position_error"] = float(apart[ball])
+        return Verdict.of(scene, faults, min(nearest, 1e6), values)
+
+
+@dataclass(frozen=True)
+class AsProved:
+    """Whether a run has the events of the shot's proof, and no others; and ends where it does.
+
+    Exact motion is held to the limits of `scenes/common.expect.toml`, in roundings.
+    """
+
+    def __call__(self, result: Result) -> Verdict:
+        """Judge a run, recorded as a trajectory."""
+        scene = result.scene
+        certificate = certify(scene, motion=True, cached=False)
+        found = grade(result, certificate)
+        faults = list(faults_of(found, scene))
+        off = float(np.max(found.position_errors, initial=0.0)) / (2.0 * float(scene.radii.max()))
+        if not isinstance(result.trajectory, ExactTrajectory) and not off <= VISIBLE:
+            faults.append(f"a ball ends {off:.3g} diameters off, at most {VISIBLE:g}")
+        quality = found.quality_factor
+        values = {
+            "proved": certificate.proved,
+            "quality_factor": quality,
+            "missing": len(found.missing),
+            "invented": len(found.invented),
+        }
+        nearest = off / VISIBLE if quality is None else quality / 32.0
+        return Verdict.of(scene, faults, nearest if math.isfinite(nearest) else 1e6, values)
+
+
+@dataclass(frozen=True)
+class Both:
+    """Two judges of one run: it survives where it does with each."""
+
+    first: Sound | Ends | AsProved
+    second: Sound | Ends | AsProved
+
+    def __call__(self, result: Result) -> Verdict:
+        """Judge a run, recorded as a trajectory."""
+        one, two = self.first(result), self.second(result)
+        return Verdict.of(
+            result.scene,
+            (*one.faults, *two.faults),
+            max(one.severity, two.severity),
+            {**one.values, **two.values},
+        )
+
+
+def telling_instants(result: Result, between: int = 3) -> FloatArray:
+    """Return when a run is looked at, (k,) [s], increasing.
+
+    As `instants`; in exact motion also wherever a ball's motion changes without an event, and just
+    before. Where that is more than `MOST_DISTANCES` allows: some of them, evenly taken, and the
+    end.
+    """
+    times = instants(result, between)
+    if isinstance(result.trajectory, ExactTrajectory):
+        changes = np.concatenate([knots[:, 0] for knots in result.trajectory.knots])
+        changes = changes[(changes > 0.0) & (changes <= result.rest_time)]
+        times = np.unique(np.concatenate((times, changes, np.nextafter(changes, 0.0))))
+    most = max(MOST_DISTANCES // len(result.scene.balls) ** 2, 2)
+    if len(times) > most:
+        times = times[np.linspace(0, len(times) - 1, most).round().astype(np.int64)]
+    return times
+
+
+def gap_rounding(scene: Scene, positions: FloatArray) -> float:
+    """Return how far rounding alone may put a closed gap off [m]: some ulps of the coordinates."""
+    largest = float(np.max(np.abs(positions[:, :, :2]), initial=0.0))
+    return 8.0 * EPS * max(largest, float(scene.radii.max()))
+
+
+def relative_rise(energy: FloatArray) -> float:
+    """Return by how much energy, (k,) in order of time, ever exceeds the least before it.
+
+    Over the first; inf where that is 0 and it rises.
+    """
+    rise = float(np.max(energy - np.minimum.accumulate(energy), initial=0.0))
+    if rise <= 0.0:
+        return 0.0
+    return rise / float(energy[0]) if energy[0] > 0.0 else math.inf
+
+
+def momentum_change(scene: Scene, states: Samples) -> float:
+    """Return how far the momentum ever gets from the first, over the sum of its sizes."""
+    each = scene.masses[:, np.newaxis] * states.velocities[:, :, :2]
+    total = each.sum(axis=1)
+    size = float(np.abs(each[0]).sum())
+    return float(np.abs(total - total[0]).max()) / size if size > 0.0 else 0.0
+
+
+def asymmetry(positions: FloatArray, images: tuple[int, ...], swapped: bool) -> float:
+    """Return how far balls ever are from their mirror images [m], in y = 0 or in x = y."""
+    plane = positions[:, :, :2]
+    mirrored = plane[:, :, ::-1] if swapped else plane * np.array([1.0, -1.0])
+    return float(np.abs(plane[:, list(images)] - mirrored).max())
