@@ -11,7 +11,7 @@ from engine import simulate
 from validation.stress.families.touching import FAMILY, R, images_of, triangle
 from validation.stress.trial import SceneTrial
 
-TRIALS = {trial.name: trial for trial in FAMILY.trials("quick")}
+TRIALS = {trial.name: trial for trial in FAMILY.trials("full")}
 
 
 def trial_of(name: str) -> SceneTrial:
