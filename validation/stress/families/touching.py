@@ -96,11 +96,12 @@ def _on_cushions(suite: Suite) -> Iterator[Trial]:
 
 def _into_corners(suite: Suite) -> Iterator[Trial]:
     """Yield a ball that runs into a corner along its bisector: it comes back as it came."""
-    starts = (R, 0.25) if suite == "quick" else (R, R + 1e-15, R + 1e-6, 0.125, 0.25, 0.3, 0.4)
-    for corner, start in product(((0, 0), (1, 0), (0, 1), (1, 1)), starts):
+    ways = (0.0, 0.25) if suite == "quick" else (0.0, 1e-15, 1e-6, 0.01, 0.1, 0.25, 0.37)
+    for corner, far in product(((0, 0), (1, 0), (0, 1), (1, 1)), ways):
+        start = R + far
         x, y = (start if end == 0 else 1.0 - start for end in corner)
         velocity = tuple(-1.0 if end == 0 else 1.0 for end in corner)
-        name = f"bisector-to-{corner[0]}-{corner[1]}-from-{start:.3g}".replace("+", "")
+        name = f"bisector-to-{corner[0]}-{corner[1]}-from-{size(far)}"
         scene = Scene(
             name=name,
             physics=KINDS["elastic"],
@@ -109,8 +110,8 @@ def _into_corners(suite: Suite) -> Iterator[Trial]:
             balls=[_ball("a", (x, y), (velocity[0], velocity[1]))],
         )
         back = tuple(-v for v in velocity)
-        ways = [0.5 - 2.0 * (start - R)] * 2  # beyond the first place, after as much to the corner
-        place = tuple(p + b * way for p, b, way in zip((x, y), back, ways, strict=True))
+        beyond = 0.5 - 2.0 * far  # to the corner and back, and then that much
+        place = tuple(p + b * beyond for p, b in zip((x, y), back, strict=True))
         ends = Ends(((back[0], back[1]),), collisions=2, positions=((place[0], place[1]),))
         yield SceneTrial(name, scene, Both(Sound(most_events=2), ends))
 
