@@ -15,11 +15,13 @@ from typing import ClassVar
 from engine import Ball, Physics, Result, Scene, Table
 from reference_adapters import ReferenceEngine
 from reference_adapters.certified import CertifiedSettings, certify
+from validation.closed_forms import closed_form
 from validation.faults import faults_of
 from validation.grading import grade
 from validation.library import find_scene
 from validation.random_shots import random_shot
 from validation.stress.family import Family
+from validation.stress.sound import Sound
 from validation.stress.trial import SceneTrial, Suite, Trial, Verdict, play
 
 PROOF = CertifiedSettings(max_events=5_000)
@@ -208,6 +210,55 @@ class Velocities:
         return Verdict.of(result.scene, faults, near, {"velocity_error": worst})
 
 
+@dataclass(frozen=True)
+class ClosedEnd:
+    """Whether a shot ends where and when its closed form says, after as many collisions.
+
+    Attributes
+    ----------
+    distance : float [m]
+    duration : float [s]
+        How far off the end may be: what its scene's own criteria say, and why.
+    """
+
+    distance: float
+    duration: float
+
+    def __call__(self, result: Result) -> Verdict:
+        """Judge a run of a shipped scene that has a closed form."""
+        scene = result.scene
+        form = closed_form(scene)
+        assert form is not None
+        places = [(float(x), float(y)) for x, y in form.rest_positions]
+        off = max(
+            math.dist(here, there)
+            for here, there in zip(result.rest_positions[:, :2].tolist(), places, strict=True)
+        )
+        late = abs(result.rest_time - float(form.rest_time))
+        faults = []
+        if not off <= self.distance:
+            faults.append(f"a ball ends {off:.3g} m off, at most {self.distance:g} m")
+        if not late <= self.duration:
+            faults.append(f"the end is {late:.3g} s off, at most {self.duration:g} s")
+        if dict(result.collision_counts) != form.collision_counts:
+            faults.append(
+                f"{dict(result.collision_counts)} collisions instead of {form.collision_counts}"
+            )
+        near = min(max(off / self.distance, late / self.duration), 0.999)
+        return Verdict.of(scene, faults, near, {"rest_error": off, "rest_time_error": late})
+
+
+CLOSED_ENDS = {
+    "corner-exact": ClosedEnd(1e-14, 1e-14),
+    "frozen-to-cushion": ClosedEnd(1e-14, 1e-14),
+    "push": ClosedEnd(1e-6, 5e-6),
+    "wedged": ClosedEnd(1e-12, 1e-5),
+}
+"""Where a proof ends too early: at two collisions of one instant, or where contact is sustained."""
+
+PRESSED = Sound(most_events=50, most_steps=500)
+"""Of `push-line`: no closed form, but nothing may overlap and no energy come in."""
+
 Normal = tuple[float, float]
 
 _TIES: dict[str, tuple[Normal, Normal]] = {
@@ -321,6 +372,9 @@ def _odd_shots() -> Iterator[Scene]:
 def _trials(suite: Suite) -> Iterator[Trial]:
     for name in SHIPPED:
         yield ProvedShot(name, find_scene(name), Proved())
+    for name, judge in CLOSED_ENDS.items():
+        yield SceneTrial(f"{name}-end", find_scene(name), judge)
+    yield SceneTrial("push-line-sound", find_scene("push-line"), PRESSED)
     for scene in _odd_shots():
         yield ProvedShot(scene.name, scene, Proved())
     yield from _ties(suite)
