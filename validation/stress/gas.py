@@ -79,7 +79,9 @@ def begun_at_end(result: Result, t_max: float, sign: float = 1.0) -> Scene:
     """
     positions, velocities, _ = (samples[0] for samples in result.final_state)
     balls = [
-        ball.model_copy(update={"position": tuple(r), "velocity": tuple(v), "angular_velocity": None})
+        ball.model_copy(
+            update={"position": tuple(r), "velocity": tuple(v), "angular_velocity": None}
+        )
         for ball, r, v in zip(
             result.scene.balls,
             positions.tolist(),

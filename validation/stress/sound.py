@@ -112,9 +112,12 @@ class Sound:
         if self.still:
             kept = scene.positions[list(self.still)]
             moved = np.abs(states.positions[:, list(self.still)] - kept)
-            yield "way of a ball that nothing moves [m]", (
-                float(moved.max()),
-                0.0 if exact else VISIBLE * diameter,
+            yield (
+                "way of a ball that nothing moves [m]",
+                (
+                    float(moved.max()),
+                    0.0 if exact else VISIBLE * diameter,
+                ),
             )
 
 
