@@ -17,8 +17,8 @@ PYTEST := $(BIN)/python -m pytest --quiet --numprocesses $(JOBS)
 .DEFAULT_GOAL := help
 # Two test runs at once would time each other, and mix their output.
 .NOTPARALLEL:
-.PHONY: help venv validate test test-slow test-nojit test-boundscheck lint types imports check \
-	gallery peers clean
+.PHONY: help venv validate stress test test-slow test-nojit coverage test-boundscheck lint types \
+	imports check gallery peers clean
 
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -39,17 +39,37 @@ $(READY): pyproject.toml
 validate: $(READY)  ## run every scene on every engine, write the report, print the verdicts
 	$(BIN)/ghostball validate --suite full --jobs $(JOBS) --out $(OUT)
 
+stress: $(READY)  ## try to break every engine: what CI has time for
+	$(BIN)/ghostball stress --suite quick --jobs $(JOBS) --out $(OUT)/stress
+
+# What is compiled can't be traced: the tests of the kernels run again without compilation. Those of
+# all else trace it as they run anyway, in `test`; both together are the coverage.
+COVER := --cov --cov-report= --cov-fail-under=0
+
 test: $(READY)  ## fast tests, compiled
-	$(PYTEST)
+	COVERAGE_FILE=.coverage.compiled $(PYTEST) $(COVER)
 
 test-slow: $(READY)  ## the tests that take long
 	$(PYTEST) -m slow
 
-test-nojit: $(READY)  ## fast tests without compilation, with coverage
-	NUMBA_DISABLE_JIT=1 $(PYTEST) --dist loadfile -m "not slow and not compiled" --cov --cov-report=term
+test-nojit: $(READY)  ## fast tests of the kernels without compilation
+	NUMBA_DISABLE_JIT=1 COVERAGE_FILE=.coverage.interpreted $(PYTEST) $(COVER) \
+		--dist loadfile -m "not slow and not compiled" tests/engine
+
+coverage: test test-nojit  ## coverage of both runs
+	$(BIN)/coverage combine --keep --quiet .coverage.compiled .coverage.interpreted
+	$(BIN)/coverage report
+
+# A negative index that wraps is seen by compiled bounds checks alone. These tests reach every
+# kernel that tests/engine reaches: compiling them takes most of the time, and more shots through
+# the same lines, or in other processes, add nothing.
+BOUNDED := impact_laws test_batch.py test_cells.py test_clusters.py test_elastic_gas.py \
+	test_look_again.py test_plastic.py test_press.py test_sensitivity.py \
+	test_simulate_robustness.py test_simulate_properties.py test_simultaneous.py test_skips.py \
+	test_orientation.py test_tree.py
 
 test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
-	NUMBA_BOUNDSCHECK=1 $(PYTEST) tests/engine tests/reference_adapters
+	NUMBA_BOUNDSCHECK=1 $(PYTEST) $(addprefix tests/engine/,$(BOUNDED))
 
 lint: $(READY)  ## ruff: rules and format
 	$(BIN)/ruff check
@@ -61,7 +81,7 @@ types: $(READY)  ## mypy, strict
 imports: $(READY)  ## the direction of imports between the packages
 	$(BIN)/lint-imports
 
-check: lint types imports test test-slow test-nojit test-boundscheck  ## all that CI runs
+check: lint types imports coverage stress test-slow test-boundscheck  ## all that CI runs
 
 gallery: validate  ## remake the pictures that the README shows
 	$(BIN)/python -c "from reports import write_gallery; write_gallery('$(OUT)', 'reports/gallery')"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from rich.table import Table
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, say, stdout
 from reference_adapters.registry import split_specs
+from reports import write_stress_report
 from validation.stress import (
     DEFAULT_ENGINES,
     FAMILIES,
@@ -25,7 +25,12 @@ from validation.stress import (
     Suite,
     run_stress,
 )
-from validation.stress.records import WORST_FOLDER, stem_of
+from validation.stress.survival import (
+    Survival,
+    all_survival,
+    scene_file,
+    survival_of,
+)
 
 FAULTS_SHOWN = 3
 """How many broken trials of an engine in a family are named; the others are counted."""
@@ -74,8 +79,8 @@ def run(
     else:
         for part in _tables(outcome):
             stdout().print(part)
-    if report:
-        pass
+    if report and outcome.folder.findings:
+        say(f"Report: {escape(str(write_stress_report(out)))}")
     if outcome.interrupted:
         say(
             f"[bold]Interrupted:[/] {len(outcome.folder.findings)} of "
@@ -93,51 +98,34 @@ def summary(outcome: StressOutcome) -> dict[str, Any]:
         "planned": folder.run.planned,
         "done": len(folder.findings),
         "exit_status": outcome.exit_status,
-        "survival": [
-            {
-                "family": family,
-                "engine": label,
-                **_counts(folder.of(family, label)),
-                "worst": _worst(folder, family, label),
-            }
-            for family in folder.run.families
-            for label in folder.run.labels
-            if folder.of(family, label)
-        ],
+        "survival": [_survival(one, folder.path) for one in all_survival(folder)],
     }
 
 
-def _counts(findings: Sequence[Finding]) -> dict[str, int]:
-    outcomes = [one.outcome for one in findings]
+def _survival(one: Survival, folder: Path) -> dict[str, Any]:
+    worst = one.worst
     return {
-        "trials": len(findings),
-        "survived": outcomes.count("survived"),
-        "broken": outcomes.count("broken"),
-        "not_representable": outcomes.count("not-representable"),
-        "unavailable": outcomes.count("unavailable"),
-        "shots": sum(one.shots for one in findings),
-        "broken_shots": sum(one.broken for one in findings),
+        "family": one.family,
+        "engine": one.label,
+        "trials": len(one.findings),
+        "survived": one.survived,
+        "broken": one.broken,
+        "not_representable": one.not_representable,
+        "unavailable": one.unavailable,
+        "shots": one.shots,
+        "broken_shots": one.broken_shots,
+        "seconds": one.seconds,
+        "worst": None
+        if worst is None
+        else {
+            "trial": worst.trial,
+            "outcome": worst.outcome,
+            "faults": list(worst.faults),
+            "severity": worst.severity,
+            "scene": str(scene_file(worst, folder)),
+            "command": one.command(folder),
+        },
     }
-
-
-def _worst(folder: StressFolder, family: str, label: str) -> dict[str, Any] | None:
-    worst = folder.worst(family, label)
-    if worst is None:
-        return None
-    return {
-        "trial": worst.trial,
-        "outcome": worst.outcome,
-        "faults": list(worst.faults),
-        "severity": worst.severity,
-        "scene": str(folder.path / WORST_FOLDER / f"{stem_of(family, label)}.toml"),
-        "command": reproducing(worst, folder.path),
-    }
-
-
-def reproducing(worst: Finding, folder: Path) -> str:
-    """Return the command that plays a worst case again."""
-    scene = folder / WORST_FOLDER / f"{stem_of(worst.family, worst.label)}.toml"
-    return f"ghostball simulate {shlex.quote(str(scene))} --engine {shlex.quote(worst.label)}"
 
 
 def _tables(outcome: StressOutcome) -> list[RenderableType]:
@@ -147,7 +135,7 @@ def _tables(outcome: StressOutcome) -> list[RenderableType]:
     for label in folder.run.labels:
         table.add_column(escape(label), justify="right")
     for family in folder.run.families:
-        cells = [_cell(folder.of(family, label)) for label in folder.run.labels]
+        cells = [_cell(survival_of(folder, family, label)) for label in folder.run.labels]
         table.add_row(FAMILIES[family].title, *cells)
     parts: list[RenderableType] = [table]
     for label in folder.run.labels:
@@ -157,27 +145,22 @@ def _tables(outcome: StressOutcome) -> list[RenderableType]:
     return parts
 
 
-def _cell(findings: Sequence[Finding]) -> str:
-    counts = _counts(findings)
-    tried = counts["survived"] + counts["broken"]
-    if counts["unavailable"]:
-        return "[dim]unavailable[/]"
-    if not tried:
-        return "[dim]-[/]"
-    text = f"{counts['survived']}/{tried}"
-    return f"[bold red]{text}[/]" if counts["broken"] else f"[green]{text}[/]"
+def _cell(one: Survival) -> str:
+    if not one.tried:
+        return f"[dim]{one.text}[/]"
+    return f"[bold red]{one.text}[/]" if one.broken else f"[green]{one.text}[/]"
 
 
 def _faults(folder: StressFolder, family: str, label: str) -> list[str]:
-    broken = [one for one in folder.of(family, label) if one.outcome == "broken"]
-    broken.sort(key=lambda one: -one.severity)
+    one = survival_of(folder, family, label)
+    broken = one.breaks()
     lines = [
-        f"  {escape(f'{family}/{one.trial}')}: {escape(one.faults[0])}"
-        for one in broken[:FAULTS_SHOWN]
+        f"  {escape(f'{family}/{found.trial}')}: {escape(found.faults[0])}"
+        for found in broken[:FAULTS_SHOWN]
     ]
     if len(broken) > FAULTS_SHOWN:
         lines.append(f"  {family}: {len(broken) - FAULTS_SHOWN} more")
-    worst = folder.worst(family, label)
-    if broken and worst is not None:
-        lines.append(f"    {escape(reproducing(worst, folder.path))}")
+    command = one.command(folder.path)
+    if broken and command is not None:
+        lines.append(f"    {escape(command)}")
     return lines

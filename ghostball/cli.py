@@ -374,11 +374,29 @@ def stress(
     report: Annotated[
         bool, typer.Option(help="Write stress.md and its figures after the run.")
     ] = True,
+    self_test: Annotated[
+        bool,
+        typer.Option(
+            "--self-test",
+            help="Plant bugs in copies of our engine, one at a time, and say which the small "
+            "trials of the quick suite catch; nothing is stored.",
+        ),
+    ] = False,
 ) -> None:
     """Try to break engines; say what each survives, with the worst case of all as a scene.
 
-    Exit status 1 where our engine breaks; where it isn't asked, where any engine does.
+    Exit status 1 where our engine breaks; where it isn't asked, where any engine does. Of a
+    self-test, 1 where a bug isn't caught, or the engine without one breaks.
     """
+    if self_test:
+        if engines is not None or suite is not StressSuite.QUICK:
+            raise typer.BadParameter(
+                "is about our engine and the quick suite: leave --engines and --suite out",
+                param_hint="--self-test",
+            )
+        from ghostball import _self_test  # noqa: PLC0415
+
+        raise typer.Exit(_self_test.run(only or [], jobs=jobs, as_json=as_json))
     from ghostball import _stress  # noqa: PLC0415
 
     if listed:
@@ -401,13 +419,19 @@ def stress(
 @app.command()
 @command
 def report(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `validate` wrote.")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="A folder that `validate` or `stress` wrote.")
+    ],
     jobs: Annotated[int, typer.Option(min=1, help="Processes that draw.")] = 1,
 ) -> None:
-    """Write report.md and its figures again from stored results."""
+    """Write report.md, or stress.md, and its figures again from stored results."""
     from ghostball._progress import counting  # noqa: PLC0415
-    from reports import write_report  # noqa: PLC0415
+    from reports import write_report, write_stress_report  # noqa: PLC0415
+    from validation.stress.records import FINDINGS_FILE  # noqa: PLC0415
 
+    if (folder / FINDINGS_FILE).exists():
+        typer.echo(write_stress_report(folder))
+        return
     with counting("drawing") as count:
         written = write_report(folder, progress=count, jobs=jobs)
     typer.echo(written)

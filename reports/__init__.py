@@ -11,6 +11,7 @@ from reports.gallery_pictures import write_gallery
 from reports.parting_figure import plot_explanation
 from reports.plot import plot_result
 from reports.report import ReportError, write_report
+from reports.stress_report import write_stress_report
 from reports.style import EngineStyle, engine_style
 
 __all__ = [
@@ -21,4 +22,5 @@ __all__ = [
     "plot_result",
     "write_gallery",
     "write_report",
+    "write_stress_report",
 ]

@@ -162,7 +162,7 @@ class Mutant:
             subprocess.Popen(
                 command,
                 cwd=self.folder,  # which python looks into first
-                env=self._environment(),
+                env=self.environment,
                 stdout=subprocess.PIPE,
                 stderr=messages,
                 text=True,
@@ -198,7 +198,12 @@ class Mutant:
             )
         return how
 
-    def _environment(self) -> dict[str, str]:
+    @property
+    def environment(self) -> dict[str, str]:
+        """What a process needs in its environment, so that `engine` is the mutant there.
+
+        Its working directory must be the mutant's folder, where python looks first.
+        """
         paths = [str(self.folder), *filter(None, sys.path)]
         return os.environ | {
             "PYTHONPATH": os.pathsep.join(paths),

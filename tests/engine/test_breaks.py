@@ -16,7 +16,8 @@ ENOUGH_EVENTS = 20_000
 
 FAST = range(40)
 DENSE = range(1000, 1300)
-MANY = range(10_000)
+MANY = range(2_000)
+"""`ghostball stress --suite full` plays 100 000 of them, over more speeds."""
 
 
 def test_every_law_comes_round():
@@ -43,7 +44,7 @@ def test_three_hundred_breaks_sampled_densely():
 
 @pytest.mark.slow
 @pytest.mark.compiled
-def test_ten_thousand_breaks_have_no_storm_of_events():
+def test_two_thousand_breaks_have_no_storm_of_events():
     counts = np.empty(len(MANY), dtype=np.int64)
     for seed in MANY:
         result = simulate(break_scene(seed), record="events", max_events=ENOUGH_EVENTS)

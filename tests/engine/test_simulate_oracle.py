@@ -79,9 +79,10 @@ def test_random_shots_on_the_cloth_agree_event_by_event(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", range(30, 40))
+@pytest.mark.parametrize("first", range(30, 35))
 def test_many_random_shots_on_the_cloth_agree_event_by_event(first):
-    agreements = [check_against_oracle(random_cloth_shot(k)) for k in range(first, 500, 10)]
+    # `ghostball stress --suite full` grades thousands of such shots against their proofs.
+    agreements = [check_against_oracle(random_cloth_shot(k)) for k in range(first, 265, 5)]
     # The comparison must not have been empty: chaos or ties that share a ball would make it so.
     assert sum(one.events for one in agreements) > 400
     assert sum(one.ball_collisions for one in agreements) > 20

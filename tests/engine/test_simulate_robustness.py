@@ -260,10 +260,11 @@ def test_random_breaks_with_lossy_cushions(e, cushion_restitution):
 @pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("e", RESTITUTIONS)
-def test_two_thousand_breaks_are_never_stuck(e):
+def test_five_hundred_breaks_are_never_stuck(e):
+    # `ghostball stress --suite full` plays 100 000 of them.
     stuck = [
         seed
-        for seed in range(2000)
+        for seed in range(500)
         if not simulate(random_break(seed, e=e), max_events=ENOUGH_EVENTS).status.complete
     ]
     assert stuck == []

@@ -6,53 +6,24 @@ import hashlib
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from engine import EventKind, Result, Scene
+from engine import EventKind, Result
+from validation.stress.judges import FloatArray, energies, instants, overlaps
 
-FloatArray = NDArray[np.float64]
+__all__ = [
+    "EPS",
+    "FloatArray",
+    "ball_impacts",
+    "collisions",
+    "energies",
+    "fingerprint",
+    "instants",
+    "log_bits",
+    "overlaps",
+    "state_bits",
+]
 
 EPS = 2.0**-52
-
-
-def overlaps(scene: Scene, positions: FloatArray) -> FloatArray:
-    """Return the deepest overlap of two balls, and of a ball with a cushion, at each of k instants.
-
-    positions : (k, n, 3) [m]; returns (k, 2) [m], negative where everything is apart.
-    """
-    k, n, _ = positions.shape
-    radii = scene.radii
-    deepest = np.full((k, 2), -np.inf)
-    for i in range(n):
-        for j in range(i):
-            apart = positions[:, i, :2] - positions[:, j, :2]
-            distance = np.sqrt(np.sum(apart**2, axis=1))
-            deepest[:, 0] = np.maximum(deepest[:, 0], radii[i] + radii[j] - distance)
-        if scene.table is not None:
-            x, y = positions[:, i, 0], positions[:, i, 1]
-            beyond = {
-                "left": radii[i] - x,
-                "right": x + radii[i] - scene.table.length,
-                "bottom": radii[i] - y,
-                "top": y + radii[i] - scene.table.width,
-            }
-            for name in scene.table.cushions:
-                deepest[:, 1] = np.maximum(deepest[:, 1], beyond[name])
-    return deepest
-
-
-def instants(result: Result, between: int = 7) -> FloatArray:
-    """Return the times of all events and of `between` instants from each to the next, sorted."""
-    assert result.events is not None
-    marks = np.unique(np.concatenate(([0.0], result.events["t"], [result.rest_time])))
-    parts = np.arange(between + 1) / (between + 1)
-    inner = marks[:-1, np.newaxis] + np.diff(marks)[:, np.newaxis] * parts
-    return np.append(inner.ravel(), marks[-1])
-
-
-def energies(result: Result, times: FloatArray) -> FloatArray:
-    """Return the total energy [J] at `times`, (k,)."""
-    return result.energy(times).total
 
 
 def ball_impacts(result: Result) -> Iterable[tuple[float, int, int]]:

@@ -16,36 +16,12 @@ from validation.faults import faults_of
 from validation.grading import grade
 from validation.library import find_scene
 from validation.mutants import Crash, MutantError, Mutation, planted
+from validation.stress.mutations import find_mutation
 
-DROPPED = Mutation(
-    "dropped root",
-    "_motion.py",
-    "(discriminant >= 0.0) & (closing | (acceleration < 0.0))",
-    "(discriminant >= 0.0) & closing",
-    "A gap that opens at first, and is pulled closed later, is never seen to close.",
-)
-WRONG_SIGN = Mutation(
-    "wrong sign",
-    "_motion.py",
-    "balls.state[i, BX] = 2.5 * ay / radius",
-    "balls.state[i, BX] = -2.5 * ay / radius",
-    "The cloth turns a sliding ball about x the wrong way.",
-)
-RESTITUTION = Mutation(
-    "restitution",
-    "impact_laws/ball_frictional.py",
-    "(1.0 + laws.ball_restitution) * (impact.a_vn - impact.b_vn)",
-    "(1.0 + (1.0 - 1e-6) * laws.ball_restitution) * (impact.a_vn - impact.b_vn)",
-    "Restitution is off by 1e-6.",
-)
-STALE = Mutation(
-    "stale prediction",
-    "_pairs.py",
-    "        _update_ball(balls, laws, pairs, contacts, balls.touched[1 + m], t)\n",
-    "        if m == 0 or t == 0.0:\n"
-    "            _update_ball(balls, laws, pairs, contacts, balls.touched[1 + m], t)\n",
-    "The second ball of an impact keeps the predictions of before.",
-)
+DROPPED = find_mutation("dropped root")
+WRONG_SIGN = find_mutation("wrong sign of spin")
+RESTITUTION = find_mutation("restitution - 1e-6")
+STALE = find_mutation("stale prediction")
 
 THROWN_BACK = scene_of(
     ball((0.06, 0.3), (0.3, 0.05), angular_velocity=(0.0, -250.0, 0.0)),

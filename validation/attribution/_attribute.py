@@ -28,13 +28,13 @@ from validation.attribution._runs import (
     play,
     play_level,
     play_ulps,
-    step_setting,
 )
 from validation.attribution.records import Attribution, Part
 from validation.case import approximations_of
 from validation.known_shot import KnownShot, known_shot
 from validation.parting import collisions_in
 from validation.sampling import events_of
+from validation.steps import step_setting
 
 FloatArray = NDArray[np.float64]
 

@@ -17,12 +17,9 @@ from validation.parting import Agreement, Collision, collisions_in, compare_logs
 from validation.returned import check_result
 from validation.rolling import rolling_spin
 from validation.sampling import events_of
+from validation.steps import step_setting, with_step
 
 FloatArray = NDArray[np.float64]
-
-STEP_SETTINGS = ("dt", "frame")
-"""Settings that are an engine's step [s], by the names that engines here give it."""
-
 
 ULPS = 2
 """Runs whose input is an ulp away."""
@@ -87,22 +84,6 @@ class Played:
 
 class StoppedEarlyError(GhostballError):
     """A run that did not come to its natural end, so that there is nothing to compare."""
-
-
-def step_setting(engine: ReferenceEngine) -> str | None:
-    """Return the name of the setting that is the engine's step, or None where it has none."""
-    fields = type(engine.settings).model_fields
-    return next((name for name in STEP_SETTINGS if name in fields), None)
-
-
-def with_step(engine: ReferenceEngine, step: float) -> ReferenceEngine:
-    """Return the same engine with another step [s]."""
-    name = step_setting(engine)
-    assert name is not None, "the engine has no step"
-    settings = type(engine.settings).model_validate(engine.settings.model_dump() | {name: step})
-    make: Any = type(engine)  # see `make_engine`
-    made: ReferenceEngine = make(settings)
-    return made
 
 
 def play(engine: ReferenceEngine, scene: Scene, *, lead: float = 0.0) -> tuple[Played, Result]:

@@ -9,18 +9,35 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from validation.stress.families import extremes, grazing, long_runs, near_degenerate, reversal
+from validation.stress.families import (
+    cradles,
+    extremes,
+    graded,
+    grazing,
+    long_runs,
+    near_degenerate,
+    reversal,
+    storms,
+    sustained,
+    touching,
+    tunnelling,
+)
 from validation.stress.family import Family
 
 __all__ = ["FAMILIES", "Family"]
 
-FAMILIES: Final[Mapping[str, Family]] = {
-    module.FAMILY.name: module.FAMILY
-    for module in (
-        grazing,
-        near_degenerate,
-        extremes,
-        long_runs,
-        reversal,
-    )
-}
+_MODULES: Final = (
+    graded,
+    grazing,
+    near_degenerate,
+    touching,
+    cradles,
+    sustained,
+    extremes,
+    long_runs,
+    reversal,
+    storms,
+    tunnelling,
+)
+
+FAMILIES: Final[Mapping[str, Family]] = {module.FAMILY.name: module.FAMILY for module in _MODULES}

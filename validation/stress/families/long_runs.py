@@ -338,13 +338,12 @@ class PressureTrial(Trial):
         scene = gas(self.rows, self.packing, MIXING * self.rows**2 / rate)
         result = play(engine, scene, "rest")
         parts = []
-        for _ in range(BLOCKS):
-            if isinstance(result, Verdict):
-                return result
-            following = begun_at_end(result, self.collisions / rate / BLOCKS)
-            result = play(engine, following)
+        while len(parts) < BLOCKS and isinstance(result, Result):
+            result = play(engine, begun_at_end(result, self.collisions / rate / BLOCKS))
             if isinstance(result, Result):
                 parts.append(middle_of(result, 0.0, result.rest_time))
+        if isinstance(result, Verdict):
+            return result
         return judge_pressure(scene, np.array(parts), FINEST)
 
     def _in_one_run(self, engine: ReferenceEngine) -> Verdict:

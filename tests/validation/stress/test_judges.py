@@ -1,0 +1,86 @@
+"""The judges of the stress suite see what is planted."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shots import POOL_TABLE, R, ball, scene_of
+
+from engine import Result, Status, simulate
+from engine.scene import CUSHIONS
+from engine.trajectory import SampledTrajectory, Samples
+from validation.stress.judges import energies, energy_rise, instants, overlaps, unsolved
+
+
+def test_the_deepest_overlap_of_balls_and_the_deepest_at_a_cushion_are_found():
+    scene = scene_of(ball((0.5, 0.5)), ball((0.7, 0.5)), ball((0.9, 0.5)), table=POOL_TABLE)
+    apart = scene.positions
+    touching = apart.copy()
+    touching[1, 0] = 0.9 - 2 * R + 1e-3
+    beyond = apart.copy()
+    beyond[2, 1] = R - 2e-3
+    found = overlaps(scene, np.array([apart, touching, beyond]))
+    assert found[0, 0] == pytest.approx(2 * R - 0.2)
+    assert found[0, 1] == pytest.approx(R - 0.5)
+    assert found[1, 0] == pytest.approx(1e-3)
+    assert found[2, 1] == pytest.approx(2e-3)
+
+
+@pytest.mark.parametrize(
+    ("place", "side"),
+    [((0.0, 0.5), 0), ((2.54, 0.5), 1), ((0.5, 0.0), 2), ((0.5, 1.27), 3)],
+)
+def test_a_ball_halfway_through_any_cushion_is_found(place, side):
+    scene = scene_of(ball((1.0, 0.6)), table=POOL_TABLE)
+    out = np.array([[[*place, R]]])
+    assert overlaps(scene, out)[0, 1] == pytest.approx(R)
+    others = tuple(name for name in CUSHIONS if name != CUSHIONS[side])
+    opened = scene.model_copy(update={"table": POOL_TABLE.model_copy(update={"cushions": others})})
+    assert overlaps(opened, out)[0, 1] < 0.0
+
+
+def test_one_ball_overlaps_nothing():
+    scene = scene_of(ball((0.0, 0.0)))
+    assert np.all(overlaps(scene, scene.positions[np.newaxis]) == -np.inf)
+
+
+def test_energy_that_rises_is_found():
+    assert energy_rise(np.array([2.0, 1.0, 1.5, 0.0])) == 0.25
+    assert energy_rise(np.array([2.0, 1.0, 1.0])) == 0.0
+    assert energy_rise(np.array([0.0, 1e-300])) == np.inf
+    assert energy_rise(np.array([0.0, 0.0])) == 0.0
+
+
+def test_a_run_of_ours_is_looked_at_at_its_events_and_between():
+    result = simulate(scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((0.5, 0.0))), record="events")
+    times = instants(result, between=3)
+    assert set(result.events["t"]) <= set(times)
+    marks = len(np.unique(np.append(result.events["t"], 0.0)))
+    assert len(times) == 4 * (marks - 1) + 1
+    assert energy_rise(energies(result, times)) == 0.0
+
+
+def test_an_engine_with_frames_is_looked_at_at_these_alone():
+    scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)))
+    states = Samples(*(np.repeat(one, 3, axis=0) for one in _start(scene)))
+    frames = SampledTrajectory(np.array([0.0, 0.1, 0.1]), *states)
+    result = Result(
+        "toy", {}, scene, Status.T_MAX, Samples(*_start(scene)), 0.1, {}, {}, 0.0,
+        events=np.empty(0), trajectory=frames,
+    )  # fmt: skip
+    assert instants(result).tolist() == [0.0, 0.1]
+
+
+def _start(scene):
+    return (
+        scene.positions[np.newaxis],
+        scene.velocities[np.newaxis],
+        scene.angular_velocities[np.newaxis],
+    )
+
+
+def test_what_our_engine_left_unsolved_is_counted():
+    result = simulate(scene_of(ball((0.0, 0.0))), record="events")
+    assert unsolved(result) == 0
+    planted = {**result.work, "unsolved_contact_steps": 2, "unsolved_joint_impacts": 1}
+    assert unsolved(Result(**{**vars(result), "work": planted})) == 3

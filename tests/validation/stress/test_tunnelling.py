@@ -1,0 +1,119 @@
+"""Tunnelling: the cliff is where theory puts it, and a miss is seen."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from engine import EventKind, UnsupportedSceneError, simulate
+from reference_adapters.registry import make_engine
+from validation.steps import with_step
+from validation.stress.families import tunnelling
+from validation.stress.families.tunnelling import (
+    DIAMETER,
+    FAMILY,
+    PHASES,
+    Energy,
+    Passing,
+    bounces,
+    crossing,
+    elastic_break,
+    miss_rate,
+    own_step,
+    passing,
+)
+
+
+def test_the_half_chord_of_a_full_hit_is_a_diameter():
+    assert crossing(1.0) == pytest.approx(DIAMETER)
+    assert crossing(0.5) == pytest.approx(DIAMETER * math.sqrt(0.75))
+    assert miss_rate(0.5, 2.0 * crossing(0.5)) == pytest.approx(0.5)
+    assert miss_rate(0.5, 0.9 * crossing(0.5)) == 0.0
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.25, 0.875])
+def test_contact_comes_a_phase_after_whole_steps_and_before_the_end(phase):
+    step, speed, depth = 0.004, 2.0, 0.1
+    scene = passing(depth, speed, step, phase)
+    (event,) = simulate(scene, record="events").events
+    assert event["kind"] == EventKind.BALL_BALL
+    assert (event["t"] / step) % 1.0 == pytest.approx(phase, abs=1e-9)
+    assert scene.t_max > event["t"] + 2.0 * crossing(depth) / speed
+    # So that no engine shortens its step to fit.
+    assert math.ceil(scene.t_max / step) * step == pytest.approx(scene.t_max, rel=1e-8)
+
+
+@pytest.mark.parametrize(("engine", "chord"), [("pymunk", 1.0), ("paper-discrete", 2.0)])
+def test_the_cliff_is_where_theory_puts_it(engine, chord):
+    # Pymunk reacts while balls approach, so for half of the chord; the paper's always.
+    speed, depth = 2.0, 0.1
+    longest = chord * crossing(depth) / speed
+    trial = Passing("some", speed, depth, halves=2, phases=32)
+    values = trial.run(make_engine(engine)).values
+    assert longest / 2.0**0.55 < values["largest_step"] < 1.05 * longest
+    for rung in values["ladder"]:
+        expected = miss_rate(depth, speed * rung["dt"] / chord)
+        assert rung["missed"] / 32 == pytest.approx(expected, abs=0.05)
+
+
+def test_a_miss_at_its_own_step_breaks_an_engine_and_is_seen_again_in_its_scene():
+    engine = with_step(make_engine("pymunk"), 0.05)
+    verdict = Passing("some", 2.0, 0.1, halves=1, phases=2).run(engine)
+    assert verdict.broken > 0
+    assert "go through the other ball at a step of 0.05 s" in verdict.faults[0]
+    assert engine.simulate(verdict.scene).collision_counts[EventKind.BALL_BALL.label] == 0
+    fine = Passing("some", 2.0, 0.1, halves=1, phases=2).run(make_engine("pymunk"))
+    assert (fine.broken, fine.faults, fine.shots) == (0, (), PHASES)
+
+
+@pytest.mark.parametrize("label", ["ghostball", "pymunk:mode=landed", "paper-continuous"])
+def test_engines_that_look_ahead_have_no_cliff(label):
+    verdict = Passing("some", 10.0, 0.01, halves=1, phases=2).run(make_engine(label))
+    assert verdict.faults == ()
+    ladder = verdict.values.get("ladder", [])
+    assert bool(ladder) == (label != "ghostball")
+    assert not any(rung["missed"] for rung in ladder)
+
+
+def test_the_own_step_is_what_the_engine_runs_with():
+    scene = passing(0.1, 1.0, 0.01, 0.0)
+    assert own_step(make_engine("pymunk"), scene) == pytest.approx(1e-3, rel=1e-2)
+    assert own_step(make_engine("pymunk:dt=5e-3"), scene) == 5e-3
+    assert own_step(make_engine("paper-continuous:frame=0.01"), scene) == 0.01
+
+
+@pytest.mark.parametrize("shot", [elastic_break, bounces])
+def test_our_engine_ends_with_the_right_energy(shot):
+    verdict = Energy("some", *shot(), (0.01,)).run(make_engine("ghostball"))
+    assert verdict.faults == ()
+    assert verdict.values["energy_error"] < 1e-14
+    assert "dt" not in verdict.values
+
+
+def test_a_wrong_energy_breaks_an_engine():
+    scene, energy = bounces()
+    trial = Energy("some", scene, 1.1 * energy + 0.01, ())
+    verdict = trial.run(make_engine("ghostball"))
+    assert "energy at the end is off" in verdict.faults[0]
+
+
+def test_the_energy_that_steps_cost_is_measured_at_each_of_them():
+    steps = (0.016, 0.004, 0.001)
+    verdict = Energy("some", *bounces(), steps).run(make_engine("pymunk"))
+    ladder = verdict.values["ladder"]
+    assert [rung["dt"] for rung in ladder] == list(steps)
+    assert ladder[0]["energy_error"] > 4.0 * ladder[2]["energy_error"] > 0.0
+
+
+def test_what_cushions_take_is_not_asked_of_engines_without():
+    with pytest.raises(UnsupportedSceneError):
+        Energy("some", *bounces(), ()).run(make_engine("paper-discrete"))
+
+
+def test_quick_is_part_of_full_and_tracks_the_stated_shot():
+    quick = {trial.name for trial in FAMILY.trials("quick")}
+    full = {trial.name for trial in FAMILY.trials("full")}
+    assert quick < full
+    assert "speed-2-depth-0.1" in quick
+    assert len(full) == len(tunnelling.SPEEDS["full"]) * len(tunnelling.DEPTHS["full"]) + 2

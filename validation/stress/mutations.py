@@ -1,0 +1,260 @@
+"""The bugs that the self-test plants in copies of our engine: one text of one file each.
+
+Each is one that an engine might really have, and most are small: what they leave wrong is a part in
+a billion, or shows in one kind of shot alone.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from validation.mutants import Mutation
+
+MUTATIONS: Final[tuple[Mutation, ...]] = (
+    # When things happen.
+    Mutation(
+        "dropped root",
+        "_motion.py",
+        "(discriminant >= 0.0) & (closing | (acceleration < 0.0))",
+        "(discriminant >= 0.0) & closing",
+        "A gap that opens at first, and is pulled closed later, is never seen to close.",
+    ),
+    Mutation(
+        "naive root",
+        "_motion.py",
+        "    s = over / (under if meets else 1.0)\n    return s if meets else math.inf\n\n\n"
+        "@kernel(inline=True)\ndef first_meeting",
+        "    s = over / (under if meets else 1.0)\n    if meets and acceleration != 0.0:\n"
+        "        s = -(rate + root) / acceleration\n"
+        "    return s if meets else math.inf\n\n\n"
+        "@kernel(inline=True)\ndef first_meeting",
+        "The quadratic is solved by the formula of the schoolbook, which cancels digits.",
+    ),
+    Mutation(
+        "naive gap",
+        "_motion.py",
+        "    gap = (distance - reach) * (distance + reach)\n",
+        "    gap = distance * distance - reach * reach\n",
+        "The gap of balls that nothing slows is the difference of two squares.",
+    ),
+    Mutation(
+        "late contact",
+        "_pairs.py",
+        "        bound = t + first_crossing(gap, rate, pull)\n",
+        "        bound = t + first_crossing(gap, rate, pull) + 1e-9\n",
+        "Two balls on the cloth collide a nanosecond late.",
+    ),
+    Mutation(
+        "late cushion",
+        "_motion.py",
+        "            balls.own_kind[i] = OWN_CUSHION + cushion\n"
+        "    balls.state[i, OWN_TIME] = balls.state[i, EPOCH] + duration",
+        "            balls.own_kind[i] = OWN_CUSHION + cushion\n"
+        "    late = 1e-9 if balls.own_kind[i] >= OWN_CUSHION else 0.0\n"
+        "    balls.state[i, OWN_TIME] = balls.state[i, EPOCH] + duration + late",
+        "A ball meets a cushion a nanosecond late.",
+    ),
+    Mutation(
+        "late roll",
+        "_motion.py",
+        "    duration: float = size / (3.5 * friction) if friction > 0.0 else math.inf",
+        "    duration: float = (1.0 + 1e-9) * size / (3.5 * friction) if friction > 0.0 "
+        "else math.inf",
+        "A slide turns into rolling late, by a part in a billion.",
+    ),
+    Mutation(
+        "stale prediction",
+        "_pairs.py",
+        "        _update_ball(balls, laws, pairs, contacts, balls.touched[1 + m], t)\n",
+        "        if m == 0 or t == 0.0:\n"
+        "            _update_ball(balls, laws, pairs, contacts, balls.touched[1 + m], t)\n",
+        "The second ball of an impact keeps the predictions of before.",
+    ),
+    Mutation(
+        "stale slot",
+        "_cells.py",
+        "        # A pair of two that changed goes to the slot of the one that comes later.\n"
+        "        i = balls.touched[m]\n",
+        "        i = balls.touched[m]\n        if m > 1 and t > 0.0:\n            continue\n",
+        "Among many balls, the second ball of an impact keeps the predictions of before.",
+    ),
+    Mutation(
+        "neighbours missed",
+        "_cells.py",
+        "        for x in range(-1, 2):\n            cell = cell_number",
+        "        for x in range(-1, 1):\n            cell = cell_number",
+        "Among many balls, those in the three cells to the right are overlooked.",
+    ),
+    Mutation(
+        "slow ties first",
+        "_ties.py",
+        "        return bool(speed > fastest)",
+        "        return bool(listed == 0 or speed < fastest)",
+        "Of impacts at one instant, resolved one by one, the slowest is the first.",
+    ),
+    Mutation(
+        "ties mirrored",
+        "_ties.py",
+        "    return bool(x > first_x or (x == first_x and y > first_y))",
+        "    return bool(x > first_x or (x == first_x and y < first_y))",
+        "Of impacts as fast at one instant, resolved one by one, the last by place is the first.",
+    ),
+    Mutation(
+        "ties torn apart",
+        "_resolve.py",
+        "        if contacts.motion[a, DEGREE] == 1.0 and contacts.motion[b, DEGREE] == 1.0:",
+        "        if contacts.motion[a, DEGREE] >= 1.0:",
+        "A ball that hits two at once hits one, then the other.",
+    ),
+    # What an impact does.
+    Mutation(
+        "restitution + 1 %",
+        "_impact.py",
+        "-(1.0 + laws.ball_restitution) * (nx * vx + ny * vy)",
+        "-(1.0 + 1.01 * laws.ball_restitution) * (nx * vx + ny * vy)",
+        "Balls that only roll part 1 % too fast.",
+    ),
+    Mutation(
+        "restitution - 1e-6",
+        "impact_laws/ball_frictional.py",
+        "(1.0 + laws.ball_restitution) * (impact.a_vn - impact.b_vn)",
+        "(1.0 + (1.0 - 1e-6) * laws.ball_restitution) * (impact.a_vn - impact.b_vn)",
+        "Balls that slide part too slowly, by a part in a million.",
+    ),
+    Mutation(
+        "energy leak",
+        "_impact.py",
+        "    balls.state[j, VY] += to_j * ny\n",
+        "    balls.state[j, VY] += to_j * ny\n"
+        "    balls.state[j, VX] *= 1.0 - 5e-10\n"
+        "    balls.state[j, VY] *= 1.0 - 5e-10\n",
+        "Each impact takes a billionth of a ball's energy.",
+    ),
+    Mutation(
+        "masses ignored",
+        "_impact.py",
+        "        to_j = exchange * (balls.state[i, MASS] / total)",
+        "        to_j = 0.5 * exchange",
+        "Two balls share an impulse as if they weighed the same.",
+    ),
+    Mutation(
+        "pushed apart",
+        "_impact.py",
+        "    balls.state[i, VX] -= to_i * nx\n",
+        "    balls.state[i, VX] -= to_i * nx\n"
+        "    balls.state[i, X] -= 1e-9 * nx\n"
+        "    balls.state[i, Y] -= 1e-9 * ny\n",
+        "A collision moves a ball by a nanometre.",
+    ),
+    Mutation(
+        "wrong grip",
+        "impact_laws/ball_frictional.py",
+        "STICKING = 2.0 / 7.0",
+        "STICKING = 2.0 / 5.0",
+        "Friction between balls ends more of their slip than there is.",
+    ),
+    Mutation(
+        "gears the wrong way",
+        "impact_laws/ball_frictional.py",
+        "impact.a_radius * impact.a_wz + impact.b_radius * impact.b_wz",
+        "impact.a_radius * impact.a_wz - impact.b_radius * impact.b_wz",
+        "The other ball's spin counts with the wrong sign.",
+    ),
+    Mutation(
+        "plastic ties",
+        "_together.py",
+        "    scale(contacts, count, 1.0 + restitution)",
+        "    scale(contacts, count, 1.0)",
+        "Impacts of one ball with two at once have no restitution.",
+    ),
+    Mutation(
+        "cushion swapped",
+        "impact_laws/cushion_restitution.py",
+        "        -laws.cushion_restitution * impact.vn,\n"
+        "        laws.cushion_tangential * impact.vt,",
+        "        -laws.cushion_tangential * impact.vn,\n"
+        "        laws.cushion_restitution * impact.vt,",
+        "A cushion's restitutions along and across its nose are swapped.",
+    ),
+    Mutation(
+        "cushion spins the wrong way",
+        "impact_laws/cushion_han2005.py",
+        "        impact.wz + turn * (along * cosine),",
+        "        impact.wz - turn * (along * cosine),",
+        "What a cushion's friction turns the ball by has the wrong sign.",
+    ),
+    Mutation(
+        "half a corner",
+        "_impact.py",
+        "    if nx * balls.state[i, VX] + ny * balls.state[i, VY] < 0.0:\n"
+        "        bounce(balls, i, second, laws)",
+        "    if nx * balls.state[i, VX] + ny * balls.state[i, VY] < -math.inf:\n"
+        "        bounce(balls, i, second, laws)",
+        "A ball that runs into a corner bounces off one cushion only.",
+    ),
+    # What the cloth does.
+    Mutation(
+        "wrong sign of spin",
+        "_motion.py",
+        "balls.state[i, BX] = 2.5 * ay / radius",
+        "balls.state[i, BX] = -2.5 * ay / radius",
+        "The cloth turns a sliding ball about x the wrong way.",
+    ),
+    Mutation(
+        "sliding friction / 2",
+        "_layout.py",
+        "state[:, SLIDE] = state[:, CLOTH] * gravity if slides else 0.0",
+        "state[:, SLIDE] = 0.5 * state[:, CLOTH] * gravity if slides else 0.0",
+        "The cloth slows a sliding ball by half of what it should.",
+    ),
+    Mutation(
+        "rolling friction * 2",
+        "_layout.py",
+        "state[:, ROLL] = scene.rolling_frictions * gravity",
+        "state[:, ROLL] = 2.0 * scene.rolling_frictions * gravity",
+        "The cloth slows a rolling ball by twice what it should.",
+    ),
+    Mutation(
+        "spin for ever",
+        "_layout.py",
+        "state[:, SPIN] = scene.spinning_friction_rates",
+        "state[:, SPIN] = 0.0 * scene.spinning_friction_rates",
+        "The cloth doesn't slow a spin about the vertical.",
+    ),
+    # Contact that lasts.
+    Mutation(
+        "contact held too long",
+        "_contact_force.py",
+        "        change = max(-force, -2.0 * excess / (answer * duration * duration))",
+        "        change = -2.0 * excess / (answer * duration * duration)",
+        "A contact that should open is held closed: its force pulls.",
+    ),
+    Mutation(
+        "contact pushes one ball",
+        "_contact_force.py",
+        "        contacts.motion[b, LOAD_X] += fx\n",
+        "        contacts.motion[b, LOAD_X] += 0.5 * fx\n",
+        "Of two balls pressed together, one feels along x only half of the force.",
+    ),
+    Mutation(
+        "pressed balls lose energy",
+        "_landing.py",
+        "            balls.state[k, VX] += gained(contacts, count, k, PUSH_X)",
+        "            balls.state[k, VX] += 2.0 * gained(contacts, count, k, PUSH_X)",
+        "Where balls start to press each other, what ends their approach acts twice along x.",
+    ),
+    # What a run says of itself.
+    Mutation(
+        "stops too soon",
+        "_loop.py",
+        "    if status == RUN_T_MAX:\n        t = laws.t_max\n",
+        "    if status == RUN_T_MAX:\n        t = (1.0 - 1e-9) * laws.t_max\n",
+        "A run ends a part in a billion before its time.",
+    ),
+)
+"""In the order in which they are planted; names are unique."""
+
+
+def find_mutation(name: str) -> Mutation:
+    """Return the mutation of that name."""
+    return next(one for one in MUTATIONS if one.name == name)

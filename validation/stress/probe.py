@@ -1,0 +1,86 @@
+"""What runs within a mutant: the small trials of the stress suite, on the engine found there.
+
+    python -m validation.stress.probe FOLDER [PATTERN ...]
+
+Not for people: `self_test` starts it, in FOLDER, which holds the mutant's package `engine`. It
+prints a line of JSON for each trial when it begins and when it ends, and ends after the last one,
+or when its input is closed: so no process outlives who started it.
+"""
+
+from __future__ import annotations
+
+import fnmatch
+import json
+import os
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from itertools import chain, zip_longest
+from pathlib import Path
+from typing import Any
+
+import engine
+from validation.mutants import MAX_EVENTS
+from validation.stress.families import FAMILIES
+from validation.stress.run import StressTask, run_trial
+from validation.stress.trial import Suite, Trial
+
+SUITE: Suite = "quick"
+
+LABEL = f"ghostball:max_events={MAX_EVENTS}"
+"""Our engine; a bug may make a shot go on for ever."""
+
+
+def small_trials(patterns: Sequence[str] = ()) -> list[tuple[str, Trial]]:
+    """Return the small trials of the quick suite, each with its family.
+
+    One of each family, then the next of each, so that whatever a family is about is soon tried.
+
+    Parameters
+    ----------
+    patterns : sequence of str
+        Families, or trials as `FAMILY/TRIAL`; all where it is empty.
+    """
+    families = [
+        [(family.name, trial) for trial in family.trials(SUITE) if trial.small]
+        for family in FAMILIES.values()
+    ]
+    in_turn = chain.from_iterable(zip_longest(*families))
+    return [one for one in in_turn if one is not None and _is_wanted(one[0], one[1], patterns)]
+
+
+def _is_wanted(family: str, trial: Trial, patterns: Sequence[str]) -> bool:
+    names = (family, f"{family}/{trial.name}")
+    return not patterns or any(
+        fnmatch.fnmatchcase(name, pattern) for name in names for pattern in patterns
+    )
+
+
+def lines(patterns: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """Yield what is printed: what is tried next, and what became of it."""
+    for family, trial in small_trials(patterns):
+        yield {"tries": f"{family}/{trial.name}"}
+        found = run_trial(StressTask(family, trial, LABEL))
+        yield {"tried": f"{family}/{trial.name}", "outcome": found.outcome, "faults": found.faults}
+
+
+def _end_with_input() -> None:
+    sys.stdin.read()
+    os._exit(1)
+
+
+def main() -> None:
+    """Try everything."""
+    folder, *patterns = sys.argv[1:]
+    if not Path(engine.__file__).is_relative_to(folder):
+        raise ImportError(f"not the mutant: {engine.__file__}")
+    threading.Thread(target=_end_with_input, daemon=True).start()
+    # What a trial or a library prints goes with the messages, not among the lines.
+    with os.fdopen(os.dup(1), "w", encoding="utf-8") as out:
+        os.dup2(2, 1)
+        for line in lines(patterns):
+            print(json.dumps(line), file=out, flush=True)
+
+
+if __name__ == "__main__":
+    main()
