@@ -8,8 +8,8 @@ the cluster closed for as long as it has to push.
 That motion isn't polynomial, because the line of centres and the direction of friction turn. It is
 followed in steps of constant acceleration, each as long as keeps every gap within
 `CONTACT_TOLERANCE` diameters (4e-13 m for pool balls), checked on the very polynomials that the
-balls then follow, at the step's end and twice within. Normals and friction are taken at the middle
-of the step, so that its error is third order in its length. The forces come from projected
+balls then follow, at the step's end and seven times within. Normals and friction are taken at the
+middle of the step, so that its error is third order in its length. The forces come from projected
 Gauss-Seidel on the gaps at the end of the step. No ball is displaced. Impulses are plastic, and a
 force works on a gap that stays within the tolerance: what energy that could add is far below what
 friction takes in the same step.

@@ -25,6 +25,7 @@ from validation.stress import Finding, StressFolder
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 WIDTH = 8.8
@@ -58,6 +59,7 @@ def draw_miss_rates(folder: StressFolder) -> Figure | None:
             mine = [one for one in found if one.label == label and sign * one.values["depth"] > 0.0]
             _plot(axes, label, _rates(mine))
         axes.set(xscale="log", xlabel="depth of the path [diameters]", ylim=(-0.04, 1.04))
+        _name_powers(axes.xaxis)
         axes.set_title(title, fontsize=9)
         axes.grid(visible=True)
     panels[0].set_ylabel("part of the shots")
@@ -94,6 +96,7 @@ def draw_energy_errors(folder: StressFolder) -> Figure | None:
     grid = figure.subplots(1, len(trials) + bool(against), sharey=True, squeeze=False)[0]
     for axes in grid:
         axes.set(xscale="log", yscale="log")
+        _name_powers(axes.xaxis, axes.yaxis)
         axes.grid(visible=True)
     for axes, trial in zip(grid, trials, strict=False):
         _draw_ladders(axes, [one for one in folder.findings if (one.family, one.trial) == trial])
@@ -207,6 +210,7 @@ def draw_storms(folder: StressFolder) -> Figure | None:
                 label=f"{look.name}, {len(values)} breaks",
             )
         axes.set(xscale="log", yscale="log", xlabel=text)
+        _name_powers(axes.xaxis, axes.yaxis)
         axes.grid(visible=True)
     panels[0].set_ylabel("part of the breaks that need as many")
     _add_legend(figure, panels)
@@ -345,6 +349,13 @@ FIGURES: dict[str, Callable[[StressFolder], Figure | None]] = {
     "cliffs": draw_cliffs,
 }
 """All figures, by the name of their files."""
+
+
+def _name_powers(*axes: Axis) -> None:
+    """Write powers of ten at the ticks of logarithmic axes, and nothing between them."""
+    for axis in axes:
+        axis.set_major_formatter(lambda x, _: style.power_of_ten(round(math.log10(x))))
+        axis.set_minor_formatter(lambda _x, _: "")
 
 
 def _ladder(one: Finding) -> list[dict[str, Any]]:

@@ -304,14 +304,18 @@ def _end_of_found(
     """Return up to when the run's events are graded, where the proved ones are up to `until` [s].
 
     Just before the run's last one of those, which may come later or sooner by its error: what
-    comes at that instant, or after it, may be what can't be told any more.
+    comes at that instant, or after it, may be what can't be told any more. Where a proof ends as
+    the shot begins, with balls that touch, that instant is one of some rounding of their places:
+    `TIE` of the time in which the fastest ball goes a radius.
     """
     assert result.events is not None
-    last = until
+    scene, last = result.scene, until
     for i, j in zip(alignment.proved.tolist(), alignment.found.tolist(), strict=True):
         if float(certificate.events[i].t) <= until:
             last = min(until, float(result.events["t"][j]))
-    return last * (1.0 - TIE)
+    speed = float(np.max(np.linalg.norm(scene.velocities, axis=1)))
+    early = float(np.min(scene.radii)) / speed if speed > 0.0 else 0.0
+    return last - TIE * max(last, early)
 
 
 def _without_order(log: Log) -> Log:

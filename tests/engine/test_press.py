@@ -4,8 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from invariants import overlaps
 
 from engine import Ball, EventKind, Physics, Scene, Status, _run, simulate
+from engine._tolerances import CONTACT_TOLERANCE, EPS
 
 SCENES = Path(__file__).parent.parent / "support" / "scenes"
 
@@ -93,6 +95,23 @@ def deepest_overlap(scene, result, samples=20_001):
         for i in range(len(radii))
         for j in range(i)
     )
+
+
+@pytest.mark.parametrize("n", [5, 7])
+def test_a_gap_that_opens_before_it_closes_stays_within_the_tolerance(n):
+    """Its gap is deepest at four fifths of a step; looked at no later, it was off by 8 % more."""
+    radius = 2.0**-5
+    line = [Ball(id=f"b{k}", radius=radius, position=(2 * radius * k, 0.0)) for k in range(n)]
+    cue = Ball(id="cue", radius=radius, position=(-0.125, 0.25 * radius), velocity=(1.5, 0.0))
+    physics = Physics(motion="sliding", ball_restitution=0.95, ball_friction=0.06)
+    scene = Scene(name="line", physics=physics, t_max=0.2, balls=[cue, *line])
+    result = simulate(scene, record="events")
+    knots = np.unique(np.concatenate([of[:, 0] for of in result.trajectory.knots]))
+    parts = np.arange(16) / 16
+    times = (knots[:-1, np.newaxis] + np.diff(knots)[:, np.newaxis] * parts).ravel()
+    positions = result.sample(times).positions
+    rounding = 16 * EPS * np.max(np.abs(positions))
+    assert overlaps(scene, positions).max() <= 2 * radius * CONTACT_TOLERANCE + rounding
 
 
 def test_a_slow_ball_that_is_pushed_is_not_stopped_again_and_again():

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from validation.stress.families import (
+    cradles,
     extremes,
     graded,
     grazing,
@@ -17,6 +18,8 @@ from validation.stress.families import (
     near_degenerate,
     reversal,
     storms,
+    sustained,
+    touching,
     tunnelling,
 )
 from validation.stress.family import Family
@@ -27,6 +30,9 @@ _MODULES: Final = (
     graded,
     grazing,
     near_degenerate,
+    touching,
+    cradles,
+    sustained,
     extremes,
     long_runs,
     reversal,

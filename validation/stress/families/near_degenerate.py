@@ -21,7 +21,7 @@ T_CATCH = 0.05
 KINDS = {
     "elastic": Physics(rolling_friction=0.0),
     "rolling": Physics(rolling_friction=0.02),
-    "sliding": Physics(preset="pool"),
+    "sliding": Physics(motion="sliding", ball_restitution=0.95, ball_friction=0.06),
 }
 """The last one's balls start without spin, and slide all the time."""
 
@@ -103,7 +103,7 @@ def _slowed_alike(suite: Suite) -> Iterator[Trial]:
                 2.0 * T_CATCH,
                 rolling_friction=own,
             )
-            yield SceneTrial(name, scene, AsProved())
+            yield SceneTrial(name, scene, Both(Sound(most_events=40, most_steps=200), AsProved()))
 
 
 def _alike(kind: str, physics: Physics, suite: Suite) -> Iterator[Trial]:
@@ -123,7 +123,7 @@ def _alike(kind: str, physics: Physics, suite: Suite) -> Iterator[Trial]:
 
 
 def _velocity_at_end(physics: Physics) -> float:
-    """Return what is left of the first speed at the end: v - mu g t, as the ball rolls or slides."""
+    """Return what is left of the first speed at the end, v - mu g t: it rolls, or slides."""
     slides = physics.motion == "sliding"
     friction = physics.sliding_friction if slides else physics.rolling_friction
     return 1.0 - friction * physics.gravity * 2.0 * T_CATCH / SPEED

@@ -143,7 +143,8 @@ class Passing(Trial):
         self, engine: ReferenceEngine, step: float, phases: int
     ) -> tuple[list[Scene], list[str]]:
         """Return the shots that are missed at a step, and what else goes wrong."""
-        missed, faults = [], []
+        missed: list[Scene] = []
+        faults: list[str] = []
         for k in range(phases):
             scene = self._scene(step, k / phases)
             result = play(engine, scene, "events")

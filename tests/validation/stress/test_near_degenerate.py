@@ -1,0 +1,53 @@
+"""Near-degenerate motion: the proofs reach, and the exact cases are exact."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from engine import simulate
+from reference_adapters.certified import certify
+from validation.stress.families.near_degenerate import FAMILY
+from validation.stress.sound import AsProved
+from validation.stress.trial import SceneTrial
+
+TRIALS = {trial.name: trial for trial in FAMILY.trials("quick")}
+
+
+def test_names_are_unique_and_the_quick_suite_is_of_the_same_kinds():
+    full = [trial.name for trial in FAMILY.trials("full")]
+    assert len(full) == len(set(full)) > 500
+    assert {name.split("-")[1] for name in TRIALS} == {name.split("-")[1] for name in full}
+
+
+def test_what_is_asked_is_proved_and_happens():
+    endings, events = Counter(), Counter()
+    for trial in TRIALS.values():
+        assert isinstance(trial, SceneTrial)
+        if isinstance(trial.judge, AsProved):
+            certificate = certify(trial.scene)
+            endings[certificate.ending] += 1
+            events[len(certificate.events)] += 1
+    assert set(endings) == {"proved"}
+    assert events[1] >= 12  # they meet; what slows alike or turns away doesn't
+
+
+@pytest.mark.parametrize("kind", ["elastic", "rolling", "sliding"])
+def test_touching_balls_of_one_velocity_stay_together(kind):
+    trial = TRIALS[f"{kind}-alike-gap-0-course-0.7"]
+    assert isinstance(trial, SceneTrial)
+    a, b = trial.scene.balls
+    assert b.position[0] - a.position[0] == a.radius + b.radius
+    assert a.velocity == b.velocity
+    run = simulate(trial.scene, record="trajectory")
+    assert trial.judge(run).faults == ()
+
+
+def test_a_phantom_collision_of_such_balls_is_seen():
+    trial = TRIALS["rolling-alike-gap-1e-03-course-0.0"]
+    other = TRIALS["rolling-slower-by-1e-01-at-0-turned-0"]
+    assert isinstance(trial, SceneTrial)
+    assert isinstance(other, SceneTrial)
+    faults = trial.judge(simulate(other.scene, record="trajectory")).faults
+    assert any("1 collisions instead of 0" in fault for fault in faults)

@@ -1,0 +1,79 @@
+"""Survival is counted right, and its worst case is the one to show."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from validation.stress.records import Finding, StressFolder, StressRun
+from validation.stress.survival import all_survival, reproducing, scene_file, survival_of
+
+SCENE = {"schema": 1, "name": "x", "balls": [{"id": "a", "position": [0.0, 0.0, 0.028575]}]}
+
+
+def folder(*findings):
+    labels = tuple(dict.fromkeys(one.label for one in findings))
+    families = tuple(dict.fromkeys(one.family for one in findings))
+    run = StressRun("quick", families, labels, len(findings), {})
+    return StressFolder(Path("some where"), run, list(findings))
+
+
+def found(trial, outcome, severity=0.0, label="pymunk", family="f", **fields):
+    faults = ("it broke",) if outcome == "broken" else ()
+    return Finding(family, trial, label, outcome, faults, severity, **fields)
+
+
+def test_outcomes_and_shots_are_counted():
+    one = survival_of(
+        folder(
+            found("a", "survived", shots=3, seconds=1.0),
+            found("b", "broken", 2.0, shots=5, broken=2, seconds=0.5),
+            found("c", "not-representable"),
+        ),
+        "f",
+        "pymunk",
+    )
+    assert (one.survived, one.broken, one.tried, one.not_representable) == (1, 1, 2, 1)
+    assert (one.shots, one.broken_shots, one.seconds, one.text) == (8, 2, 1.5, "1/2")
+
+
+@pytest.mark.parametrize(
+    ("outcome", "text"), [("not-representable", "–"), ("unavailable", "unavailable")]
+)
+def test_what_nothing_is_known_of_has_no_number(outcome, text):
+    assert survival_of(folder(found("a", outcome)), "f", "pymunk").text == text
+
+
+def test_breaks_come_worst_first_and_a_break_is_worse_than_any_close_call():
+    there = folder(
+        found("close", "survived", 0.99, scene=SCENE),
+        found("bad", "broken", 1.0, scene=SCENE),
+        found("worse", "broken", 7.0, scene=SCENE),
+        found("worst-but-no-scene", "broken", 9.0),
+    )
+    one = survival_of(there, "f", "pymunk")
+    assert [case.trial for case in one.breaks()] == ["worst-but-no-scene", "worse", "bad"]
+    assert one.worst is not None
+    assert one.worst.trial == "worse"
+
+
+def test_the_command_names_the_scene_and_the_engine_with_its_settings():
+    worst = found("a", "broken", 1.0, label="pymunk:mode=landed,dt=1e-3", scene=SCENE)
+    path = scene_file(worst, Path("some where"))
+    assert path == Path("some where/worst/f-pymunk_mode=landed,dt=1e-3.toml")
+    assert reproducing(worst, Path("some where")) == (
+        f"ghostball simulate '{path}' --engine pymunk:mode=landed,dt=1e-3"
+    )
+    assert survival_of(folder(found("a", "survived")), "f", "pymunk").command(Path()) is None
+
+
+def test_each_family_and_engine_that_something_is_known_of_comes_once():
+    there = folder(
+        found("a", "survived"),
+        found("b", "survived"),
+        found("a", "survived", label="pybullet"),
+        found("a", "survived", family="g"),
+    )
+    pairs = [(one.family, one.label) for one in all_survival(there)]
+    assert pairs == [("f", "pymunk"), ("f", "pybullet"), ("g", "pymunk")]

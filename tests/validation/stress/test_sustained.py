@@ -1,0 +1,60 @@
+"""Sustained contact: the shots press, symmetric ones are so to the bit, and storms are seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from engine import simulate
+from validation.stress.families.sustained import FAMILY
+from validation.stress.sound import Sound
+from validation.stress.trial import SceneTrial
+
+TRIALS = {trial.name: trial for trial in FAMILY.trials("quick")}
+
+
+def trial_of(name: str) -> SceneTrial:
+    trial = TRIALS[name]
+    assert isinstance(trial, SceneTrial)
+    return trial
+
+
+def test_names_are_unique():
+    names = [trial.name for trial in FAMILY.trials("full")]
+    assert len(names) == len(set(names)) > 150
+
+
+def test_what_counts_as_symmetric_is_so():
+    for trial in TRIALS.values():
+        assert isinstance(trial, SceneTrial)
+        assert isinstance(trial.judge, Sound)
+        if trial.judge.images and not trial.judge.swapped:
+            for ball in trial.scene.balls:
+                assert ball.position[1] == ball.velocity[1] == 0.0
+                assert ball.angular_velocity is None or ball.angular_velocity[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "follow-4-offset-0.3-restitution-0.95",
+        "spinning-behind-3-angle-0-restitution-0",
+        "rolling-behind-3-angle-0.4-restitution-0.5",
+        "cushion-away-0-angle-0.5-restitution-0.5-speed-0",
+        "squeezed-2-offset-0-restitution-0.95-away-0",
+        "cornered-restitution-0.5-friction-0.3",
+    ],
+)
+def test_the_balls_press_and_our_engine_survives(name):
+    trial = trial_of(name)
+    run = simulate(trial.scene, record="trajectory")
+    assert run.work["contact_steps"] > 0
+    assert trial.judge(run).faults == ()
+
+
+def test_a_storm_of_contact_steps_is_seen():
+    trial = trial_of("follow-4-offset-0-restitution-0.95")
+    run = simulate(trial.scene, record="trajectory")
+    storm = replace(run, work={**run.work, "contact_steps": 1_000_000})
+    assert len(trial.judge(storm).faults) == 1

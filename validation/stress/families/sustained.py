@@ -1,0 +1,181 @@
+"""Sustained contact: balls that are pressed on others, or on a cushion, and stay there for a time.
+
+Bouncing, such balls would collide without end. What is asked is that a shot ends, that its events
+and contact steps stay below a bound, that nothing overlaps, and that energy only falls.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import product
+
+from engine import Ball, Physics, Scene, Table
+from validation.stress.family import Family
+from validation.stress.sound import Sound
+from validation.stress.trial import SceneTrial, Suite, Trial
+
+R = 2.0**-5
+"""Radius [m]: with it, contacts along an axis are closed to the bit."""
+
+EVENTS_PER_BALL = 150
+
+STEPS_PER_SECOND = 25_000
+"""Contact steps in a second of motion: 40 us each, in the mean.
+
+Two balls of 6 cm that roll around each other at 1 m/s turn their normal by h v / d in a step h, so
+that its gap is off by a cubic of the size (h v)^3 / d^2; within 2^-37 d, that is steps of some
+10 us at the fastest, and longer ones as they slow down.
+"""
+
+T_QUICK, T_FULL = 0.25, 0.75
+"""How long shots are followed [s]: all that is tried presses at once, or soon."""
+
+Plane = tuple[float, float]
+Spin = tuple[float, float, float]
+
+
+def _physics(ball: float, cushion: float = 0.85, friction: float = 0.06) -> Physics:
+    """Return the whole game, with these restitutions and this friction between balls."""
+    return Physics(
+        motion="sliding",
+        rolling_friction=0.01,
+        ball_restitution=ball,
+        ball_friction=friction,
+        cushion="frictional",
+        cushion_restitution=cushion,
+    )
+
+
+def _ball(name: str, place: Plane, velocity: Plane = (0.0, 0.0), spin: Spin | None = None) -> Ball:
+    return Ball(id=name, radius=R, position=place, velocity=velocity, angular_velocity=spin)
+
+
+def _topspin(course: Plane, surface: float) -> Spin:
+    """Return the spin [rad/s] of a ball that rolls along (cos, sin) at that speed [m/s]."""
+    return (-course[1] * surface / R, course[0] * surface / R, 0.0)
+
+
+def _bounds(balls: int, t_max: float, *, symmetric: bool = False) -> Sound:
+    """Return what is asked of a shot of so many balls."""
+    images = tuple(range(balls)) if symmetric else ()
+    most_steps = round(STEPS_PER_SECOND * t_max)
+    return Sound(most_events=EVENTS_PER_BALL * balls, most_steps=most_steps, images=images)
+
+
+def _follow(suite: Suite) -> Iterator[Trial]:
+    """Yield follow shots into a frozen line, full or off its middle."""
+    t_max = T_QUICK if suite == "quick" else T_FULL
+    lines = (1, 4) if suite == "quick" else (1, 2, 4, 8)
+    offsets = (0.0, 0.3) if suite == "quick" else (0.0, 1e-9, 1e-3, 0.3, 0.9)
+    for n, offset, e in product(lines, offsets, (1.0, 0.95, 0.5)):
+        line = [_ball(f"b{k}", (2.0 * R * k, 0.0)) for k in range(n)]
+        cue = _ball("cue", (-0.125, offset * R), (1.5, 0.0), _topspin((1.0, 0.0), 3.0))
+        name = f"follow-{n}-offset-{offset:g}-restitution-{e:g}"
+        scene = Scene(name=name, physics=_physics(e), t_max=t_max, balls=[cue, *line])
+        yield SceneTrial(name, scene, _bounds(n + 1, t_max, symmetric=offset == 0.0))
+
+
+def _pressed(suite: Suite) -> Iterator[Trial]:
+    """Yield a ball that spins behind touching ones, or rolls behind slower ones of its course."""
+    t_max = T_QUICK if suite == "quick" else T_FULL
+    lines = (1, 3) if suite == "quick" else (1, 2, 3, 6)
+    for n, e, angle in product(lines, (1.0, 0.5, 0.0), (0.0, 0.4)):
+        line = [_ball(f"b{k}", (2.0 * R * k, 0.0)) for k in range(n)]
+        spinning = _ball(
+            "cue", (-2.0 * R, 0.0), spin=_topspin((math.cos(angle), math.sin(angle)), 2.0)
+        )
+        name = f"spinning-behind-{n}-angle-{angle:g}-restitution-{e:g}"
+        scene = Scene(name=name, physics=_physics(e), t_max=t_max, balls=[spinning, *line])
+        yield SceneTrial(name, scene, _bounds(n + 1, t_max, symmetric=angle == 0.0))
+        # The one behind is slowed less: it presses from the first instant on.
+        rolling = [
+            Ball(
+                id=f"b{k}",
+                radius=R,
+                position=(2.0 * R * k, 0.0),
+                velocity=(0.3, 0.3 * math.tan(angle) if k == 0 else 0.0),
+                rolling_friction=0.01 * (k + 1),
+            )
+            for k in range(n + 1)
+        ]
+        name = f"rolling-behind-{n}-angle-{angle:g}-restitution-{e:g}"
+        physics = Physics(ball_restitution=e)
+        scene = Scene(name=name, physics=physics, t_max=t_max, balls=rolling)
+        yield SceneTrial(name, scene, _bounds(n + 1, t_max, symmetric=angle == 0.0))
+
+
+def _at_cushion(suite: Suite) -> Iterator[Trial]:
+    """Yield topspin at a cushion: a ball that drives into it, from touching or from afar."""
+    t_max = T_QUICK if suite == "quick" else T_FULL
+    table = Table(length=2.0, width=2.0, cushions=("left",))
+    angles = (0.0, 0.5) if suite == "quick" else (0.0, 1e-6, 0.1, 0.5, 1.2)
+    for away, angle, e, speed in product((0.0, 0.125), angles, (0.85, 0.5, 0.0), (0.0, 1.0)):
+        if speed == 0.0 and away > 0.0:
+            continue
+        course = (-math.cos(angle), -math.sin(angle))
+        velocity = (speed * course[0], speed * course[1])
+        ball = _ball("a", (R + away, 0.0), velocity, _topspin(course, 3.0))
+        name = f"cushion-away-{away:g}-angle-{angle:g}-restitution-{e:g}-speed-{speed:g}"
+        scene = Scene(
+            name=name, physics=_physics(0.95, cushion=e), table=table, t_max=t_max, balls=[ball]
+        )
+        yield SceneTrial(name, scene, _bounds(1, t_max, symmetric=angle == 0.0))
+
+
+def _squeezed(suite: Suite) -> Iterator[Trial]:
+    """Yield balls between a cushion, or a corner, and one that drives at them with topspin."""
+    t_max = T_QUICK if suite == "quick" else T_FULL
+    left = Table(length=2.0, width=2.0, cushions=("left",))
+    square = Table(length=2.0, width=2.0)
+    counts = (1, 2) if suite == "quick" else (1, 2, 4)
+    offsets = (0.0, 0.3) if suite == "quick" else (0.0, 1e-6, 0.1, 0.9)
+    for n, offset, e, away in product(counts, offsets, (1.0, 0.95, 0.5), (0.0, 0.125)):
+        if away == 0.0 and e != 0.95:
+            continue  # nothing bounces
+        still = [_ball(f"b{k}", (R + 2.0 * R * k, 0.0)) for k in range(n)]
+        last = R + 2.0 * R * (n - 1)
+        reach = 2.0 * R * math.sqrt(1.0 - 0.25 * offset**2) if away == 0.0 else 2.0 * R + away
+        speed = 0.0 if away == 0.0 else -1.0
+        cue = _ball("cue", (last + reach, offset * R), (speed, 0.0), _topspin((-1.0, 0.0), 3.0))
+        name = f"squeezed-{n}-offset-{offset:g}-restitution-{e:g}-away-{away:g}"
+        scene = Scene(
+            name=name, physics=_physics(e, cushion=e), table=left, t_max=t_max, balls=[cue, *still]
+        )
+        yield SceneTrial(name, scene, _bounds(n + 1, t_max, symmetric=offset == 0.0))
+    for e, friction in product((1.0, 0.95, 0.5), (0.0, 0.06, 0.3)):
+        diagonal = 2.0 * R / math.sqrt(2.0)
+        place = (R + diagonal, R + diagonal)
+        cue = _ball("cue", place, spin=_topspin((-math.sqrt(0.5), -math.sqrt(0.5)), 3.0))
+        name = f"cornered-restitution-{e:g}-friction-{friction:g}"
+        scene = Scene(
+            name=name,
+            physics=_physics(e, friction=friction),
+            table=square,
+            t_max=t_max,
+            balls=[cue, _ball("b", (R, R))],
+        )
+        sound = Sound(
+            most_events=2 * EVENTS_PER_BALL,
+            most_steps=round(STEPS_PER_SECOND * t_max),
+            images=(0, 1),
+            swapped=True,
+        )
+        yield SceneTrial(name, scene, sound)
+
+
+def _trials(suite: Suite) -> Iterator[Trial]:
+    yield from _follow(suite)
+    yield from _pressed(suite)
+    yield from _at_cushion(suite)
+    yield from _squeezed(suite)
+
+
+FAMILY = Family(
+    "sustained",
+    "Sustained contact",
+    "Balls that topspin, or a slower ball ahead, presses on others, on cushions and into corners "
+    "don't overlap, gain no energy, and have at most 150 events each, and 25 000 contact steps a "
+    "second.",
+    _trials,
+)

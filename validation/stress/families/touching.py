@@ -1,0 +1,237 @@
+"""Touching starts: balls that touch each other, cushions and corners, or all but touch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import product
+
+from engine import Ball, Physics, Scene, Table
+from validation.stress.family import Family
+from validation.stress.sound import VISIBLE, AsProved, Both, Ends, Sound
+from validation.stress.trial import SceneTrial, Suite, Trial, size
+
+R = 2.0**-5
+"""Radius [m]: with it, contacts along an axis are closed to the bit, and their gaps exact."""
+
+ROOT3 = math.sqrt(3.0)
+
+KINDS = {
+    "elastic": Physics(rolling_friction=0.0),
+    "rolling": Physics(rolling_friction=0.02, ball_restitution=0.95),
+    "sliding": Physics(
+        motion="sliding",
+        ball_restitution=0.95,
+        ball_friction=0.06,
+        cushion="frictional",
+        cushion_restitution=0.85,
+    ),
+}
+
+DIRECTIONS = {
+    "into": (1.0, 0.0),
+    "slanting": (0.8, 0.6),
+    "along": (0.0, 1.0),
+    "away": (-1.0, 0.0),
+}
+"""Velocities at a contact whose normal is (1, 0)."""
+
+Plane = tuple[float, float]
+
+
+def _ball(name: str, position: Plane, velocity: Plane = (0.0, 0.0)) -> Ball:
+    return Ball(id=name, radius=R, position=position, velocity=velocity)
+
+
+def _gaps(suite: Suite) -> tuple[float, ...]:
+    return (
+        (0.0, 1e-15, 1e-9, 1e-3)
+        if suite == "quick"
+        else (0.0, *(10.0**-k for k in range(15, 2, -1)))
+    )
+
+
+def _few_gaps(suite: Suite) -> tuple[float, ...]:
+    return (0.0, 1e-9) if suite == "quick" else (0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3)
+
+
+def _pairs(suite: Suite) -> Iterator[Trial]:
+    """Yield two balls, one of which moves, in contact along an axis or at an angle; proved."""
+    turns = (0.0, 0.7) if suite == "quick" else (0.0, 0.7, 0.5 * math.pi, 2.0, 4.0)
+    for (kind, physics), gap, (word, course), turn in product(
+        KINDS.items(), _gaps(suite), DIRECTIONS.items(), turns
+    ):
+        c, s = math.cos(turn), math.sin(turn)
+        apart = 2.0 * R + gap
+        name = f"pair-{kind}-{word}-gap-{size(gap)}-turned-{turn:.1f}"
+        scene = Scene(
+            name=name,
+            physics=physics,
+            t_max=0.02,
+            balls=[
+                _ball(
+                    "a", (0.0, 0.0), (c * course[0] - s * course[1], s * course[0] + c * course[1])
+                ),
+                _ball("b", (c * apart, s * apart)),
+            ],
+        )
+        sound = Sound(most_events=4, most_steps=200, isolated=kind == "elastic")
+        yield SceneTrial(name, scene, Both(sound, AsProved()))
+
+
+def _on_cushions(suite: Suite) -> Iterator[Trial]:
+    """Yield a ball at a cushion, and in a corner; proved."""
+    table = Table(length=1.0, width=1.0)
+    for (kind, physics), gap, (word, course) in product(
+        KINDS.items(), _gaps(suite), DIRECTIONS.items()
+    ):
+        for place, where in (((R + gap, 0.5), "cushion"), ((R + gap, R + gap), "corner")):
+            velocity = (-course[0], -course[1])
+            name = f"{where}-{kind}-{word}-gap-{size(gap)}"
+            scene = Scene(
+                name=name,
+                physics=physics,
+                table=table,
+                t_max=0.02,
+                balls=[_ball("a", place, velocity)],
+            )
+            yield SceneTrial(name, scene, Both(Sound(most_events=6, most_steps=200), AsProved()))
+
+
+def _into_corners(suite: Suite) -> Iterator[Trial]:
+    """Yield a ball that runs into a corner along its bisector: it comes back as it came."""
+    starts = (R, 0.25) if suite == "quick" else (R, R + 1e-15, R + 1e-6, 0.125, 0.25, 0.3, 0.4)
+    for corner, start in product(((0, 0), (1, 0), (0, 1), (1, 1)), starts):
+        x, y = (start if end == 0 else 1.0 - start for end in corner)
+        velocity = tuple(-1.0 if end == 0 else 1.0 for end in corner)
+        name = f"bisector-to-{corner[0]}-{corner[1]}-from-{start:.3g}".replace("+", "")
+        scene = Scene(
+            name=name,
+            physics=KINDS["elastic"],
+            table=Table(length=1.0, width=1.0),
+            t_max=0.5,
+            balls=[_ball("a", (x, y), (velocity[0], velocity[1]))],
+        )
+        back = tuple(-v for v in velocity)
+        ways = [0.5 - 2.0 * (start - R)] * 2  # beyond the first place, after as much to the corner
+        place = tuple(p + b * way for p, b, way in zip((x, y), back, ways, strict=True))
+        ends = Ends(((back[0], back[1]),), collisions=2, positions=((place[0], place[1]),))
+        yield SceneTrial(name, scene, Both(Sound(most_events=2), ends))
+
+
+def _lines(suite: Suite) -> Iterator[Trial]:
+    """Yield a ball that hits a line of frozen ones off its middle, and lines that nothing hits."""
+    numbers = (2, 5, 15) if suite == "quick" else range(2, 16)
+    for (kind, physics), n, gap in product(KINDS.items(), numbers, _few_gaps(suite)):
+        line = [_ball(f"b{k}", (k * (2.0 * R + gap), 0.0)) for k in range(n)]
+        cue = _ball("cue", (-0.125, 0.25 * R), (1.5, 0.0))
+        name = f"line-of-{n}-{kind}-gap-{size(gap)}"
+        scene = Scene(name=name, physics=physics, t_max=0.2, balls=[cue, *line])
+        # Measured: some 10 events and 60 contact steps for each ball.
+        sound = Sound(most_events=40 * n, most_steps=400 * n, isolated=kind == "elastic")
+        yield SceneTrial(name, scene, sound)
+
+
+def triangle(rows: int, gap: float) -> list[Plane]:
+    """Return the places of frozen balls in rows of 1, 2, 3 ..., their own mirror image in y = 0."""
+    spacing = 2.0 * R + gap
+    return [
+        (row * spacing * (0.5 * ROOT3), (k - 0.5 * row) * spacing)
+        for row in range(rows)
+        for k in range(row + 1)
+    ]
+
+
+def images_of(places: list[Plane], *, swapped: bool = False) -> tuple[int, ...]:
+    """Return each ball's mirror image in y = 0, or in x = y."""
+    return tuple(places.index((y, x) if swapped else (x, -y)) for x, y in places)
+
+
+def _triangles(suite: Suite) -> Iterator[Trial]:
+    """Yield a straight break of a frozen triangle, and one that nothing hits."""
+    numbers = (3, 5) if suite == "quick" else range(3, 16)
+    for (kind, physics), rows, gap in product(KINDS.items(), numbers, _few_gaps(suite)):
+        places = [(-0.125, 0.0), *triangle(rows, gap)]
+        balls = [_ball(f"b{k}", place) for k, place in enumerate(places)]
+        name = f"triangle-of-{rows}-rows-{kind}-gap-{size(gap)}"
+        cue = _ball("cue", places[0], (4.0, 0.0))
+        scene = Scene(name=name, physics=physics, t_max=0.05, balls=[cue, *balls[1:]])
+        n = len(balls)
+        yield SceneTrial(
+            name,
+            scene,
+            Sound(
+                most_events=40 * n,
+                most_steps=400 * n,
+                isolated=kind == "elastic",
+                images=images_of(places),
+                skew=VISIBLE,
+            ),
+        )
+        still = Scene(name=f"still-{name}", physics=physics, t_max=0.01, balls=balls)
+        calm = Sound(most_events=0, still=tuple(range(n)), images=images_of(places))
+        yield SceneTrial(still.name, still, calm)
+
+
+def _wedged(suite: Suite) -> Iterator[Trial]:
+    """Yield balls that touch each other and a cushion, or lie in a corner, and are pushed there."""
+    for (kind, physics), gap in product(KINDS.items(), _few_gaps(suite)):
+        spacing = 2.0 * R + gap
+        places = {
+            "pair": [(R, 0.5 * spacing), (R, -0.5 * spacing), (R + 0.5 * ROOT3 * spacing, 0.0)],
+            "column": [(R + gap, 0.0), (R + gap + spacing, 0.0)],
+        }
+        for word, still in places.items():
+            ahead = max(x for x, _ in still) + 2.0 * R
+            for start, how in ((ahead, "pushed"), (ahead + 0.0625, "hit")):
+                every = [(start, 0.0), *still]
+                name = f"wedged-{word}-{how}-{kind}-gap-{size(gap)}"
+                balls = [_ball(f"b{k}", place) for k, place in enumerate(every)]
+                scene = Scene(
+                    name=name,
+                    physics=physics,
+                    table=Table(length=1.0, width=1.0, cushions=("left",)),
+                    t_max=0.2,
+                    balls=[_ball("cue", every[0], (-1.0, 0.0)), *balls[1:]],
+                )
+                yield SceneTrial(
+                    name, scene, Sound(most_events=200, most_steps=2000, images=images_of(every))
+                )
+        corner = [(0.25, 0.25), (R + gap, R + gap)]
+        name = f"wedged-corner-{kind}-gap-{size(gap)}"
+        scene = Scene(
+            name=name,
+            physics=physics,
+            table=Table(length=1.0, width=1.0),
+            t_max=0.2,
+            balls=[_ball("cue", corner[0], (-1.0, -1.0)), _ball("b", corner[1])],
+        )
+        yield SceneTrial(
+            name,
+            scene,
+            Sound(
+                most_events=200,
+                most_steps=2000,
+                images=images_of(corner, swapped=True),
+                swapped=True,
+            ),
+        )
+
+
+def _trials(suite: Suite) -> Iterator[Trial]:
+    yield from _pairs(suite)
+    yield from _on_cushions(suite)
+    yield from _into_corners(suite)
+    yield from _lines(suite)
+    yield from _triangles(suite)
+    yield from _wedged(suite)
+
+
+FAMILY = Family(
+    "touching",
+    "Touching starts",
+    "Balls that touch each other, a cushion or a corner at the start, or are 1e-15 to 1e-3 m from "
+    "it, collide as is proved; racks and lines come apart without overlap or gain of energy, "
+    "straight shots stay their own mirror image, and what nothing hits stays where it is.",
+    _trials,
+)
