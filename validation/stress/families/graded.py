@@ -248,7 +248,7 @@ def parted_end(scene: Scene) -> End:
     of_rear, of_front = scene.rolling_frictions.tolist()
     rear, front = scene.balls
     together = (5.0 * slide - 7.0 * of_front) * g / 12.0
-    gripping = rear.radius * rear.angular_velocity[1] / (together + 2.5 * slide * g)
+    gripping = rear.radius * float(scene.angular_velocities[0, 1]) / (together + 2.5 * slide * g)
     speed = together * gripping
     pushed = 0.5 * speed * gripping
     rolled = [speed * speed / (2.0 * friction * g) for friction in (of_rear, of_front)]
