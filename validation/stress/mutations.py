@@ -31,13 +31,6 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "The quadratic is solved by the formula of the schoolbook, which cancels digits.",
     ),
     Mutation(
-        "naive gap",
-        "_motion.py",
-        "    gap = (distance - reach) * (distance + reach)\n",
-        "    gap = distance * distance - reach * reach\n",
-        "The gap of balls that nothing slows is the difference of two squares.",
-    ),
-    Mutation(
         "late contact",
         "_pairs.py",
         "        bound = t + first_crossing(gap, rate, pull)\n",

@@ -13,7 +13,7 @@ from itertools import product
 from engine import Ball, Physics, Scene, Table
 from validation.stress.family import Family
 from validation.stress.sound import Sound
-from validation.stress.trial import SceneTrial, Suite, Trial
+from validation.stress.trial import LongTrial, Suite, Trial
 
 R = 2.0**-5
 """Radius [m]: with it, contacts along an axis are closed to the bit."""
@@ -77,7 +77,7 @@ def _follow(suite: Suite) -> Iterator[Trial]:
         cue = _ball("cue", (-0.125, offset * R), (1.5, 0.0), _topspin((1.0, 0.0), 3.0))
         name = f"follow-{n}-offset-{offset:g}-restitution-{e:g}"
         scene = Scene(name=name, physics=_physics(e), t_max=t_max, balls=[cue, *line])
-        yield SceneTrial(name, scene, _bounds(n + 1, t_max, symmetric=offset == 0.0))
+        yield LongTrial(name, scene, _bounds(n + 1, t_max, symmetric=offset == 0.0))
 
 
 def _pressed(suite: Suite) -> Iterator[Trial]:
@@ -91,7 +91,7 @@ def _pressed(suite: Suite) -> Iterator[Trial]:
         )
         name = f"spinning-behind-{n}-angle-{angle:g}-restitution-{e:g}"
         scene = Scene(name=name, physics=_physics(e), t_max=t_max, balls=[spinning, *line])
-        yield SceneTrial(name, scene, _bounds(n + 1, t_max, symmetric=angle == 0.0))
+        yield LongTrial(name, scene, _bounds(n + 1, t_max, symmetric=angle == 0.0))
         # The one behind is slowed less: it presses from the first instant on.
         rolling = [
             Ball(
@@ -106,7 +106,7 @@ def _pressed(suite: Suite) -> Iterator[Trial]:
         name = f"rolling-behind-{n}-angle-{angle:g}-restitution-{e:g}"
         physics = Physics(ball_restitution=e)
         scene = Scene(name=name, physics=physics, t_max=t_max, balls=rolling)
-        yield SceneTrial(name, scene, _bounds(n + 1, t_max, symmetric=angle == 0.0))
+        yield LongTrial(name, scene, _bounds(n + 1, t_max, symmetric=angle == 0.0))
 
 
 def _at_cushion(suite: Suite) -> Iterator[Trial]:
@@ -124,7 +124,7 @@ def _at_cushion(suite: Suite) -> Iterator[Trial]:
         scene = Scene(
             name=name, physics=_physics(0.95, cushion=e), table=table, t_max=t_max, balls=[ball]
         )
-        yield SceneTrial(name, scene, _bounds(1, t_max, symmetric=angle == 0.0))
+        yield LongTrial(name, scene, _bounds(1, t_max, symmetric=angle == 0.0))
 
 
 def _squeezed(suite: Suite) -> Iterator[Trial]:
@@ -146,7 +146,7 @@ def _squeezed(suite: Suite) -> Iterator[Trial]:
         scene = Scene(
             name=name, physics=_physics(e, cushion=e), table=left, t_max=t_max, balls=[cue, *still]
         )
-        yield SceneTrial(name, scene, _bounds(n + 1, t_max, symmetric=offset == 0.0))
+        yield LongTrial(name, scene, _bounds(n + 1, t_max, symmetric=offset == 0.0))
     for e, friction in product(_restitutions(suite), (0.0, 0.3)):
         diagonal = 2.0 * R / math.sqrt(2.0)
         place = (R + diagonal, R + diagonal)
@@ -165,7 +165,7 @@ def _squeezed(suite: Suite) -> Iterator[Trial]:
             images=(0, 1),
             swapped=True,
         )
-        yield SceneTrial(name, scene, sound)
+        yield LongTrial(name, scene, sound)
 
 
 def _trials(suite: Suite) -> Iterator[Trial]:
