@@ -44,18 +44,20 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
         # No law that is left acts on spin: the paper's section 4.2, times (1 + e) / 2.
         nx, ny = contact_normal(balls, i, j)
         vx, vy = balls.state[j, VX] - balls.state[i, VX], balls.state[j, VY] - balls.state[i, VY]
-        _push_apart(balls, i, j, nx, ny, -(1.0 + laws.ball_restitution) * (nx * vx + ny * vy))
+        exchange = -(1.0 + laws.ball_restitution) * (nx * vx + ny * vy)
+        _push_apart(balls, i, j, nx, ny, exchange - exchange * excess_length(nx, ny))
         return
     loosen(balls, i)
     loosen(balls, j)
     nx, ny = contact_normal(balls, i, j)
     impulse = ball_law(_seen_along(balls, i, j, nx, ny), laws)
-    _push_apart(balls, i, j, nx, ny, impulse.normal)
+    longer = excess_length(nx, ny)
+    _push_apart(balls, i, j, nx, ny, impulse.normal - impulse.normal * longer)
     if impulse.along != 0.0 or impulse.up != 0.0:
         # The same impulse along the contact, to and fro, and the turn that it gives: R / I is
         # 5 / (2 m R), so that a turn is 5/2 of the velocity over the radius.
         tx, ty = -ny, nx
-        _push_apart(balls, i, j, tx, ty, impulse.along)
+        _push_apart(balls, i, j, tx, ty, impulse.along - impulse.along * longer)
         to_i, to_j = _shares(balls, i, j)
         for k, share in ((i, to_i), (j, to_j)):
             turn = 2.5 * share / balls.state[k, RADIUS]
@@ -72,6 +74,36 @@ def contact_normal(balls: Balls, i: int, j: int) -> tuple[float, float]:
     rx, ry = balls.state[j, X] - balls.state[i, X], balls.state[j, Y] - balls.state[i, Y]
     distance = math.sqrt(rx * rx + ry * ry)
     return rx / distance, ry / distance
+
+
+@kernel
+def excess_length(nx: float, ny: float) -> float:
+    """Return by how much the square of a rounded unit normal's length exceeds 1, to some 32 digits.
+
+    An impulse along such a normal changes energy by this part too much. Balls that touch have the
+    same distance each time, rounded the same way, so it isn't made up for: 10^7 collisions of a gas
+    gained 3e-13 of the energy. Along an axis it is 0.
+
+    Notes
+    -----
+    Squares by halves (Dekker 1971), and their sum with its rounding error (Knuth 1969): the same
+    for (ny, nx), so that mirrored impacts stay so to the bit. Without them, (nx^2 - 1/2) +
+    (ny^2 - 1/2) left a third of the gain; (nx^2 - 1) + ny^2 isn't symmetric.
+    """
+    xx, yy = nx * nx, ny * ny
+    total = xx + yy
+    rest = total - xx
+    lost = (xx - (total - rest)) + (yy - rest)
+    return (total - 1.0) + (lost + (_lost_by_square(nx, xx) + _lost_by_square(ny, yy)))
+
+
+@kernel
+def _lost_by_square(a: float, square: float) -> float:
+    """Return what rounding took from the square of a, |a| < 1."""
+    scaled = 134_217_729.0 * a  # 2^27 + 1: splits off the upper 26 bits
+    upper = scaled - (scaled - a)
+    lower = a - upper
+    return ((upper * upper - square) + 2.0 * (upper * lower)) + lower * lower
 
 
 @kernel
