@@ -337,7 +337,7 @@ class PressureTrial(Trial):
         rate = collision_rate(self.rows**2, self.packing)
         scene = gas(self.rows, self.packing, MIXING * self.rows**2 / rate)
         result = play(engine, scene, "rest")
-        parts = []
+        parts: list[tuple[float, float, float, float, float]] = []
         while len(parts) < BLOCKS and isinstance(result, Result):
             result = play(engine, begun_at_end(result, self.collisions / rate / BLOCKS))
             if isinstance(result, Result):
