@@ -74,6 +74,7 @@ class Layout:
     cells: Cells | None
     radii: FloatArray
     smallest_radius: float
+    unsound: str  # which number is NaN or infinite; else ""
 
 
 def is_laid_out(scene: Scene) -> bool:
@@ -92,16 +93,20 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
         return _LAYOUTS[id(scene)][1]
     radii, laws = scene.radii, laws_of(scene, off)
     radii.flags.writeable = False
-    many = uses_cells(scene, off)
+    with np.errstate(all="ignore"):  # what isn't finite is told, not warned of
+        unsound = first_not_finite(scene)
+        balls = balls_of(scene)
+    many = uses_cells(scene, off) and not unsound
     pairs = pairs_of(0 if many else len(scene.balls))
     layout = Layout(
-        balls=balls_of(scene),
+        balls=balls,
         laws=np.array(laws[:-1], dtype=np.float64),
         integrated=laws.integrated,
         pairs=pairs._replace(looked_at=looked_at(off)),
         cells=cells_of(scene) if many else None,
         radii=radii,
         smallest_radius=float(np.min(radii)),
+        unsound=unsound,
     )
     if not off:
         key = id(scene)
@@ -110,6 +115,37 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
 
 
 _LAYOUTS: dict[int, tuple[weakref.ref[Scene], Layout]] = {}
+
+
+def first_not_finite(scene: Scene) -> str:
+    """Return which number of a scene is NaN or infinite, and what it is; "" where none is.
+
+    No checked scene has one; but pydantic also makes scenes without their checks.
+    """
+    table = (
+        {} if scene.table is None else {"length": scene.table.length, "width": scene.table.width}
+    )
+    numbers = {f"physics.{name}": value for name, value in scene.physics}
+    numbers |= {f"table.{name}": value for name, value in table.items()} | {"t_max": scene.t_max}
+    for name, value in numbers.items():
+        if isinstance(value, float) and not math.isfinite(value):
+            return f"`{name}` is {value}"
+    columns = {  # the radius first: what rolls has its angular velocity from it
+        "radius": scene.radii,
+        "mass": scene.masses,
+        "rolling_friction": scene.rolling_frictions,
+        "sliding_friction": scene.sliding_frictions,
+        "spinning_friction_rate": scene.spinning_friction_rates,
+        "position": scene.positions,
+        "velocity": scene.velocities,
+        "angular_velocity": scene.angular_velocities,
+    }
+    for name, column in columns.items():
+        if not np.all(np.isfinite(column)):
+            place = np.argwhere(~np.isfinite(column))[0]
+            axis = "".join(f"[{k}]" for k in place[1:])
+            return f"`balls[{place[0]}].{name}{axis}` is {column[tuple(place)]}"
+    return ""
 
 
 def balls_of(scene: Scene) -> Balls:

@@ -12,11 +12,17 @@ from engine._record import is_full, note_ends, note_motion
 from engine._resolve import NEEDS_CONTACTS, predict_anew, resolve_contacts, resolve_own
 from engine._schedule import earliest, touching, update_balls
 from engine._state import (
+    AX,
+    AY,
+    BX,
+    BY,
+    BZ,
     CONTACT_STEPS,
     END,
     EPOCH,
     EVENTS,
     FARTHEST,
+    FREE,
     LAST_EVENT,
     NOW,
     OWN_TIME,
@@ -31,6 +37,7 @@ from engine._state import (
     RUN_T_MAX,
     SLIDING,
     SPIN,
+    UNSOUND,
     VX,
     VY,
     WX,
@@ -47,6 +54,10 @@ from engine._state import (
     Y,
 )
 from engine._tolerances import EPS
+
+_MOST_IN_VAIN = 64
+"""Bounds, for each pair, that may come to nothing before an event. A shot needs 1 or 2 in all; a
+number that is NaN where nobody looks must not keep the loop busy for ever."""
 
 
 @kernel
@@ -68,9 +79,11 @@ def run(
 
     Contract: every ball is marked when the run begins. No allocation, no raising. Everything is in
     the arguments, so a run that returned RUN_LOG_FULL, RUN_EVENT_LIMIT or RUN_CONTACTS goes on
-    where it stopped when called again.
+    where it stopped when called again. A run that returned RUN_NOT_FINITE has in UNSOUND which
+    ball's motion isn't.
     """
     held = 0
+    log.counters[UNSOUND] = FREE
     while True:
         # Predict anew every ball whose motion changed, at first all: its old bounds are void.
         t = log.clock[NOW]
@@ -83,15 +96,19 @@ def run(
             if contacts is not None:
                 note_ends(balls, contacts, k, t, log)
             note_motion(balls, k, log)
-            if not balls.state[k, OWN_TIME] >= t:
-                return RUN_NOT_FINITE
+            if not (balls.state[k, OWN_TIME] >= t and _is_sound(balls, k)):
+                log.counters[UNSOUND] = k
+        if log.counters[UNSOUND] != FREE:  # here, so that each ball has its motion in the log
+            return RUN_NOT_FINITE
         update_balls(balls, laws, pairs, cells, contacts, t, log.counters)
         _unmark(balls)
 
         # Find the earliest event: one ball's own, or the pair that may touch first.
+        in_vain = 0
         while True:
             t, single, row = earliest(balls, laws, pairs, cells, contacts, log.counters)
             if not t >= log.clock[NOW]:
+                log.counters[UNSOUND] = single if single >= 0 else row
                 return RUN_NOT_FINITE
             if t == math.inf and _all_rest(balls):
                 return RUN_RESTED
@@ -106,6 +123,10 @@ def run(
             t = touching(balls, laws, pairs, cells, contacts, t, row, log.counters)
             if t < math.inf:
                 break
+            in_vain += 1
+            if in_vain > _MOST_IN_VAIN * (len(balls.own_kind) + 32) ** 2:
+                log.counters[UNSOUND] = row
+                return RUN_NOT_FINITE
 
         # Move its balls there and resolve it; mark every ball whose motion it changes.
         if single >= 0:
@@ -141,13 +162,19 @@ def finish(balls: Balls, laws: Laws, log: Log, status: int, end: FloatArray) -> 
     if t > laws.t_max:
         t, status = laws.t_max, RUN_T_MAX
     log.clock[END] = t
+    unsound = False
     for i in range(len(balls.own_kind)):
         advance(balls, i, t)
         log.clock[FARTHEST] = max(
             log.clock[FARTHEST], abs(balls.state[i, X]), abs(balls.state[i, Y])
         )
         _put_state(balls, i, end)
-    return status
+        sound = _is_sound(balls, i) and abs(balls.state[i, RADIUS]) < math.inf
+        if status != RUN_NOT_FINITE and not sound:
+            # A resting ball has no event at which it would have been seen before.
+            log.counters[UNSOUND] = i
+            unsound = True
+    return RUN_NOT_FINITE if unsound else status
 
 
 @kernel
@@ -164,6 +191,15 @@ def _put_state(balls: Balls, i: int, end: FloatArray) -> None:
     end[2, i, 0] = balls.state[i, WX] if slides else -vy / radius
     end[2, i, 1] = balls.state[i, WY] if slides else vx / radius
     end[2, i, 2] = balls.state[i, WZ]
+
+
+@kernel(inline=True)
+def _is_sound(balls: Balls, i: int) -> bool:
+    """Whether no number of ball i's motion is NaN or infinite: a sum of such is never finite."""
+    place = (balls.state[i, X] + balls.state[i, Y]) + (balls.state[i, VX] + balls.state[i, VY])
+    spin = (balls.state[i, WX] + balls.state[i, WY]) + balls.state[i, WZ]
+    pull = (balls.state[i, AX] + balls.state[i, AY]) + (balls.state[i, BX] + balls.state[i, BY])
+    return bool(abs((place + spin) + (pull + balls.state[i, BZ])) < math.inf)
 
 
 @kernel

@@ -238,7 +238,7 @@ def _halve(
     while True:
         if solve(balls, laws, contacts, members, count, duration, rubs):
             return True, duration
-        if duration <= shortest:
+        if not duration > shortest:  # nor where one of both is NaN
             return False, duration
         duration *= 0.5
 

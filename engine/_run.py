@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from functools import cache
 from typing import Any, NamedTuple
@@ -29,6 +30,16 @@ _FIRST_LOG = 1_024
 
 
 _BALL_BALL, _BALL_CUSHION = EventKind.BALL_BALL.label, EventKind.BALL_CUSHION.label
+
+
+_MOTION = {
+    "position": slice(s.X, s.Y + 1),
+    "velocity": slice(s.VX, s.VY + 1),
+    "acceleration": slice(s.AX, s.AY + 1),
+    "angular velocity": slice(s.WX, s.WZ + 1),
+    "angular acceleration": slice(s.BX, s.BZ + 1),
+}
+"""What a message says of a ball's motion: name, and columns of its state."""
 
 
 class Variant(NamedTuple):
@@ -139,6 +150,9 @@ class Run:
 
     def go(self, max_events: int) -> None:
         """Run to the end, to `max_events` events, or to an interrupt."""
+        if self._layout.unsound:
+            self._stay()
+            return
         try:
             code = self._go(max_events)
             self.status = STATUS[code]
@@ -152,8 +166,39 @@ class Run:
             events, steps = self._counters[s.EVENTS], self._counters[s.CONTACT_STEPS]
             self.reason = f"{events} events and {steps} contact steps by t = {now:.9g} s"
         elif self.status is Status.FAILED:
-            self.reason = f"a time became NaN after t = {now:.9g} s"
+            self.reason = f"{self._unsound()} at t = {now:.9g} s"
         self._check_resolved()
+
+    def _stay(self) -> None:
+        """Fail at the start: a NaN in the scene isn't given to the kernels."""
+        self.reason = f"{self._layout.unsound} at t = 0 s: the scene was made without its checks"
+        self._end[:] = (
+            self._scene.positions,
+            self._scene.velocities,
+            self._scene.angular_velocities,
+        )
+        if self._keep_log:
+            self._log.ball[: self.size] = np.arange(self.size)
+            self._log.motion[: self.size] = self._state[:, : s.KNOT]
+            self._counters[s.LOGGED_MOTIONS] = self.size
+
+    def _unsound(self) -> str:
+        """Say what isn't finite where a run failed."""
+        k = int(self._counters[s.UNSOUND])
+        if k == s.FREE:
+            return "the time of the next event became NaN"
+        ball = f'`balls[{k}]` ("{self._scene.balls[k].id}")'
+        state = self._state[k]
+        wrong = [
+            f"{name} {tuple(state[columns].tolist())}"
+            for name, columns in _MOTION.items()
+            if not np.all(np.isfinite(state[columns]))
+        ]
+        if not math.isfinite(state[s.RADIUS]):
+            wrong.append(f"radius of {state[s.RADIUS]}")
+        if not wrong:
+            return f"{ball} has its next event at {state[s.OWN_TIME]:.9g} s, not later than now"
+        return f"{ball} has no finite motion ({', '.join(wrong)})"
 
     def _go(self, max_events: int) -> int:
         counters = self._counters

@@ -26,6 +26,12 @@ def run_sweep(scene: Scene, cue: int, shots: Shots, max_events: int, threads: in
     threads finish what they have in hand.
     """
     layout = layout_of(scene)
+    if layout.unsound:
+        shots.status[:], shots.rest[:] = (
+            s.RUN_NOT_FINITE,
+            layout.balls.state[:, [s.X, s.Y, s.RADIUS]],
+        )
+        return
     pending = np.arange(len(shots.status))
 
     def simulate_part(part: s.IntArray, with_contacts: bool) -> None:

@@ -158,10 +158,16 @@ def _check_overlaps(scene: Scene) -> None:
             )
 
 
+_MOST_OVERLAPS = 100_000
+"""Overlaps after which no others are sought: thousands of balls at one place have millions."""
+
+
 def overlapping_pairs(
     centres: NDArray[np.float64], radii: NDArray[np.float64]
 ) -> list[tuple[int, int, float]]:
     """Return the pairs i > j that overlap, and by how much [m]: in order of i, the deepest first.
+
+    Not all of them where there are hundreds of thousands.
 
     Balls are sorted along x, so that each is compared with those that follow within reach, and no
     others: the first with the next, with the one after that ..., all at once.
@@ -178,6 +184,8 @@ def overlapping_pairs(
         for k in np.flatnonzero(depth > 0.0):
             i, j = int(order[k]), int(order[k + lag])
             found.append((max(i, j), min(i, j), float(depth[k])))
+        if len(found) > _MOST_OVERLAPS:
+            break
     return sorted(found, key=lambda pair: (pair[0], -pair[2], pair[1]))
 
 

@@ -51,6 +51,10 @@ _HINTS = {
 }
 
 
+MOST_TOLD = 20
+"""Mistakes of a scene that are told one by one: who generates scenes makes one a thousand times."""
+
+
 def describe(
     error: ValidationError, model: type[BaseModel], source: str = "", text: str = ""
 ) -> str:
@@ -70,11 +74,14 @@ def describe(
     if any(location[:1] == ("balls",) and len(location) > 1 for location in problems):
         problems.pop(("balls",), None)  # "too short" only because a ball of it was refused
     lines = []
-    for location, branches in problems.items():
+    for location, branches in list(problems.items())[:MOST_TOLD]:
         at = branches[0].get("ctx", {}).get("at", ())
         number = line_of(text, location + at) if text else None
         place = f"{source}:{number}: " if number else f"{source}: " if source else ""
         lines.append(one_line(place + _sentence(branches, location, model)))
+    more = len(problems) - len(lines)
+    if more > 0:
+        lines.append(one_line(f"{source}: " if source else "") + f"{more} more mistakes, not shown")
     return "\n".join(lines)
 
 

@@ -19,26 +19,40 @@ if TYPE_CHECKING:
     from engine.scene import Ball, Scene
 
 
+LARGEST_FILE = 2**26
+"""Most bytes of a scene file: those of half a million balls. A device may go on for ever."""
+
+
 def load(path: Path, model: type[Scene]) -> Scene:
     """Read a scene file into a `model`; see `Scene.load`."""
     try:
-        text = path.read_text(encoding="utf-8")
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+        text = content.decode("utf-8").replace("\r\n", "\n")  # as text files have it
     except UnicodeDecodeError as error:
         raise refusal(
             f"{path}: not UTF-8 text (byte {error.start}). A scene is a TOML text file"
         ) from None
     except (OSError, ValueError) as error:  # ValueError: a path that no file can have
         raise refusal(f"{path}: can't read the scene: {_reason(error)}. Check the path") from None
+    if len(content) > LARGEST_FILE:
+        raise refusal(
+            f"{path}: a scene must have at most {LARGEST_FILE} bytes, and this has more. Check the "
+            "path"
+        )
     return loads(text, str(path), model)
 
 
 def loads(text: str, source: str, model: type[Scene]) -> Scene:
     """Read a scene from TOML text into a `model`; see `Scene.loads`."""
+    if not isinstance(text, str):
+        raise refusal(f"{source}: must be text, got {type(text).__name__}. Decode it, as UTF-8")
     data = _parsed(text, source)
     if "schema" not in data:
         raise refusal(f"{source}: `schema` must be given. Add `schema = 1` as the first line")
     try:
-        return model.model_validate(data)
+        scene: Scene = model.__pydantic_validator__.validate_python(data)
+        return scene
     except ValidationError as error:
         raise SceneError(describe(error, model, source, text)) from None
 

@@ -271,7 +271,8 @@ LOGGED_MOTIONS = 10
 PENDING = 11  # pairs in `Balls.hits` that are found, and not resolved yet
 PENDING_VERDICT = 12  # IMPACT or PRESSED: see `_touch`
 CELL_MOVES = 13
-COUNTERS = 14
+UNSOUND = 14  # of RUN_NOT_FINITE: the ball with it, or FREE where none is to blame
+COUNTERS = 15
 
 # Places in the array of instants, float64 [s].
 NOW = 0

@@ -71,6 +71,8 @@ def _keys_by_line(text: str) -> Iterator[tuple[int, Location]]:
 
 
 def _keys(dotted: str) -> tuple[str, ...]:
+    if '"' not in dotted and "'" not in dotted:
+        return tuple(key.strip() for key in dotted.split("."))
     keys: tuple[str, ...] = ()
     table = tomllib.loads(f"{dotted} = 0")
     while isinstance(table, dict):

@@ -28,7 +28,7 @@ from pydantic import (
 from engine import _scene_file
 from engine._law_checks import check_laws
 from engine._scene_checks import check_scene
-from engine._scene_errors import describe
+from engine._scene_errors import describe, refusal
 from engine._scene_fields import (
     BallLaw,
     CushionLaw,
@@ -65,6 +65,20 @@ class _Model(BaseModel):
             super().__init__(**data)
         except ValidationError as error:
             raise SceneError(describe(error, type(self))) from None
+
+    @classmethod
+    def model_validate(cls, obj: Any, **options: Any) -> Self:
+        """Make one of plain values, such as those of a JSON object.
+
+        Raises
+        ------
+        SceneError
+            Where a rule is broken.
+        """
+        try:
+            return super().model_validate(obj, **options)
+        except ValidationError as error:
+            raise SceneError(describe(error, cls)) from None
 
     # pydantic would otherwise run this for nested models too, and lose where in the scene they are.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
@@ -265,7 +279,13 @@ class Scene(_Model):
             Where the file can't be read, isn't TOML, or breaks a rule; the message names file,
             line, field, value and rule.
         """
-        return _scene_file.load(Path(path), cls)
+        try:
+            place = Path(path)
+        except TypeError:
+            raise refusal(
+                f"`path` of a scene must be text or a Path, got {type(path).__name__}"
+            ) from None
+        return _scene_file.load(place, cls)
 
     @classmethod
     def loads(cls, text: str, source: str = "<scene>") -> Scene:

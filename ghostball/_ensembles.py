@@ -68,6 +68,7 @@ def run(
     *,
     jobs: int,
     rerun: bool,
+    time_limit: float,
 ) -> ExitStatus:
     """Run the ensembles into a results folder that the suite wrote, and return the exit status."""
     failing: set[tuple[str, str]] = set()
@@ -90,6 +91,7 @@ def run(
             jobs=jobs,
             progress=progress,
             reuse=not rerun,
+            time_limit=time_limit,
         )
     if outcome.taken_over:
         say(

@@ -56,6 +56,7 @@ def run(
     out: Path,
     jobs: int,
     rerun: bool,
+    time_limit: float | None,
     as_json: bool,
     report: bool,
 ) -> ExitStatus:
@@ -67,7 +68,14 @@ def run(
             count(done, planned, f"{finding.family}/{finding.trial} on {finding.label}")
 
         outcome = run_stress(
-            labels, out, suite=suite, only=only, jobs=jobs, progress=progress, reuse=not rerun
+            labels,
+            out,
+            suite=suite,
+            only=only,
+            jobs=jobs,
+            progress=progress,
+            reuse=not rerun,
+            time_limit=time_limit,
         )
     if outcome.taken_over:
         say(

@@ -36,6 +36,7 @@ def run(
     rerun: bool,
     junit: Path | None,
     jobs: int,
+    time_limit: float,
     report: bool,
     ensemble: int | None,
     ensemble_size: str | None,
@@ -80,6 +81,7 @@ def run(
             metrics=patterns,
             reuse=not rerun,
             announce=lambda unchanged: _announce(unchanged, out),
+            time_limit=time_limit,
         )
     folder = escape(str(out))
     if not outcome.cases:
@@ -93,12 +95,14 @@ def run(
     if not interrupted:
         interrupted = not _predict(scenes, out)
     if request is not None and not interrupted:
-        beyond = _ensembles.run(request, scenes, specs, out, jobs=jobs, rerun=rerun)
+        beyond = _ensembles.run(
+            request, scenes, specs, out, jobs=jobs, rerun=rerun, time_limit=time_limit
+        )
         interrupted = beyond is ExitStatus.INTERRUPTED
     if attribute and not interrupted:
         try:
             with counting("attributing") as count:
-                attribute_results(results, progress=count, jobs=jobs)
+                attribute_results(results, progress=count, jobs=jobs, time_limit=time_limit)
         except KeyboardInterrupt:
             interrupted = True
     if report and not interrupted:

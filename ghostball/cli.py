@@ -223,6 +223,14 @@ def validate(
             min=1, help="Processes that run and draw scenes; run times are cleanest with 1."
         ),
     ] = 1,
+    time_limit: Annotated[
+        float,
+        typer.Option(
+            metavar="SECONDS",
+            help="How long a scene may take on an engine. Each runs in a process of its own: one "
+            "that takes longer, or crashes, is marked, and the others go on.",
+        ),
+    ] = 600.0,
     report: Annotated[
         bool, typer.Option(help="Write report.md and its figures after the run.")
     ] = True,
@@ -272,6 +280,7 @@ def validate(
             rerun=rerun,
             junit=junit,
             jobs=jobs,
+            time_limit=time_limit,
             report=report,
             ensemble=ensemble,
             ensemble_size=ensemble_size,
@@ -365,6 +374,14 @@ def stress(
     rerun: Annotated[
         bool, typer.Option("--rerun", help="Try everything, also what is known already.")
     ] = False,
+    time_limit: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="How long a trial may take (default: each has a limit of its own, a minute or "
+            "more): after that it is ended, and has broken the engine.",
+        ),
+    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object instead of tables.")
     ] = False,
@@ -410,6 +427,7 @@ def stress(
             out=out,
             jobs=jobs,
             rerun=rerun,
+            time_limit=time_limit,
             as_json=as_json,
             report=report,
         )

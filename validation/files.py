@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, Final
@@ -157,9 +158,14 @@ def read_whole_lines(path: Path, again: str) -> list[str] | None:
 def write_whole_lines(path: Path, lines: Iterable[bytes]) -> None:
     """Write lines, without their ends, whole or not at all."""
     part = path.with_name(path.name + ".part")
-    with part.open("wb") as file:
-        file.writelines(line + b"\n" for line in lines)
-    part.replace(path)
+    try:
+        with part.open("wb") as file:
+            file.writelines(line + b"\n" for line in lines)
+        part.replace(path)
+    except OSError:
+        with suppress(OSError):  # the first error is the one to tell
+            part.unlink(missing_ok=True)
+        raise
 
 
 def line_of(record: CaseRecord) -> str:

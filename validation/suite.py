@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import traceback
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import closing
@@ -160,6 +161,7 @@ def run_suite(
     metrics: Sequence[str] | None = None,
     reuse: bool = False,
     announce: Announce | None = None,
+    time_limit: float | None = None,
 ) -> Outcome:
     """Run every scene on every engine and write a results folder.
 
@@ -174,7 +176,8 @@ def run_suite(
         The results folder; earlier results in it are replaced when the first case that runs is
         done.
     jobs : int
-        Processes; 1 runs everything in this one. Wall times are best taken with 1.
+        Processes; 1, without a `time_limit`, runs everything in this one, which an engine that
+        crashes then ends. Wall times are best taken with 1.
     progress : callable, optional
         See `Progress`. Called first with the cases that are taken over.
     criteria : mapping of str to Criteria, optional
@@ -187,6 +190,10 @@ def run_suite(
         from there instead of run again; see `validation.unchanged`.
     announce : callable, optional
         See `Announce`.
+    time_limit : float, optional [s]
+        For each case, which then runs in another process, also with one of `jobs`: an engine that
+        takes longer, or crashes, costs that case, which has "failed". Guard a script with
+        `if __name__ == "__main__"`.
 
     Raises
     ------
@@ -201,9 +208,10 @@ def run_suite(
     runs found and this one has not come to is kept too, for a later run with `reuse`.
     """
     plan = _plan(scenes, engine_specs, criteria or {}, jobs, metrics)
+    check_time_limit(time_limit)
     writer = ResultsWriter(out)
     with writer.reserved():
-        return _run(plan, writer, jobs, progress, reuse, announce)
+        return _run(plan, writer, jobs, progress, reuse, announce, time_limit)
 
 
 def _run(
@@ -213,6 +221,7 @@ def _run(
     progress: Progress | None,
     reuse: bool,
     announce: Announce | None,
+    time_limit: float | None,
 ) -> Outcome:
     outcome = Outcome(writer.path, planned=plan.size)
     code, earlier = Code.now(), _read_earlier(writer.path)
@@ -238,7 +247,7 @@ def _run(
             begin()
         else:
             warm_up(plan.scenes_of(rest))  # here, once: else each process would compile, and say so
-            with closing(run_cases(plan.cases(rest), jobs)) as finished:
+            with closing(run_cases(plan.cases(rest), jobs, time_limit)) as finished:
                 for ran, motion in finished:
                     if not writer.begun:
                         begin()
@@ -261,6 +270,18 @@ def _run(
         # What the folder says: the interrupt may have come between a line and its being noted here.
         outcome.cases[:] = ResultsFolder.load(writer.path).cases
     return replace(outcome, begun=writer.begun)
+
+
+def check_time_limit(seconds: float | None) -> None:
+    """Refuse a limit of time that is none.
+
+    Raises
+    ------
+    SuiteError
+        Where it isn't a positive number of seconds.
+    """
+    if seconds is not None and not 0.0 < seconds < math.inf:
+        raise SuiteError(f"`time_limit` must be a positive number of seconds, got {seconds!r}")
 
 
 def shipped_criteria(scene: Scene) -> Criteria:

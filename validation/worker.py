@@ -1,6 +1,6 @@
 """Work in several processes: a crash costs one task, an interrupt leaves no process behind.
 
-So does a task that hangs, where it has a limit of time.
+A task that hangs costs no more than itself either, where it has a limit of time.
 """
 
 from __future__ import annotations
@@ -27,6 +27,9 @@ R = TypeVar("R")
 _JOIN_TIMEOUT = 5.0
 """Seconds that a terminated worker gets before it is killed."""
 
+_START_LIMIT = 300.0
+"""Seconds that a process gets to start and import, where tasks have a limit of time."""
+
 # Not fork: pybullet's and numba's threads and locks don't survive it.
 _CONTEXT = multiprocessing.get_context("spawn")
 
@@ -40,12 +43,20 @@ class _Worker(Generic[T]):
     deadline: float | None = None  # of the task, in seconds of the monotonic clock
 
 
-def run_cases(cases: Iterable[Case], jobs: int) -> Generator[Finished]:
-    """Run cases in `jobs` processes, or in this one where it is 1; yield each as it ends.
+def run_cases(
+    cases: Iterable[Case], jobs: int, time_limit: float | None = None
+) -> Generator[Finished]:
+    """Run cases in `jobs` processes; yield each as it ends.
 
-    Parameters and notes are those of `run_tasks`.
+    In this one where `jobs` is 1 and there is no `time_limit` [s] for a case. Parameters and notes
+    are those of `run_tasks`.
     """
-    return run_tasks(cases, jobs, run_case, _died)
+    return run_tasks(cases, jobs, run_case, _died, limit_of(time_limit))
+
+
+def limit_of(seconds: float | None) -> Callable[[object], float] | None:
+    """Return the `limit` of `run_tasks` that is the same for every task; None for none."""
+    return None if seconds is None else lambda _: seconds
 
 
 def run_tasks(
@@ -70,7 +81,7 @@ def run_tasks(
         Given a task and why its process died of it; what it returns is yielded instead.
     limit : callable, optional
         How long a task may take [s]: after that its process is ended, and it has died of it. The
-        start of a process doesn't count.
+        start of a process doesn't count; that has a limit of its own, of minutes.
 
     Notes
     -----
@@ -124,13 +135,34 @@ class _Pool(Generic[T, R]):
             task = next(queue, None)
             if task is None:
                 return
-            if idle is None:
-                idle = _start(self._serve)
-                self._workers.append(idle)
-            idle.task = task
-            self._begin(idle)
-            with suppress(BrokenPipeError):  # it died while idle: `collect` reports the task
-                idle.connection.send(task)
+            if idle is None or not self._sent(idle, task):
+                fresh = self._started()
+                with suppress(ConnectionError):  # it died at once: `collect` reports the task
+                    self._give(fresh, task)
+
+    def _sent(self, idle: _Worker[T], task: T) -> bool:
+        """Give an idle process a task; whether it was alive to take it."""
+        # It may have died since its last task, of what that left behind: this one isn't to blame.
+        if idle.process.is_alive():
+            try:
+                self._give(idle, task)
+            except ConnectionError:
+                pass
+            else:
+                return True
+        self._workers.remove(idle)
+        _bury(idle)
+        return False
+
+    def _started(self) -> _Worker[T]:
+        worker: _Worker[T] = _start(self._serve)
+        self._workers.append(worker)
+        return worker
+
+    def _give(self, worker: _Worker[T], task: T) -> None:
+        worker.task = task
+        self._begin(worker)
+        worker.connection.send(task)
 
     def collect(self) -> Iterator[R]:
         """Wait until something happens, and yield what tasks gave that have ended."""
@@ -142,12 +174,15 @@ class _Pool(Generic[T, R]):
                 if worker.deadline is not None and time.monotonic() >= worker.deadline:
                     assert self._limit is not None
                     yield self._give_up(
-                        worker, f"it took longer than {self._limit(worker.task):g} s, and was ended"
+                        worker,
+                        f"it took longer than {self._limit(worker.task):g} s, and was ended"
+                        if worker.started
+                        else f"its process did not start within {_START_LIMIT:g} s",
                     )
                 continue
             try:
                 message = worker.connection.recv()
-            except (EOFError, ConnectionResetError):
+            except (EOFError, OSError):  # OSError: killed in the midst of an answer
                 worker.process.join(_JOIN_TIMEOUT)
                 code = worker.process.exitcode
                 yield self._give_up(worker, f"the process running it died (exit code {code})")
@@ -167,9 +202,10 @@ class _Pool(Generic[T, R]):
             _bury(worker)
 
     def _begin(self, worker: _Worker[T]) -> None:
-        """Let the time of a task run, once its process has started."""
-        if self._limit is not None and worker.started and worker.task is not None:
-            worker.deadline = time.monotonic() + self._limit(worker.task)
+        """Let the time of a task run, or, until its process has started, that of the start."""
+        if self._limit is not None and worker.task is not None:
+            limit = self._limit(worker.task) if worker.started else _START_LIMIT
+            worker.deadline = time.monotonic() + limit
 
     def _time_left(self, busy: list[_Worker[T]]) -> float | None:
         """Return the time until the first deadline; None where there is none."""

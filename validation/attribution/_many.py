@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import logging
-import multiprocessing
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import closing
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -24,6 +23,7 @@ from validation.files import ResultsError
 from validation.known_shot import ENGINES, KnownShot, known_shot
 from validation.records import scene_hash
 from validation.store import CaseRecord, ResultsFolder
+from validation.worker import limit_of, run_tasks
 
 _LOGGER = logging.getLogger("ghostball.validation")
 
@@ -38,7 +38,11 @@ Progress = Callable[[int, int, str], None]
 
 
 def attribute_many(
-    pairs: Sequence[Pair], *, jobs: int = 1, progress: Progress | None = None
+    pairs: Sequence[Pair],
+    *,
+    jobs: int = 1,
+    progress: Progress | None = None,
+    time_limit: float | None = None,
 ) -> list[Attribution]:
     """Attribute the difference of each scene and engine, in their order.
 
@@ -48,9 +52,13 @@ def attribute_many(
         Those that an engine can't represent, or whose engine can't run here, are left out of what
         is returned.
     jobs : int
-        Processes. With more than one, guard a script with `if __name__ == "__main__"`.
+        Processes; 1, without a `time_limit`, is this one. With others, guard a script with
+        `if __name__ == "__main__"`.
     progress : callable, optional
         See `Progress`.
+    time_limit : float, optional [s]
+        For each, which then runs in another process: one that takes longer, or whose engine
+        crashes, is "not compared".
 
     Raises
     ------
@@ -59,31 +67,25 @@ def attribute_many(
     """
     done: dict[int, Attribution | None] = {}
 
-    def note(index: int, found: Attribution | None) -> None:
-        done[index] = found
-        if progress is not None:
-            scene, label = pairs[index]
-            progress(len(done), len(pairs), f"{scene.name} on {label}")
-
-    if jobs == 1 or len(pairs) < 2:
-        for index, pair in enumerate(pairs):
-            note(index, _one(pair))
-    else:
-        # Not fork: pybullet's and numba's threads and locks don't survive it. Nor threads: the
-        # precision of ball arithmetic belongs to the process.
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(min(jobs, len(pairs)), mp_context=context) as pool:
-            waiting = {pool.submit(_one, pair): index for index, pair in enumerate(pairs)}
-            try:
-                for future in as_completed(waiting):
-                    note(waiting[future], future.result())
-            finally:
-                pool.shutdown(wait=True, cancel_futures=True)
+    # Processes, not threads: the precision of ball arithmetic belongs to the process.
+    tasks = run_tasks(
+        enumerate(pairs), min(jobs, max(len(pairs), 1)), _numbered, _died, limit_of(time_limit)
+    )
+    with closing(tasks) as found:
+        for index, one in found:
+            done[index] = one
+            if progress is not None:
+                scene, label = pairs[index]
+                progress(len(done), len(pairs), f"{scene.name} on {label}")
     return [one for index in range(len(pairs)) if (one := done[index]) is not None]
 
 
 def attribute_results(
-    results: ResultsFolder, *, jobs: int = 1, progress: Progress | None = None
+    results: ResultsFolder,
+    *,
+    jobs: int = 1,
+    progress: Progress | None = None,
+    time_limit: float | None = None,
 ) -> list[Attribution]:
     """Attribute every difference of a results folder, and write `attributions.jsonl` there.
 
@@ -107,7 +109,7 @@ def attribute_results(
     pairs = [(case.load_scene(), case.label) for case in missing]
     warm_up([scene for scene, _ in pairs])  # here, once: else each process would compile
     codes = {_key(case): case.code_hash for case in missing}
-    for one in attribute_many(pairs, jobs=jobs, progress=progress):
+    for one in attribute_many(pairs, jobs=jobs, progress=progress, time_limit=time_limit):
         kept[one.scene, one.label] = replace(one, code_hash=codes[one.scene, one.label])
     found = [kept[_key(case)] for case in wanted if _key(case) in kept]
     write_attributions(results.path, found)
@@ -144,25 +146,35 @@ def _key(case: CaseRecord) -> tuple[str, str]:
     return case.scene, case.label
 
 
+def _numbered(task: tuple[int, Pair]) -> tuple[int, Attribution | None]:
+    index, pair = task
+    return index, _one(pair)
+
+
+def _died(task: tuple[int, Pair], reason: str) -> tuple[int, Attribution | None]:
+    index, pair = task
+    return index, _not_compared(pair, reason)
+
+
 def _one(pair: Pair) -> Attribution | None:
     scene, label = pair
     try:
         engine = make_engine(label)
-        engine_can = attribute(scene, engine, label=label, known=_known(scene))
+        found = attribute(scene, engine, label=label, known=_known(scene))
     except (UnsupportedSceneError, EngineUnavailableError):
         return None  # the results say so, with the reason
     # An engine may raise anything at a step that it wasn't asked to take before: kept, never fatal.
     except Exception as error:
-        _LOGGER.warning("%s on %s: not attributed: %s", scene.name, label, error)
-        engine_can = Attribution(
-            scene.name,
-            label,
-            parse_spec(label)[0],
-            "not compared",
-            "our engine",
-            reason=f"{type(error).__name__}: {error}",
-        )
-    return replace(engine_can, definition_hash=scene_hash(scene))
+        return _not_compared(pair, f"{type(error).__name__}: {error}")
+    return replace(found, definition_hash=scene_hash(scene))
+
+
+def _not_compared(pair: Pair, reason: str) -> Attribution:
+    scene, label = pair
+    _LOGGER.warning("%s on %s: not attributed: %s", scene.name, label, reason)
+    name = parse_spec(label)[0]
+    found = Attribution(scene.name, label, name, "not compared", "our engine", reason=reason)
+    return replace(found, definition_hash=scene_hash(scene))
 
 
 @lru_cache(maxsize=2)

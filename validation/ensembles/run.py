@@ -49,8 +49,9 @@ from validation.ensembles.store import (
 from validation.environment import describe_environment
 from validation.our_run import run_ours
 from validation.store import ResultsError, ResultsWriter, is_results_folder
+from validation.suite import check_time_limit
 from validation.unchanged import Code, is_ours
-from validation.worker import run_tasks
+from validation.worker import limit_of, run_tasks
 
 FEWEST, MOST = 2, 1_000
 """Members of an ensemble. The tests hold a matrix of (2 x members)^2 distances in memory."""
@@ -116,6 +117,7 @@ def run_ensembles(
     jobs: int = 1,
     progress: Progress | None = None,
     reuse: bool = True,
+    time_limit: float | None = None,
 ) -> EnsembleOutcome:
     """Run `count` perturbed members of every scene on every engine, into a results folder.
 
@@ -130,12 +132,14 @@ def run_ensembles(
         Members of each ensemble, 2 to 1000; our engine runs as many others for its null test.
     size : Size, optional
     jobs : int
-        Processes.
+        Processes; 1, without a `time_limit`, runs everything in this one.
     progress : callable, optional
         See `Progress`.
     reuse : bool
         Whether members that came to their end in an earlier run into the folder, unchanged in
         scene, size, settings and code, are taken over; see `validation.unchanged`.
+    time_limit : float, optional [s]
+        For each member, which then runs in another process: one that takes longer has failed.
 
     Raises
     ------
@@ -150,6 +154,7 @@ def run_ensembles(
     """
     size = size or Size()
     _check_request(scenes, labels, count, size)
+    check_time_limit(time_limit)
     if jobs < 1:
         raise EnsembleError(f"`jobs` must be at least 1, got {jobs}")
     if not is_results_folder(out):
@@ -165,7 +170,7 @@ def run_ensembles(
             tuple(labels),
             describe_environment(),
         )
-        return _Run(run, scenes, out, stored, reuse).go(jobs, progress)
+        return _Run(run, scenes, out, stored, reuse).go(jobs, progress, time_limit)
 
 
 def _check_request(scenes: Sequence[Scene], labels: Sequence[str], count: int, size: Size) -> None:
@@ -283,7 +288,7 @@ class _Run:
                 self._ensembles[record.key] = _Ensemble(record, scene, before)
         self._writer = EnsembleWriter(out, run, of_use.values())
 
-    def go(self, jobs: int, progress: Progress | None) -> EnsembleOutcome:
+    def go(self, jobs: int, progress: Progress | None, time_limit: float | None) -> EnsembleOutcome:
         """Run what is missing; what is done is written now and then, and at the end."""
         missing = {key: one.missing(self._count) for key, one in self._ensembles.items()}
         planned = self._count * len(self._ensembles)
@@ -293,7 +298,9 @@ class _Run:
         try:
             if wanted := [self._ensembles[key].scene for key, those in missing.items() if those]:
                 warm_up(wanted)  # here, once: else each process would compile
-            with closing(run_tasks(self._tasks(missing), jobs, run_member, died)) as finished:
+            with closing(
+                run_tasks(self._tasks(missing), jobs, run_member, died, limit_of(time_limit))
+            ) as finished:
                 for result in finished:
                     key = (result.scene, result.label, result.stream)
                     done += self._ensembles[key].note(result, len(missing[key]))

@@ -22,6 +22,8 @@ SCHEMA: Final = 1
 FINDINGS_FILE: Final = "stress.jsonl"
 WORST_FOLDER: Final = "worst"
 LOCK_FILE: Final = ".lock"
+PART_FILE: Final = FINDINGS_FILE + ".part"
+"""What a kill leaves of a file that was being written."""
 
 Outcome = Literal["survived", "broken", "not-representable", "unavailable"]
 """Whether every shot held; not all did; the engine can't be asked that; it can't run here."""
@@ -197,7 +199,7 @@ class StressWriter:
                 entry.name
                 for entry in self.path.iterdir()
                 if entry.name
-                not in (FINDINGS_FILE, WORST_FOLDER, LOCK_FILE, "stress.md", "figures")
+                not in (FINDINGS_FILE, PART_FILE, WORST_FOLDER, LOCK_FILE, "stress.md", "figures")
             ]
             if strangers and not (self.path / FINDINGS_FILE).exists():
                 raise ResultsError(

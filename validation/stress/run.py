@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 import fnmatch
+import math
 import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
@@ -108,6 +109,7 @@ def run_stress(
     jobs: int = 1,
     progress: Progress | None = None,
     reuse: bool = True,
+    time_limit: float | None = None,
 ) -> StressOutcome:
     """Try to break engines, and keep what they survived in a folder.
 
@@ -127,6 +129,8 @@ def run_stress(
         See `Progress`. Not called for what is taken over.
     reuse : bool
         Whether what an earlier run of the same code found in the folder stands.
+    time_limit : float, optional [s]
+        For each trial, where that is less than its own limit.
 
     Raises
     ------
@@ -136,10 +140,12 @@ def run_stress(
     """
     if jobs < 1:
         raise StressError(f"`jobs` must be at least 1, got {jobs}")
+    if time_limit is not None and not 0.0 < time_limit < math.inf:
+        raise StressError(f"`time_limit` must be a positive number of seconds, got {time_limit!r}")
     tasks = _plan(labels, suite, only)
     writer = StressWriter(out)
     with writer.reserved():
-        return _run(tasks, tuple(labels), suite, writer, jobs, progress, reuse)
+        return _run(tasks, tuple(labels), suite, writer, jobs, progress, reuse, time_limit)
 
 
 def _plan(labels: Sequence[str], suite: Suite, only: Sequence[str]) -> list[StressTask]:
@@ -193,6 +199,7 @@ def _run(
     jobs: int,
     progress: Progress | None,
     reuse: bool,
+    time_limit: float | None,
 ) -> StressOutcome:
     code = Code.now()
     asked = [_key(task) for task in tasks]
@@ -216,11 +223,15 @@ def _run(
     rest = [task for task in tasks if _key(task) not in found]
     writer.begin(run, [*others, *found.values()])
     interrupted = False
+
+    def limit(task: StressTask) -> float:
+        return min(task.trial.limit, math.inf if time_limit is None else time_limit)
+
     try:
         if any(parse_spec(task.label)[0] == OURS for task in rest):
             examples = {id(task.trial): task.trial for task in rest}.values()
             warm_up(scene for trial in examples for scene in trial.examples())
-        with closing(run_tasks(rest, jobs, run_trial, _died, _limit)) as findings:
+        with closing(run_tasks(rest, jobs, run_trial, _died, limit)) as findings:
             for one in findings:
                 stamped = replace(one, code_hash=code.hash if code.holds() else "")
                 found[stamped.key] = stamped
@@ -237,10 +248,6 @@ def _run(
 
 def _key(task: StressTask) -> Key:
     return task.family, task.trial.name, task.label
-
-
-def _limit(task: StressTask) -> float:
-    return task.trial.limit
 
 
 def run_trial(task: StressTask) -> Finding:

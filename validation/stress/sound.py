@@ -5,7 +5,8 @@ Verdict(faults=(), ...)
 
 What is asked of an engine whose motion is exact are bounds of rounding, and README's of a
 sustained contact. An engine that steps sees a contact late by up to a step, and solves many of them
-by iteration: it is asked for what can be seen, `VISIBLE` of a diameter and of the energy.
+by iteration: it is asked for what can be seen, `VISIBLE` of a diameter and of the energy; and balls
+may overlap by the way of a step.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from engine._tolerances import CONTACT_TOLERANCE, EPS
 from reference_adapters.certified import certify
 from validation.faults import faults_of
 from validation.grading import grade
+from validation.steps import STEP_SETTINGS
 from validation.stress.judges import FloatArray, instants, overlaps
 from validation.stress.trial import Verdict
 
@@ -92,9 +94,10 @@ class Sound:
         exact = isinstance(result.trajectory, ExactTrajectory)
         diameter = 2.0 * float(scene.radii.max())
         slack = gap_rounding(scene, states.positions) + CONTACT_TOLERANCE * diameter
+        seen = VISIBLE * diameter + way_of_a_step(result)
         depths = np.maximum(overlaps(scene, states.positions).max(axis=0), 0.0)
         for depth, what in zip(depths.tolist(), ("balls [m]", "ball and cushion [m]"), strict=True):
-            yield f"overlap of {what}", (depth, slack if exact else VISIBLE * diameter)
+            yield f"overlap of {what}", (depth, slack if exact else seen)
         energy = result.energy(times).total
         rounding = max(16.0, 3.0 * len(scene.balls)) * EPS
         limit = rounding if exact else VISIBLE
@@ -246,6 +249,18 @@ def telling_instants(result: Result, between: int = 3) -> FloatArray:
     if len(times) > most:
         times = times[np.linspace(0, len(times) - 1, most).round().astype(np.int64)]
     return times
+
+
+def way_of_a_step(result: Result) -> float:
+    """Return how far the fastest ball goes at first in a step of the engine [m]; 0 without steps.
+
+    Its speed is that of the centre or of the surface, whichever is greater: spin becomes speed.
+    """
+    step = max((float(result.settings.get(name) or 0.0) for name in STEP_SETTINGS), default=0.0)
+    scene = result.scene
+    centres = np.linalg.norm(scene.velocities, axis=1)
+    surfaces = scene.radii * np.linalg.norm(scene.angular_velocities, axis=1)
+    return step * float(np.maximum(centres, surfaces).max())
 
 
 def gap_rounding(scene: Scene, positions: FloatArray) -> float:

@@ -8,7 +8,7 @@ from engine import simulate
 from validation.stress.families.cradles import FAMILY, TELLING
 from validation.stress.trial import SceneTrial
 
-TRIALS = {trial.name: trial for trial in FAMILY.trials("quick")}
+TRIALS = {trial.name: trial for trial in FAMILY.trials("full")}
 
 
 def trial_of(name: str) -> SceneTrial:

@@ -28,6 +28,7 @@ from validation.stress.sound import (
     momentum_change,
     relative_rise,
     telling_instants,
+    way_of_a_step,
 )
 
 R = 2.0**-5
@@ -106,6 +107,18 @@ def test_an_overlap_of_an_engine_that_steps_is_seen_where_it_is_visible(run):
 
     assert deep(0.5 * VISIBLE) == ()
     assert len(deep(2.0 * VISIBLE)) == 1
+
+
+def test_balls_of_an_engine_that_steps_may_overlap_by_the_way_of_a_step(run):
+    def deep(times, states):
+        states.positions[50:60, 1, 0] = states.positions[50:60, 0, 0] + 2 * R - 0.0015
+
+    assert way_of_a_step(run) == 0.0
+    stepped = framed(run, deep)
+    assert len(Sound(most_events=1)(stepped).faults) == 1
+    slow = replace(stepped, settings={"dt": 1e-3})
+    assert way_of_a_step(slow) == 1e-3
+    assert Sound(most_events=1)(slow).faults == ()
 
 
 def test_energy_that_rises_is_seen(run):

@@ -11,7 +11,7 @@ from engine import simulate
 from validation.stress.families.touching import FAMILY, R, images_of, triangle
 from validation.stress.trial import SceneTrial
 
-TRIALS = {trial.name: trial for trial in FAMILY.trials("quick")}
+TRIALS = {trial.name: trial for trial in FAMILY.trials("full")}
 
 
 def trial_of(name: str) -> SceneTrial:
@@ -49,7 +49,7 @@ def test_a_triangle_is_its_own_image():
     [
         "pair-sliding-slanting-gap-0-turned-0.7",
         "corner-rolling-slanting-gap-0",
-        "bisector-to-1-0-from-0.25",
+        "bisector-to-1-0-from-2e-01",
         "line-of-5-sliding-gap-0",
         "triangle-of-3-rows-sliding-gap-0",
         "wedged-pair-pushed-sliding-gap-0",
@@ -63,7 +63,7 @@ def test_our_engine_survives(name):
 
 
 def test_a_corner_that_gives_one_cushion_only_is_seen():
-    trial = trial_of("bisector-to-0-0-from-0.25")
+    trial = trial_of("bisector-to-0-0-from-2e-01")
     half = trial.scene.model_copy(
         update={"table": trial.scene.table.model_copy(update={"cushions": ("left",)})}
     )

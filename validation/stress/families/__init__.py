@@ -10,8 +10,10 @@ from collections.abc import Mapping
 from typing import Final
 
 from validation.stress.families import (
+    bad_input,
     cradles,
     extremes,
+    faults,
     graded,
     grazing,
     long_runs,
@@ -38,6 +40,8 @@ _MODULES: Final = (
     reversal,
     storms,
     tunnelling,
+    bad_input,
+    faults,
 )
 
 FAMILIES: Final[Mapping[str, Family]] = {module.FAMILY.name: module.FAMILY for module in _MODULES}

@@ -1,0 +1,134 @@
+"""Work in processes: a task that crashes or hangs costs itself, and no process is left behind."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import time
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+import validation.worker
+from validation.worker import limit_of, run_tasks
+
+LIMIT = limit_of(30.0)
+
+
+def work(task: str) -> str:
+    """Do what the task says."""
+    word, _, rest = task.partition(" ")
+    if word == "die":
+        os._exit(int(rest))
+    if word == "sleep":
+        time.sleep(float(rest))
+    if word == "deaf":
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        time.sleep(600.0)
+    if word == "later":  # dies once it is idle
+        signal.signal(signal.SIGALRM, lambda *_: os._exit(9))
+        signal.setitimer(signal.ITIMER_REAL, 0.05)
+    if word == "half":  # is killed in the midst of its answer
+        os.write(_answers(), b"\x00\x00\x10\x00half")
+        os._exit(3)
+    return f"done {task}"
+
+
+def _answers() -> int:
+    """Return the pipe of this worker process: the only one that is a socket."""
+    return next(
+        fd
+        for fd in range(3, 64)
+        if os.path.exists(f"/proc/self/fd/{fd}")
+        and os.readlink(f"/proc/self/fd/{fd}").startswith("socket:")
+    )
+
+
+def died(task: str, reason: str) -> str:
+    return f"{task}: {reason}"
+
+
+def results(tasks, jobs=1, limit=LIMIT) -> list[str]:
+    with closing(run_tasks(tasks, jobs, work, died, limit)) as found:
+        got = list(found)
+    assert multiprocessing.active_children() == []
+    return got
+
+
+def test_without_a_limit_one_job_is_this_process():
+    assert list(run_tasks(["pid"], 1, lambda _: str(os.getpid()), died)) == [str(os.getpid())]
+
+
+def test_with_a_limit_one_job_is_another_process_and_a_crash_costs_its_task():
+    assert results(["die 7", "a", "die 3", "b"]) == [
+        "die 7: the process running it died (exit code 7)",
+        "done a",
+        "die 3: the process running it died (exit code 3)",
+        "done b",
+    ]
+
+
+def test_a_hang_is_ended_and_a_task_may_have_a_limit_of_its_own():
+    def limit(task: str) -> float:
+        return 0.3 if task == "sleep 600" else 60.0
+
+    assert results(["sleep 600", "sleep 0.5"], limit=limit) == [
+        "sleep 600: it took longer than 0.3 s, and was ended",
+        "done sleep 0.5",
+    ]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+def test_one_that_ignores_its_end_is_killed(monkeypatch):
+    monkeypatch.setattr(validation.worker, "_JOIN_TIMEOUT", 0.2)
+    found = results(["deaf", "a"], limit=lambda task: 0.3 if task == "deaf" else 60.0)
+    assert found == ["deaf: it took longer than 0.3 s, and was ended", "done a"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+def test_a_process_that_dies_while_idle_costs_no_task():
+    # Breaks where the next task is blamed for what the one before left behind.
+    def tasks():
+        yield "later"
+        time.sleep(0.5)  # until it is dead
+        yield "a"
+
+    assert results(tasks()) == ["done later", "done a"]
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
+def test_a_process_that_dies_in_the_midst_of_its_answer_costs_its_task():
+    # Breaks where half a message ends the whole run with an OSError.
+    found = results(["half", "a"])
+    assert found == ["half: the process running it died (exit code 3)", "done a"]
+
+
+def test_a_process_that_cannot_start_costs_a_task_each(monkeypatch):
+    monkeypatch.setattr(validation.worker, "_serve", _never)
+    assert results(["a", "b"]) == [
+        "a: the process running it died (exit code 5)",
+        "b: the process running it died (exit code 5)",
+    ]
+
+
+def test_a_process_that_never_starts_is_given_up(monkeypatch):
+    monkeypatch.setattr(validation.worker, "_serve", _hangs)
+    monkeypatch.setattr(validation.worker, "_START_LIMIT", 0.3)
+    assert results(["a"]) == ["a: its process did not start within 0.3 s"]
+
+
+def _never(work, connection):
+    os._exit(5)
+
+
+def _hangs(work, connection):
+    time.sleep(600.0)
+
+
+def test_closing_ends_what_runs():
+    running = run_tasks(["a", "sleep 600", "b"], 1, work, died, LIMIT)
+    assert next(running) == "done a"
+    running.close()
+    assert multiprocessing.active_children() == []

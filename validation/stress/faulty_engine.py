@@ -1,0 +1,72 @@
+"""An engine that misbehaves as it is told: what the harness must survive."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import ClassVar, Literal
+
+from engine import Record, Result, Scene, simulate
+from engine.features import EXACT, Capability, Feature
+from reference_adapters import EngineBase, EngineSettings
+
+Fault = Literal["none", "raise", "exit", "die", "abort", "hang", "deaf", "freeze", "garbage"]
+
+
+class FaultySettings(EngineSettings):
+    """What it does in place of a shot."""
+
+    does: Fault = "none"
+    slow: float = 0.0
+    """Seconds that it sleeps before each shot, so that one can be caught in the midst of it."""
+
+
+class FaultyEngine(EngineBase):
+    """Our engine, until it fails. It isn't among the installed ones: see `planted`."""
+
+    name: ClassVar[str] = "faulty"
+    Settings: ClassVar[type[EngineSettings]] = FaultySettings
+    capabilities: ClassVar[Mapping[Feature, Capability]] = dict.fromkeys(Feature, EXACT)
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        """Simulate, or fail."""
+        self.check(scene)
+        settings = self.settings
+        assert isinstance(settings, FaultySettings)
+        time.sleep(settings.slow)
+        fail(settings.does)
+        return replace(simulate(scene, record=record), engine=self.name, settings={})
+
+
+def fail(does: Fault) -> None:
+    """Fail in that way; most never return."""
+    if does == "raise":
+        raise RuntimeError("lost the balls")
+    if does == "exit":
+        raise SystemExit(0)
+    if does == "die":
+        os._exit(7)  # as where C code calls `exit`
+    if does == "abort":
+        os.kill(os.getpid(), signal.SIGKILL)  # as by the system, where memory runs out
+    if does == "deaf":
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    if does == "freeze":
+        os.kill(os.getpid(), signal.SIGSTOP)
+    if does == "garbage":
+        raise ValueError("\x1b[31m\r\n\0\u2028 in red")
+    while does in ("hang", "deaf", "freeze"):
+        time.sleep(1.0)
+
+
+def planted(folder: Path) -> Path:
+    """Make a folder that, on the path, lets every process find the engine as an installed one."""
+    info = folder / "faulty_engine-1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: faulty-engine\nVersion: 1.0\n")
+    place = f"{FaultyEngine.__module__}:{FaultyEngine.__name__}"
+    (info / "entry_points.txt").write_text(f"[ghostball.engines]\nfaulty = {place}\n")
+    return folder
