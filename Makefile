@@ -60,9 +60,9 @@ coverage: test test-nojit  ## coverage of both runs
 	$(BIN)/coverage combine --keep --quiet .coverage.compiled .coverage.interpreted
 	$(BIN)/coverage report
 
-# A negative index that wraps is seen by compiled bounds checks alone. These tests reach every
-# kernel that tests/engine reaches: compiling them takes most of the time, and more shots through
-# the same lines, or in other processes, add nothing.
+# A negative index that wraps is seen by compiled bounds checks alone. Between them these tests run
+# every module of kernels; compiling takes most of the time, and published numbers, oracles and
+# foreign engines only send more shots through the same code.
 BOUNDED := impact_laws test_batch.py test_cells.py test_clusters.py test_elastic_gas.py \
 	test_look_again.py test_plastic.py test_press.py test_sensitivity.py \
 	test_simulate_robustness.py test_simulate_properties.py test_simultaneous.py test_skips.py \

@@ -216,11 +216,11 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     # Contact that lasts.
     Mutation(
-        "contact held too long",
+        "contact released too late",
         "_contact_force.py",
         "        change = max(-force, -2.0 * excess / (answer * duration * duration))",
-        "        change = -2.0 * excess / (answer * duration * duration)",
-        "A contact that should open is held closed: its force pulls.",
+        "        change = max(0.0, -2.0 * excess / (answer * duration * duration))",
+        "The force of a contact never lessens: it goes on pushing when nothing presses any more.",
     ),
     Mutation(
         "contact pushes one ball",

@@ -29,7 +29,6 @@ from validation.stress.family import Family
 __all__ = ["FAMILIES", "Family"]
 
 _MODULES: Final = (
-    graded,
     grazing,
     near_degenerate,
     touching,
@@ -42,6 +41,7 @@ _MODULES: Final = (
     tunnelling,
     bad_input,
     faults,
+    graded,
 )
 
 FAMILIES: Final[Mapping[str, Family]] = {module.FAMILY.name: module.FAMILY for module in _MODULES}
