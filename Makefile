@@ -60,16 +60,15 @@ coverage: test test-nojit  ## coverage of both runs
 	$(BIN)/coverage combine --keep --quiet .coverage.compiled .coverage.interpreted
 	$(BIN)/coverage report
 
-# A negative index that wraps is seen by compiled bounds checks alone. Between them these tests run
-# every module of kernels; compiling takes most of the time, and published numbers, oracles and
-# foreign engines only send more shots through the same code.
+# A negative index that wraps is seen by compiled bounds checks alone. These tests run every module of
+# kernels. Compiling takes most of the time: variants that leave parts out have no lines of their
+# own, and a file's tests share what is compiled, so they stay together.
 BOUNDED := impact_laws test_batch.py test_cells.py test_clusters.py test_elastic_gas.py \
 	test_look_again.py test_plastic.py test_press.py test_sensitivity.py \
-	test_simulate_robustness.py test_simulate_properties.py test_simultaneous.py test_skips.py \
-	test_orientation.py test_tree.py
+	test_simulate_robustness.py test_simultaneous.py test_orientation.py test_tree.py
 
 test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
-	NUMBA_BOUNDSCHECK=1 $(PYTEST) $(addprefix tests/engine/,$(BOUNDED))
+	NUMBA_BOUNDSCHECK=1 $(PYTEST) --dist loadfile $(addprefix tests/engine/,$(BOUNDED))
 
 lint: $(READY)  ## ruff: rules and format
 	$(BIN)/ruff check
