@@ -114,6 +114,9 @@ def run(
                 return RUN_RESTED
             if t > laws.t_max:
                 return RUN_T_MAX
+            if t == math.inf:  # a ball that moves, and neither stops nor has an end to wait for
+                log.counters[UNSOUND] = single
+                return RUN_NOT_FINITE
             if log.counters[EVENTS] + log.counters[CONTACT_STEPS] >= limit:
                 return RUN_EVENT_LIMIT
             if is_full(log, len(balls.own_kind)):

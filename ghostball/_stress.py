@@ -106,6 +106,7 @@ def summary(outcome: StressOutcome) -> dict[str, Any]:
         "planned": folder.run.planned,
         "done": len(folder.findings),
         "exit_status": outcome.exit_status,
+        "environment": folder.run.environment,
         "survival": [_survival(one, folder.path) for one in all_survival(folder)],
     }
 
