@@ -2,7 +2,16 @@
 
 import signal
 
+import pytest
+
 # A shell that starts something in the background without job control has it ignore interrupts, and
 # all its children inherit that: tests that press Ctrl-C would wait for ever.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def in_this_process(monkeypatch):
+    """Run engines in this process, where a test plants its own, instead of in ones of their own."""
+    for module in ("validation.worker", "validation.ensembles.run"):
+        monkeypatch.setattr(f"{module}.limit_of", lambda _: None)

@@ -239,7 +239,7 @@ def test_validate_refuses_an_engine_that_is_asked_for_by_name_and_missing(cli, t
     assert not out.exists()
 
 
-@pytest.mark.usefixtures("without_pybullet")
+@pytest.mark.usefixtures("without_pybullet", "in_this_process")
 def test_a_missing_optional_engine_is_listed_and_breaks_nothing(cli, tmp_path, monkeypatch):
     listed = cli("engines")
     assert listed.exit_code == 0
@@ -400,6 +400,7 @@ def test_a_pass_says_whether_its_outcome_was_judged(cli, tmp_path):
     assert "≈ limits hold, outcome not judged" in result.stdout
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_crash_of_an_engine_is_a_fault_of_the_harness(cli, tmp_path, monkeypatch):
     from reference_adapters.paper_discrete import PaperDiscreteEngine
 
@@ -465,7 +466,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_so(tmp_path):
             assert time.monotonic() < give_up
             time.sleep(0.05)
         process.send_signal(signal.SIGINT)
-        stdout, stderr = process.communicate(timeout=60)
+        stdout, stderr = process.communicate(timeout=300)
     assert process.returncode == 130, stderr
     done = len(results.read_text().splitlines())
     assert f"Interrupted: {done} of {2 * len(scene_names())} cases are done and kept" in stderr

@@ -76,6 +76,7 @@ def test_engines_that_cannot_are_named(cli, tmp_path):
     )
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_member_that_an_engine_fails_on_is_a_fault_of_the_harness(cli, tmp_path, monkeypatch):
     real = run_module.run_member
 
@@ -108,6 +109,7 @@ def test_a_failed_null_test_fails_the_run(cli, tmp_path, monkeypatch):
     assert "null test of ghostball failed" in result.stdout
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_ctrl_c_keeps_what_is_done(cli, tmp_path, monkeypatch):
     real = run_module.run_member
 
