@@ -40,7 +40,7 @@ validate: $(READY)  ## run every scene on every engine, write the report, print 
 	$(BIN)/ghostball validate --suite full --jobs $(JOBS) --out $(OUT)
 
 stress: $(READY)  ## try to break every engine: what CI has time for
-	$(BIN)/ghostball stress --suite quick --jobs $(JOBS) --out $(OUT)/stress
+	$(BIN)/ghostball stress --suite quick --jobs $(JOBS) --out $(OUT)/stress-quick
 
 # What is compiled can't be traced: the tests of the kernels run again without compilation. Those of
 # all else trace it as they run anyway, in `test`; both together are the coverage.

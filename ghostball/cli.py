@@ -363,13 +363,13 @@ def stress(
         ),
     ] = None,
     out: Annotated[
-        Path,
+        Path | None,
         typer.Option(
             metavar="DIR",
-            help="Folder of what is found. A run goes on where an earlier one by the same code "
-            "ended.",
+            help="Folder of what is found (default: out/stress-quick or out/stress-full). A run "
+            "goes on where an earlier one by the same code ended.",
         ),
-    ] = Path("out/stress"),
+    ] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Processes that try.")] = 2,
     rerun: Annotated[
         bool, typer.Option("--rerun", help="Try everything, also what is known already.")
@@ -424,7 +424,7 @@ def stress(
             only or [],
             suite=suite.value,
             engines=engines,
-            out=out,
+            out=Path(f"out/stress-{suite.value}") if out is None else out,
             jobs=jobs,
             rerun=rerun,
             time_limit=time_limit,

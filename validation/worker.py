@@ -170,7 +170,8 @@ class _Pool(Generic[T, R]):
         ready = wait([worker.connection for worker in busy], self._time_left(busy))
         for worker in busy:
             assert worker.task is not None
-            if worker.connection not in ready:
+            # Asked again: while what others gave was taken, this one may have answered too.
+            if worker.connection not in ready and not worker.connection.poll():
                 if worker.deadline is not None and time.monotonic() >= worker.deadline:
                     assert self._limit is not None
                     yield self._give_up(

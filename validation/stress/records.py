@@ -233,7 +233,10 @@ class StressWriter:
             return {}
         folder = StressFolder.load(self.path)
         if folder.run.suite != suite:
-            return {}
+            raise ResultsError(
+                f"{self.path}: holds what suite {folder.run.suite} found, which stays as it is. "
+                "Choose another `--out`, or remove it"
+            )
         return {one.key: one for one in folder.findings if one.outcome != "unavailable"}
 
     def begin(self, run: StressRun, kept: Iterable[Finding]) -> None:

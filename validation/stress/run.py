@@ -181,6 +181,11 @@ def _plan(labels: Sequence[str], suite: Suite, only: Sequence[str]) -> list[Stre
                 f"no family or trial of suite {suite} is called {pattern!r}. Families: "
                 f"{', '.join(FAMILIES)}; a trial is FAMILY/TRIAL, as the report names it"
             )
+    if not tasks:
+        raise StressError(
+            f"what is asked for is tried on our engine alone: name `{OURS}` among the engines, got "
+            f"{', '.join(labels)}"
+        )
     return tasks
 
 
@@ -233,7 +238,9 @@ def _run(
             warm_up(scene for trial in examples for scene in trial.examples())
         with closing(run_tasks(rest, jobs, run_trial, _died, limit)) as findings:
             for one in findings:
-                stamped = replace(one, code_hash=code.hash if code.holds() else "")
+                # A crash or a limit of time may have had a cause outside of all this: run again.
+                repeats = one.severity < CRASHED and code.holds()
+                stamped = replace(one, code_hash=code.hash if repeats else "")
                 found[stamped.key] = stamped
                 writer.add(stamped)
                 if progress is not None:

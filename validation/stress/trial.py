@@ -10,6 +10,7 @@ right answer, or something that no shot may break.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -22,6 +23,9 @@ from validation.returned import check_result
 Suite = Literal["quick", "full"]
 """How much is tried: what a CI has time for, or all."""
 
+
+NOT_FINITE = 1e6
+"""Severity of a verdict on numbers that are NaN or infinite."""
 
 CRASHED = 1e9
 """Severity of a trial that gave no verdict: nothing is worse."""
@@ -59,6 +63,11 @@ class Verdict:
     shots: int = 1
     broken: int = 0
     values: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Give what has no finite severity, for its numbers have none, one that can be written."""
+        if not math.isfinite(self.severity):
+            object.__setattr__(self, "severity", NOT_FINITE)
 
     @classmethod
     def of(

@@ -179,9 +179,9 @@ def worst_of(result: Result, times: FloatArray) -> Worst:
 def faults_of(result: Result, worst: Worst, deepest: float) -> tuple[str, ...]:
     """Return what is wrong with a break; `deepest` is the overlap that is allowed [m]."""
     faults = []
-    if worst.depth > deepest:
+    if not worst.depth <= deepest:  # nor where it is NaN
         faults.append(f"balls overlap each other or a cushion by {worst.depth:.3g} m")
-    if worst.rise > MOST_RISE:
+    if not worst.rise <= MOST_RISE:
         faults.append(f"the energy rises by {worst.rise:.3g} of the first")
     if unsolved(result):
         faults.append(f"{unsolved(result)} contact steps or joint impacts are left unsolved")

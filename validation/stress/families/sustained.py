@@ -182,7 +182,7 @@ FAMILY = Family(
     "sustained",
     "Sustained contact",
     "Balls that topspin, or a slower ball ahead, presses on others, on cushions and into corners "
-    "don't overlap, gain no energy, and have at most 150 events each, and 25 000 contact steps a "
-    "second.",
+    f"don't overlap, gain no energy, and have at most {EVENTS_PER_BALL} n + 4 n^3 events, n balls, "
+    f"and {STEPS_PER_SECOND} contact steps a second.",
     _trials,
 )
