@@ -13,9 +13,9 @@ from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, PlainSerializer, PlainValidator, ValidationError
+from pydantic import ConfigDict, PlainSerializer, PlainValidator
 
-from engine import GhostballError, Scene, Status
+from engine import GhostballError, Scene, SceneError, Status
 from engine.result import Events
 
 SCHEMA: Final = 3
@@ -70,12 +70,9 @@ def scene_from(definition: Mapping[str, Any], name: str) -> Scene:
     """
     try:
         return Scene.model_validate(definition)
-    except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(["definition", *map(str, first["loc"])])
+    except SceneError as error:
         raise GhostballError(
-            f'the stored results of scene "{name}" are damaged: `{place}`: {first["msg"]}. Run '
-            "them again"
+            f'the stored results of scene "{name}" are damaged: {error} Run them again'
         ) from None
 
 

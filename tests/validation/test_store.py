@@ -533,5 +533,5 @@ def test_a_folder_that_refuses_files_is_found_out_before_the_run(tmp_path: Path)
 
 def test_a_scene_that_was_damaged_is_named_and_is_no_bug_of_ours() -> None:
     case = record(scene="stop", definition={"name": "stop", "balls": []})
-    with pytest.raises(GhostballError, match=r'"stop" are damaged: `definition.balls`: .*again'):
+    with pytest.raises(GhostballError, match=r'"stop" are damaged: `balls` must .*again'):
         case.load_scene()
