@@ -352,7 +352,7 @@ def stress(
         ),
     ] = None,
     suite: Annotated[
-        StressSuite, typer.Option(help="quick: a minute, as for a CI; full: some 20 minutes.")
+        StressSuite, typer.Option(help="quick: what a CI has time for; full: all of it.")
     ] = StressSuite.QUICK,
     engines: Annotated[
         str | None,
