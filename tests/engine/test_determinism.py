@@ -102,12 +102,12 @@ SCENES = {
     "frozen-pair": frozen_pair,
 }
 STORED = {
-    "paper-break": "5034fd117782e2c6b20f32a7b06224e54caa8b80d455ef8e61201be3e6c64240",
-    "lossy-break": "436f530bfa76b7684a5a3207bea19df81854150c401e93980e0f1bd0b0318ee4",
-    "gas": "c2204b432f9fce25724eb1ea098c5ea8c0bba39fdf0fff1dba37f053c198004c",
-    "cloth-break": "7a4e4ca811fb55da08014f508167109542d876fbd40ab45a0bca28470602431b",
+    "paper-break": "a2b14b91e2795de62272e2ec6d69e57ab239436828813cb81e5d6a6734753f58",
+    "lossy-break": "a8aefc019693c854bbd3fb3c3b531d72357e84276e49cdae8f6310fddcd718ba",
+    "gas": "f8fec0e5a91609bcb68320748ab2945b23154a5c712c069581f289d85d87193e",
+    "cloth-break": "0571098962c4f27fbf549f2bb062925845a3545394a9869d82f515230cd9a611",
     "integrated-laws": "cf7196cd6d8deaba22a5868954b09dbb3e598cb284211958cab0f78af83cbf52",
-    "frozen-pair": "92686b3d6d51b11dd84d22cc0f6b6476457b091b1a08b5704a45575baf55cc78",
+    "frozen-pair": "1a0ac213c88027c784d3c93f01bd3d9d2a608d2e7a344b46d028f1bffc5f6288",
 }
 
 
