@@ -59,6 +59,7 @@ def test_in_a_sweep():
     assert [STATUSES[k] for k in batch.status] == [Status.FAILED] * 2
 
 
+@pytest.mark.compiled  # interpreted, a division by zero raises
 @pytest.mark.parametrize("physics", [{}, {"preset": "pool"}], ids=["rolling", "sliding"])
 @pytest.mark.parametrize("after", [0, 2, 5])
 @pytest.mark.parametrize("name", [*MOTION, *CONSTANTS])
