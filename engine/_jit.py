@@ -130,11 +130,13 @@ def cache_root() -> Path:
 def cache_key() -> str:
     """Hash of all that decides the machine code: sources, versions, flags, the processor asked for.
 
-    The bounds-check and processor flags are in it because a warm numba cache ignores the first, and
-    because a test compiles for a generic processor.
+    And of where the sources lie, since numba keeps what it compiles by their paths: of two equal
+    checkouts each compiles, and says so. The bounds-check and processor flags are in it because a
+    warm numba cache ignores the first, and because a test compiles for a generic processor.
     """
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
+    package = Path(__file__).resolve().parent
+    digest = hashlib.sha256(os.fsencode(package))
+    for path in sorted(package.rglob("*.py")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     flags = [_config.BOUNDSCHECK, _config.CPU_NAME, _config.CPU_FEATURES, OPTIONS]
     versions = [numba.__version__, llvmlite.__version__, np.__version__]

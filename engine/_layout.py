@@ -94,8 +94,8 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
     radii, laws = scene.radii, laws_of(scene, off)
     radii.flags.writeable = False
     with np.errstate(all="ignore"):  # what isn't finite is told, not warned of
-        unsound = first_not_finite(scene)
         balls = balls_of(scene)
+    unsound = first_not_finite(scene, balls)
     many = uses_cells(scene, off) and not unsound
     pairs = pairs_of(0 if many else len(scene.balls))
     layout = Layout(
@@ -117,17 +117,25 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
 _LAYOUTS: dict[int, tuple[weakref.ref[Scene], Layout]] = {}
 
 
-def first_not_finite(scene: Scene) -> str:
+def first_not_finite(scene: Scene, balls: Balls) -> str:
     """Return which number of a scene is NaN or infinite, and what it is; "" where none is.
 
-    No checked scene has one; but pydantic also makes scenes without their checks.
+    No checked scene has one; but pydantic also makes scenes without their checks. What the kernels
+    have of the balls is looked at first, for to look at a scene's own numbers takes as long as a
+    short shot.
     """
-    table = (
-        {} if scene.table is None else {"length": scene.table.length, "width": scene.table.width}
-    )
-    numbers = {f"physics.{name}": value for name, value in scene.physics}
-    numbers |= {f"table.{name}": value for name, value in table.items()} | {"t_max": scene.t_max}
-    for name, value in numbers.items():
+    table, physics = scene.table, scene.physics.__dict__
+    numbers = [scene.t_max, *physics.values()]
+    if table is not None:
+        numbers += [table.length, table.width]
+    finite = all(math.isfinite(n) for n in numbers if isinstance(n, float))
+    # Of each ball one number is infinite: when its next event is.
+    if finite and np.count_nonzero(np.isfinite(balls.state)) == balls.state.size - len(balls.state):
+        return ""
+    scalars: dict[str, object] = {f"physics.{name}": value for name, value in physics.items()}
+    if table is not None:
+        scalars |= {"table.length": table.length, "table.width": table.width}
+    for name, value in (scalars | {"t_max": scene.t_max}).items():
         if isinstance(value, float) and not math.isfinite(value):
             return f"`{name}` is {value}"
     columns = {  # the radius first: what rolls has its angular velocity from it
@@ -138,8 +146,9 @@ def first_not_finite(scene: Scene) -> str:
         "spinning_friction_rate": scene.spinning_friction_rates,
         "position": scene.positions,
         "velocity": scene.velocities,
-        "angular_velocity": scene.angular_velocities,
     }
+    with np.errstate(all="ignore"):
+        columns["angular_velocity"] = scene.angular_velocities
     for name, column in columns.items():
         if not np.all(np.isfinite(column)):
             place = np.argwhere(~np.isfinite(column))[0]

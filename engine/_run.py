@@ -196,6 +196,8 @@ class Run:
         ]
         if not math.isfinite(state[s.RADIUS]):
             wrong.append(f"radius of {state[s.RADIUS]}")
+        if not wrong and state[s.OWN_TIME] >= self._clock[s.NOW]:
+            return f"contacts of {ball} are looked for without end"
         if not wrong:
             return f"{ball} has its next event at {state[s.OWN_TIME]:.9g} s, not later than now"
         return f"{ball} has no finite motion ({', '.join(wrong)})"

@@ -74,6 +74,8 @@ def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -
             if laws.slides:
                 loosen(balls, k)  # before anything asks how it turns
     for c in range(count):
+        # No account of the rounded normal's length, as one impact alone needs: impulses are found
+        # here for the very rates along it.
         nx, ny = contact_normal(balls, contacts.ends[c, FIRST], contacts.ends[c, SECOND])
         contacts.forces[c, NX] = nx
         contacts.forces[c, NY] = ny
