@@ -3,10 +3,7 @@
 >>> Sound(most_events=200)(result)
 Verdict(faults=(), ...)
 
-What is asked of an engine whose motion is exact are bounds of rounding, and README's of a
-sustained contact. An engine that steps sees a contact late by up to a step, and solves many of them
-by iteration: it is asked for what can be seen, `VISIBLE` of a diameter and of the energy; and balls
-may overlap by the way of a step.
+How well exact motion must keep to it, and an engine that steps, `judges.py` says.
 """
 
 from __future__ import annotations
@@ -18,18 +15,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine import ExactTrajectory, Result, Samples, Scene
-from engine._tolerances import CONTACT_TOLERANCE, EPS
+from engine._tolerances import EPS
 from reference_adapters.certified import certify
 from validation.faults import faults_of
 from validation.grading import grade
-from validation.steps import STEP_SETTINGS
-from validation.stress.judges import FloatArray, instants, overlaps
+from validation.stress.judges import (
+    VISIBLE,
+    FloatArray,
+    energies,
+    energy_rise,
+    instants,
+    is_exact,
+    overlap_limit,
+    overlaps,
+    rise_limit,
+)
 from validation.stress.trial import Verdict
-
-VISIBLE = 0.01
-"""Error of an engine that steps, in diameters, and in parts of speed, momentum and energy.
-
-0.6 mm for pool balls; ten times what a ball of 1 m/s goes in a step of 0.1 ms."""
 
 MOST_DISTANCES = 4_000_000
 """Distances of two balls that are computed in one run: of more instants, some are left out."""
@@ -91,17 +92,14 @@ class Sound:
     ) -> Iterator[tuple[str, tuple[float, float]]]:
         """Yield what is measured: its name, its value, and the most that it may be."""
         scene = result.scene
-        exact = isinstance(result.trajectory, ExactTrajectory)
+        exact = is_exact(result)
         diameter = 2.0 * float(scene.radii.max())
-        slack = gap_rounding(scene, states.positions) + CONTACT_TOLERANCE * diameter
-        seen = VISIBLE * diameter + way_of_a_step(result)
+        deepest = overlap_limit(result, states.positions)
         depths = np.maximum(overlaps(scene, states.positions).max(axis=0), 0.0)
         for depth, what in zip(depths.tolist(), ("balls [m]", "ball and cushion [m]"), strict=True):
-            yield f"overlap of {what}", (depth, slack if exact else seen)
-        energy = result.energy(times).total
-        rounding = max(16.0, 3.0 * len(scene.balls)) * EPS
-        limit = rounding if exact else VISIBLE
-        yield "rise of the energy [1]", (relative_rise(energy), limit)
+            yield f"overlap of {what}", (depth, deepest)
+        rise = energy_rise(energies(result, times))
+        yield "rise of the energy [1]", (rise, rise_limit(result))
         assert result.events is not None
         yield "number of events", (float(len(result.events)), float(self.most_events))
         steps = float(result.work.get("contact_steps", 0))
@@ -154,7 +152,7 @@ class Ends:
     def __call__(self, result: Result) -> Verdict:
         """Judge a run."""
         scene = result.scene
-        exact = isinstance(result.trajectory, ExactTrajectory)
+        exact = is_exact(result)
         faults = []
         counted = sum(result.collision_counts.values())
         if self.collisions is not None and counted != self.collisions:
@@ -249,35 +247,6 @@ def telling_instants(result: Result, between: int = 3) -> FloatArray:
     if len(times) > most:
         times = times[np.linspace(0, len(times) - 1, most).round().astype(np.int64)]
     return times
-
-
-def way_of_a_step(result: Result) -> float:
-    """Return how far the fastest ball goes at first in a step of the engine [m]; 0 without steps.
-
-    Its speed is that of the centre or of the surface, whichever is greater: spin becomes speed.
-    """
-    step = max((float(result.settings.get(name) or 0.0) for name in STEP_SETTINGS), default=0.0)
-    scene = result.scene
-    centres = np.linalg.norm(scene.velocities, axis=1)
-    surfaces = scene.radii * np.linalg.norm(scene.angular_velocities, axis=1)
-    return step * float(np.maximum(centres, surfaces).max())
-
-
-def gap_rounding(scene: Scene, positions: FloatArray) -> float:
-    """Return how far rounding alone may put a closed gap off [m]: some ulps of the coordinates."""
-    largest = float(np.max(np.abs(positions[:, :, :2]), initial=0.0))
-    return 8.0 * EPS * max(largest, float(scene.radii.max()))
-
-
-def relative_rise(energy: FloatArray) -> float:
-    """Return by how much energy, (k,) in order of time, ever exceeds the least before it.
-
-    Over the first; inf where that is 0 and it rises.
-    """
-    rise = float(np.max(energy - np.minimum.accumulate(energy), initial=0.0))
-    if rise <= 0.0:
-        return 0.0
-    return rise / float(energy[0]) if energy[0] > 0.0 else math.inf
 
 
 def momentum_change(scene: Scene, states: Samples) -> float:

@@ -8,7 +8,8 @@ from itertools import product
 
 from engine import Ball, Physics, Scene, Table
 from validation.stress.family import Family
-from validation.stress.sound import VISIBLE, AsProved, Both, Ends, Sound
+from validation.stress.judges import VISIBLE
+from validation.stress.sound import AsProved, Both, Ends, Sound
 from validation.stress.trial import SceneTrial, Suite, Trial, size
 
 R = 2.0**-5
