@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -68,3 +69,33 @@ def test_a_corner_that_gives_one_cushion_only_is_seen():
         update={"table": trial.scene.table.model_copy(update={"cushions": ("left",)})}
     )
     assert trial.judge(simulate(half, record="trajectory")).faults
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "pair-elastic-into-gap-0-turned-0.7",
+        "pair-elastic-into-gap-0-turned-4.0",
+        "corner-elastic-slanting-gap-0",
+        "corner-rolling-slanting-gap-0",
+    ],
+)
+def test_where_no_proof_says_anything_a_closed_form_does(name):
+    trial = trial_of(name)
+    run = simulate(trial.scene, record="trajectory")
+    assert trial.judge(run).faults == ()
+    state = run.final_state
+    for field, by in (("positions", 1e-14), ("velocities", 1e-13)):
+        off = replace(run, final_state=state._replace(**{field: getattr(state, field) + by}))
+        assert trial.judge(off).faults
+    fewer = replace(run, collision_counts={"ball-ball": 0, "ball-cushion": 0})
+    assert "instead of" in trial.judge(fewer).faults[0]
+
+
+def test_a_ball_that_leaves_a_corner_by_one_cushion_alone_is_seen():
+    trial = trial_of("corner-sliding-slanting-gap-0")
+    assert trial.judge(simulate(trial.scene, record="trajectory")).faults == ()
+    table = trial.scene.table.model_copy(update={"cushions": ("left",)})
+    half = trial.scene.model_copy(update={"table": table})
+    run = replace(simulate(half, record="trajectory"), scene=trial.scene)
+    assert "overlap" in trial.judge(run).faults[0]

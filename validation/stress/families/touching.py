@@ -9,7 +9,8 @@ from itertools import product
 from engine import Ball, Physics, Scene, Table
 from validation.stress.family import Family
 from validation.stress.judges import VISIBLE
-from validation.stress.sound import AsProved, Both, Ends, Sound
+from validation.stress.proved import AsProved
+from validation.stress.sound import Both, Ends, Sound
 from validation.stress.trial import SceneTrial, Suite, Trial, size
 
 R = 2.0**-5
@@ -36,6 +37,9 @@ DIRECTIONS = {
     "away": (-1.0, 0.0),
 }
 """Velocities at a contact whose normal is (1, 0)."""
+
+T_MAX = 0.02
+"""How long what is proved is followed [s]."""
 
 Plane = tuple[float, float]
 
@@ -64,7 +68,7 @@ def _pairs(suite: Suite) -> Iterator[Trial]:
         scene = Scene(
             name=name,
             physics=physics,
-            t_max=0.02,
+            t_max=T_MAX,
             balls=[
                 _ball(
                     "a", (0.0, 0.0), (c * course[0] - s * course[1], s * course[0] + c * course[1])
@@ -73,7 +77,14 @@ def _pairs(suite: Suite) -> Iterator[Trial]:
             ],
         )
         sound = Sound(most_events=4, most_steps=200, isolated=kind == "elastic")
-        yield SceneTrial(name, scene, Both(sound, AsProved()))
+        if kind == "elastic" and word == "into" and gap == 0.0 and turn != 0.0:
+            # The first ball ends at rest or creeps by a rounding: which, no proof tells, so that it
+            # says nothing of the shot. Equal masses trade velocities.
+            there = (c * (apart + T_MAX), s * (apart + T_MAX))
+            traded = Ends(((0.0, 0.0), (c, s)), 1, ((0.0, 0.0), there))
+            yield SceneTrial(name, scene, Both(sound, traded))
+        else:
+            yield SceneTrial(name, scene, Both(sound, AsProved(cached=False)))
 
 
 def _on_cushions(suite: Suite) -> Iterator[Trial]:
@@ -89,10 +100,31 @@ def _on_cushions(suite: Suite) -> Iterator[Trial]:
                 name=name,
                 physics=physics,
                 table=table,
-                t_max=0.02,
+                t_max=T_MAX,
                 balls=[_ball("a", place, velocity)],
             )
-            yield SceneTrial(name, scene, Both(Sound(most_events=6, most_steps=200), AsProved()))
+            sound = Sound(most_events=6, most_steps=200)
+            if where == "corner" and word == "slanting" and gap == 0.0:
+                yield SceneTrial(name, scene, _from_corner(kind, place, course, sound))
+            else:
+                yield SceneTrial(name, scene, Both(sound, AsProved(cached=False)))
+
+
+def _from_corner(kind: str, place: Plane, course: Plane, sound: Sound) -> Sound | Both:
+    """Return the judge of a ball that leaves a corner, into which it is pushed at the start.
+
+    Which of both cushions comes first no proof tells, and so it says nothing of the shot. Mirrors
+    send the ball back either way, and it rolls on. What friction on the first one leaves for the
+    second depends on that order: then nothing is asked but that both are met, or it would be
+    beyond one of them.
+    """
+    if kind == "sliding":
+        return sound
+    lost = KINDS[kind].rolling_friction * KINDS[kind].gravity * T_MAX
+    way = T_MAX * (1.0 - 0.5 * lost)  # at 1 m/s at first
+    velocity = (course[0] * (1.0 - lost), course[1] * (1.0 - lost))
+    there = (place[0] + course[0] * way, place[1] + course[1] * way)
+    return Both(sound, Ends((velocity,), 2, (there,)))
 
 
 def _into_corners(suite: Suite) -> Iterator[Trial]:
