@@ -11,7 +11,6 @@ from engine import SampledTrajectory, UnsupportedSceneError, simulate
 from engine.scene import POOL_BALL_RADIUS as RADIUS
 from reference_adapters.registry import make_engine
 from validation.stress.families.long_runs import (
-    FAMILY,
     GalperinTrial,
     GasTrial,
     _Seen,
@@ -20,12 +19,6 @@ from validation.stress.families.long_runs import (
 from validation.stress.gas import (
     gas,
 )
-
-
-@pytest.mark.parametrize("suite", ["quick", "full"])
-def test_names_are_unique(suite):
-    names = [trial.name for trial in FAMILY.trials(suite)]
-    assert len(names) == len(set(names))
 
 
 def test_the_collisions_of_galperin_are_the_digits_of_pi():

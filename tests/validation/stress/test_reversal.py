@@ -7,7 +7,6 @@ import pytest
 from engine import GhostballError
 from reference_adapters.registry import make_engine
 from validation.stress.families.reversal import (
-    FAMILY,
     TOLERANCE,
     ReversalTrial,
     Step,
@@ -18,12 +17,6 @@ from validation.stress.families.reversal import (
 from validation.stress.gas import gas
 
 SCENE = gas(2, 0.1, 3.0)
-
-
-@pytest.mark.parametrize("suite", ["quick", "full"])
-def test_names_are_unique(suite):
-    names = [trial.name for trial in FAMILY.trials(suite)]
-    assert len(names) == len(set(names))
 
 
 @pytest.mark.parametrize("scene", [SCENE, _unlike(gas(3, 0.2, 2.0)), _line(20)])

@@ -10,11 +10,9 @@ from engine import Ball, Physics, Scene
 from engine._tolerances import CAPTURE_HEIGHT
 from validation.stress.family import Family
 from validation.stress.proved import AsProved
+from validation.stress.rows import R
 from validation.stress.sound import Both, Ends, Sound
 from validation.stress.trial import SceneTrial, Suite, Trial, size
-
-R = 2.0**-5
-"""Radius [m]: with it, gaps on an axis are what they say, to the bit."""
 
 SPEED = 1.0
 T_CATCH = 0.05

@@ -312,8 +312,8 @@ FAMILY = Family(
     "At its own step an engine lets no ball through another, from whichever instant the steps are "
     f"counted: {PHASES} of them for each speed of a pool game, 0.5 to 10 m/s, and each depth of "
     "impact, 0.5 to 0.01 diameters; and the energy at the end is right, to rounding where motion "
-    "is exact and else to 1e-3 of the first, in an elastic break of frozen balls and of a ball that "
-    "bounces to and fro. How large steps might be "
-    "is measured for engines that have any; ours has none, so it has no such limit.",
+    "is exact and else to 1e-3 of the first, in an elastic break of frozen balls and of a ball "
+    "that bounces to and fro. How large steps might be is measured for engines that have any; ours "
+    "has none, so it has no such limit.",
     _trials,
 )
