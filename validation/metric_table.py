@@ -156,7 +156,9 @@ METRICS: dict[str, Metric] = {
             "largest change of energy where it should hold, over the initial energy",
         ),
         Metric(
-            "energy_rise", "1", "largest rise of energy between samples, over the initial energy"
+            "energy_rise",
+            "1",
+            "largest rise of energy above the least before it, over the initial energy",
         ),
         Metric("overlap_max", "m", "deepest overlap of two balls in the recorded motion"),
         Metric("wall_time", "s", "run time of the simulation alone, one sample"),

@@ -17,7 +17,13 @@ from engine import EventKind, ExactTrajectory, Result, Scene
 from engine.result import COLLISION_KINDS
 from validation.grading import Grade, grade
 from validation.metric_table import METRICS
-from validation.sampling import deepest_overlap, energy_at, energy_series, events_of
+from validation.sampling import (
+    deepest_overlap,
+    energy_at,
+    energy_series,
+    events_of,
+    largest_rise,
+)
 from validation.sequences import matching_collisions
 from validation.truth import Truth, collisions_of
 
@@ -286,7 +292,7 @@ def _energy_drift(result: Result, truth: Truth) -> float:  # noqa: ARG001 - need
 
 def _energy_rise(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
     energy = _finite(energy_series(result))
-    return float(np.max(np.diff(energy), initial=0.0)) / _initial(energy)
+    return largest_rise(energy) / _initial(energy)
 
 
 def _overlap_max(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth

@@ -98,6 +98,17 @@ def energy_series(result: Result) -> FloatArray:
     return result.energy(times).total
 
 
+def largest_rise(energy: FloatArray) -> float:
+    """Return by how much energy ever exceeds the least before it [J]; 0 if never.
+
+    Parameters
+    ----------
+    energy : (k,) float64 [J]
+        In order of time.
+    """
+    return float(np.max(energy - np.minimum.accumulate(energy), initial=0.0))
+
+
 def deepest_overlap(result: Result) -> float:
     """Return how deep any two balls overlap in the recorded motion at most [m]; 0 if never.
 

@@ -256,6 +256,11 @@ def test_drift_where_energy_holds_and_rise_everywhere() -> None:
     assert lossy.values["energy_drift"] is None
     assert "is lost" in lossy.notes["energy_drift"]
     assert lossy.values["energy_rise"] == pytest.approx(0.96, rel=1e-12)
+    # What comes in sample by sample counts whole: 1, 0.5, 0.8, 1.1 m/s.
+    slow = measure(
+        result(scene(), [[0.0, 1.0]] * 4, [1.0, 0.5, 0.8, 1.1], times=(0.0, 1.0, 1.5, 2.0)), truth()
+    )
+    assert slow.values["energy_rise"] == pytest.approx(0.96, rel=1e-12)
 
 
 def test_a_scene_at_rest_has_no_energy_to_compare_with() -> None:

@@ -1,6 +1,9 @@
-"""What must hold in any run, looked up in its recorded motion by brute force.
+"""What must hold in any run, looked up in its recorded motion by brute force; and how well.
 
-Each function measures; what is too much is for the family to say.
+Exact motion is held to rounding, and to what a sustained contact may be off by. An engine that
+steps sees a contact late by up to a step, and solves many of them by iteration: it is asked for
+what can be seen, `VISIBLE` of a diameter and of the energy; and balls may overlap by the way of a
+step.
 """
 
 from __future__ import annotations
@@ -8,10 +11,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Result, Scene
+from engine import ExactTrajectory, Result, Scene
+from engine._tolerances import CONTACT_TOLERANCE, EPS
 from engine.trajectory import SampledTrajectory
+from validation.sampling import largest_rise
+from validation.steps import STEP_SETTINGS
 
 FloatArray = NDArray[np.float64]
+
+VISIBLE = 0.01
+"""Error of an engine that steps, in diameters, and in parts of speed, momentum and energy.
+
+0.6 mm for pool balls; ten times what a ball of 1 m/s goes in a step of 0.1 ms."""
 
 
 def overlaps(scene: Scene, positions: FloatArray) -> FloatArray:
@@ -77,7 +88,9 @@ def energies(result: Result, times: FloatArray) -> FloatArray:
 
 
 def energy_rise(energy: FloatArray) -> float:
-    """Return the largest rise of energy from one instant to the next, over the first energy.
+    """Return by how much energy ever exceeds the least before it, over the first.
+
+    So that many small rises count as what they add up to.
 
     Parameters
     ----------
@@ -89,10 +102,51 @@ def energy_rise(energy: FloatArray) -> float:
     float
         0 where it never rises; inf where it rises from 0.
     """
-    rise = float(np.max(np.diff(energy), initial=0.0))
+    rise = largest_rise(energy)
     if rise <= 0.0:
         return 0.0
     return rise / float(energy[0]) if energy[0] > 0.0 else np.inf
+
+
+def is_exact(result: Result) -> bool:
+    """Whether a run is held to rounding: its motion is recorded in closed form."""
+    return isinstance(result.trajectory, ExactTrajectory)
+
+
+def overlap_limit(result: Result, positions: FloatArray) -> float:
+    """Return the deepest overlap that a run may have at these places, (k, n, 3) [m]; in metres."""
+    scene = result.scene
+    diameter = 2.0 * float(scene.radii.max())
+    if is_exact(result):
+        return gap_rounding(scene, positions) + CONTACT_TOLERANCE * diameter
+    return VISIBLE * diameter + way_of_a_step(result)
+
+
+def rise_limit(result: Result) -> float:
+    """Return the largest `energy_rise` that a run may have.
+
+    Of exact motion: a rounding of each of the three parts that a ball's energy has, for the sum
+    over them may round all the same way; of few balls, those of their speeds as well.
+    """
+    return max(16.0, 3.0 * len(result.scene.balls)) * EPS if is_exact(result) else VISIBLE
+
+
+def gap_rounding(scene: Scene, positions: FloatArray) -> float:
+    """Return how far rounding alone may put a closed gap off [m]: some ulps of the coordinates."""
+    largest = float(np.max(np.abs(positions[:, :, :2]), initial=0.0))
+    return 8.0 * EPS * max(largest, float(scene.radii.max()))
+
+
+def way_of_a_step(result: Result) -> float:
+    """Return how far the fastest ball goes at first in a step of the engine [m]; 0 without steps.
+
+    Its speed is that of the centre or of the surface, whichever is greater: spin becomes speed.
+    """
+    step = max((float(result.settings.get(name) or 0.0) for name in STEP_SETTINGS), default=0.0)
+    scene = result.scene
+    centres = np.linalg.norm(scene.velocities, axis=1)
+    surfaces = scene.radii * np.linalg.norm(scene.angular_velocities, axis=1)
+    return step * float(np.maximum(centres, surfaces).max())
 
 
 def unsolved(result: Result) -> int:

@@ -3,33 +3,30 @@
 >>> Sound(most_events=200)(result)
 Verdict(faults=(), ...)
 
-What is asked of an engine whose motion is exact are bounds of rounding, and README's of a
-sustained contact. An engine that steps sees a contact late by up to a step, and solves many of them
-by iteration: it is asked for what can be seen, `VISIBLE` of a diameter and of the energy; and balls
-may overlap by the way of a step.
+How well exact motion must keep to it, and an engine that steps, `judges.py` says.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from engine import ExactTrajectory, Result, Samples, Scene
-from engine._tolerances import CONTACT_TOLERANCE, EPS
-from reference_adapters.certified import certify
-from validation.faults import faults_of
-from validation.grading import grade
-from validation.steps import STEP_SETTINGS
-from validation.stress.judges import FloatArray, instants, overlaps
-from validation.stress.trial import Verdict
-
-VISIBLE = 0.01
-"""Error of an engine that steps, in diameters, and in parts of speed, momentum and energy.
-
-0.6 mm for pool balls; ten times what a ball of 1 m/s goes in a step of 0.1 ms."""
+from engine._tolerances import EPS
+from validation.stress.judges import (
+    VISIBLE,
+    FloatArray,
+    energies,
+    energy_rise,
+    instants,
+    is_exact,
+    overlap_limit,
+    overlaps,
+    rise_limit,
+)
+from validation.stress.trial import Judge, Verdict
 
 MOST_DISTANCES = 4_000_000
 """Distances of two balls that are computed in one run: of more instants, some are left out."""
@@ -91,17 +88,14 @@ class Sound:
     ) -> Iterator[tuple[str, tuple[float, float]]]:
         """Yield what is measured: its name, its value, and the most that it may be."""
         scene = result.scene
-        exact = isinstance(result.trajectory, ExactTrajectory)
+        exact = is_exact(result)
         diameter = 2.0 * float(scene.radii.max())
-        slack = gap_rounding(scene, states.positions) + CONTACT_TOLERANCE * diameter
-        seen = VISIBLE * diameter + way_of_a_step(result)
+        deepest = overlap_limit(result, states.positions)
         depths = np.maximum(overlaps(scene, states.positions).max(axis=0), 0.0)
         for depth, what in zip(depths.tolist(), ("balls [m]", "ball and cushion [m]"), strict=True):
-            yield f"overlap of {what}", (depth, slack if exact else seen)
-        energy = result.energy(times).total
-        rounding = max(16.0, 3.0 * len(scene.balls)) * EPS
-        limit = rounding if exact else VISIBLE
-        yield "rise of the energy [1]", (relative_rise(energy), limit)
+            yield f"overlap of {what}", (depth, deepest)
+        rise = energy_rise(energies(result, times))
+        yield "rise of the energy [1]", (rise, rise_limit(result))
         assert result.events is not None
         yield "number of events", (float(len(result.events)), float(self.most_events))
         steps = float(result.work.get("contact_steps", 0))
@@ -144,23 +138,26 @@ class Ends:
     roundings : float
         How many roundings of the fastest ball's speed, and of the coordinates, an exact engine may
         be off by.
+    slack : tuple of 2 floats [m], [m/s]
+        Beyond these, how far apart the places and the velocities are that it may choose from.
     """
 
     velocities: tuple[tuple[float, float], ...]
     collisions: int | None = None
     positions: tuple[tuple[float, float], ...] = ()
     roundings: float = 32.0
+    slack: tuple[float, float] = (0.0, 0.0)
 
     def __call__(self, result: Result) -> Verdict:
         """Judge a run."""
         scene = result.scene
-        exact = isinstance(result.trajectory, ExactTrajectory)
+        exact = is_exact(result)
         faults = []
         counted = sum(result.collision_counts.values())
         if self.collisions is not None and counted != self.collisions:
             faults.append(f"{counted} collisions instead of {self.collisions}")
         speed = float(np.max(np.abs(scene.velocities)))
-        limit = self.roundings * EPS if exact else VISIBLE
+        limit = self.roundings * EPS + self.slack[1] / speed if exact else VISIBLE
         off = np.abs(result.final_state.velocities[0, :, :2] - self.velocities).max(axis=1) / speed
         ball = int(np.argmax(off))
         if not off[ball] <= limit:
@@ -176,7 +173,8 @@ class Ends:
             size = max(np.abs(self.positions).max(), np.abs(scene.positions).max())
             diameter = 2.0 * float(scene.radii.max())
             apart = np.abs(result.rest_positions[:, :2] - self.positions).max(axis=1)
-            limit = self.roundings * EPS * float(size) if exact else VISIBLE * diameter
+            rounding = self.roundings * EPS * float(size) + self.slack[0]
+            limit = rounding if exact else VISIBLE * diameter
             ball = int(np.argmax(apart))
             if not apart[ball] <= limit:
                 faults.append(
@@ -189,38 +187,11 @@ class Ends:
 
 
 @dataclass(frozen=True)
-class AsProved:
-    """Whether a run has the events of the shot's proof, and no others; and ends where it does.
-
-    Exact motion is held to the limits of `scenes/common.expect.toml`, in roundings.
-    """
-
-    def __call__(self, result: Result) -> Verdict:
-        """Judge a run, recorded as a trajectory."""
-        scene = result.scene
-        certificate = certify(scene, motion=True, cached=False)
-        found = grade(result, certificate)
-        faults = list(faults_of(found, scene))
-        off = float(np.max(found.position_errors, initial=0.0)) / (2.0 * float(scene.radii.max()))
-        if not isinstance(result.trajectory, ExactTrajectory) and not off <= VISIBLE:
-            faults.append(f"a ball ends {off:.3g} diameters off, at most {VISIBLE:g}")
-        quality = found.quality_factor
-        values = {
-            "proved": certificate.proved,
-            "quality_factor": quality,
-            "missing": len(found.missing),
-            "invented": len(found.invented),
-        }
-        nearest = off / VISIBLE if quality is None else quality / 32.0
-        return Verdict.of(scene, faults, nearest if math.isfinite(nearest) else 1e6, values)
-
-
-@dataclass(frozen=True)
 class Both:
     """Two judges of one run: it survives where it does with each."""
 
-    first: Sound | Ends | AsProved
-    second: Sound | Ends | AsProved
+    first: Judge
+    second: Judge
 
     def __call__(self, result: Result) -> Verdict:
         """Judge a run, recorded as a trajectory."""
@@ -249,35 +220,6 @@ def telling_instants(result: Result, between: int = 3) -> FloatArray:
     if len(times) > most:
         times = times[np.linspace(0, len(times) - 1, most).round().astype(np.int64)]
     return times
-
-
-def way_of_a_step(result: Result) -> float:
-    """Return how far the fastest ball goes at first in a step of the engine [m]; 0 without steps.
-
-    Its speed is that of the centre or of the surface, whichever is greater: spin becomes speed.
-    """
-    step = max((float(result.settings.get(name) or 0.0) for name in STEP_SETTINGS), default=0.0)
-    scene = result.scene
-    centres = np.linalg.norm(scene.velocities, axis=1)
-    surfaces = scene.radii * np.linalg.norm(scene.angular_velocities, axis=1)
-    return step * float(np.maximum(centres, surfaces).max())
-
-
-def gap_rounding(scene: Scene, positions: FloatArray) -> float:
-    """Return how far rounding alone may put a closed gap off [m]: some ulps of the coordinates."""
-    largest = float(np.max(np.abs(positions[:, :, :2]), initial=0.0))
-    return 8.0 * EPS * max(largest, float(scene.radii.max()))
-
-
-def relative_rise(energy: FloatArray) -> float:
-    """Return by how much energy, (k,) in order of time, ever exceeds the least before it.
-
-    Over the first; inf where that is 0 and it rises.
-    """
-    rise = float(np.max(energy - np.minimum.accumulate(energy), initial=0.0))
-    if rise <= 0.0:
-        return 0.0
-    return rise / float(energy[0]) if energy[0] > 0.0 else math.inf
 
 
 def momentum_change(scene: Scene, states: Samples) -> float:

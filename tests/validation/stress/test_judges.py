@@ -49,6 +49,10 @@ def test_energy_that_rises_is_found():
     assert energy_rise(np.array([2.0, 1.0, 1.0])) == 0.0
     assert energy_rise(np.array([0.0, 1e-300])) == np.inf
     assert energy_rise(np.array([0.0, 0.0])) == 0.0
+    # Small rises count as what they add up to, whatever has been lost before.
+    assert energy_rise(np.array([1.0, 0.5, 0.6, 0.7])) == pytest.approx(0.2)
+    assert energy_rise(np.linspace(1.0, 1.0 + 1e-9, 10_001)) == pytest.approx(1e-9)
+    assert np.isnan(energy_rise(np.array([1.0, np.nan, 0.5])))
 
 
 def test_a_run_of_ours_is_looked_at_at_its_events_and_between():

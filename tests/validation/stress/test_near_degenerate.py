@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
+import numpy as np
 import pytest
+from stress_trials import trials_of
 
 from engine import simulate
 from reference_adapters.certified import certify
 from validation.stress.families.near_degenerate import FAMILY
-from validation.stress.sound import AsProved
+from validation.stress.proved import AsProved
 from validation.stress.trial import SceneTrial
 
-TRIALS = {trial.name: trial for trial in FAMILY.trials("quick")}
+TRIALS, FULL = trials_of(FAMILY, "quick"), trials_of(FAMILY, "full")
 
 
-def test_names_are_unique_and_the_quick_suite_is_of_the_same_kinds():
-    full = [trial.name for trial in FAMILY.trials("full")]
-    assert len(full) == len(set(full)) > 500
-    assert {name.split("-")[1] for name in TRIALS} == {name.split("-")[1] for name in full}
+def is_pressed(name: str) -> bool:
+    """Whether the balls meet so slowly that they stay together: the proof ends there."""
+    by = name.removeprefix("rolling-slowed-more-by-").removesuffix("-met")
+    return by in {f"1e-{power:02d}" for power in range(4, 14)}
+
+
+def test_the_quick_suite_is_of_the_same_kinds():
+    assert len(FULL) > 500
+    assert {name.split("-")[1] for name in TRIALS} == {name.split("-")[1] for name in FULL}
 
 
 def test_what_is_asked_is_proved_and_happens():
@@ -51,3 +59,28 @@ def test_a_phantom_collision_of_such_balls_is_seen():
     assert isinstance(other, SceneTrial)
     faults = trial.judge(simulate(other.scene, record="trajectory")).faults
     assert any("1 collisions instead of 0" in fault for fault in faults)
+
+
+def test_balls_that_are_pressed_are_known_to_the_hop_that_is_left_out():
+    pressed = [trial for name, trial in FULL.items() if is_pressed(name)]
+    assert len(pressed) == 10
+    for trial in pressed:
+        run = simulate(trial.scene, record="trajectory")
+        assert trial.judge(run).faults == (), trial.name
+
+
+@pytest.mark.parametrize("power", ["04", "08"])
+def test_a_pair_that_meets_unseen_is_seen(power):
+    """The ball behind goes on as if it were alone."""
+    trial = FULL[f"rolling-slowed-more-by-1e-{power}-met"]
+    alone = trial.scene.model_copy(update={"balls": trial.scene.balls[:1]})
+    through = simulate(alone, record="trajectory").final_state
+    run = simulate(trial.scene, record="trajectory")
+    state = run.final_state._replace(
+        positions=np.concatenate([through.positions, run.final_state.positions[:, 1:]], axis=1),
+        velocities=np.concatenate([through.velocities, run.final_state.velocities[:, 1:]], axis=1),
+    )
+    faults = trial.judge.second(replace(run, final_state=state)).faults
+    assert len(faults) == 2
+    assert "velocity" in faults[0]
+    assert "from where it must" in faults[1]

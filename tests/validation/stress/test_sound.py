@@ -18,17 +18,14 @@ from engine import (
     Table,
     simulate,
 )
+from validation.stress.judges import VISIBLE, way_of_a_step
 from validation.stress.sound import (
-    VISIBLE,
-    AsProved,
     Both,
     Ends,
     Sound,
     asymmetry,
     momentum_change,
-    relative_rise,
     telling_instants,
-    way_of_a_step,
 )
 
 R = 2.0**-5
@@ -77,7 +74,6 @@ def test_a_right_run_survives(run):
     assert verdict.faults == ()
     assert verdict.severity <= 1.0
     assert Ends(((0.0, 0.0), (1.0, 0.0)), 1, ((0.4375, 0.0), (1.0625, 0.0)))(run).faults == ()
-    assert AsProved()(run).faults == ()
 
 
 def test_an_overlap_is_seen(run):
@@ -133,11 +129,12 @@ def test_energy_that_rises_is_seen(run):
     assert "energy" in fault
 
 
-def test_a_slow_rise_is_seen_however_small_its_steps():
-    assert relative_rise(np.array([1.0, 0.5, 0.6, 0.7])) == pytest.approx(0.2)
-    assert relative_rise(np.linspace(1.0, 1.0 + 1e-9, 10_001)) == pytest.approx(1e-9)
-    assert relative_rise(np.array([1.0, 0.5, 0.5])) == 0.0
-    assert relative_rise(np.array([0.0, 1e-30])) == np.inf
+def test_a_slow_rise_is_seen_however_small_its_steps(run):
+    def creeping(times, states):
+        states.velocities[:, 0, 0] = 1.0 + 1e-4 * np.arange(len(times))
+
+    (fault,) = Sound(most_events=1)(framed(run, creeping)).faults
+    assert "energy" in fault
 
 
 def test_momentum_that_changes_is_seen(run):
@@ -206,26 +203,6 @@ def test_a_wrong_end_is_seen(run):
     assert "collisions" in Ends(velocities, 2)(run).faults[0]
     assert "velocity" in Ends(((0.0, 0.0), (1.0 - 1e-14, 0.0)))(run).faults[0]
     assert "from where" in Ends(velocities, 1, (positions[0], (1.0625 + 1e-13, 0.0)))(run).faults[0]
-
-
-def test_an_event_that_is_not_proved_is_seen(run):
-    # A run whose only collision was passed over, and the balls went through each other.
-    none = run.events[:0]
-    (first, *_) = AsProved()(replace(run, events=none)).faults
-    assert "events_missing" in first
-    assert "events_invented" in AsProved()(replace(run, events=np.repeat(run.events, 2))).faults[0]
-
-
-def test_an_end_that_is_not_proved_is_seen(run):
-    off = run.final_state.positions.copy()
-    off[0, 0, 0] += 1e-12
-    exact = replace(run, final_state=run.final_state._replace(positions=off))
-    assert any("quality_factor" in fault for fault in AsProved()(exact).faults)
-    off[0, 0, 0] += 2.0 * VISIBLE * 2.0 * R
-    stepped = framed(
-        replace(run, final_state=run.final_state._replace(positions=off)), lambda *_: 0
-    )
-    assert any("diameters off" in fault for fault in AsProved()(stepped).faults)
 
 
 def test_both_judges_are_asked(run):

@@ -7,13 +7,12 @@ import pytest
 from shots import ball, scene_of
 
 from engine import GhostballError, Result, UnsupportedSceneError, simulate
-from engine.trajectory import ExactTrajectory
+from engine.trajectory import ExactTrajectory, SampledTrajectory, Samples
 from reference_adapters.registry import make_engine
 from validation.stress.families import storms
 from validation.stress.families.storms import (
     FAMILY,
     Breaks,
-    Worst,
     faults_of,
     looks,
     worst_of,
@@ -34,19 +33,52 @@ def changed(result, **fields):
 def test_a_clean_break_has_no_fault(result):
     for everywhere in (False, True):
         worst = worst_of(result, looks(result, everywhere))
-        assert faults_of(result, worst, storms.DEEPEST) == ()
+        assert faults_of(result, worst) == ()
+
+
+def framed(result, by):
+    """Return a run as an engine that steps records it, one ball nearer to another by so much."""
+    times = np.linspace(0.0, result.rest_time, 101)
+    states = Samples(*(array.copy() for array in result.sample(times)))
+    states.positions[0, 2, 0] -= by  # at the very start, where they rest
+    return changed(result, trajectory=SampledTrajectory(times, *states), settings={"dt": 1e-4})
 
 
 def test_overlap_energy_and_what_is_unsolved_are_faults(result):
-    fine = Worst(-1.0, 0.0)
-    assert "overlap" in faults_of(result, Worst(2e-12, 0.0), 1e-12)[0]
-    assert "energy rises" in faults_of(result, Worst(-1.0, 2e-14), 1e-12)[0]
+    fine = worst_of(result, looks(result, True))
+    # A contact force holds its gaps to 4.2e-13 m, and the sum over three balls is rounded.
+    assert fine.deepest == pytest.approx(4.2e-13, rel=0.02)
+    assert fine.most_rise < 4e-15
+    assert "overlap" in faults_of(result, fine._replace(depth=5e-13))[0]
+    assert "energy rises" in faults_of(result, fine._replace(rise=4e-15))[0]
     work = {**result.work, "unsolved_joint_impacts": 1}
-    assert "unsolved" in faults_of(changed(result, work=work), fine, 1e-12)[0]
-    # However coarse an engine says it is, a ball that is gone is gone.
-    assert faults_of(result, Worst(0.05, 0.0), 0.2) == (
+    assert "unsolved" in faults_of(changed(result, work=work), fine)[0]
+    # Whatever an overlap may be, a ball that is gone is gone.
+    assert faults_of(result, fine._replace(depth=0.05, deepest=0.2)) == (
         "a ball has left the table, or is within another",
     )
+
+
+def test_an_engine_that_steps_is_asked_for_what_can_be_seen(result):
+    """A step is 0.1 mm long, a hundredth of a diameter 0.57 mm."""
+    touching = 0.1 - 2 * 0.028575
+    for by, faults in ((touching + 0.5e-3, 0), (touching + 0.8e-3, 1)):
+        stepped = framed(result, by)
+        assert len(faults_of(stepped, worst_of(stepped, looks(stepped, True)))) == faults
+    stepped = framed(result, 0.0)
+    worst = worst_of(stepped, looks(stepped, True))
+    assert faults_of(stepped, worst._replace(rise=0.009)) == ()
+    assert "energy rises" in faults_of(stepped, worst._replace(rise=0.011))[0]
+
+
+def test_energy_that_comes_in_little_by_little_is_seen(result):
+    times = np.linspace(0.0, result.rest_time, 10_001)
+    states = Samples(*(np.repeat(a, len(times), axis=0) for a in result.sample([0.0])))
+    states.velocities[:, 0, 0] *= 1.0 + 3e-6 * np.arange(len(times))
+    creeping = changed(result, trajectory=SampledTrajectory(times, *states))
+    worst = worst_of(creeping, looks(creeping, True))
+    assert worst.rise == pytest.approx((1.03**2 - 1.0) / 1.4, rel=1e-6)  # its spin stays
+    assert "energy rises" in faults_of(creeping, worst)[0]
 
 
 @pytest.mark.parametrize("everywhere", [False, True])

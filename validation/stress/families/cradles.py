@@ -8,11 +8,9 @@ from itertools import product
 from engine import Ball, Physics, Scene, Table
 from validation.stress.exact_line import play_line
 from validation.stress.family import Family
+from validation.stress.rows import R, row
 from validation.stress.sound import Both, Ends, Sound
 from validation.stress.trial import SceneTrial, Suite, Trial, size
-
-R = 2.0**-5
-"""Radius [m]: with it, gaps are what they say to the bit."""
 
 MASS = 0.125
 TELLING = 2.0**-46
@@ -31,14 +29,6 @@ T_MAX = 0.125
 """How long a row is followed [s]: several times as long as anything takes to go through it."""
 
 ELASTIC = Physics(rolling_friction=0.0)
-
-
-def _row(count: int, gap: float, first: float = 0.0) -> list[float]:
-    """Return the places of a row's balls [m]; each gap is what the doubles have."""
-    places = [first]
-    for _ in range(count - 1):
-        places.append(places[-1] + (2.0 * R + gap))
-    return places
 
 
 def _scene(
@@ -74,9 +64,8 @@ def _one_in_one_out(suite: Suite) -> Iterator[Trial]:
     for n, k, gap in product(rows, (1, 2, 3), _gaps(suite)):
         if k > n:
             continue
-        row = _row(n, gap)
         apart = [-(2.0 * R + WAY) - i * (2.0 * R + 2.0**-6) for i in range(k)]
-        places = [*reversed(apart), *row]
+        places = [*reversed(apart), *row(n, gap)]
         name = f"{k}-into-{n}-gap-{size(gap)}"
         scene = _scene(name, places, [SPEED] * k + [0.0] * n, ELASTIC, T_MAX)
         # Equal masses trade velocities: as many collisions as passings of k through n. Each of
@@ -96,7 +85,7 @@ def _lossy(suite: Suite) -> Iterator[Trial]:
         for word, ratio in (("equal", 1.0), ("lighter", 0.5), ("heavier", 2.0)):
             if e == ratio == 1.0:
                 continue  # above
-            places = [-(2.0 * R + WAY), *_row(n, gap)]
+            places = [-(2.0 * R + WAY), *row(n, gap)]
             speeds = [SPEED] + [0.0] * n
             masses = [MASS * ratio**i for i in range(n + 1)]
             end = play_line(places, speeds, masses, R, e, T_MAX)
@@ -134,7 +123,7 @@ def _touching_with_losses(suite: Suite) -> Iterator[Trial]:
             ball_restitution=e,
             impacts="simultaneous" if together else "sequential",
         )
-        places = [-(2.0 * R + WAY), *_row(n, 0.0)]
+        places = [-(2.0 * R + WAY), *row(n, 0.0)]
         scene = _scene(name, places, [SPEED] + [0.0] * n, physics, T_MAX)
         most = 4 * (n + 1) ** 3
         sound = Sound(most_events=most, isolated=True, images=tuple(range(n + 1)))

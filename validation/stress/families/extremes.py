@@ -20,7 +20,8 @@ from engine import Ball, Physics, Scene, Table
 from engine.scene import POOL_BALL_MASS as MASS
 from engine.scene import POOL_BALL_RADIUS as RADIUS
 from validation.stress.family import Family
-from validation.stress.references import ProvedTrial, ScaledTrial
+from validation.stress.proved import ProvedTrial
+from validation.stress.scaling import ScaledTrial
 from validation.stress.trial import Suite, Trial
 
 WAY = 0.0625

@@ -15,7 +15,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from engine import Ball, Result, Scene, SceneError, Table
+from engine import Ball, GhostballError, Result, Scene, SceneError, Table
 from engine.scene import POOL_BALL_RADIUS as RADIUS
 from engine.sensitivity import QUALITY, ROUNDING
 from reference_adapters import ReferenceEngine
@@ -82,8 +82,9 @@ class ReversalTrial(Trial):
             if isinstance(distance, Verdict):
                 return distance
             steps.append(Step(k, turn, predicted, distance))
-            hopeless = sum(step.predicted > FACTOR * TOLERANCE for step in steps)
-            if hopeless >= (CHANCES if distance <= TOLERANCE else 1):
+            if is_hopeless(steps[-1]) and not distance <= TOLERANCE:
+                break
+            if longest_luck(steps) >= CHANCES:
                 break
             if engine.name != OURS and distance > TOLERANCE:
                 break
@@ -145,14 +146,23 @@ def judge(scene: Scene, steps: list[Step], ours: bool) -> Verdict:
     tolerance. Of ours also that its error is within `FACTOR` of the prediction, and that it is lost
     where even the prediction over `FACTOR` is beyond the tolerance, but for `CHANCES`: or the
     prediction would say nothing.
+
+    Raises
+    ------
+    GhostballError
+        Where it is asked of no step that the balls come back, so that nothing would be judged.
     """
     sure = [step for step in steps if FACTOR * step.predicted <= TOLERANCE]
-    lost = next((step for step in steps if not step.distance <= TOLERANCE), None)
+    if not sure:
+        raise GhostballError(
+            f"scene {scene.name!r} has no collision after which rounding leads back"
+        )
+    lost = [step for step in steps if not step.distance <= TOLERANCE]
     faults = []
-    if lost is not None and lost in sure:
+    for step in [step for step in sure if step in lost][:1]:
         faults.append(
-            f"it isn't back after {lost.k} collisions, but {lost.distance:.3g} m off; rounding "
-            f"alone leads back to {lost.predicted:.3g} m"
+            f"it isn't back after {step.k} collisions, but {step.distance:.3g} m off; rounding "
+            f"alone leads back to {step.predicted:.3g} m"
         )
     nearest = max((step.distance / TOLERANCE for step in sure), default=0.0)
     if ours:
@@ -164,21 +174,34 @@ def judge(scene: Scene, steps: list[Step], ours: bool) -> Verdict:
                 f"after {worst.k} collisions it comes back to {worst.distance:.3g} m, "
                 f"{worst.distance / worst.predicted:.3g} times what rounding makes of it"
             )
-        hopeless = [s for s in steps if s.predicted > FACTOR * TOLERANCE]
-        if len(hopeless) >= CHANCES and lost is None:
-            k, _, predicted, _ = hopeless[-1]
+        if longest_luck(steps) >= CHANCES:
+            k, _, predicted, _ = next(s for s in reversed(steps) if is_hopeless(s))
             faults.append(
                 f"it still comes back after {k} collisions, where rounding is predicted to lead "
                 f"{predicted:.3g} m astray: the prediction is wrong"
             )
     expected = next((step.k for step in steps if step.predicted > TOLERANCE), None)
     values = {
-        "lost_after": None if lost is None else lost.k,
+        "lost_after": lost[0].k if lost else None,
         "predicted": expected,
         "steps": [list(step) for step in steps],
     }
-    shown = scene if lost is None else until(scene, lost.turn)
+    shown = until(scene, lost[0].turn) if lost else scene
     return Verdict.of(shown, faults, min(nearest, 0.999), values)
+
+
+def is_hopeless(step: Step) -> bool:
+    """Whether even the prediction over `FACTOR` is beyond the tolerance."""
+    return step.predicted > FACTOR * TOLERANCE
+
+
+def longest_luck(steps: list[Step]) -> int:
+    """Return after how many hopeless steps in a row the balls came back, at most."""
+    longest = row = 0
+    for step in steps:
+        row = row + 1 if is_hopeless(step) and step.distance <= TOLERANCE else 0
+        longest = max(longest, row)
+    return longest
 
 
 def _line(most: int) -> Scene:

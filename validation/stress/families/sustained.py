@@ -12,11 +12,9 @@ from itertools import product
 
 from engine import Ball, Physics, Scene, Table
 from validation.stress.family import Family
+from validation.stress.rows import Plane, R, Spin, ball, resting_row
 from validation.stress.sound import Sound
 from validation.stress.trial import LongTrial, Suite, Trial
-
-R = 2.0**-5
-"""Radius [m]: with it, contacts along an axis are closed to the bit."""
 
 EVENTS_PER_BALL = 150
 """Beside those of a row that is hit: impacts go to and fro through it until no ball approaches the
@@ -33,9 +31,6 @@ that its gap is off by a cubic of the size (h v)^3 / d^2; within 2^-37 d, that i
 T_QUICK, T_FULL = 0.125, 0.75
 """How long shots are followed [s]: all that is tried presses at once, or soon."""
 
-Plane = tuple[float, float]
-Spin = tuple[float, float, float]
-
 
 def _physics(ball: float, cushion: float = 0.85, friction: float = 0.06) -> Physics:
     """Return the whole game, with these restitutions and this friction between balls."""
@@ -47,10 +42,6 @@ def _physics(ball: float, cushion: float = 0.85, friction: float = 0.06) -> Phys
         cushion="frictional",
         cushion_restitution=cushion,
     )
-
-
-def _ball(name: str, place: Plane, velocity: Plane = (0.0, 0.0), spin: Spin | None = None) -> Ball:
-    return Ball(id=name, radius=R, position=place, velocity=velocity, angular_velocity=spin)
 
 
 def _restitutions(suite: Suite) -> tuple[float, ...]:
@@ -76,8 +67,8 @@ def _follow(suite: Suite) -> Iterator[Trial]:
     lines = (1, 4) if suite == "quick" else (1, 2, 4, 8)
     offsets = (0.0, 0.3) if suite == "quick" else (0.0, 1e-9, 1e-3, 0.3, 0.9)
     for n, offset, e in product(lines, offsets, _restitutions(suite)):
-        line = [_ball(f"b{k}", (2.0 * R * k, 0.0)) for k in range(n)]
-        cue = _ball("cue", (-0.125, offset * R), (1.5, 0.0), _topspin((1.0, 0.0), 3.0))
+        line = resting_row(n, 0.0)
+        cue = ball("cue", (-0.125, offset * R), (1.5, 0.0), _topspin((1.0, 0.0), 3.0))
         name = f"follow-{n}-offset-{offset:g}-restitution-{e:g}"
         scene = Scene(name=name, physics=_physics(e), t_max=t_max, balls=[cue, *line])
         yield LongTrial(name, scene, _bounds(n + 1, t_max, symmetric=offset == 0.0))
@@ -88,8 +79,8 @@ def _pressed(suite: Suite) -> Iterator[Trial]:
     t_max = T_QUICK if suite == "quick" else T_FULL
     lines = (3,) if suite == "quick" else (1, 2, 3, 6)
     for n, e, angle in product(lines, _restitutions(suite), (0.0, 0.4)):
-        line = [_ball(f"b{k}", (2.0 * R * k, 0.0)) for k in range(n)]
-        spinning = _ball(
+        line = resting_row(n, 0.0)
+        spinning = ball(
             "cue", (-2.0 * R, 0.0), spin=_topspin((math.cos(angle), math.sin(angle)), 2.0)
         )
         name = f"spinning-behind-{n}-angle-{angle:g}-restitution-{e:g}"
@@ -122,10 +113,10 @@ def _at_cushion(suite: Suite) -> Iterator[Trial]:
             continue
         course = (-math.cos(angle), -math.sin(angle))
         velocity = (speed * course[0], speed * course[1])
-        ball = _ball("a", (R + away, 0.0), velocity, _topspin(course, 3.0))
+        pressed = ball("a", (R + away, 0.0), velocity, _topspin(course, 3.0))
         name = f"cushion-away-{away:g}-angle-{angle:g}-restitution-{e:g}-speed-{speed:g}"
         scene = Scene(
-            name=name, physics=_physics(0.95, cushion=e), table=table, t_max=t_max, balls=[ball]
+            name=name, physics=_physics(0.95, cushion=e), table=table, t_max=t_max, balls=[pressed]
         )
         yield LongTrial(name, scene, _bounds(1, t_max, symmetric=angle == 0.0))
 
@@ -140,11 +131,11 @@ def _squeezed(suite: Suite) -> Iterator[Trial]:
     for n, offset, e, away in product(counts, offsets, _restitutions(suite), (0.0, 0.0625)):
         if away == 0.0 and e != 0.5:
             continue  # nothing bounces
-        still = [_ball(f"b{k}", (R + 2.0 * R * k, 0.0)) for k in range(n)]
+        still = resting_row(n, 0.0, R)
         last = R + 2.0 * R * (n - 1)
         reach = 2.0 * R * math.sqrt(1.0 - 0.25 * offset**2) if away == 0.0 else 2.0 * R + away
         speed = 0.0 if away == 0.0 else -1.0
-        cue = _ball("cue", (last + reach, offset * R), (speed, 0.0), _topspin((-1.0, 0.0), 3.0))
+        cue = ball("cue", (last + reach, offset * R), (speed, 0.0), _topspin((-1.0, 0.0), 3.0))
         name = f"squeezed-{n}-offset-{offset:g}-restitution-{e:g}-away-{away:g}"
         scene = Scene(
             name=name, physics=_physics(e, cushion=e), table=left, t_max=t_max, balls=[cue, *still]
@@ -153,14 +144,14 @@ def _squeezed(suite: Suite) -> Iterator[Trial]:
     for e, friction in product(_restitutions(suite), (0.0, 0.3)):
         diagonal = 2.0 * R / math.sqrt(2.0)
         place = (R + diagonal, R + diagonal)
-        cue = _ball("cue", place, spin=_topspin((-math.sqrt(0.5), -math.sqrt(0.5)), 3.0))
+        cue = ball("cue", place, spin=_topspin((-math.sqrt(0.5), -math.sqrt(0.5)), 3.0))
         name = f"cornered-restitution-{e:g}-friction-{friction:g}"
         scene = Scene(
             name=name,
             physics=_physics(e, friction=friction),
             table=square,
             t_max=t_max,
-            balls=[cue, _ball("b", (R, R))],
+            balls=[cue, ball("b", (R, R))],
         )
         sound = Sound(
             most_events=2 * EVENTS_PER_BALL,

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import product
 
-from engine import Ball, Physics, Scene, Table
+from engine import Physics, Scene, Table
 from validation.stress.family import Family
-from validation.stress.sound import VISIBLE, AsProved, Both, Ends, Sound
+from validation.stress.judges import VISIBLE
+from validation.stress.proved import AsProved
+from validation.stress.rows import Plane, R, ball, resting_row
+from validation.stress.sound import Both, Ends, Sound
 from validation.stress.trial import SceneTrial, Suite, Trial, size
-
-R = 2.0**-5
-"""Radius [m]: with it, contacts along an axis are closed to the bit, and their gaps exact."""
 
 ROOT3 = math.sqrt(3.0)
 
@@ -36,11 +37,18 @@ DIRECTIONS = {
 }
 """Velocities at a contact whose normal is (1, 0)."""
 
-Plane = tuple[float, float]
+EVENTS_PER_BALL = 36
+"""Three times the most that any row, rack or wedge of the full suite needs: 12, of a row of 15.
 
+A test holds that against all of them; a ball that is stuck takes thousands."""
 
-def _ball(name: str, position: Plane, velocity: Plane = (0.0, 0.0)) -> Ball:
-    return Ball(id=name, radius=R, position=position, velocity=velocity)
+STEPS_PER_BALL = 135
+"""The same of contact steps: 45, of a row of 4.
+
+Where balls neither rub nor slow down, nothing presses them, and none is permitted."""
+
+T_MAX = 0.02
+"""How long what is proved is followed [s]."""
 
 
 def _gaps(suite: Suite) -> tuple[float, ...]:
@@ -63,16 +71,23 @@ def _pairs(suite: Suite) -> Iterator[Trial]:
         scene = Scene(
             name=name,
             physics=physics,
-            t_max=0.02,
+            t_max=T_MAX,
             balls=[
-                _ball(
+                ball(
                     "a", (0.0, 0.0), (c * course[0] - s * course[1], s * course[0] + c * course[1])
                 ),
-                _ball("b", (c * apart, s * apart)),
+                ball("b", (c * apart, s * apart)),
             ],
         )
         sound = Sound(most_events=4, most_steps=200, isolated=kind == "elastic")
-        yield SceneTrial(name, scene, Both(sound, AsProved()))
+        if kind == "elastic" and word == "into" and gap == 0.0 and turn != 0.0:
+            # The first ball ends at rest or creeps by a rounding: which, no proof tells, so that it
+            # says nothing of the shot. Equal masses trade velocities.
+            there = (c * (apart + T_MAX), s * (apart + T_MAX))
+            traded = Ends(((0.0, 0.0), (c, s)), 1, ((0.0, 0.0), there))
+            yield SceneTrial(name, scene, Both(sound, traded))
+        else:
+            yield SceneTrial(name, scene, Both(sound, AsProved(cached=False)))
 
 
 def _on_cushions(suite: Suite) -> Iterator[Trial]:
@@ -88,10 +103,31 @@ def _on_cushions(suite: Suite) -> Iterator[Trial]:
                 name=name,
                 physics=physics,
                 table=table,
-                t_max=0.02,
-                balls=[_ball("a", place, velocity)],
+                t_max=T_MAX,
+                balls=[ball("a", place, velocity)],
             )
-            yield SceneTrial(name, scene, Both(Sound(most_events=6, most_steps=200), AsProved()))
+            sound = Sound(most_events=6, most_steps=200)
+            if where == "corner" and word == "slanting" and gap == 0.0:
+                yield SceneTrial(name, scene, _from_corner(kind, place, course, sound))
+            else:
+                yield SceneTrial(name, scene, Both(sound, AsProved(cached=False)))
+
+
+def _from_corner(kind: str, place: Plane, course: Plane, sound: Sound) -> Sound | Both:
+    """Return the judge of a ball that leaves a corner, into which it is pushed at the start.
+
+    Which of both cushions comes first no proof tells, and so it says nothing of the shot. Mirrors
+    send the ball back either way, and it rolls on. What friction on the first one leaves for the
+    second depends on that order: then nothing is asked but that both are met, or it would be
+    beyond one of them.
+    """
+    if kind == "sliding":
+        return sound
+    lost = KINDS[kind].rolling_friction * KINDS[kind].gravity * T_MAX
+    way = T_MAX * (1.0 - 0.5 * lost)  # at 1 m/s at first
+    velocity = (course[0] * (1.0 - lost), course[1] * (1.0 - lost))
+    there = (place[0] + course[0] * way, place[1] + course[1] * way)
+    return Both(sound, Ends((velocity,), 2, (there,)))
 
 
 def _into_corners(suite: Suite) -> Iterator[Trial]:
@@ -107,7 +143,7 @@ def _into_corners(suite: Suite) -> Iterator[Trial]:
             physics=KINDS["elastic"],
             table=Table(length=1.0, width=1.0),
             t_max=0.5,
-            balls=[_ball("a", (x, y), (velocity[0], velocity[1]))],
+            balls=[ball("a", (x, y), (velocity[0], velocity[1]))],
         )
         back = tuple(-v for v in velocity)
         beyond = 0.5 - 2.0 * far  # to the corner and back, and then that much
@@ -116,17 +152,24 @@ def _into_corners(suite: Suite) -> Iterator[Trial]:
         yield SceneTrial(name, scene, Both(Sound(most_events=2), ends))
 
 
+def _bounds(scene: Scene, kind: str) -> Sound:
+    """Return what is asked of a row, a rack or a wedge."""
+    n, elastic = len(scene.balls), kind == "elastic"
+    return Sound(
+        most_events=EVENTS_PER_BALL * n,
+        most_steps=0 if elastic else STEPS_PER_BALL * n,
+        isolated=elastic and scene.table is None,
+    )
+
+
 def _lines(suite: Suite) -> Iterator[Trial]:
     """Yield a ball that hits a line of frozen ones off its middle, and lines that nothing hits."""
     numbers = (5,) if suite == "quick" else range(2, 16)
     for (kind, physics), n, gap in product(KINDS.items(), numbers, _few_gaps(suite)):
-        line = [_ball(f"b{k}", (k * (2.0 * R + gap), 0.0)) for k in range(n)]
-        cue = _ball("cue", (-0.125, 0.25 * R), (1.5, 0.0))
+        cue = ball("cue", (-0.125, 0.25 * R), (1.5, 0.0))
         name = f"line-of-{n}-{kind}-gap-{size(gap)}"
-        scene = Scene(name=name, physics=physics, t_max=0.1, balls=[cue, *line])
-        # Measured: some 10 events and 60 contact steps for each ball.
-        sound = Sound(most_events=40 * n, most_steps=400 * n, isolated=kind == "elastic")
-        yield SceneTrial(name, scene, sound)
+        scene = Scene(name=name, physics=physics, t_max=0.1, balls=[cue, *resting_row(n, gap)])
+        yield SceneTrial(name, scene, _bounds(scene, kind))
 
 
 def triangle(rows: int, gap: float) -> list[Plane]:
@@ -149,21 +192,15 @@ def _triangles(suite: Suite) -> Iterator[Trial]:
     numbers = (3,) if suite == "quick" else range(3, 16)
     for (kind, physics), rows, gap in product(KINDS.items(), numbers, _few_gaps(suite)):
         places = [(-0.125, 0.0), *triangle(rows, gap)]
-        balls = [_ball(f"b{k}", place) for k, place in enumerate(places)]
+        balls = [ball(f"b{k}", place) for k, place in enumerate(places)]
         name = f"triangle-of-{rows}-rows-{kind}-gap-{size(gap)}"
-        cue = _ball("cue", places[0], (4.0, 0.0))
+        cue = ball("cue", places[0], (4.0, 0.0))
         scene = Scene(name=name, physics=physics, t_max=0.05, balls=[cue, *balls[1:]])
         n = len(balls)
         yield SceneTrial(
             name,
             scene,
-            Sound(
-                most_events=40 * n,
-                most_steps=400 * n,
-                isolated=kind == "elastic",
-                images=images_of(places),
-                skew=VISIBLE,
-            ),
+            replace(_bounds(scene, kind), images=images_of(places), skew=VISIBLE),
         )
         still = Scene(name=f"still-{name}", physics=physics, t_max=0.01, balls=balls)
         calm = Sound(most_events=0, still=tuple(range(n)), images=images_of(places))
@@ -183,17 +220,16 @@ def _wedged(suite: Suite) -> Iterator[Trial]:
             for start, how in ((ahead, "pushed"), (ahead + 0.0625, "hit")):
                 every = [(start, 0.0), *still]
                 name = f"wedged-{word}-{how}-{kind}-gap-{size(gap)}"
-                balls = [_ball(f"b{k}", place) for k, place in enumerate(every)]
+                balls = [ball(f"b{k}", place) for k, place in enumerate(every)]
                 scene = Scene(
                     name=name,
                     physics=physics,
                     table=Table(length=1.0, width=1.0, cushions=("left",)),
                     t_max=0.125,
-                    balls=[_ball("cue", every[0], (-1.0, 0.0)), *balls[1:]],
+                    balls=[ball("cue", every[0], (-1.0, 0.0)), *balls[1:]],
                 )
-                yield SceneTrial(
-                    name, scene, Sound(most_events=200, most_steps=2000, images=images_of(every))
-                )
+                bounds = _bounds(scene, kind)
+                yield SceneTrial(name, scene, replace(bounds, images=images_of(every)))
         corner = [(0.25, 0.25), (R + gap, R + gap)]
         name = f"wedged-corner-{kind}-gap-{size(gap)}"
         scene = Scene(
@@ -201,17 +237,12 @@ def _wedged(suite: Suite) -> Iterator[Trial]:
             physics=physics,
             table=Table(length=1.0, width=1.0),
             t_max=0.25,
-            balls=[_ball("cue", corner[0], (-1.0, -1.0)), _ball("b", corner[1])],
+            balls=[ball("cue", corner[0], (-1.0, -1.0)), ball("b", corner[1])],
         )
         yield SceneTrial(
             name,
             scene,
-            Sound(
-                most_events=200,
-                most_steps=2000,
-                images=images_of(corner, swapped=True),
-                swapped=True,
-            ),
+            replace(_bounds(scene, kind), images=images_of(corner, swapped=True), swapped=True),
         )
 
 

@@ -1,4 +1,4 @@
-"""Trials that hold an engine against a proof of the very shot, or against a shot like it."""
+"""Trials that hold an engine against a shot like it: made larger, faster, heavier."""
 
 from __future__ import annotations
 
@@ -6,115 +6,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from engine import GhostballError, Result, Scene, UnsupportedSceneError
+from engine import GhostballError, Result, Scene
 from reference_adapters import ReferenceEngine
-from reference_adapters.certified import Certificate, certify
 from reference_adapters.registry import OURS
-from validation.faults import faults_of
-from validation.grading import grade
 from validation.our_run import run_ours
+from validation.stress.proved import PERMITTED, judge_places, refuse_long
 from validation.stress.trial import Trial, Verdict, play
-
-PERMITTED = 0.01
-"""Error that is permitted to other engines, in units of the longest way that a ball went.
-
-They see contacts up to a step late. This is no grade of how exact they are, which `validate` gives:
-it tells a shot that is played from one that is lost.
-"""
-
-STILL = 1e-9
-"""How far a ball may move that can't, in radii, in other engines."""
-
-LONGEST = 2.0
-"""Simulated time [s] beyond which an engine isn't asked that may step through it."""
-
-_QUALITY = 32.0  # the limit of scenes/common.expect.toml: a severity of 1
-
-
-def refuse_long(engine: ReferenceEngine, scene: Scene, t_end: float) -> None:
-    """Refuse for an engine other than ours a shot that would take it too many steps.
-
-    Raises
-    ------
-    UnsupportedSceneError
-    """
-    if engine.name != OURS and t_end > LONGEST:
-        why = f"{t_end:.3g} s of motion, more than the {LONGEST:g} s that steps are asked for"
-        raise UnsupportedSceneError(engine.name, (f"{why} (scene {scene.name!r})",))
-
-
-@dataclass(frozen=True)
-class ProvedTrial(Trial):
-    """One shot that is proved: our engine is graded as in the suite, others by where balls are.
-
-    Attributes
-    ----------
-    name : str
-    scene : Scene
-    """
-
-    name: str
-    scene: Scene
-
-    def run(self, engine: ReferenceEngine) -> Verdict:
-        """Prove the shot, run it, compare."""
-        proof = certify(self.scene, motion=True)
-        if not proof.events and not proof.proved:
-            raise GhostballError(f"nothing is proved of scene {self.scene.name!r}: {proof.reason}")
-        refuse_long(engine, self.scene, float(proof.t_end))
-        result = play(engine, self.scene)
-        if isinstance(result, Verdict):
-            return result
-        return graded(result, proof) if engine.name == OURS else near(result, proof)
-
-    def examples(self) -> Iterable[Scene]:
-        """Yield the scene."""
-        yield self.scene
-
-
-def graded(result: Result, proof: Certificate) -> Verdict:
-    """Judge a run of our engine: every event, and positions within 32 roundings per event."""
-    found = grade(result, proof)
-    faults = list(faults_of(found, result.scene))
-    quality = found.quality_factor
-    if quality is None and not faults and found.extent == "whole":
-        lost = float(np.max(found.position_errors))
-        if lost > 0.0:
-            faults.append(f"a ball that rounding doesn't move is {lost:.3g} m off")
-    values = {"quality": quality, "events": found.events, "extent": found.extent}
-    return Verdict.of(result.scene, faults, min((quality or 0.0) / _QUALITY, 0.999), values)
-
-
-def near(result: Result, proof: Certificate) -> Verdict:
-    """Judge a run of another engine by where its balls are at the end of the proof."""
-    scene = result.scene
-    start = scene.positions[:, :2]
-    end = np.array([[float(e) for e in position] for position in proof.positions])
-    found = result.sample([float(proof.t_end)]).positions[0, :, :2]
-    way = float(np.max(np.hypot(*(end - start).T)))
-    return judge_places(scene, found, end, max(PERMITTED * way, STILL * float(min(scene.radii))))
-
-
-def judge_places(
-    scene: Scene,
-    found: NDArray[np.float64],
-    right: NDArray[np.float64],
-    permitted: float,
-) -> Verdict:
-    """Judge where balls are: (n, 2) [m], against where they should be."""
-    off = np.hypot(*(found - right).T)
-    if not np.all(np.isfinite(off)):
-        return Verdict.of(scene, ["a position isn't finite"], 10.0)
-    k = int(np.argmax(off))
-    worst = float(off[k])
-    faults = []
-    if worst > permitted:
-        faults.append(
-            f'ball "{scene.balls[k].id}" is {worst:.3g} m off, more than {permitted:.3g} m'
-        )
-    return Verdict.of(scene, faults, min(worst / permitted, 1e6), {"error": worst})
 
 
 @dataclass(frozen=True)

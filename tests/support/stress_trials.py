@@ -1,0 +1,21 @@
+"""Trials of the families of the stress suite, by name."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from validation.stress.family import Family
+from validation.stress.trial import SceneTrial, Suite, Trial
+
+
+@cache
+def trials_of(family: Family, suite: Suite) -> dict[str, Trial]:
+    """Return the trials of a family by name."""
+    return {trial.name: trial for trial in family.trials(suite)}
+
+
+def scene_trial(family: Family, name: str, suite: Suite = "full") -> SceneTrial:
+    """Return the trial of that name, which is one of a single shot."""
+    trial = trials_of(family, suite)[name]
+    assert isinstance(trial, SceneTrial)
+    return trial

@@ -1,0 +1,60 @@
+"""The gas: how it goes on, what its collisions say, and the literature that it is held against."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine import simulate
+from reference_adapters.registry import make_engine
+from validation.stress.gas import (
+    begun_at_end,
+    collision_rate,
+    gas,
+    literature,
+    patient,
+    stray_momentum,
+)
+
+
+def test_momentum_that_one_collision_loses_is_found():
+    result = simulate(gas(4, 0.3, 1.0), record="trajectory")
+    stray = stray_momentum(result)
+    assert stray is not None
+    assert max(map(abs, stray)) < 1e-13
+    result.trajectory.knots[3][5:, 3] += 1e-9
+    stray = stray_momentum(result)
+    assert stray is not None
+    assert abs(stray[0]) > 1e-10
+
+
+def test_a_run_cut_in_two_is_the_run():
+    whole = simulate(gas(3, 0.2, 0.5))
+    half = simulate(gas(3, 0.2, 0.25))
+    rest = simulate(begun_at_end(half, 0.25))
+    assert np.allclose(rest.rest_positions, whole.rest_positions, atol=1e-12)
+
+
+def test_the_literature_is_a_known_equation_of_state():
+    """Henderson 1975 is within a part in 200 up to 0.5, and the series of low density exact."""
+    for x in (0.01, 0.1, 0.3, 0.5):
+        assert literature(x)[0] == pytest.approx((1 + x**2 / 8) / (1 - x) ** 2, rel=5e-3)
+    assert literature(1e-4)[0] == pytest.approx(1.0 + 2e-4 + 0.7820044 * 4e-8, abs=1e-11)
+    right, unsure = literature(0.6)
+    assert unsure / right == pytest.approx(0.0033, abs=5e-5)
+    assert literature(0.5)[1] < 5e-4 * literature(0.5)[0]
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_the_rate_of_collisions_is_the_theory_s():
+    result = simulate(gas(16, 0.3, 2.0))
+    expected = 2.0 * collision_rate(256, 0.3)
+    assert result.collision_counts["ball-ball"] == pytest.approx(expected, rel=0.15)
+
+
+def test_patience_is_for_our_engine_only():
+    ours, other = make_engine("ghostball"), make_engine("paper-discrete")
+    assert patient(ours, 10**9).settings.max_events == 10**9
+    assert patient(ours, 10) is ours
+    assert patient(other, 10**9) is other

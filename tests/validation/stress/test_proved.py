@@ -1,0 +1,142 @@
+"""The judge of a run against its proof: a wrong run is seen, and a proof that says nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engine import (
+    Ball,
+    GhostballError,
+    Physics,
+    Result,
+    SampledTrajectory,
+    Samples,
+    Scene,
+    simulate,
+)
+from reference_adapters.registry import make_engine
+from validation.library import find_scene
+from validation.stress.families import near_degenerate, touching
+from validation.stress.families.extremes import ICE, cut
+from validation.stress.judges import VISIBLE
+from validation.stress.proved import AsProved, ProvedTrial, quality_limit
+from validation.stress.sound import Both
+from validation.stress.trial import SceneTrial
+
+R = 2.0**-5
+
+
+@pytest.fixture
+def run() -> Result:
+    return simulate(
+        Scene(
+            name="pair",
+            physics=Physics(rolling_friction=0.0),
+            t_max=1.0,
+            balls=[
+                Ball(id="a", radius=R, position=(0.0, 0.0), velocity=(1.0, 0.0)),
+                Ball(id="b", radius=R, position=(0.5, 0.0)),
+            ],
+        ),
+        record="trajectory",
+    )
+
+
+def framed(result: Result) -> Result:
+    """Return a run as an engine that steps records it."""
+    times = np.linspace(0.0, result.rest_time, 101)
+    return replace(result, trajectory=SampledTrajectory(times, *Samples(*result.sample(times))))
+
+
+def test_our_engine_keeps_to_the_proof_and_another_shot_does_not() -> None:
+    scene = find_scene("half-ball-cut")
+    verdict = AsProved()(simulate(scene, record="trajectory"))
+    assert verdict.faults == ()
+    assert verdict.values["events"] == 3
+    assert 0.0 < verdict.severity < 1.0
+    # The same shot, played with a restitution that is off by a part in a million.
+    physics = scene.physics.model_copy(update={"ball_restitution": 1.0 - 1e-6})
+    wrong = simulate(scene.model_copy(update={"physics": physics}), record="trajectory")
+    verdict = AsProved()(replace(wrong, scene=scene))
+    assert any("quality_factor" in fault for fault in verdict.faults)
+    assert verdict.severity >= 1.0
+
+
+def test_an_event_that_is_not_proved_is_seen(run):
+    # A run whose only collision was passed over, and the balls went through each other.
+    none = run.events[:0]
+    (first, *_) = AsProved()(replace(run, events=none)).faults
+    assert "events_missing" in first
+    assert "events_invented" in AsProved()(replace(run, events=np.repeat(run.events, 2))).faults[0]
+
+
+def test_an_end_that_is_not_proved_is_seen(run):
+    off = run.final_state.positions.copy()
+    off[0, 0, 0] += 1e-12
+    exact = replace(run, final_state=run.final_state._replace(positions=off))
+    assert any("quality_factor" in fault for fault in AsProved()(exact).faults)
+    off[0, 0, 0] += 2.0 * VISIBLE * 2.0 * R
+    stepped = framed(replace(run, final_state=run.final_state._replace(positions=off)))
+    assert any("diameters off" in fault for fault in AsProved()(stepped).faults)
+
+
+def test_a_right_run_survives(run):
+    for result in (run, framed(run)):
+        for stepped in ("collisions", "places"):
+            assert AsProved(stepped)(result).faults == ()
+
+
+def test_a_ball_that_is_off_is_seen_over_its_way():
+    judge, scene = AsProved("places"), cut("cut", ICE)
+    right = simulate(scene, record="trajectory")
+    assert not judge(framed(right)).faults
+    moved = simulate(cut("cut", ICE, speed=2.0 * (1.0 + 1e-12)), record="trajectory")
+    assert "quality_factor" in judge(replace(moved, scene=scene)).faults[0]
+    assert not judge(framed(replace(moved, scene=scene))).faults
+    slower = simulate(cut("cut", ICE, speed=1.9), record="trajectory")
+    assert "m off" in judge(framed(replace(slower, scene=scene))).faults[0]
+
+
+def test_a_ball_that_nothing_moves_must_stay():
+    still = Scene(name="still", t_max=1.0, balls=[Ball(id="a", radius=R, position=(0.25, 0.0))])
+    right = simulate(still, record="trajectory")
+    assert AsProved()(right).faults == ()
+    off = right.final_state.positions + np.array([2.0**-60, 0.0, 0.0])
+    off[0, 0, 0] = np.nextafter(0.25, 1.0)
+    crept = replace(right, final_state=right.final_state._replace(positions=off))
+    assert AsProved()(crept).faults
+
+
+def test_the_limit_is_that_of_the_common_criteria():
+    assert quality_limit() == 32.0
+
+
+def test_a_proof_that_says_nothing_is_no_pass():
+    """Two cushions at one instant: nothing is proved, and so nothing would be judged."""
+    name = "corner-elastic-slanting-gap-0"
+    (scene,) = (one.scene for one in touching.FAMILY.trials("quick") if one.name == name)
+    with pytest.raises(GhostballError, match="nothing is proved of scene"):
+        AsProved()(simulate(scene, record="trajectory"))
+    with pytest.raises(GhostballError, match="nothing is proved of scene"):
+        ProvedTrial(name, scene).run(make_engine("ghostball"))
+
+
+def proved(suite):
+    for family in (near_degenerate, touching):
+        for trial in family.FAMILY.trials(suite):
+            assert isinstance(trial, SceneTrial)
+            judge = trial.judge.second if isinstance(trial.judge, Both) else trial.judge
+            if isinstance(judge, AsProved):
+                yield trial.scene, judge
+
+
+@pytest.mark.parametrize("suite", ["quick", pytest.param("full", marks=pytest.mark.slow)])
+def test_of_each_shot_that_is_judged_so_something_is_proved(suite):
+    shots = list(proved(suite))
+    assert len(shots) == {"quick": 115, "full": 1901}[suite]
+    for scene, judge in shots:
+        proof = judge.proof(scene)  # raises where it says nothing
+        assert proof.proved or proof.events
