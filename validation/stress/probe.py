@@ -13,13 +13,13 @@ import fnmatch
 import json
 import os
 import sys
-import threading
 from collections.abc import Iterator, Sequence
 from itertools import chain, zip_longest
 from pathlib import Path
 from typing import Any
 
 import engine
+from validation.leash import end_with_input
 from validation.mutants import MAX_EVENTS
 from validation.stress.families import FAMILIES
 from validation.stress.run import StressTask, run_trial
@@ -64,17 +64,12 @@ def lines(patterns: Sequence[str]) -> Iterator[dict[str, Any]]:
         yield {"tried": f"{family}/{trial.name}", "outcome": found.outcome, "faults": found.faults}
 
 
-def _end_with_input() -> None:
-    sys.stdin.read()
-    os._exit(1)
-
-
 def main() -> None:
     """Try everything."""
     folder, *patterns = sys.argv[1:]
     if not Path(engine.__file__).is_relative_to(folder):
         raise ImportError(f"not the mutant: {engine.__file__}")
-    threading.Thread(target=_end_with_input, daemon=True).start()
+    end_with_input()
     # What a trial or a library prints goes with the messages, not among the lines.
     with os.fdopen(os.dup(1), "w", encoding="utf-8") as out:
         os.dup2(2, 1)

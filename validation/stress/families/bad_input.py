@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import json
 import math
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -16,8 +16,10 @@ import numpy as np
 
 from engine import Ball, Physics, Scene, SceneError, Status, Table
 from reference_adapters import ReferenceEngine
+from validation.leash import leashed
+from validation.stress.commands import ended, ghostball
 from validation.stress.family import Family
-from validation.stress.trial import Suite, Trial, Verdict
+from validation.stress.trial import StressError, Suite, Trial, Verdict
 
 if TYPE_CHECKING:
     from hypothesis.strategies import SearchStrategy
@@ -323,6 +325,9 @@ def _content(path: Path) -> str:
 _SIMULATE = """
 import contextlib, io, json, sys
 from ghostball.cli import app
+from validation.leash import end_with_input
+
+end_with_input()
 
 # The files of one process: to start one for each takes longer than all of them.
 for path in sys.argv[1:]:
@@ -342,21 +347,14 @@ def simulate_files(paths: list[Path]) -> list[tuple[int, str, str]]:
 
     The first one has a process of its own.
     """
-    import json  # noqa: PLC0415
-
     first, *others = map(str, paths)
-    alone = subprocess.run(
-        [sys.executable, "-m", "ghostball", "simulate", first],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    found = [(alone.returncode, alone.stdout, alone.stderr)]
+    alone = ended(ghostball(["simulate", first]), _PATIENCE)
+    found: list[tuple[int, str, str]] = [(alone.status, alone.output, alone.errors)]
     if others:
-        together = subprocess.run(
-            [sys.executable, "-c", _SIMULATE, *others], capture_output=True, text=True, check=True
-        )
-        found += [tuple(json.loads(line)) for line in together.stdout.splitlines()]
+        together = ended(leashed([sys.executable, "-c", _SIMULATE, *others]), _PATIENCE)
+        if together.status != 0:
+            raise StressError(f"the files were not all tried: {together.errors[-1000:]}")
+        found += [tuple(json.loads(line)) for line in together.output.splitlines()]
     return found
 
 
@@ -375,6 +373,9 @@ def _examples(kind: str, count: int) -> list[str]:
     search(bad_syntax() if kind == "syntax" else malformed(kind), keep, 4 * count)
     return texts[:: max(len(texts) // count, 1)][:count]
 
+
+_PATIENCE = 140.0
+"""Seconds after which commands that should have ended hang; each of two waits once."""
 
 _KINDS = ("numbers", "choices", "types", "missing", "unknown", "relations", "syntax")
 
