@@ -386,7 +386,12 @@ def stress(
         bool, typer.Option("--json", help="Print one JSON object instead of tables.")
     ] = False,
     listed: Annotated[
-        bool, typer.Option("--list", help="List the families and what they ask, and try nothing.")
+        bool,
+        typer.Option(
+            "--list",
+            help="List the families and what they ask, or the trials of those that are named, and "
+            "try nothing.",
+        ),
     ] = False,
     report: Annotated[
         bool, typer.Option(help="Write stress.md and its figures after the run.")
@@ -417,7 +422,7 @@ def stress(
     from ghostball import _stress  # noqa: PLC0415
 
     if listed:
-        stdout().print(_stress.families_table())
+        _stress.show_list(only or [], suite=suite.value, as_json=as_json)
         return
     raise typer.Exit(
         _stress.run(

@@ -9,7 +9,6 @@ or when its input is closed: so no process outlives who started it.
 
 from __future__ import annotations
 
-import fnmatch
 import json
 import os
 import sys
@@ -21,8 +20,8 @@ from typing import Any
 import engine
 from validation.leash import end_with_input
 from validation.mutants import MAX_EVENTS
-from validation.stress.families import FAMILIES
 from validation.stress.run import StressTask, run_trial
+from validation.stress.selection import chosen_trials
 from validation.stress.trial import Suite, Trial
 
 SUITE: Suite = "quick"
@@ -40,20 +39,18 @@ def small_trials(patterns: Sequence[str] = ()) -> list[tuple[str, Trial]]:
     ----------
     patterns : sequence of str
         Families, or trials as `FAMILY/TRIAL`; all where it is empty.
+
+    Raises
+    ------
+    StressError
+        Where one of them is the name of nothing.
     """
-    families = [
-        [(family.name, trial) for trial in family.trials(SUITE) if trial.small]
-        for family in FAMILIES.values()
-    ]
-    in_turn = chain.from_iterable(zip_longest(*families))
-    return [one for one in in_turn if one is not None and _is_wanted(one[0], one[1], patterns)]
-
-
-def _is_wanted(family: str, trial: Trial, patterns: Sequence[str]) -> bool:
-    names = (family, f"{family}/{trial.name}")
-    return not patterns or any(
-        fnmatch.fnmatchcase(name, pattern) for name in names for pattern in patterns
-    )
+    families: dict[str, list[tuple[str, Trial]]] = {}
+    for family, trial in chosen_trials(SUITE, patterns):
+        if trial.small:
+            families.setdefault(family.name, []).append((family.name, trial))
+    in_turn = chain.from_iterable(zip_longest(*families.values()))
+    return [one for one in in_turn if one is not None]
 
 
 def lines(patterns: Sequence[str]) -> Iterator[dict[str, Any]]:

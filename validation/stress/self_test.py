@@ -276,7 +276,8 @@ class _Watch:
             one.tried += 1
             return None
         one.trying = ""
-        if said["outcome"] != "broken":
+        # Nothing but the bug makes the harness fail where it doesn't in the copy without one.
+        if said["outcome"] not in ("broken", "failed"):
             return None
         self._end(one)
         return one.found(said["tried"], tuple(said["faults"]))

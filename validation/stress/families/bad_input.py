@@ -19,7 +19,7 @@ from reference_adapters import ReferenceEngine
 from validation.leash import leashed
 from validation.stress.commands import ended, ghostball
 from validation.stress.family import Family
-from validation.stress.trial import StressError, Suite, Trial, Verdict
+from validation.stress.trial import StressError, Suite, Trial, Verdict, blamed_on_engine
 
 if TYPE_CHECKING:
     from hypothesis.strategies import SearchStrategy
@@ -136,7 +136,8 @@ def check_well_formed(data: dict[str, Any], engine: ReferenceEngine) -> tuple[st
         return (f"{text} is refused: {error}",)
     if not same:
         return (f"{text} is read as another scene than its values",)
-    result = engine.simulate(scene, record="rest")
+    with blamed_on_engine():
+        result = engine.simulate(scene, record="rest")
     if not result.status.complete:
         return (f"{text} is not run whole: {result.status.value}: {result.reason}",)
     return ()
@@ -478,7 +479,8 @@ class Unchecked(Trial):
         tried = 0
         for where, scene in spoilt(base, self.value):
             tried += 1
-            result = engine.simulate(scene, record="trajectory")
+            with blamed_on_engine():
+                result = engine.simulate(scene, record="trajectory")
             says = f"`{where}` is {self.value} at t = 0 s"
             if result.status is not Status.FAILED or says not in result.reason:
                 faults.append(
@@ -517,7 +519,8 @@ class Overflow(Trial):
         tried = 0
         for scene in self.examples():
             tried += 1
-            result = engine.simulate(scene, record="events")
+            with blamed_on_engine():
+                result = engine.simulate(scene, record="events")
             finite = all(bool(np.all(np.isfinite(part))) for part in result.final_state)
             if result.status is Status.FAILED and result.reason:
                 continue
