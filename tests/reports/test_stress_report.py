@@ -197,3 +197,16 @@ def test_the_cliff_map_has_a_number_in_each_cell_and_frames_misses(folder):
 def test_nothing_is_drawn_of_nothing(tmp_path, draw):
     crashed = Finding("storms", "a", "pymunk", "broken", ("the process died",))
     assert draw(folder_of(tmp_path, [crashed])) is None
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_nothing_that_is_written_over_the_cliffs_is_cut_off(tmp_path, count):
+    labels = ("pymunk", "pymunk:mode=landed", "pybullet", "paper-discrete")[:count]
+    found = [cell(one, v, 0.1, 0, [0, 1, 2], 1e-3) for one in labels for v in (2.0, 10.0)]
+    with style.drawing():
+        figure = draw_cliffs(folder_of(tmp_path, found))
+        style.lay_out(figure)
+    for text in (figure._supxlabel, figure._suptitle):
+        box = text.get_window_extent()
+        assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+        assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1
