@@ -41,6 +41,7 @@ _RULES = {
     "string_unicode": "must be text without broken characters",
     "invalid_key": "must be named by text",
     "model_type": "must be a table of fields",
+    "json_invalid": "must be valid JSON ({error})",
 }
 _HINTS = {
     "radius": "Give it in metres; a pool ball has 0.028575",

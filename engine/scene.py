@@ -80,6 +80,20 @@ class _Model(BaseModel):
         except ValidationError as error:
             raise SceneError(describe(error, cls)) from None
 
+    @classmethod
+    def model_validate_json(cls, json_data: str | bytes | bytearray, **options: Any) -> Self:
+        """Make one of JSON text, such as `model_dump_json` writes.
+
+        Raises
+        ------
+        SceneError
+            Where it is no JSON, or a rule is broken.
+        """
+        try:
+            return super().model_validate_json(json_data, **options)
+        except ValidationError as error:
+            raise SceneError(describe(error, cls)) from None
+
     # pydantic would otherwise run this for nested models too, and lose where in the scene they are.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, say, stdout
-from reference_adapters.registry import split_specs
+from reference_adapters import make_engine, split_specs
 from reports import write_stress_report
 from validation.stress import (
     DEFAULT_ENGINES,
@@ -25,27 +25,55 @@ from validation.stress import (
     Suite,
     run_stress,
 )
+from validation.stress.family import Family
+from validation.stress.selection import chosen_trials, path_of
 from validation.stress.survival import (
     Survival,
     all_survival,
     scene_file,
     survival_of,
+    trying_again,
 )
 
 FAULTS_SHOWN = 3
 """How many broken trials of an engine in a family are named; the others are counted."""
 
 
-def families_table() -> Table:
-    """Return the families and what they ask."""
+def show_list(only: Sequence[str], *, suite: Suite, as_json: bool) -> None:
+    """Print the families, or, where some are named, their trials.
+
+    Raises
+    ------
+    StressError
+        Where one of `only` is the name of nothing.
+    """
+    if only:
+        paths = [path_of(family, trial) for family, trial in chosen_trials(suite, only)]
+        if as_json:
+            print(json.dumps({"suite": suite, "trials": paths}))
+        else:
+            print(*paths, sep="\n")
+        return
+    counts = {name: _counts(family) for name, family in FAMILIES.items()}
+    if as_json:
+        families = [
+            {"name": one.name, "title": one.title, "asks": one.asks, "trials": counts[one.name]}
+            for one in FAMILIES.values()
+        ]
+        print(json.dumps({"families": families}))
+        return
     table = Table(box=box.SIMPLE_HEAD)
     table.add_column("family")
     table.add_column("trials, quick/full", justify="right")
     table.add_column("what an engine must do to survive")
-    for family in FAMILIES.values():
-        quick, full = (sum(1 for _ in family.trials(suite)) for suite in ("quick", "full"))
-        table.add_row(family.name, f"{quick}/{full}", escape(family.asks))
-    return table
+    for one in FAMILIES.values():
+        table.add_row(one.name, "/".join(map(str, counts[one.name].values())), escape(one.asks))
+    stdout().print(table)
+
+
+def _counts(family: Family) -> dict[str, int]:
+    suites: tuple[Suite, ...] = ("quick", "full")
+    return {suite: sum(1 for _ in family.trials(suite)) for suite in suites}
 
 
 def run(
@@ -62,6 +90,10 @@ def run(
 ) -> ExitStatus:
     """Run the suite, print what was survived, and return the exit status."""
     labels = DEFAULT_ENGINES if engines is None else split_specs(engines)
+    if engines is not None:
+        # Who names an engine wants its verdict; of the default ones, those that are here will do.
+        for label in labels:
+            make_engine(label)
     with counting("trials") as count:
 
         def progress(finding: Finding, done: int, planned: int) -> None:
@@ -79,7 +111,7 @@ def run(
         )
     if outcome.taken_over:
         say(
-            f"{outcome.taken_over} of {outcome.folder.run.planned} trials are known from an "
+            f"{outcome.taken_over} of {outcome.folder.planned} trials are known from an "
             "earlier run of the same code (--rerun tries them again)."
         )
     if as_json:
@@ -92,7 +124,7 @@ def run(
     if outcome.interrupted:
         say(
             f"[bold]Interrupted:[/] {len(outcome.folder.findings)} of "
-            f"{outcome.folder.run.planned} trials are done and kept in {escape(str(out))}. The "
+            f"{outcome.folder.planned} trials are done and kept in {escape(str(out))}. The "
             "same command goes on from there."
         )
     return ExitStatus(outcome.exit_status)
@@ -103,15 +135,15 @@ def summary(outcome: StressOutcome) -> dict[str, Any]:
     folder = outcome.folder
     return {
         "suite": folder.run.suite,
-        "planned": folder.run.planned,
+        "planned": folder.planned,
         "done": len(folder.findings),
         "exit_status": outcome.exit_status,
         "environment": folder.run.environment,
-        "survival": [_survival(one, folder.path) for one in all_survival(folder)],
+        "survival": [_survival(one, folder) for one in all_survival(folder)],
     }
 
 
-def _survival(one: Survival, folder: Path) -> dict[str, Any]:
+def _survival(one: Survival, folder: StressFolder) -> dict[str, Any]:
     worst = one.worst
     return {
         "family": one.family,
@@ -121,9 +153,11 @@ def _survival(one: Survival, folder: Path) -> dict[str, Any]:
         "broken": one.broken,
         "not_representable": one.not_representable,
         "unavailable": one.unavailable,
+        "not_judged": one.failed,
         "shots": one.shots,
         "broken_shots": one.broken_shots,
         "seconds": one.seconds,
+        "again": one.again(folder),
         "worst": None
         if worst is None
         else {
@@ -131,8 +165,8 @@ def _survival(one: Survival, folder: Path) -> dict[str, Any]:
             "outcome": worst.outcome,
             "faults": list(worst.faults),
             "severity": worst.severity,
-            "scene": str(scene_file(worst, folder)),
-            "command": one.command(folder),
+            "scene": str(scene_file(worst, folder.path)),
+            "command": one.command(folder.path),
         },
     }
 
@@ -150,14 +184,14 @@ def _tables(outcome: StressOutcome) -> list[RenderableType]:
     for label in folder.run.labels:
         lines = [line for family in folder.run.families for line in _faults(folder, family, label)]
         if lines:
-            parts.append(Group(f"[bold]{escape(label)}[/] breaks:", *lines, ""))
+            parts.append(Group(f"[bold]{escape(label)}[/]:", *lines, ""))
     return parts
 
 
 def _cell(one: Survival) -> str:
-    if not one.tried:
+    if not one.tried and not one.failed:
         return f"[dim]{one.text}[/]"
-    return f"[bold red]{one.text}[/]" if one.broken else f"[green]{one.text}[/]"
+    return f"[bold red]{one.text}[/]" if one.broken or one.failed else f"[green]{one.text}[/]"
 
 
 def _faults(folder: StressFolder, family: str, label: str) -> list[str]:
@@ -169,7 +203,11 @@ def _faults(folder: StressFolder, family: str, label: str) -> list[str]:
     ]
     if len(broken) > FAULTS_SHOWN:
         lines.append(f"  {family}: {len(broken) - FAULTS_SHOWN} more")
-    command = one.command(folder.path)
-    if broken and command is not None:
-        lines.append(f"    {escape(command)}")
+    commands = (one.command(folder.path), one.again(folder)) if broken else ()
+    lines += [f"    {escape(command)}" for command in commands if command is not None]
+    lines += [
+        f"  {escape(f'{family}/{found.trial}')} [bold]could not be judged:[/] "
+        f"{escape(found.faults[0])}\n    {escape(trying_again(found, folder))}"
+        for found in one.failures()
+    ]
     return lines

@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
-import enum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from ghostball import _bench
-from ghostball._terminal import ExitStatus, busy, check_writable, command, say, stdout
+from ghostball._options import (
+    AsJson,
+    EngineSpec,
+    RecordChoice,
+    SceneName,
+    StressSuite,
+    SuiteChoice,
+    check_plot,
+    engines_option,
+    jobs_option,
+    plot_option,
+)
+from ghostball._terminal import ExitStatus, command, say, stdout
 
 app = typer.Typer(
     name="ghostball",
@@ -27,28 +38,6 @@ app = typer.Typer(
 app.add_typer(_bench.app)
 
 
-class RecordChoice(enum.StrEnum):
-    """What a run keeps; see `engine.Record`."""
-
-    REST = "rest"
-    EVENTS = "events"
-    TRAJECTORY = "trajectory"
-
-
-class SuiteChoice(enum.StrEnum):
-    """Which of the shipped scenes run."""
-
-    SMOKE = "smoke"
-    FULL = "full"
-
-
-class StressSuite(enum.StrEnum):
-    """How much `stress` tries."""
-
-    QUICK = "quick"
-    FULL = "full"
-
-
 def main() -> None:
     """Run the command line and exit."""
     app()
@@ -60,17 +49,6 @@ def _print_version(asked: bool) -> None:
 
         typer.echo(f"ghostball {version('ghostball')}")
         raise typer.Exit
-
-
-def _check_plot(path: Path) -> None:
-    """Refuse a picture that can't be made, before the run."""
-    from reports.plot import ENDINGS  # noqa: PLC0415
-
-    if path.suffix.lower() not in ENDINGS:
-        raise typer.BadParameter(
-            f"must end in {', '.join(ENDINGS)}, got {path.name!r}", param_hint="--plot"
-        )
-    check_writable(path, "--plot")
 
 
 @app.callback()
@@ -88,21 +66,8 @@ def _options(
 @app.command()
 @command
 def simulate(
-    scene: Annotated[
-        str,
-        typer.Argument(
-            metavar="SCENE",
-            help="A shipped scene's name (`ghostball scenes` lists them), or a TOML file.",
-        ),
-    ],
-    engine: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME[:KEY=VALUE,...]",
-            help="Engine and its settings, as `ghostball engines` lists them, "
-            "such as pymunk:dt=1e-4.",
-        ),
-    ] = "ghostball",
+    scene: SceneName,
+    engine: EngineSpec = "ghostball",
     record: Annotated[
         RecordChoice | None,
         typer.Option(
@@ -110,13 +75,8 @@ def simulate(
             "the whole motion (default: rest; with --plot: trajectory)."
         ),
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object instead of tables.")
-    ] = False,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the paths of the balls (.png, .svg or .pdf)."),
-    ] = None,
+    as_json: AsJson = False,
+    plot: Annotated[Path | None, plot_option("Draw the paths of the balls")] = None,
     explain_skips: Annotated[
         bool,
         typer.Option(
@@ -135,40 +95,19 @@ def simulate(
                 f"--plot needs --record trajectory, got {record.value}", param_hint="--record"
             )
         record = RecordChoice.TRAJECTORY
-        _check_plot(plot)
-    from engine import Status  # noqa: PLC0415
-    from ghostball._tables import result_table, skips_table  # noqa: PLC0415
-    from reference_adapters import make_engine  # noqa: PLC0415
-    from validation.library import find_scene  # noqa: PLC0415
+        check_plot(plot)
+    from ghostball._simulate import run  # noqa: PLC0415
 
-    chosen = make_engine(engine)
-    if explain_skips and chosen.name != "ghostball":
-        raise typer.BadParameter(
-            f"is about engine ghostball, got {engine}", param_hint="--explain-skips"
+    raise typer.Exit(
+        run(
+            scene,
+            engine,
+            record=(record or RecordChoice.REST).value,
+            as_json=as_json,
+            plot=plot,
+            explain_skips=explain_skips,
         )
-    shot = find_scene(scene)
-    with busy(f"{shot.name} on {engine}"):
-        result = chosen.simulate(shot, record=(record or RecordChoice.REST).value)
-    if plot is not None:
-        from reports import plot_result  # noqa: PLC0415
-
-        with busy(f"drawing {plot}"):
-            plot_result(result, plot)
-    if as_json:
-        typer.echo(result.to_json())
-    else:
-        stdout().print(result_table(result))
-        if explain_skips:
-            stdout().print(skips_table(result, (record or RecordChoice.REST).value))
-        if plot is not None:
-            stdout().print(f"paths drawn in {plot}", soft_wrap=True, markup=False)
-    if not result.status.complete:
-        say(f"[bold red]not complete:[/] {result.status.value}")
-        special = {
-            Status.INTERRUPTED: ExitStatus.INTERRUPTED,
-            Status.FAILED: ExitStatus.HARNESS_FAILED,
-        }
-        raise typer.Exit(special.get(result.status, ExitStatus.CHECK_FAILED))
+    )
 
 
 @app.command()
@@ -186,15 +125,7 @@ def validate(
         SuiteChoice | None,
         typer.Option(help="Which shipped scenes run: those tagged smoke, or all (default: full)."),
     ] = None,
-    engines: Annotated[
-        str | None,
-        typer.Option(
-            metavar="A,B,...",
-            help="Engines, with settings as for `simulate --engine`, such as "
-            "ghostball,pymunk:mode=landed (default: all that are shipped, pymunk and pybullet in "
-            "three ways each).",
-        ),
-    ] = None,
+    engines: Annotated[str | None, engines_option("pymunk and pybullet in three ways each")] = None,
     out: Annotated[
         Path,
         typer.Option(
@@ -217,12 +148,7 @@ def validate(
     junit: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the verdicts as JUnit XML.")
     ] = None,
-    jobs: Annotated[
-        int,
-        typer.Option(
-            min=1, help="Processes that run and draw scenes; run times are cleanest with 1."
-        ),
-    ] = 1,
+    jobs: Annotated[int, jobs_option("run and draw scenes; run times are cleanest with 1")] = 1,
     time_limit: Annotated[
         float,
         typer.Option(
@@ -292,30 +218,14 @@ def validate(
 @app.command()
 @command
 def explain(
-    scene: Annotated[
-        str,
-        typer.Argument(
-            metavar="SCENE",
-            help="A shipped scene's name (`ghostball scenes` lists them), or a TOML file.",
-        ),
-    ],
-    engine: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME[:KEY=VALUE,...]",
-            help="The engine to explain, with settings as `ghostball engines` lists them, such as "
-            "pymunk:dt=1e-4.",
-        ),
-    ],
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object instead of text.")
-    ] = False,
+    scene: SceneName,
+    engine: EngineSpec,
+    as_json: AsJson = False,
     plot: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Draw both shots over each other at the instant at which they part, with the "
-            "collisions marked (.png, .svg or .pdf).",
+        plot_option(
+            "Draw both shots over each other at the instant at which they part, with the "
+            "collisions marked"
         ),
     ] = None,
     attribute: Annotated[
@@ -334,7 +244,7 @@ def explain(
     whether they part or not; 1 where the engine's run didn't end by itself.
     """
     if plot is not None:
-        _check_plot(plot)
+        check_plot(plot)
     from ghostball._explain import run  # noqa: PLC0415
 
     raise typer.Exit(run(scene, engine, as_json=as_json, plot=plot, attribute=attribute))
@@ -354,14 +264,7 @@ def stress(
     suite: Annotated[
         StressSuite, typer.Option(help="quick: what a CI has time for; full: all of it.")
     ] = StressSuite.QUICK,
-    engines: Annotated[
-        str | None,
-        typer.Option(
-            metavar="A,B,...",
-            help="Engines, with settings as for `simulate --engine` (default: all that are "
-            "shipped, pymunk and pybullet in two ways each).",
-        ),
-    ] = None,
+    engines: Annotated[str | None, engines_option("pymunk and pybullet in two ways each")] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -370,7 +273,7 @@ def stress(
             "goes on where an earlier one by the same code ended.",
         ),
     ] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes that try.")] = 2,
+    jobs: Annotated[int, jobs_option("try")] = 2,
     rerun: Annotated[
         bool, typer.Option("--rerun", help="Try everything, also what is known already.")
     ] = False,
@@ -382,11 +285,14 @@ def stress(
             "more): after that it is ended, and has broken the engine.",
         ),
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object instead of tables.")
-    ] = False,
+    as_json: AsJson = False,
     listed: Annotated[
-        bool, typer.Option("--list", help="List the families and what they ask, and try nothing.")
+        bool,
+        typer.Option(
+            "--list",
+            help="List the families and what they ask, or the trials of those that are named, and "
+            "try nothing.",
+        ),
     ] = False,
     report: Annotated[
         bool, typer.Option(help="Write stress.md and its figures after the run.")
@@ -417,7 +323,7 @@ def stress(
     from ghostball import _stress  # noqa: PLC0415
 
     if listed:
-        stdout().print(_stress.families_table())
+        _stress.show_list(only or [], suite=suite.value, as_json=as_json)
         return
     raise typer.Exit(
         _stress.run(
@@ -440,7 +346,7 @@ def report(
     folder: Annotated[
         Path, typer.Argument(metavar="DIR", help="A folder that `validate` or `stress` wrote.")
     ],
-    jobs: Annotated[int, typer.Option(min=1, help="Processes that draw.")] = 1,
+    jobs: Annotated[int, jobs_option("draw")] = 1,
 ) -> None:
     """Write report.md, or stress.md, and its figures again from stored results."""
     from ghostball._progress import counting  # noqa: PLC0415

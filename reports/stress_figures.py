@@ -33,6 +33,11 @@ WIDTH = 8.8
 EXACT = 1e-17
 """Where an energy error of exactly 0 is drawn: below every rounding."""
 
+_CLIFF_NOTE = ("Steps in ms.", "≥: none of the ladder misses.", "Framed: misses at its own step.")
+
+NOTE_WIDTH = 5.5
+"""Width of a figure [inch] that has room for these in one line."""
+
 COUNTS = {
     "events": "events",
     "contact_steps": "contact steps",
@@ -261,7 +266,9 @@ def draw_cliffs(folder: StressFolder) -> Figure | None:
     columns = min(3, len(maps))
     rows = -(-len(maps) // columns)
     width = 0.9 + columns * max(2.2, 0.62 * len(speeds))
-    figure = style.new_figure(width, 1.0 + rows * (0.75 + 0.34 * len(depths)))
+    note = (" " if width >= NOTE_WIDTH else "\n").join(_CLIFF_NOTE)
+    height = 1.0 + rows * (0.75 + 0.34 * len(depths)) + 0.16 * note.count("\n")
+    figure = style.new_figure(width, height)
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     norm = LogNorm(min(steps), max(steps))
     for axes, (label, found) in zip(grid.ravel(), maps.items(), strict=False):
@@ -276,9 +283,7 @@ def draw_cliffs(folder: StressFolder) -> Figure | None:
     for axes in grid.ravel()[max(0, len(maps) - columns) : len(maps)]:
         axes.tick_params(labelbottom=True)
         axes.set_xlabel("speed [m/s]")
-    figure.supxlabel(
-        "Steps in ms. ≥: none of the ladder misses. Framed: misses at its own step.", fontsize=8.5
-    )
+    figure.supxlabel(note, fontsize=8.5)
     style.set_title(figure, "Largest step without a miss")
     return figure
 

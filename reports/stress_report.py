@@ -11,7 +11,7 @@ from reports import style
 from reports.markdown_parts import Drawn, figure_link, many, one_line, table_of
 from reports.stress_figures import COUNTS, FIGURES, cliffs, has_cliff, storm_counts
 from validation.stress import FAMILIES, StressFolder
-from validation.stress.survival import Survival, all_survival, survival_of
+from validation.stress.survival import Survival, all_survival, survival_of, trying_again
 
 REPORT = "stress.md"
 FOLDER = "figures"
@@ -123,7 +123,7 @@ def _about(folder: StressFolder) -> str:
     run = folder.run
     environment = run.environment
     done = many(len(folder.findings), "trial")
-    text = f"Suite `{run.suite}`, {done} of {run.planned} on {many(len(run.labels), 'engine')}, "
+    text = f"Suite `{run.suite}`, {done} of {folder.planned} on {many(len(run.labels), 'engine')}, "
     text += f"{environment.get('cpu', 'unknown machine')}, {str(environment.get('date', ''))[:10]}."
     if not folder.whole:
         text += " **This run is not whole**: what is missing was not come to."
@@ -145,7 +145,7 @@ def _survival(folder: StressFolder) -> str:
 
 
 def _cell(one: Survival) -> str:
-    return f"**{one.text}**" if one.broken else one.text
+    return f"**{one.text}**" if one.broken or one.failed else one.text
 
 
 def _title(family: str) -> str:
@@ -161,15 +161,44 @@ def _worst_cases(folder: StressFolder) -> list[str]:
             f"`{one_line(one.label)}`",
             f"{one.broken_shots} of {one.shots}",
             one_line(f"`{worst.trial}`: {worst.faults[0] if worst.faults else ''}"),
-            f"`{one_line(one.command(folder.path) or '')}`",
+            _command(one.command(folder.path)),
+            _command(one.again(folder)),
         ]
         for one in all_survival(folder)
         if one.broken and (worst := one.breaks()[0] if one.worst is None else one.worst)
     ]
+    failed = _not_judged(folder)
     if not rows:
-        return ["## Worst cases", "Nothing broke."]
-    header = ["family", "engine", "shots that broke", "worst case", "seen again by"]
-    return ["## Worst cases", table_of(header, rows)]
+        return [*failed, "## Worst cases", "Nothing broke."]
+    header = [
+        "family",
+        "engine",
+        "shots that broke",
+        "worst case",
+        "seen again by",
+        "judged again by",
+    ]
+    return [*failed, "## Worst cases", table_of(header, rows)]
+
+
+def _command(command: str | None) -> str:
+    return "" if command is None else f"`{one_line(command)}`"
+
+
+def _not_judged(folder: StressFolder) -> list[str]:
+    """Return what the harness failed to judge, of which nothing is known."""
+    rows = [
+        [
+            _title(one.family),
+            f"`{one_line(one.label)}`",
+            one_line(f"`{failed.trial}`: {failed.faults[0]}"),
+            _command(trying_again(failed, folder)),
+        ]
+        for one in all_survival(folder)
+        for failed in one.failures()
+    ]
+    header = ["family", "engine", "why", "tried again by"]
+    return ["## Not judged", table_of(header, rows)] if rows else []
 
 
 def _storms(folder: StressFolder) -> list[str]:

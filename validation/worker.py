@@ -6,7 +6,9 @@ A task that hangs costs no more than itself either, where it has a limit of time
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
+import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
@@ -29,6 +31,9 @@ _JOIN_TIMEOUT = 5.0
 
 _START_LIMIT = 300.0
 """Seconds that a process gets to start and import, where tasks have a limit of time."""
+
+_ORPHANED = 1
+"""Exit code of a process whose parent is gone."""
 
 # Not fork: pybullet's and numba's threads and locks don't survive it.
 _CONTEXT = multiprocessing.get_context("spawn")
@@ -261,11 +266,31 @@ def _serve(work: Callable[[T], R], connection: Connection) -> None:
     # Ctrl-C reaches the whole group; the parent alone decides what happens then. POSIX workers
     # are deaf already, see `_interrupts_held`.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     with closing(connection):
-        connection.send("started")
+        if not _told(connection, "started"):
+            return
         while True:
             try:
                 task = connection.recv()
-            except EOFError:
+            except (EOFError, ConnectionError):
                 return
-            connection.send(work(task))
+            if not _told(connection, work(task)):
+                return
+
+
+def _told(connection: Connection, message: object) -> bool:
+    """Send a message; whether anyone is there to get it."""
+    try:
+        connection.send(message)
+    except ConnectionError:  # the parent was killed, and has nobody left to tell of it
+        return False
+    return True
+
+
+def _end_with_parent() -> None:
+    """End this process once its parent is gone, also in the midst of a task that hangs."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    wait([parent.sentinel])
+    os._exit(_ORPHANED)

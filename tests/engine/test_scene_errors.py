@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from refusals import loading as refusal
 from shots import POOL_TABLE
 
-from engine import Scene, SceneError
+from engine import Ball, Scene, SceneError
 from engine._scene_file import dumps
 from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 
@@ -308,3 +308,27 @@ def test_any_mutation_loads_or_is_refused_as_a_scene_error(data):
 def test_any_mutation_through_the_constructor_is_a_scene_or_a_scene_error(data):
     scene, refused = scene_or_refusal(lambda: Scene(**data))
     assert (scene is None) == (refused != "")
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ('{"name": 1', ("`scene` must be valid JSON", "EOF")),
+        ("[]", ("`scene` must be a table of fields, got []",)),
+        (
+            '{"name": "a", "balls": [{"id": "a", "position": [0, NaN]}]}',
+            ("`balls[0].position[1]`",),
+        ),
+        ('{"name": "a", "ball": []}', ("`ball` is not a known field", "`balls`")),
+        (b"\xff", ("`scene` must be valid JSON",)),
+    ],
+)
+def test_json_is_refused_as_all_else_is(text, parts):
+    with pytest.raises(SceneError) as caught:
+        Scene.model_validate_json(text)
+    assert all(part in str(caught.value) for part in parts)
+
+
+def test_json_that_was_written_reads_back():
+    scene = Scene(name="a", balls=[Ball(id="a", position=(0.1, 0.2), velocity=(1.0, 0.3))])
+    assert Scene.model_validate_json(scene.model_dump_json(by_alias=True)) == scene

@@ -18,8 +18,10 @@ import reference_adapters.pybullet_world
 from engine import Scene
 from ghostball.cli import app
 from reference_adapters import make_engine
+from reference_adapters.paper_discrete import PaperDiscreteEngine
 from validation import find_scene, scene_names
 from validation.store import ResultsWriter
+from validation.stress.faulty_engine import planted
 
 BALL = '[[balls]]\nid = "{id}"\nposition = [{x}, 0.5]\nvelocity = [1.0, 0.0]\n'
 HEAD = 'schema = 1\nname = "shot"\n[table]\nlength = 2.0\nwidth = 1.0\n'
@@ -402,8 +404,6 @@ def test_a_pass_says_whether_its_outcome_was_judged(cli, tmp_path):
 
 @pytest.mark.usefixtures("in_this_process")
 def test_a_crash_of_an_engine_is_a_fault_of_the_harness(cli, tmp_path, monkeypatch):
-    from reference_adapters.paper_discrete import PaperDiscreteEngine
-
     def crash(self, scene, *, record="rest"):
         raise ZeroDivisionError("of the engine")
 
@@ -629,7 +629,7 @@ def test_an_unexpected_error_is_short_with_its_traceback_and_status_3(cli, monke
     def fail(name):
         raise RuntimeError("disc [bold]error")
 
-    monkeypatch.setattr("validation.library.find_scene", fail)
+    monkeypatch.setattr("ghostball._simulate.find_scene", fail)
     result = cli("simulate", "stop")
     assert result.exit_code == 3
     assert result.stdout == ""
@@ -637,12 +637,38 @@ def test_an_unexpected_error_is_short_with_its_traceback_and_status_3(cli, monke
     assert "ghostball itself failed: RuntimeError: disc [bold]error" in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("does", "says"),
+    [
+        ("raise", "engine faulty failed: RuntimeError: lost the balls"),
+        ("exit", "engine faulty failed: SystemExit: 0"),
+    ],
+)
+def test_a_foreign_engine_that_fails_is_named_and_is_no_bug_of_ours(
+    cli, monkeypatch, tmp_path, does, says
+):
+    monkeypatch.syspath_prepend(str(planted(tmp_path / "site")))
+    result = cli("simulate", "stop", "--engine", f"faulty:does={does}")
+    assert result.exit_code == 3
+    assert result.stdout == ""
+    assert "Traceback" in result.stderr
+    assert says in result.stderr
+    assert "ghostball itself failed" not in result.stderr
+
+
+def test_a_foreign_engine_that_returns_no_result_is_named(cli, monkeypatch):
+    monkeypatch.setattr(PaperDiscreteEngine, "simulate", lambda *_, **__: None)
+    result = cli("simulate", "stop", "--engine", "paper-discrete")
+    assert result.exit_code == 3
+    assert "must return a `Result`, got NoneType. Mend `simulate` of engine" in result.stderr
+
+
 def test_what_the_engine_logs_is_shown_on_stderr(cli, monkeypatch):
     def find(name):
         logging.getLogger("ghostball.engine").warning("compiling the kernels [once]")
         return find_scene(name)
 
-    monkeypatch.setattr("validation.library.find_scene", find)
+    monkeypatch.setattr("ghostball._simulate.find_scene", find)
     result = cli("simulate", "stop", "--json")
     assert result.stderr == "compiling the kernels [once]\n"
     assert json.loads(result.stdout)["status"] == "rest"
@@ -653,7 +679,7 @@ def test_ctrl_c_in_any_command_is_status_130(cli, monkeypatch):
     def interrupt(name):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("validation.library.find_scene", interrupt)
+    monkeypatch.setattr("ghostball._simulate.find_scene", interrupt)
     result = cli("simulate", "stop")
     assert result.exit_code == 130
     assert "Interrupted." in result.stderr

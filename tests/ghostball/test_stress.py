@@ -1,11 +1,14 @@
 """`ghostball stress`: options, exit statuses, what is printed where."""
 
 import json
+import shlex
 
 import pytest
 from typer.testing import CliRunner
 
+import ghostball._stress
 from ghostball.cli import app
+from reference_adapters.pybullet_engine import PybulletEngine
 from validation.stress import FAMILIES
 
 ONE = "grazing/rolling-hit-1e-01"
@@ -21,6 +24,62 @@ def test_the_list_names_every_family_and_tries_nothing(tmp_path, monkeypatch):
     assert result.exit_code == 0, result.output
     assert all(name in result.stdout for name in FAMILIES)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_list_of_a_family_names_its_trials_as_the_command_takes_them():
+    names = stress("--list", "grazing").stdout.split()
+    assert ONE in names
+    assert all(name.startswith("grazing/") for name in names)
+    assert len(stress("--list", "grazing", "--suite", "full").stdout.split()) > len(names)
+    assert stress("--list", "grazing/*-1e-01").stdout.split() == [
+        name for name in names if name.endswith("-1e-01")
+    ]
+    assert stress("--list", "grasing").exit_code == 2
+
+
+def test_the_list_as_json_is_plain_values():
+    trials = json.loads(stress("--list", ONE, "--json").stdout)
+    assert trials == {"suite": "quick", "trials": [ONE]}
+    families = json.loads(stress("--list", "--json").stdout)["families"]
+    assert [one["name"] for one in families] == list(FAMILIES)
+    assert all(0 < one["trials"]["quick"] <= one["trials"]["full"] for one in families)
+
+
+def test_an_engine_that_cannot_run_here_is_refused_where_it_is_named(tmp_path, monkeypatch):
+    # Of the engines by default, those that are here will do.
+    why = "pybullet is not installed"
+    monkeypatch.setattr(PybulletEngine, "unavailable", classmethod(lambda cls: why))
+    result = stress(ONE, "--engines", "ghostball,pybullet", "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert why in result.stderr
+    assert not (tmp_path / "out").exists()
+    monkeypatch.setattr(ghostball._stress, "DEFAULT_ENGINES", ("ghostball", "pybullet"))
+    monkeypatch.setattr("validation.stress.run.run_tasks", in_this_process)
+    result = stress(ONE, "--out", tmp_path / "out", "--no-report", "--json")
+    assert result.exit_code == 0
+    found = {one["engine"]: one for one in json.loads(result.stdout)["survival"]}
+    assert found["pybullet"]["unavailable"] == found["ghostball"]["survived"] == 1
+
+
+def in_this_process(tasks, jobs, work, died, limit):
+    yield from map(work, tasks)
+
+
+def test_the_command_to_try_again_gives_the_same_verdict(tmp_path):
+    name = "grazing/rolling-hit-1e-04"
+    result = stress(
+        name, "--engines", "pymunk:dt=0.05", "--out", tmp_path / "a b", "--json", "--no-report"
+    )
+    assert result.exit_code == 1
+    first = json.loads(result.stdout)["survival"][0]
+    assert first["broken"] == 1
+    word, *arguments = shlex.split(first["again"])
+    assert word == "ghostball"
+    again = CliRunner().invoke(app, [*arguments, "--json", "--no-report"])
+    assert again.exit_code == 1
+    second = json.loads(again.stdout)["survival"][0]
+    for key in ("trial", "outcome", "faults", "severity"):
+        assert second["worst"][key] == first["worst"][key]
 
 
 @pytest.mark.parametrize(

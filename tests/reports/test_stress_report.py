@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from engine import GhostballError
@@ -69,7 +71,8 @@ FOUND = [
 def folder_of(path, findings, planned=None):
     labels = tuple(dict.fromkeys(one.label for one in findings))
     families = tuple(dict.fromkeys(one.family for one in findings))
-    run = StressRun("quick", families, labels, planned or len(findings), ENVIRONMENT)
+    missing = tuple(("f", str(k), "ghostball") for k in range((planned or 0) - len(findings)))
+    run = StressRun("quick", families, labels, ENVIRONMENT, missing=missing)
     writer = StressWriter(path)
     with writer.reserved():
         writer.finish(run, findings)
@@ -99,7 +102,8 @@ def test_the_report_has_every_count_break_and_command(folder):
     assert "3 of 6" not in text
     assert "| 3 of 4 | `hit-2`: it \\| broke |" in text
     command = f"ghostball simulate {folder.path}/worst/grazing-pymunk.toml --engine pymunk"
-    assert f"`{command}`" in text
+    again = "ghostball stress grazing/hit-2 --suite quick --engines pymunk --rerun --out "
+    assert f"| `{command}` | `{again}{folder.path}-again` |" in text
     assert (folder.path / "worst/grazing-pymunk.toml").exists()
     assert "13 trials of 13" in text
     assert "not whole" not in text
@@ -117,6 +121,15 @@ def test_a_run_that_is_not_whole_says_so_and_one_without_breaks_too(tmp_path, on
     assert "1 trial of 9" in text
     assert "not whole" in text
     assert "Nothing broke." in text
+
+
+def test_what_could_not_be_judged_is_told(tmp_path, one_figure):
+    failed = finding("grazing", "hit-9", outcome="failed")
+    text = write_stress_report(
+        folder_of(tmp_path, [replace(failed, faults=("nothing is proved",))]).path
+    ).read_text()
+    assert "| **0/0, 1 not judged** |" in text
+    assert "| `hit-9`: nothing is proved | `ghostball stress grazing/hit-9 " in text
 
 
 def test_figures_without_data_are_neither_drawn_nor_left_over(folder, one_figure):
@@ -184,3 +197,16 @@ def test_the_cliff_map_has_a_number_in_each_cell_and_frames_misses(folder):
 def test_nothing_is_drawn_of_nothing(tmp_path, draw):
     crashed = Finding("storms", "a", "pymunk", "broken", ("the process died",))
     assert draw(folder_of(tmp_path, [crashed])) is None
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_nothing_that_is_written_over_the_cliffs_is_cut_off(tmp_path, count):
+    labels = ("pymunk", "pymunk:mode=landed", "pybullet", "paper-discrete")[:count]
+    found = [cell(one, v, 0.1, 0, [0, 1, 2], 1e-3) for one in labels for v in (2.0, 10.0)]
+    with style.drawing():
+        figure = draw_cliffs(folder_of(tmp_path, found))
+        style.lay_out(figure)
+    for text in (figure._supxlabel, figure._suptitle):
+        box = text.get_window_extent()
+        assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+        assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1

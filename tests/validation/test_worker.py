@@ -5,6 +5,8 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import subprocess
+import sys
 import time
 from contextlib import closing
 from pathlib import Path
@@ -132,3 +134,38 @@ def test_closing_ends_what_runs():
     assert next(running) == "done a"
     running.close()
     assert multiprocessing.active_children() == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+@pytest.mark.parametrize("seconds", [0.0, 1.0, 600.0], ids=["idle", "answers", "hangs"])
+def test_a_worker_whose_parent_is_killed_ends_without_a_word(tmp_path, seconds):
+    script = tmp_path / "parent.py"
+    script.write_text(PARENT)
+    with subprocess.Popen(
+        [sys.executable, str(script), str(seconds)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    ) as parent:
+        assert parent.stdout is not None
+        assert parent.stdout.readline() == b"at work\n"
+        parent.kill()
+        # Waits for the worker too, which has the same pipes.
+        _, errors = parent.communicate(timeout=60.0)
+    assert errors == b""
+
+
+PARENT = """
+import sys, time
+from validation.worker import limit_of, run_tasks
+
+
+def work(seconds):
+    print("at work", flush=True)
+    time.sleep(seconds)
+
+
+if __name__ == "__main__":
+    list(run_tasks([float(sys.argv[1])], 1, work, print, limit_of(900.0)))
+    time.sleep(600)
+"""

@@ -238,6 +238,13 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     # What a run says of itself.
     Mutation(
+        "NaN unseen",
+        "_loop.py",
+        "    return bool(abs((place + spin) + (pull + balls.state[i, BZ])) < math.inf)",
+        "    return True",
+        "A motion that is no number any more goes on.",
+    ),
+    Mutation(
         "stops too soon",
         "_loop.py",
         "    if status == RUN_T_MAX:\n        t = laws.t_max\n",

@@ -9,20 +9,19 @@ or when its input is closed: so no process outlives who started it.
 
 from __future__ import annotations
 
-import fnmatch
 import json
 import os
 import sys
-import threading
 from collections.abc import Iterator, Sequence
 from itertools import chain, zip_longest
 from pathlib import Path
 from typing import Any
 
 import engine
+from validation.leash import end_with_input
 from validation.mutants import MAX_EVENTS
-from validation.stress.families import FAMILIES
 from validation.stress.run import StressTask, run_trial
+from validation.stress.selection import chosen_trials
 from validation.stress.trial import Suite, Trial
 
 SUITE: Suite = "quick"
@@ -40,20 +39,18 @@ def small_trials(patterns: Sequence[str] = ()) -> list[tuple[str, Trial]]:
     ----------
     patterns : sequence of str
         Families, or trials as `FAMILY/TRIAL`; all where it is empty.
+
+    Raises
+    ------
+    StressError
+        Where one of them is the name of nothing.
     """
-    families = [
-        [(family.name, trial) for trial in family.trials(SUITE) if trial.small]
-        for family in FAMILIES.values()
-    ]
-    in_turn = chain.from_iterable(zip_longest(*families))
-    return [one for one in in_turn if one is not None and _is_wanted(one[0], one[1], patterns)]
-
-
-def _is_wanted(family: str, trial: Trial, patterns: Sequence[str]) -> bool:
-    names = (family, f"{family}/{trial.name}")
-    return not patterns or any(
-        fnmatch.fnmatchcase(name, pattern) for name in names for pattern in patterns
-    )
+    families: dict[str, list[tuple[str, Trial]]] = {}
+    for family, trial in chosen_trials(SUITE, patterns):
+        if trial.small:
+            families.setdefault(family.name, []).append((family.name, trial))
+    in_turn = chain.from_iterable(zip_longest(*families.values()))
+    return [one for one in in_turn if one is not None]
 
 
 def lines(patterns: Sequence[str]) -> Iterator[dict[str, Any]]:
@@ -64,17 +61,12 @@ def lines(patterns: Sequence[str]) -> Iterator[dict[str, Any]]:
         yield {"tried": f"{family}/{trial.name}", "outcome": found.outcome, "faults": found.faults}
 
 
-def _end_with_input() -> None:
-    sys.stdin.read()
-    os._exit(1)
-
-
 def main() -> None:
     """Try everything."""
     folder, *patterns = sys.argv[1:]
     if not Path(engine.__file__).is_relative_to(folder):
         raise ImportError(f"not the mutant: {engine.__file__}")
-    threading.Thread(target=_end_with_input, daemon=True).start()
+    end_with_input()
     # What a trial or a library prints goes with the messages, not among the lines.
     with os.fdopen(os.dup(1), "w", encoding="utf-8") as out:
         os.dup2(2, 1)

@@ -18,15 +18,16 @@ from validation.files import ResultsError, cannot_write, parse_line, write_whole
 from validation.stress.trial import Suite
 
 FORMAT: Final = "ghostball stress"
-SCHEMA: Final = 1
+SCHEMA: Final = 2
 FINDINGS_FILE: Final = "stress.jsonl"
 WORST_FOLDER: Final = "worst"
 LOCK_FILE: Final = ".lock"
 PART_FILE: Final = FINDINGS_FILE + ".part"
 """What a kill leaves of a file that was being written."""
 
-Outcome = Literal["survived", "broken", "not-representable", "unavailable"]
-"""Whether every shot held; not all did; the engine can't be asked that; it can't run here."""
+Outcome = Literal["survived", "broken", "not-representable", "unavailable", "failed"]
+"""Whether every shot held; not all did; the engine can't be asked that; it can't run here; the
+harness couldn't judge it, which says nothing of the engine."""
 
 _AGAIN: Final = "Run `ghostball stress` again, into another `--out`"
 
@@ -46,7 +47,7 @@ class Finding:
     outcome : str
         See `Outcome`. A crash, or a trial that took too long, is "broken".
     faults : tuple of str
-        What broke; for the last two outcomes, why.
+        What broke; for the last three outcomes, why.
     severity, shots, broken, values
         As in a `Verdict`.
     seconds : float
@@ -54,7 +55,7 @@ class Finding:
     scene : mapping or None
         Definition of the shot that broke worst, or came nearest.
     code_hash : str
-        Of the code that found it; "" where it can't be told, and the trial is run again.
+        Of the code that found it; "" where it can't be told.
     """
 
     family: str
@@ -87,17 +88,21 @@ class StressRun:
     ----------
     suite : "quick" or "full"
     families, labels : tuple of str
-    planned : int
-        How many findings there are once the run is whole.
     environment : mapping
         As in `env.json` of a results folder.
+    code_hash : str
+        Of the code that ran; "" where it can't be told.
+    missing : tuple of (str, str, str)
+        Keys of what was asked for, by this run or an earlier one of the same code, and wasn't found
+        yet when this line was written.
     """
 
     suite: Suite
     families: tuple[str, ...]
     labels: tuple[str, ...]
-    planned: int
     environment: dict[str, Any]
+    code_hash: str = ""
+    missing: tuple[Key, ...] = ()
     format: str = FORMAT
     schema: int = SCHEMA
 
@@ -125,9 +130,19 @@ class StressFolder:
     findings: list[Finding]
 
     @property
+    def missing(self) -> set[Key]:
+        """What was asked for and not come to."""
+        return set(self.run.missing) - {one.key for one in self.findings}
+
+    @property
+    def planned(self) -> int:
+        """How many findings there are once every trial was come to."""
+        return len(self.findings) + len(self.missing)
+
+    @property
     def whole(self) -> bool:
-        """Whether every trial was come to."""
-        return len(self.findings) >= self.run.planned
+        """Whether every trial was come to that this run or an earlier one was asked for."""
+        return not self.missing
 
     @classmethod
     def load(cls, folder: str | Path) -> StressFolder:
@@ -221,8 +236,8 @@ class StressWriter:
             with suppress(OSError):
                 (self.path / LOCK_FILE).unlink(missing_ok=True)
 
-    def earlier(self, suite: Suite) -> dict[Key, Finding]:
-        """Return what earlier runs of a suite into the folder found and another run may find again.
+    def earlier(self, suite: Suite) -> StressFolder | None:
+        """Return what earlier runs of a suite left in the folder; None where it is new.
 
         Raises
         ------
@@ -230,14 +245,14 @@ class StressWriter:
             Where what is there can't be read: nothing is overwritten then.
         """
         if not (self.path / FINDINGS_FILE).exists():
-            return {}
+            return None
         folder = StressFolder.load(self.path)
         if folder.run.suite != suite:
             raise ResultsError(
                 f"{self.path}: holds what suite {folder.run.suite} found, which stays as it is. "
                 "Choose another `--out`, or remove it"
             )
-        return {one.key: one for one in folder.findings if one.outcome != "unavailable"}
+        return folder
 
     def begin(self, run: StressRun, kept: Iterable[Finding]) -> None:
         """Write the first line and what is taken over, whole or not at all."""

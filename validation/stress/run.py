@@ -8,7 +8,6 @@
 
 from __future__ import annotations
 
-import fnmatch
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -17,7 +16,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from engine import UnsupportedSceneError, warm_up
+from engine import GhostballError, UnsupportedSceneError, warm_up
 from reference_adapters.registry import (
     OURS,
     EngineUnavailableError,
@@ -27,7 +26,15 @@ from reference_adapters.registry import (
 from validation.environment import describe_environment
 from validation.stress.families import FAMILIES
 from validation.stress.records import Finding, Key, StressFolder, StressRun, StressWriter
-from validation.stress.trial import CRASHED, StressError, Suite, Trial, Verdict
+from validation.stress.selection import chosen_trials
+from validation.stress.trial import (
+    CRASHED,
+    EngineFaultError,
+    StressError,
+    Suite,
+    Trial,
+    Verdict,
+)
 from validation.unchanged import Code, is_ours
 from validation.worker import run_tasks
 
@@ -42,7 +49,7 @@ DEFAULT_ENGINES: tuple[str, ...] = (
 )
 """What is tried where no engine is named."""
 
-PASSED, CHECK_FAILED, INTERRUPTED = 0, 1, 130
+PASSED, CHECK_FAILED, HARNESS_FAILED, INTERRUPTED = 0, 1, 3, 130
 
 Progress = Callable[[Finding, int, int], None]
 """Called with each finding, how many there are, and how many there will be."""
@@ -80,24 +87,25 @@ class StressOutcome:
     interrupted: bool = False
 
     @property
-    def must_hold(self) -> str | None:
-        """The engine that has to survive everything: ours, where it is asked; None: all."""
-        labels = dict.fromkeys(label for _, _, label in self.asked)
-        return next((label for label in labels if parse_spec(label)[0] == OURS), None)
+    def must_hold(self) -> tuple[str, ...]:
+        """The engines that have to survive everything: ours, where it is asked; else all."""
+        labels = tuple(dict.fromkeys(label for _, _, label in self.asked))
+        return tuple(label for label in labels if parse_spec(label)[0] == OURS) or labels
 
     @property
     def exit_status(self) -> int:
-        """0 our engine survived (or, where it isn't asked, all did); 1 not; 130 interrupted."""
+        """0 our engine survived (or, where it isn't asked, all did); 1 not.
+
+        3 the harness failed to judge something; 130 interrupted.
+        """
         if self.interrupted:
             return INTERRUPTED
         asked = frozenset(self.asked)
-        broken = {
-            one.label
-            for one in self.folder.findings
-            if one.outcome == "broken" and one.key in asked
-        }
-        ours = self.must_hold
-        return CHECK_FAILED if (ours in broken if ours is not None else broken) else PASSED
+        found = [one for one in self.folder.findings if one.key in asked]
+        if any(one.outcome == "failed" for one in found):
+            return HARNESS_FAILED
+        broken = {one.label for one in found if one.outcome == "broken"}
+        return CHECK_FAILED if broken.intersection(self.must_hold) else PASSED
 
 
 def run_stress(
@@ -157,30 +165,12 @@ def _plan(labels: Sequence[str], suite: Suite, only: Sequence[str]) -> list[Stre
         raise StressError(f"each engine must be given once, got {', '.join(repeated)} again")
     for label in labels:
         _check_label(label)
-    tasks = []
-    matched = dict.fromkeys(only, False)
-    for family in FAMILIES.values():
-        wanted = [pattern for pattern in only if fnmatch.fnmatchcase(family.name, pattern)]
-        matched.update(dict.fromkeys(wanted, True))
-        if only and not wanted and not any("/" in pattern for pattern in only):
-            continue
-        for trial in family.trials(suite):
-            path = f"{family.name}/{trial.name}"
-            named = [pattern for pattern in only if fnmatch.fnmatchcase(path, pattern)]
-            matched.update(dict.fromkeys(named, True))
-            if only and not wanted and not named:
-                continue
-            tasks += [
-                StressTask(family.name, trial, label)
-                for label in labels
-                if not family.ours_alone or parse_spec(label)[0] == OURS
-            ]
-    for pattern, found in matched.items():
-        if not found:
-            raise StressError(
-                f"no family or trial of suite {suite} is called {pattern!r}. Families: "
-                f"{', '.join(FAMILIES)}; a trial is FAMILY/TRIAL, as the report names it"
-            )
+    tasks = [
+        StressTask(family.name, trial, label)
+        for family, trial in chosen_trials(suite, only)
+        for label in labels
+        if not family.ours_alone or parse_spec(label)[0] == OURS
+    ]
     if not tasks:
         raise StressError(
             f"what is asked for is tried on our engine alone: name `{OURS}` among the engines, got "
@@ -208,21 +198,18 @@ def _run(
 ) -> StressOutcome:
     code = Code.now()
     asked = [_key(task) for task in tasks]
-    earlier = {
-        key: one
-        for key, one in writer.earlier(suite).items()
-        if one.code_hash == code.hash != "" and is_ours(one.label)
-    }
-    found = {key: earlier[key] for key in asked if reuse and key in earlier}
     # What this run isn't asked for stays: a look at one family must not cost the others.
-    wanted = frozenset(asked)
-    others = [one for key, one in earlier.items() if key not in wanted]
+    stays, missing = _left_by(writer.earlier(suite), code, frozenset(asked))
+    found = {key: stays[key] for key in asked if reuse and key in stays and _stands(stays[key])}
+    others = [one for key, one in stays.items() if key not in frozenset(asked)]
+    known = [*asked, *missing, *(one.key for one in others)]
     run = StressRun(
         suite,
-        tuple(name for name in FAMILIES if name in {key[0] for key in [*asked, *earlier]}),
-        tuple(dict.fromkeys([*labels, *(one.label for one in others)])),
-        len(asked) + len(others),
+        tuple(name for name in FAMILIES if name in {key[0] for key in known}),
+        tuple(dict.fromkeys([*labels, *(label for _, _, label in known)])),
         describe_environment(),
+        code.hash,
+        tuple(key for key in [*asked, *missing] if key not in found),
     )
     taken_over = len(found)
     rest = [task for task in tasks if _key(task) not in found]
@@ -238,9 +225,7 @@ def _run(
             warm_up(scene for trial in examples for scene in trial.examples())
         with closing(run_tasks(rest, jobs, run_trial, _died, limit)) as findings:
             for one in findings:
-                # A crash or a limit of time may have had a cause outside of all this: run again.
-                repeats = one.severity < CRASHED and code.holds()
-                stamped = replace(one, code_hash=code.hash if repeats else "")
+                stamped = replace(one, code_hash=code.hash if code.holds() else "")
                 found[stamped.key] = stamped
                 writer.add(stamped)
                 if progress is not None:
@@ -248,9 +233,33 @@ def _run(
     except KeyboardInterrupt:
         interrupted = True
     in_order = [*(found[key] for key in asked if key in found), *others]
+    run = replace(run, missing=tuple(key for key in run.missing if key not in found))
     writer.finish(run, in_order)
     folder = StressFolder(writer.path, run, in_order)
     return StressOutcome(folder, tuple(found), taken_over, interrupted)
+
+
+def _left_by(
+    earlier: StressFolder | None, code: Code, asked: frozenset[Key]
+) -> tuple[dict[Key, Finding], list[Key]]:
+    """Return what an earlier run by the same code found, and what was asked of it in vain.
+
+    The latter without what is asked of this run.
+    """
+    if earlier is None or not earlier.run.code_hash == code.hash != "":
+        return {}, []
+    stays = {one.key: one for one in earlier.findings if one.code_hash == code.hash}
+    # Files of code changed while they were tried: they have to be tried again.
+    doubtful = [one.key for one in earlier.findings if one.key not in stays]
+    wanted = dict.fromkeys([*earlier.run.missing, *doubtful])
+    return stays, [key for key in wanted if key not in stays and key not in asked]
+
+
+def _stands(one: Finding) -> bool:
+    """Whether trying it again would find the same, as far as can be told."""
+    # A crash or a limit of time may have had a cause outside of all this.
+    known = one.severity < CRASHED and one.outcome not in ("unavailable", "failed")
+    return known and is_ours(one.label)
 
 
 def _key(task: StressTask) -> Key:
@@ -268,6 +277,10 @@ def run_trial(task: StressTask) -> Finding:
         found = {"outcome": "unavailable", "faults": (str(error),)}
     except UnsupportedSceneError as error:
         found = {"outcome": "not-representable", "faults": error.features}
+    except EngineFaultError as error:
+        found = _broke(task, str(error))
+    except GhostballError as error:
+        found = {"outcome": "failed", "faults": (f"{type(error).__name__}: {error}",)}
     # An engine may raise anything, and its `sys.exit` must not end the run: kept, never fatal.
     except (Exception, SystemExit) as error:
         found = _broke(task, f"{type(error).__name__}: {error}")

@@ -53,6 +53,11 @@ class Survival:
         return self._count("unavailable")
 
     @property
+    def failed(self) -> int:
+        """How many trials the harness failed to judge."""
+        return self._count("failed")
+
+    @property
     def shots(self) -> int:
         """How many shots were judged."""
         return sum(one.shots for one in self.findings)
@@ -70,9 +75,15 @@ class Survival:
     @property
     def text(self) -> str:
         """Survived and tried, as tables show it: "3/4"; or why there is no such number."""
+        if self.failed:
+            return f"{self.survived}/{self.tried}, {self.failed} not judged"
         if self.tried:
             return f"{self.survived}/{self.tried}"
         return "unavailable" if self.unavailable else "–"
+
+    def failures(self) -> list[Finding]:
+        """Return what the harness failed to judge."""
+        return [one for one in self.findings if one.outcome == "failed"]
 
     def breaks(self) -> list[Finding]:
         """Return what broke, the worst first."""
@@ -88,6 +99,17 @@ class Survival:
             Of the stress run.
         """
         return None if self.worst is None else reproducing(self.worst, folder)
+
+    def again(self, folder: StressFolder) -> str | None:
+        """Return the command that tries the worst case again, and judges it; None: there is none.
+
+        Of what broke, where nothing of it has a shot to be played, that is the worst of all.
+        """
+        broken = self.breaks()
+        worst = self.worst
+        if broken and (worst is None or worst.outcome != "broken"):
+            worst = broken[0]
+        return None if worst is None else trying_again(worst, folder)
 
     def _count(self, outcome: str) -> int:
         return sum(one.outcome == outcome for one in self.findings)
@@ -114,6 +136,17 @@ def scene_file(worst: Finding, folder: Path) -> Path:
 
 
 def reproducing(worst: Finding, folder: Path) -> str:
-    """Return the command that plays a worst case again."""
+    """Return the command that plays a worst case again, and prints what becomes of it."""
     scene = shlex.quote(str(scene_file(worst, folder)))
     return f"ghostball simulate {scene} --engine {shlex.quote(worst.label)}"
+
+
+def trying_again(finding: Finding, folder: StressFolder) -> str:
+    """Return the command that tries a trial again and judges it, in a folder beside the run's."""
+    trial = shlex.quote(f"{finding.family}/{finding.trial}")
+    beside = shlex.quote(str(folder.path.with_name(folder.path.name + "-again")))
+    engine = shlex.quote(finding.label)
+    return (
+        f"ghostball stress {trial} --suite {folder.run.suite} --engines {engine} --rerun "
+        f"--out {beside}"
+    )

@@ -12,22 +12,26 @@ import pytest
 from engine import Scene, SceneError, Status, simulate
 from reference_adapters import make_engine
 from validation.stress.families import bad_input
-from validation.stress.families.bad_input import (
+from validation.stress.families.bad_input import Generated, OddFiles
+from validation.stress.malformed import Malformed, malformed
+from validation.stress.not_finite import (
+    COLUMNS,
     UNCHECKED,
-    Generated,
-    OddFiles,
     Overflow,
+    Planted,
     Unchecked,
+    check_named,
+    spoilt,
+    unchecked_base,
+)
+from validation.stress.refusals import (
     check_malformed,
     check_refused,
     check_syntax,
     refusal_of,
     search,
-    spoilt,
     told,
-    unchecked_base,
 )
-from validation.stress.malformed import Malformed, malformed
 
 DATA = {
     "schema": 1,
@@ -160,3 +164,25 @@ def test_a_result_that_is_not_finite_is_seen():
     verdict = trial.run(deaf(rest_time=math.inf))
     assert verdict.broken == verdict.shots
     assert trial.run(make_engine("ghostball")).faults == ()
+
+
+@pytest.mark.parametrize("column", COLUMNS)
+@pytest.mark.parametrize("physics", ["rolling", "sliding"])
+def test_a_nan_in_the_midst_of_a_run_fails_by_name(physics, column):
+    assert Planted("planted", physics, column).run(make_engine("ghostball")).faults == ()
+
+
+@pytest.mark.parametrize(
+    ("status", "reason", "fault"),
+    [
+        (Status.FAILED, '`balls[0]` ("cue") has none at t = 0.5 s', None),
+        (Status.REST, '`balls[0]` ("cue") has none at t = 0.5 s', "ends in REST"),
+        (Status.FAILED, '`balls[1]` ("b1") has none at t = 0.5 s', "should name ball 0"),
+        (Status.FAILED, '`balls[0]` ("cue") has none at t = 0.1 s', "an instant from 0.25 s"),
+        (Status.FAILED, '`balls[0]` ("cue") has none at t = nan s', "an instant from 0.25 s"),
+        (Status.FAILED, "something is nan", "should name ball 0"),
+    ],
+)
+def test_a_nan_that_is_not_named_is_seen(status, reason, fault):
+    faults = check_named(status, reason, 0, 0.25)
+    assert faults == [] if fault is None else fault in faults[0]

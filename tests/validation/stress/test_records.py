@@ -18,7 +18,8 @@ from validation.stress.records import (
     StressWriter,
 )
 
-RUN = StressRun("quick", ("grazing",), ("ghostball",), 3, {})
+KEYS = tuple(("grazing", name, "ghostball") for name in "abc")
+RUN = StressRun("quick", ("grazing",), ("ghostball",), {}, missing=KEYS)
 
 
 def finding(trial: str, **changes) -> Finding:
@@ -42,6 +43,8 @@ def trials(folder) -> list[str]:
 
 def test_what_was_added_reads_back(folder):
     assert trials(folder) == ["a", "b"]
+    assert StressFolder.load(folder).missing == {KEYS[2]}
+    assert StressFolder.load(folder).planned == 3
     assert not StressFolder.load(folder).whole
     assert StressFolder.load(folder).findings[0].values == {"depth": None, "é": "\u2028"}
 
@@ -58,8 +61,8 @@ def test_a_line_that_a_kill_cut_short_costs_itself(folder, cut):
     [
         (b"{\n", "not valid JSON"),
         (b"[]\n", "a JSON object was expected"),
-        (b'{"schema": 99}\n', "`schema` must be 1"),
-        (b'{"schema": 1, "more": 1}\n', "`"),
+        (b'{"schema": 99}\n', "`schema` must be 2"),
+        (b'{"schema": 2, "more": 1}\n', "`"),
         (b"\xff\n", "can't be read"),
     ],
 )

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import multiprocessing
 import sys
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 import validation.stress.run
-from engine import GhostballError
-from validation.stress import run_stress
+from engine import GhostballError, SceneError, UnsupportedSceneError
+from validation.library import find_scene
+from validation.stress import StressOutcome, run_stress
 from validation.stress.faulty_engine import planted
-from validation.stress.records import FINDINGS_FILE, StressFolder
+from validation.stress.records import FINDINGS_FILE, Finding, StressFolder, StressRun
+from validation.stress.run import StressTask, run_trial
+from validation.stress.trial import CRASHED, EngineFaultError, Trial, play
 
 ONE = ["grazing/rolling-hit-1e-01"]
 TWO = [*ONE, "grazing/rolling-miss-1e-01"]
@@ -72,6 +77,109 @@ def test_ctrl_c_keeps_what_is_done(tmp_path):
     assert len(folder.findings) == 1
     assert not folder.whole
     assert multiprocessing.active_children() == []
+
+
+def test_a_look_at_a_part_does_not_make_a_run_whole(tmp_path):
+    # Breaks where what is planned is counted from what is asked last, or from what is there.
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    run_stress(["ghostball", "pymunk"], tmp_path, only=TWO, progress=interrupt)
+    assert StressFolder.load(tmp_path).planned == 4
+    part = run_stress(["ghostball"], tmp_path, only=ONE)
+    assert (part.folder.planned, part.folder.whole) == (4, False)
+    assert StressFolder.load(tmp_path).missing == part.folder.missing
+    more = run_stress(["ghostball"], tmp_path, only=["grazing/sliding-hit-1e-01"])
+    assert (more.folder.planned, more.folder.whole) == (5, False)
+    assert more.folder.run.labels == ("ghostball", "pymunk")
+    rest = run_stress(["ghostball", "pymunk"], tmp_path, only=TWO)
+    assert (rest.folder.planned, len(rest.folder.findings), rest.folder.whole) == (5, 5, True)
+
+
+def test_what_other_code_was_asked_for_is_no_part_of_a_run(tmp_path):
+    run_stress(["ghostball"], tmp_path, only=TWO)
+    path = tmp_path / FINDINGS_FILE
+    path.write_text(path.read_text().replace(StressFolder.load(tmp_path).run.code_hash, "0" * 64))
+    outcome = run_stress(["pymunk"], tmp_path, only=ONE)
+    assert (outcome.folder.planned, outcome.folder.run.labels) == (1, ("pymunk",))
+
+
+def test_a_crash_is_tried_again_where_it_is_asked_for_and_else_stays(tmp_path, monkeypatch):
+    crashed = Finding("grazing", "rolling-hit-1e-01", "pymunk", "broken", ("died",), CRASHED)
+    monkeypatch.setattr(validation.stress.run, "run_tasks", lambda *_: (one for one in [crashed]))
+    run_stress(["pymunk"], tmp_path, only=ONE)
+    monkeypatch.undo()
+    run_stress(["ghostball"], tmp_path, only=ONE)
+    assert {one.outcome for one in StressFolder.load(tmp_path).findings} == {"survived", "broken"}
+    assert run_stress(["pymunk"], tmp_path, only=ONE).taken_over == 0
+
+
+class Planted(Trial):
+    """A trial that raises."""
+
+    name = "planted"
+
+    def __init__(self, error):
+        self.error = error
+
+    def run(self, engine):
+        raise self.error
+
+
+def raising(error):
+    def run(*_, **__):
+        raise error
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("error", "outcome"),
+    [
+        (GhostballError("nothing is proved"), "failed"),
+        (SceneError("a scene of the trial's own"), "failed"),
+        (EngineFaultError("SceneError: the engine's"), "broken"),
+        (RuntimeError("lost the balls"), "broken"),
+        (SystemExit(0), "broken"),
+        (UnsupportedSceneError("pymunk", ("no spin",)), "not-representable"),
+    ],
+)
+def test_who_is_to_blame_for_an_error(error, outcome):
+    found = run_trial(StressTask("f", Planted(error), "pymunk"))
+    assert found.outcome == outcome
+
+
+def test_an_engine_is_to_blame_for_its_own_errors_and_for_what_it_hands_back():
+    scene = find_scene("head-on")
+    for simulate in (raising(GhostballError("no")), lambda *_, **__: "no result"):
+        engine = SimpleNamespace(name="planted", simulate=simulate)
+        with pytest.raises(EngineFaultError):
+            play(engine, scene)
+    engine.simulate = raising(UnsupportedSceneError("planted", ("no spin",)))
+    with pytest.raises(UnsupportedSceneError):
+        play(engine, scene)
+
+
+def outcome_of(*findings):
+    run = StressRun("quick", ("f",), (), {})
+    there = StressFolder(Path("nowhere"), run, list(findings))
+    return StressOutcome(there, tuple(one.key for one in findings))
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "status"),
+    [
+        ({"ghostball": "survived", "pymunk": "broken"}, 0),
+        ({"ghostball": "survived", "ghostball:no_skip=contacts": "broken"}, 1),
+        ({"ghostball:no_skip=contacts": "broken", "ghostball": "survived"}, 1),
+        ({"pymunk": "survived", "pybullet": "broken"}, 1),
+        ({"pymunk": "not-representable", "pybullet": "unavailable"}, 0),
+        ({"ghostball": "broken", "pymunk": "failed"}, 3),
+    ],
+)
+def test_all_of_our_labels_must_hold_or_else_all_that_are_asked(outcomes, status):
+    found = [Finding("f", "a", label, outcome) for label, outcome in outcomes.items()]
+    assert outcome_of(*found).exit_status == status
 
 
 @pytest.mark.usefixtures("faulty")

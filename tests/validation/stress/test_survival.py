@@ -15,7 +15,7 @@ SCENE = {"schema": 1, "name": "x", "balls": [{"id": "a", "position": [0.0, 0.0, 
 def folder(*findings):
     labels = tuple(dict.fromkeys(one.label for one in findings))
     families = tuple(dict.fromkeys(one.family for one in findings))
-    run = StressRun("quick", families, labels, len(findings), {})
+    run = StressRun("quick", families, labels, {})
     return StressFolder(Path("some where"), run, list(findings))
 
 
@@ -66,6 +66,26 @@ def test_the_command_names_the_scene_and_the_engine_with_its_settings():
         f"ghostball simulate '{path}' --engine pymunk:mode=landed,dt=1e-3"
     )
     assert survival_of(folder(found("a", "survived")), "f", "pymunk").command(Path()) is None
+
+
+def test_the_other_command_tries_the_trial_again_in_a_folder_of_its_own():
+    # Not in the run's: by other code, all that it holds would go.
+    there = folder(
+        found("a", "survived", 0.5, label="pymunk:mode=landed", scene=SCENE),
+        found("b", "broken", 1.0, label="pymunk:mode=landed"),
+    )
+    one = survival_of(there, "f", "pymunk:mode=landed")
+    assert one.again(there) == (
+        "ghostball stress f/b --suite quick --engines pymunk:mode=landed --rerun "
+        "--out 'some where-again'"
+    )
+    assert survival_of(folder(), "f", "pymunk").again(there) is None
+
+
+def test_what_was_not_judged_counts_for_nothing_and_is_told():
+    one = survival_of(folder(found("a", "survived"), found("b", "failed")), "f", "pymunk")
+    assert (one.tried, one.failed, one.text) == (1, 1, "1/1, 1 not judged")
+    assert [failed.trial for failed in one.failures()] == ["b"]
 
 
 def test_each_family_and_engine_that_something_is_known_of_comes_once():

@@ -4,148 +4,26 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from abc import abstractmethod
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 from reference_adapters import ReferenceEngine
 from validation.ensembles import Ensembles
 from validation.files import ResultsError
-from validation.store import ResultsFolder
+from validation.stress.commands import LINES_FILE, PATIENCE, Asked, Command, Ended, Outcomes, Place
 from validation.stress.family import Family
-from validation.stress.faulty_engine import planted
-from validation.stress.records import StressFolder
 from validation.stress.trial import Suite, Trial, Verdict
-
-COMMANDS = ("validate", "stress")
-Command = Literal["validate", "stress"]
-
-TIME_LIMIT = 4.0
-"""Seconds that an engine gets: a hundred times what the shots of these trials take."""
-
-PATIENCE = 240.0
-"""Seconds after which a command that should have ended hangs."""
 
 FILE_SIZE = 24 * 1024
 """Bytes past which no file can be written, where the disk is full: room for a few cases."""
 
-_TOML = """\
-schema = 1
-name = "{name}"
-[[balls]]
-id = "cue"
-position = [0.0, 0.0]
-velocity = [0.1, 0.0]
-"""
-
-_ON_A_FULL_DISK = """
-import resource
-
-resource.setrlimit(resource.RLIMIT_FSIZE, ({size}, {size}))
-from ghostball.cli import main
-
-main()
-"""
-
-_STRESS_TRIALS = ("grazing/rolling-*-1e-01", "grazing/rolling-*-1e-04")
-
-
-@dataclass(frozen=True)
-class Ended:
-    """How a command ended."""
-
-    status: int
-    errors: str
-
-
-class Place:
-    """A temporary folder with the faulty engine planted, in which commands are run."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.out = folder / "out"
-        site = planted(folder / "site")
-        path = os.pathsep.join([str(site), *(part for part in sys.path if part)])
-        self._environment = os.environ | {"PYTHONPATH": path}
-
-    def scenes(self, count: int) -> list[str]:
-        """Write scenes of a moment, and return their paths."""
-        paths = []
-        for k in range(count):
-            path = self.folder / f"roll-{k}.toml"
-            path.write_text(_TOML.format(name=f"roll-{k}"))
-            paths.append(str(path))
-        return paths
-
-    def arguments(
-        self, command: Command, engines: Sequence[str], jobs: int, many: int
-    ) -> list[str]:
-        """Return the command line that tries `engines` on `many` scenes, or on some trials."""
-        what = self.scenes(many) if command == "validate" else list(_STRESS_TRIALS[:many])
-        return [
-            command,
-            *what,
-            *("--engines", ",".join(engines)),
-            *("--out", str(self.out)),
-            *("--jobs", str(jobs)),
-            *("--time-limit", str(TIME_LIMIT)),
-            "--no-report",
-        ]
-
-    def start(
-        self, arguments: Sequence[str], file_size: int | None = None
-    ) -> subprocess.Popen[str]:
-        """Start a command; `file_size` [B] is the most that it can write into a file."""
-        module = ["-m", "ghostball"]
-        if file_size is not None:
-            module = ["-c", _ON_A_FULL_DISK.format(size=file_size)]
-        return subprocess.Popen(
-            [sys.executable, *module, *arguments],
-            env=self._environment,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-
-    def run(self, arguments: Sequence[str], file_size: int | None = None) -> Ended:
-        """Run a command to its end.
-
-        Raises
-        ------
-        subprocess.TimeoutExpired
-            Where it hangs.
-        """
-        process = self.start(arguments, file_size)
-        try:
-            _, errors = process.communicate(timeout=PATIENCE)
-        finally:
-            process.kill()
-            process.wait()
-        return Ended(process.returncode, errors)
-
-
-def outcomes(command: Command, out: Path) -> dict[tuple[str, str], tuple[str, str]]:
-    """Return what a folder of results says: outcome and reason, by scene or trial, and engine.
-
-    Raises
-    ------
-    ResultsError
-        Where it can't be read.
-    """
-    if command == "validate":
-        return {
-            (one.scene, one.label): (one.outcome, one.reason)
-            for one in ResultsFolder.load(out).cases
-        }
-    return {
-        (one.trial, one.label): (one.outcome, "; ".join(one.faults))
-        for one in StressFolder.load(out).findings
-    }
-
+WAITS = 3
+"""How often a trial waits at most, for `PATIENCE` each time."""
 
 SOUND = {"validate": "ran", "stress": "survived"}
 """Outcome where nothing failed."""
@@ -166,16 +44,9 @@ SAYS = {
 """What is said of each fault."""
 
 
-def check_outcomes(
-    command: Command,
-    found: dict[tuple[str, str], tuple[str, str]],
-    ways: Sequence[str],
-    planned: int,
-) -> list[str]:
-    """Return what is wrong with the results of a run with faulty engines beside sound ones."""
+def check_outcomes(command: Command, found: Outcomes, ways: Sequence[str] = ()) -> list[str]:
+    """Return what is wrong with results on faulty engines, which do `ways`, and on sound ones."""
     faults = []
-    if len(found) != planned:
-        faults.append(f"{len(found)} of {planned} results are there: the faults cost some")
     for (name, label), (outcome, reason) in found.items():
         does = label.partition("does=")[2]
         if does not in ways:
@@ -191,10 +62,31 @@ def check_outcomes(
     return faults
 
 
+def check_whole(
+    found: Collection[tuple[str, str]], asked: Collection[tuple[str, str]]
+) -> list[str]:
+    """Return which of the results that were asked for are missing, and which weren't asked for."""
+    faults = [
+        f"{name} on {label}: no result, one of {len(asked)} that were asked for"
+        for name, label in sorted(set(asked) - set(found))
+    ]
+    faults += [
+        f"{name} on {label}: a result that was not asked for"
+        for name, label in sorted(set(found) - set(asked))
+    ]
+    return faults
+
+
+def check_quiet(errors: str) -> list[str]:
+    """Return what is wrong with messages: a fault around a run is no reason for a traceback."""
+    return [f"a traceback is shown: {errors[-1500:]}"] if "Traceback" in errors else []
+
+
 class FaultTrial(Trial):
     """About the harness: what it does is the same whatever the engine that is asked."""
 
-    limit: ClassVar[float] = 2.0 * PATIENCE
+    # More than all that it may wait for: it says itself what hangs.
+    limit: ClassVar[float] = (WAITS + 0.5) * PATIENCE
     small: ClassVar[bool] = False
 
     def run(self, engine: ReferenceEngine) -> Verdict:  # noqa: ARG002 - about the harness
@@ -208,9 +100,9 @@ class FaultTrial(Trial):
                 faults = [f"the results can't be read: {error}"]
         return Verdict(tuple(faults), None, float(bool(faults)), 1, int(bool(faults)))
 
+    @abstractmethod
     def faults(self, place: Place) -> list[str]:
-        """Return what is wrong."""
-        raise NotImplementedError
+        """Return what is wrong; waits `WAITS` times at most."""
 
 
 @dataclass(frozen=True)
@@ -233,19 +125,16 @@ class FaultyEngines(FaultTrial):
 
     def faults(self, place: Place) -> list[str]:
         """Return what is wrong."""
-        engines = ["faulty", *(f"faulty:does={way}" for way in self.ways)]
-        ended = place.run(place.arguments(self.command, [*engines, "ghostball"], self.jobs, 1))
-        found = outcomes(self.command, place.out)
-        names = {name for name, _ in found}
-        planned = len(names) * (len(engines) + 1)
-        faults = check_outcomes(self.command, found, self.ways, planned)
+        faulty = tuple(f"faulty:does={way}" for way in self.ways)
+        asked = Asked(self.command, ("faulty", *faulty, "ghostball"), 1, self.jobs)
+        ended = place.run(asked.arguments(place))
+        found = asked.outcomes(place)
+        faults = check_whole(found, asked.results) + check_outcomes(self.command, found, self.ways)
         # A suite says that the harness failed to run a scene; a stress run asks for our engine.
         status = 3 if self.command == "validate" else 0
         if ended.status != status:
             faults.append(f"exit status {ended.status} instead of {status}: {ended.errors[-500:]}")
-        if "Traceback" in ended.errors:
-            faults.append(f"a traceback is shown: {ended.errors[-1000:]}")
-        return faults
+        return faults + check_quiet(ended.errors)
 
 
 @dataclass(frozen=True)
@@ -264,12 +153,12 @@ class FaultyMembers(FaultTrial):
     def faults(self, place: Place) -> list[str]:
         """Return what is wrong."""
         label = f"faulty:does={self.way}"
-        arguments = place.arguments("validate", ["ghostball", label], 1, 1)
-        ended = place.run([*arguments, "--ensemble", "2"])
+        asked = Asked("validate", ("ghostball", label), 1)
+        ended = place.run([*asked.arguments(place), "--ensemble", "2"])
         ensembles = Ensembles.load(place.out)
         if ensembles is None:
             return [f"there are no ensembles: {ended.errors[-500:]}"]
-        records = ensembles.of("roll-0")
+        records = ensembles.of(asked.names[0])
         reasons = list(records[label].failed.values())
         faults = []
         if len(reasons) != 2 or not all(SAYS[self.way] in reason for reason in reasons):
@@ -281,44 +170,84 @@ class FaultyMembers(FaultTrial):
         return faults
 
 
+class CutShort(FaultTrial):
+    """A run that doesn't come to its end: what it did reads back, a next one goes on from there."""
+
+    command: Command
+
+    @property
+    @abstractmethod
+    def asked(self) -> Asked:
+        """What the run is asked for."""
+
+    @abstractmethod
+    def cut(self, place: Place, arguments: list[str]) -> tuple[int, list[str]]:
+        """Start the run and cut it short; return how many results are there at least, and faults.
+
+        Waits twice at most.
+        """
+
+    def faults(self, place: Place) -> list[str]:
+        """Return what is wrong."""
+        asked = self.asked
+        arguments = asked.arguments(place)
+        least, faults = self.cut(place, arguments)
+        left = asked.outcomes(place)
+        faults += check_outcomes(self.command, left)
+        if len(left) < least:
+            faults.append(f"of {least} results that were written, {len(left)} read back")
+        return faults + check_next_run(asked, left, place.run(arguments), asked.outcomes(place))
+
+
+def check_next_run(asked: Asked, left: Outcomes, ended: Ended, found: Outcomes) -> list[str]:
+    """Return what is wrong with the run after one that was cut short.
+
+    Parameters
+    ----------
+    asked : Asked
+        Of both.
+    left, found : mapping
+        What the folder held before it, and after.
+    ended : Ended
+    """
+    faults = check_outcomes(asked.command, found) + check_whole(found, asked.results)
+    if ended.status not in (0, 1):
+        faults.append(f"run again, it ends in {ended.status}: {ended.errors[-500:]}")
+    if left and "taken over" not in ended.errors and "are known" not in ended.errors:
+        faults.append(f"run again, nothing is taken over: {ended.errors[-500:]}")
+    return faults
+
+
 @dataclass(frozen=True)
-class Killed(FaultTrial):
-    """Killed in the midst of a run: what is done reads back, and a next run goes on from there.
+class Killed(CutShort):
+    """Killed in the midst of a run; what it had started ends by itself, without a word.
 
     Attributes
     ----------
     name : str
     command : "validate" or "stress"
+    count : int
+        Scenes, or trials.
     """
 
     name: str
     command: Command
+    count: int = 2
 
-    def faults(self, place: Place) -> list[str]:
-        """Return what is wrong."""
-        engines = ["ghostball", "faulty:slow=0.5"]
-        arguments = place.arguments(self.command, engines, 1, 2)
-        lines = "results.jsonl" if self.command == "validate" else "stress.jsonl"
-        process = place.start(arguments)
-        try:
-            before = _wait_for_lines(process, place.out / lines, 3)
-        finally:
+    @property
+    def asked(self) -> Asked:
+        """A slow engine, to be caught in the midst of a shot."""
+        return Asked(self.command, ("ghostball", "faulty:slow=0.5"), self.count)
+
+    def cut(self, place: Place, arguments: list[str]) -> tuple[int, list[str]]:
+        """Kill the command, and it alone, once there are two results."""
+        lines = place.out / LINES_FILE[self.command]
+        header = int(self.command == "stress")
+        with place.start(arguments) as process:
+            written = _wait_for_lines(process, lines, header + 2) - header
             process.kill()
-            process.communicate()
-        left = outcomes(self.command, place.out)
-        faults = []
-        if len(left) < 2 or len(left) < before - 1:
-            faults.append(f"of {before} lines that were written, {len(left)} read back")
-        ended = place.run(arguments)
-        found = outcomes(self.command, place.out)
-        faults += check_outcomes(self.command, found, (), len(found))
-        if ended.status not in (0, 1):
-            faults.append(f"run again, it ends in {ended.status}: {ended.errors[-500:]}")
-        if lost := left.keys() - found.keys():
-            faults.append(f"run again, it has lost {lost}")
-        if "taken over" not in ended.errors and "are known" not in ended.errors:
-            faults.append(f"run again, nothing is taken over: {ended.errors[-500:]}")
-        return faults
+            _, errors = process.communicate(timeout=PATIENCE)
+        return max(written, 2), check_quiet(errors)
 
 
 def _wait_for_lines(process: subprocess.Popen[str], path: Path, count: int) -> int:
@@ -335,8 +264,8 @@ def _wait_for_lines(process: subprocess.Popen[str], path: Path, count: int) -> i
 
 
 @dataclass(frozen=True)
-class FullDisk(FaultTrial):
-    """The disk is full in the midst of a run: it says so, and what was written reads back.
+class FullDisk(CutShort):
+    """The disk is full in the midst of a run: it says so.
 
     Attributes
     ----------
@@ -347,28 +276,24 @@ class FullDisk(FaultTrial):
     name: str
     command: Command
 
-    def faults(self, place: Place) -> list[str]:
-        """Return what is wrong."""
-        engines = ["ghostball", *(f"faulty:slow={k}e-9" for k in range(1, 9))]
-        arguments = place.arguments(self.command, engines, 1, 2)
+    @property
+    def asked(self) -> Asked:
+        """More than there is room for."""
+        engines = ("ghostball", *(f"faulty:slow={k}e-9" for k in range(1, 9)))
+        return Asked(self.command, engines, 4)
+
+    def cut(self, place: Place, arguments: list[str]) -> tuple[int, list[str]]:
+        """Run until the disk is full."""
         ended = place.run(arguments, FILE_SIZE)
-        left = outcomes(self.command, place.out)
-        faults = check_outcomes(self.command, left, (), len(left))
-        if not left:
-            faults.append("nothing reads back")
-        if ended.status not in (2, 3) or "can't" not in ended.errors:
-            faults.append(f"it doesn't say so: exit status {ended.status}: {ended.errors[-800:]}")
-        if "Traceback" in ended.errors:
-            faults.append(f"a traceback is shown: {ended.errors[-1500:]}")
-        again = place.run(arguments)
-        found = outcomes(self.command, place.out)
-        faults += check_outcomes(self.command, found, (), len(found))
-        if again.status not in (0, 1) or len(found) <= len(left):
-            faults.append(
-                f"with room again, it ends in {again.status} with {len(found)} results: "
-                f"{again.errors[-500:]}"
-            )
-        return faults
+        return 1, check_told(ended)
+
+
+def check_told(ended: Ended) -> list[str]:
+    """Return what is wrong with how a run ends that finds the disk full."""
+    faults = check_quiet(ended.errors)
+    if ended.status not in (2, 3) or "can't" not in ended.errors:
+        faults.append(f"it doesn't say so: exit status {ended.status}: {ended.errors[-800:]}")
+    return faults
 
 
 def _trials(suite: Suite) -> Iterator[Trial]:
@@ -376,9 +301,10 @@ def _trials(suite: Suite) -> Iterator[Trial]:
     ways = all_ways if suite == "full" else few
     if os.name == "nt":  # these signals and limits are POSIX
         ways = few
-    yield FaultyEngines("validate-engines-1-job", "validate", ways, 1)
+    # Two jobs, so that the others go on while one hangs.
+    yield FaultyEngines("validate-engines-2-jobs", "validate", ways, 2)
     if suite == "full":
-        yield FaultyEngines("validate-engines-2-jobs", "validate", ways, 2)
+        yield FaultyEngines("validate-engines-1-job", "validate", ways, 1)
         yield FaultyEngines("stress-engines-1-job", "stress", ways, 1)
         yield FaultyEngines("stress-engines-2-jobs", "stress", ways, 2)
         yield FaultyMembers("ensemble-members-die", "die")

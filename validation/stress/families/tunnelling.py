@@ -30,7 +30,7 @@ from reference_adapters import ReferenceEngine
 from validation.steps import step_setting, with_step
 from validation.stress.family import Family
 from validation.stress.judges import energies, is_exact
-from validation.stress.trial import Suite, Trial, Verdict, play
+from validation.stress.trial import Suite, Trial, Verdict, blamed_on_engine, play
 
 DIAMETER = 2.0 * POOL_BALL_RADIUS
 
@@ -285,7 +285,8 @@ def own_step(engine: ReferenceEngine, scene: Scene) -> float:
     assert name is not None
     value = getattr(engine.settings, name)
     if value is None:
-        value = engine.simulate(scene).settings[name]
+        with blamed_on_engine():
+            value = engine.simulate(scene).settings[name]
     return float(value)
 
 

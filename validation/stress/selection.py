@@ -1,0 +1,61 @@
+"""Which trials are asked for: by family, by name, or by a pattern of names."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Iterator, Sequence
+
+from validation.stress.families import FAMILIES
+from validation.stress.family import Family
+from validation.stress.trial import StressError, Suite, Trial
+
+
+def chosen_trials(suite: Suite, only: Sequence[str] = ()) -> list[tuple[Family, Trial]]:
+    """Return the trials of a suite that are asked for, in order, each with its family.
+
+    Parameters
+    ----------
+    suite : "quick" or "full"
+    only : sequence of str
+        Families, or trials as `FAMILY/TRIAL`, each of which may be a pattern such as
+        "grazing/*-miss-*"; all where it is empty.
+
+    Raises
+    ------
+    StressError
+        Where one of them is the name of nothing.
+    """
+    chosen = []
+    unmatched = dict.fromkeys(only)
+    for family, trial in _candidates(suite, only):
+        names = [
+            pattern
+            for pattern in only
+            if fnmatch.fnmatchcase(family.name, pattern)
+            or fnmatch.fnmatchcase(path_of(family, trial), pattern)
+        ]
+        if names or not only:
+            chosen.append((family, trial))
+        for pattern in names:
+            unmatched.pop(pattern, None)
+    for pattern in unmatched:
+        raise StressError(
+            f"no family or trial of suite {suite} is called {pattern!r}. Families: "
+            f"{', '.join(FAMILIES)}; a trial is FAMILY/TRIAL, as `ghostball stress --list FAMILY` "
+            "names it"
+        )
+    return chosen
+
+
+def path_of(family: Family, trial: Trial) -> str:
+    """Return the name of a trial as the command line has it: `FAMILY/TRIAL`."""
+    return f"{family.name}/{trial.name}"
+
+
+def _candidates(suite: Suite, only: Sequence[str]) -> Iterator[tuple[Family, Trial]]:
+    # To make the trials of a family may take seconds: only where one may be asked for.
+    trials_asked = any("/" in pattern for pattern in only)
+    for family in FAMILIES.values():
+        if not only or trials_asked or any(fnmatch.fnmatchcase(family.name, one) for one in only):
+            for trial in family.trials(suite):
+                yield family, trial
