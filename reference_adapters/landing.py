@@ -31,6 +31,9 @@ PRESSED_SPEED = 1e-3
 What falls through `PRESSED_DEPTH` at 2 m/s^2 is faster by 6e-4 m/s.
 """
 
+LATEST = 1e300
+"""Time after which a contact is none [s]: what closes by the least doubles takes longer than any."""
+
 SLOWEST = 1e-200
 """Speed below which a ball isn't slowed [m/s]: the direction of a slower one would overflow."""
 
@@ -146,12 +149,13 @@ def _levels(
 def _first_root(c: FloatArray, b: FloatArray, a: FloatArray) -> FloatArray:
     """Return the smallest t > 0 with c + b t + a t^2 / 2 = 0, for c > 0; inf where there is none.
 
-    Each branch adds numbers of one sign, so nothing cancels but the discriminant.
+    Each branch adds numbers of one sign, so nothing cancels but the discriminant. One that is later
+    than `LATEST` is none: its quotient might exceed the doubles.
     """
     discriminant = b * b - 2.0 * a * c
     root = np.sqrt(np.maximum(discriminant, 0.0))
-    closing = (b < 0.0) & (discriminant >= 0.0)
-    returning = (b >= 0.0) & (a < 0.0)
+    closing = (b < 0.0) & (discriminant >= 0.0) & (root - b > 2.0 * c / LATEST)
+    returning = (b >= 0.0) & (-a > (b + root) / LATEST)
     first = np.full_like(c, np.inf)
     np.divide(2.0 * c, root - b, out=first, where=closing)
     np.divide(b + root, -a, out=first, where=returning)
@@ -200,7 +204,7 @@ def _to_ball(motion: _Motion, radii: FloatArray, gap: float, horizon: float) -> 
         if np.any(landed):
             contact = min(contact, float(np.min(t[landed])))
         t = t + step
-        going = ~landed & (t <= min(horizon, contact))
+        going = ~landed & np.isfinite(t) & (t <= min(horizon, contact))
         r0, v0, a0, t = r0[going], v0[going], a0[going], t[going]
         target, rounding = target[going], rounding[going]
     return min(contact, float(np.min(t))) if len(t) else contact

@@ -154,3 +154,18 @@ def test_rolling_helpers():
     np.testing.assert_allclose(rolling_accelerations(v, 0.5), [[-0.3, -0.4], [0.0, 0.0]])
     np.testing.assert_array_equal(time_to_rest(v, 0.5), [10.0, 0.0])
     np.testing.assert_array_equal(time_to_rest(v, 0.0), [np.inf, 0.0])
+
+
+@pytest.mark.parametrize("speed", [5e-324, 1e-310, 1e-302])
+def test_a_contact_beyond_all_time_is_none(speed):
+    """Fails where a time that exceeds the doubles overflows, which pytest takes for an error."""
+    x = np.array([[0.0, 0.0], [1.0, 0.0]])
+    v = np.array([[speed, 0.0], [0.0, 0.0]])
+    still = np.zeros_like(v)
+    radii = np.array([R, R])
+    table = Table(length=3.0, width=3.0)
+    assert time_to_contact(x + 1.0, v, still, radii, table, horizon=math.inf) == math.inf
+    # Nor one that only the least of accelerations brings about.
+    v[0] = (-1.0, 0.0)
+    returning = np.array([[5e-324, 0.0], [0.0, 0.0]])
+    assert time_to_contact(x, v, returning, radii, None, horizon=math.inf) == math.inf

@@ -340,3 +340,15 @@ def test_impacts_of_one_instant_are_resolved_together(restitution: float) -> Non
     assert cue == pytest.approx([1 - 3 * share, 0], abs=LANDED_ERROR)
     assert left == pytest.approx([1.5 * share, math.sqrt(0.75) * share], abs=LANDED_ERROR)
     assert right == pytest.approx([1.5 * share, -math.sqrt(0.75) * share], abs=LANDED_ERROR)
+
+
+@pytest.mark.parametrize("speed", [5e-324, 1e-323, 1e-310, 1e-200])
+@pytest.mark.parametrize("mode", ["native", "landed"])
+def test_the_least_speeds_stop(mode: str, speed: float) -> None:
+    """Fails where a ball whose time has run out keeps a speed, for the clock then stands still."""
+    scene = shot({"position": (0, 0), "velocity": (speed, 0)}, {"position": (0.3, 0)})
+    result = run(scene, mode=mode, max_steps=3)
+    assert result.status is Status.REST
+    assert result.work["steps"] == 1
+    assert log(result) == [("roll-to-rest", 0, -1)]
+    assert result.rest_time == speed / (0.1 * G)
