@@ -32,7 +32,7 @@ What falls through `PRESSED_DEPTH` at 2 m/s^2 is faster by 6e-4 m/s.
 """
 
 LATEST = 1e300
-"""Time after which a contact is none [s]: what closes by the least doubles takes longer than any."""
+"""Time after which a contact is none [s]: it might exceed the doubles, and a run ends before."""
 
 SLOWEST = 1e-200
 """Speed below which a ball isn't slowed [m/s]: the direction of a slower one would overflow."""

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from engine import EventKind, Samples, Scene
 from engine.scene import rolling_angular_velocity
 from reference_adapters.landing import rolling_accelerations, time_to_contact, time_to_rest
-from reference_adapters.pybullet_world import Contact, World, native_steps
+from reference_adapters.pybullet_world import SHORTEST_STEP, Contact, World, native_steps
 from reference_adapters.recording import Recorder
 
 EPS = float(np.finfo(np.float64).eps)
@@ -96,7 +96,7 @@ class PlanarRun:
                 self._scene.table,
                 horizon=horizon,
             )
-            step = min(horizon, to_contact)
+            step = max(min(horizon, to_contact), SHORTEST_STEP)
             if step < t_end - self.t:
                 self._advance(step, self.t + step)
             else:
@@ -109,7 +109,6 @@ class PlanarRun:
         """
         before = self._velocities
         speeds = np.hypot(before[:, 0], before[:, 1])
-        stops = time_to_rest(before, self._decelerations)
         self._send(before * self._mean_factor(speeds, dt)[:, np.newaxis])
         self._world.step(dt)
         self.work["steps"] += 1
@@ -120,15 +119,10 @@ class PlanarRun:
         if new:
             self._note_collisions(new, touched, before, dt)
         self._velocities = self._second_half_kick(dt)
-        # Their time has run out. What is left of their speeds says so too, but for the least
-        # doubles, of which half is all or nothing: such a ball would stop after no step.
-        ends = stops <= dt
-        ends[touched] = False
-        self._velocities[ends] = 0.0
         stopped = (speeds > 0.0) & ~np.any(self._velocities, axis=1)
         for i in np.flatnonzero(stopped).tolist():
             # One that Bullet left alone stops where the closed form says, within the step.
-            rolled = dt if i in touched else min(dt, float(stops[i]))
+            rolled = dt if i in touched else min(dt, float(speeds[i] / self._decelerations[i]))
             self._recorder.event(self.t + rolled, EventKind.ROLL_TO_REST, i)
             self.rest_time = max(self.rest_time, self.t + rolled)
         self.t = t
