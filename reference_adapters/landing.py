@@ -2,21 +2,23 @@
 
 A stepping engine sees a contact late, by up to one step. In landed mode its adapter asks here for
 the time to the next contact and makes the engine's step end just there, so that what is left is the
-engine's own solver. Nothing here uses this project's engine, which is one of those compared.
+engine's own solver. Nothing here is of this project's engine, which is one of those compared, but
+the decorator: with so few balls numpy would cost its calls.
 """
 
 from __future__ import annotations
 
-import functools
-from typing import NamedTuple
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import CUSHIONS, Table
+from engine import Table
+from engine._jit import kernel
 
 FloatArray = NDArray[np.float64]
-IndexArray = NDArray[np.intp]
+
+EPS = float(np.finfo(np.float64).eps)
 
 LANDING_GAP = 1e-10
 """Gap at which a landed step ends [m]: 1e5 times the rounding of a coordinate on a table, and far
@@ -31,20 +33,15 @@ PRESSED_SPEED = 1e-3
 What falls through `PRESSED_DEPTH` at 2 m/s^2 is faster by 6e-4 m/s.
 """
 
+LATEST = 1e300
+"""Time after which a contact is none [s]: it might exceed the doubles, and a run ends before."""
+
 SLOWEST = 1e-200
 """Speed below which a ball isn't slowed [m/s]: the direction of a slower one would overflow."""
 
 MAX_ROUNDS = 100
 """Rounds of conservative advancement. A hit takes 3 to 5; a tangency, where every round halves the
 remaining time, about 50. What is left after that is still a lower bound: early, never late."""
-
-
-class _Motion(NamedTuple):
-    """x + v t + a t^2 / 2 of every ball, three arrays (n, 2)."""
-
-    positions: FloatArray
-    velocities: FloatArray
-    accelerations: FloatArray
 
 
 def time_to_contact(
@@ -94,10 +91,20 @@ def time_to_contact(
     repeating from there converges from outside, quadratically, and can't miss a contact. For a
     cushion the projection is the gap itself. The true quartic is never formed.
     """
-    motion = _Motion(positions, velocities, accelerations)
-    to_cushion = _to_cushion(motion, radii, table, gap)
-    dt = min(to_cushion, _to_ball(motion, radii, gap, min(horizon, to_cushion)))
-    return dt if dt <= horizon else np.inf
+    # One layout for all, or each would be compiled for.
+    x, v, a = map(np.ascontiguousarray, (positions, velocities, accelerations))
+    dt = np.inf
+    if table is not None:
+        for name in table.cushions:
+            axis, inward, nose = {
+                "left": (0, 1.0, 0.0),
+                "right": (0, -1.0, table.length),
+                "bottom": (1, 1.0, 0.0),
+                "top": (1, -1.0, table.width),
+            }[name]
+            dt = min(dt, _to_cushion(x, v, a, radii, axis, inward, nose, gap))
+    dt = min(dt, _to_ball(x, v, a, radii, gap, min(horizon, dt)))
+    return float(dt) if dt <= horizon else math.inf
 
 
 def rolling_accelerations(velocities: FloatArray, decelerations: FloatArray) -> FloatArray:
@@ -113,10 +120,8 @@ def rolling_accelerations(velocities: FloatArray, decelerations: FloatArray) -> 
     -------
     (n, 2) float64 [m/s^2]
     """
-    speeds = np.hypot(velocities[:, 0], velocities[:, 1])
-    moving = speeds > SLOWEST
-    factor = np.where(moving, -decelerations / np.where(moving, speeds, 1.0), 0.0)
-    accelerations: FloatArray = velocities * factor[:, np.newaxis]
+    accelerations = np.empty_like(velocities)
+    _slow(velocities, decelerations, accelerations)
     return accelerations
 
 
@@ -125,99 +130,143 @@ def time_to_rest(velocities: FloatArray, decelerations: FloatArray) -> FloatArra
 
     Parameters are those of `rolling_accelerations`: a ball at v rolls for |v| / (mu g).
     """
-    speeds = np.hypot(velocities[:, 0], velocities[:, 1])
-    times = np.where(speeds > 0.0, np.inf, 0.0)
-    np.divide(speeds, decelerations, out=times, where=decelerations > 0.0)
+    times = np.empty(len(velocities))
+    _stop(velocities, decelerations, times)
     return times
 
 
-def _levels(
-    gaps: FloatArray, rates: FloatArray, accelerations: FloatArray, gap: float
-) -> FloatArray:
-    """Return the gap that each present gap has to fall to; see `time_to_contact`.
+@kernel
+def slowing(speed: float, deceleration: float) -> float:
+    """Return the acceleration of a ball over its velocity [1/s], at most 0."""
+    return -deceleration / speed if speed > SLOWEST else 0.0
 
-    `rates` [m/s] and `accelerations` [m/s^2] are those of the gaps.
+
+@kernel
+def duration(speed: float, deceleration: float) -> float:
+    """Return how long a ball moves that slows down [s]: 0 at rest, inf where nothing slows it."""
+    if deceleration > 0.0:
+        return speed / deceleration
+    return math.inf if speed > 0.0 else 0.0
+
+
+@kernel
+def _slow(velocities: FloatArray, decelerations: FloatArray, accelerations: FloatArray) -> None:
+    for i in range(len(decelerations)):
+        factor = slowing(math.hypot(velocities[i, 0], velocities[i, 1]), decelerations[i])
+        for k in range(2):
+            accelerations[i, k] = velocities[i, k] * factor
+
+
+@kernel
+def _stop(velocities: FloatArray, decelerations: FloatArray, times: FloatArray) -> None:
+    for i in range(len(decelerations)):
+        times[i] = duration(math.hypot(velocities[i, 0], velocities[i, 1]), decelerations[i])
+
+
+@kernel
+def _level(present: float, rate: float, acceleration: float, gap: float) -> float:
+    """Return the gap that the present one has to fall to [m]; see `time_to_contact`.
+
+    `rate` [m/s] and `acceleration` [m/s^2] are those of the present gap.
     """
-    pressed = (np.abs(rates) < PRESSED_SPEED) & (accelerations < 0.0)
-    depths = np.where(pressed, PRESSED_DEPTH, gap)
-    return np.where(gaps > 2.0 * gap, gap, np.minimum(gaps, 0.0) - depths)
+    if present > 2.0 * gap:
+        return gap
+    pressed = abs(rate) < PRESSED_SPEED and acceleration < 0.0
+    return min(present, 0.0) - (PRESSED_DEPTH if pressed else gap)
 
 
-def _first_root(c: FloatArray, b: FloatArray, a: FloatArray) -> FloatArray:
+@kernel
+def _first_root(c: float, b: float, a: float) -> float:
     """Return the smallest t > 0 with c + b t + a t^2 / 2 = 0, for c > 0; inf where there is none.
 
-    Each branch adds numbers of one sign, so nothing cancels but the discriminant.
+    Each branch adds numbers of one sign, so nothing cancels but the discriminant. One that is later
+    than `LATEST` is none: its quotient might exceed the doubles.
     """
     discriminant = b * b - 2.0 * a * c
-    root = np.sqrt(np.maximum(discriminant, 0.0))
-    closing = (b < 0.0) & (discriminant >= 0.0)
-    returning = (b >= 0.0) & (a < 0.0)
-    first = np.full_like(c, np.inf)
-    np.divide(2.0 * c, root - b, out=first, where=closing)
-    np.divide(b + root, -a, out=first, where=returning)
+    root = math.sqrt(max(discriminant, 0.0))
+    if b < 0.0:
+        if discriminant >= 0.0 and root - b > 2.0 * c / LATEST:
+            return 2.0 * c / (root - b)
+    elif -a > (b + root) / LATEST:
+        return (b + root) / -a
+    return math.inf
+
+
+@kernel
+def _to_cushion(
+    x: FloatArray,
+    v: FloatArray,
+    a: FloatArray,
+    radii: FloatArray,
+    axis: int,
+    inward: float,
+    nose: float,
+    gap: float,
+) -> float:
+    """Return the time to the first contact of a ball with a cushion, or inf.
+
+    The cushion lies across `axis`, at `nose` [m]; `inward` is 1 or -1, the direction of the table.
+    """
+    first = math.inf
+    for i in range(len(radii)):
+        present = inward * x[i, axis] - inward * nose - radii[i]
+        rate, acceleration = inward * v[i, axis], inward * a[i, axis]
+        level = _level(present, rate, acceleration, gap)
+        first = min(first, _first_root(present - level, rate, acceleration))
     return first
 
 
-def _to_cushion(motion: _Motion, radii: FloatArray, table: Table | None, gap: float) -> float:
-    """Return the time to the first contact of a ball with a cushion, or inf."""
-    if table is None or not table.cushions:
-        return np.inf
-    sides = [CUSHIONS.index(name) for name in table.cushions]
-    axes = np.array([0, 0, 1, 1])[sides]
-    inward = np.array([1.0, -1.0, 1.0, -1.0])[sides]
-    noses = np.array([0.0, table.length, 0.0, table.width])[sides]
-    x, v, a = (inward * part[:, axes] for part in motion)
-    gaps = x - inward * noses - radii[:, np.newaxis]
-    closed = _first_root(gaps - _levels(gaps, v, a, gap), v, a)
-    return float(np.min(closed))
-
-
-def _to_ball(motion: _Motion, radii: FloatArray, gap: float, horizon: float) -> float:
+@kernel
+def _to_ball(
+    x: FloatArray, v: FloatArray, a: FloatArray, radii: FloatArray, gap: float, horizon: float
+) -> float:
     """Return the time to the first contact of two balls within `horizon`, or inf."""
-    first, second = _pairs(len(radii))
-    r0, v0, a0 = (part[second] - part[first] for part in motion)
-    reach = radii[first] + radii[second]
-    distances = _norm(r0)
-    normals = r0 / distances[:, np.newaxis]
-    levels = _levels(distances - reach, _dot(normals, v0), _dot(normals, a0), gap)
-    target = reach + levels
-    # Below this a computed gap is noise: coordinates of the size of these, subtracted.
-    rounding = 8.0 * np.finfo(np.float64).eps * (float(np.max(np.abs(motion.positions))) + reach)
-    t = np.zeros(len(first))
-    contact = np.inf
+    farthest = 0.0
+    for i in range(len(radii)):
+        farthest = max(farthest, abs(x[i, 0]), abs(x[i, 1]))
+    first = math.inf
+    for i in range(len(radii)):
+        for j in range(i + 1, len(radii)):
+            reach = radii[i] + radii[j]
+            # Below this a computed gap is noise: coordinates of the size of these, subtracted.
+            rounding = 8.0 * EPS * (farthest + reach)
+            t = _of_pair(x, v, a, i, j, reach, gap, rounding, min(horizon, first))
+            first = min(first, t)
+    return first
+
+
+@kernel
+def _of_pair(
+    x: FloatArray,
+    v: FloatArray,
+    a: FloatArray,
+    i: int,
+    j: int,
+    reach: float,
+    gap: float,
+    rounding: float,
+    horizon: float,
+) -> float:
+    """Return the time to the contact of balls `i` and `j`, or inf where it is after `horizon`."""
+    x0, x1 = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1]
+    v0, v1 = v[j, 0] - v[i, 0], v[j, 1] - v[i, 1]
+    a0, a1 = a[j, 0] - a[i, 0], a[j, 1] - a[i, 1]
+    distance = math.sqrt(x0 * x0 + x1 * x1)
+    n0, n1 = x0 / distance, x1 / distance
+    target = reach + _level(distance - reach, n0 * v0 + n1 * v1, n0 * a0 + n1 * a1, gap)
+    t = 0.0
     for _ in range(MAX_ROUNDS):
-        if len(t) == 0:
-            return contact
-        s = t[:, np.newaxis]
-        r = r0 + (v0 + 0.5 * a0 * s) * s
-        distance = _norm(r)
+        r0 = x0 + (v0 + 0.5 * a0 * t) * t
+        r1 = x1 + (v1 + 0.5 * a1 * t) * t
+        distance = math.sqrt(r0 * r0 + r1 * r1)
         remaining = distance - target
-        normal = r / distance[:, np.newaxis]
-        b, a = _dot(normal, v0 + a0 * s), _dot(normal, a0)
-        step = _first_root(np.maximum(remaining, rounding), b, a)
+        n0, n1 = r0 / distance, r1 / distance
+        rate = n0 * (v0 + a0 * t) + n1 * (v1 + a1 * t)
+        step = _first_root(max(remaining, rounding), rate, n0 * a0 + n1 * a1)
         # Neither a gap of rounding size nor a step that can't move the clock is progress.
-        landed = (t > 0.0) & (remaining <= rounding) | (step <= 4e-16 * t)
-        if np.any(landed):
-            contact = min(contact, float(np.min(t[landed])))
-        t = t + step
-        going = ~landed & (t <= min(horizon, contact))
-        r0, v0, a0, t = r0[going], v0[going], a0[going], t[going]
-        target, rounding = target[going], rounding[going]
-    return min(contact, float(np.min(t))) if len(t) else contact
-
-
-@functools.lru_cache(maxsize=16)
-def _pairs(n: int) -> tuple[IndexArray, IndexArray]:
-    """Return the indices of every pair of n balls, each once."""
-    first, second = np.triu_indices(n, k=1)
-    return first, second
-
-
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    product: FloatArray = a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
-    return product
-
-
-def _norm(a: FloatArray) -> FloatArray:
-    length: FloatArray = np.sqrt(_dot(a, a))
-    return length
+        if (t > 0.0 and remaining <= rounding) or step <= 4e-16 * t:
+            return t
+        t += step
+        if not t <= horizon or t == math.inf:
+            return math.inf
+    return t

@@ -14,6 +14,7 @@ Two configurations: "tuned" sets what makes the physics right; "default" sets wh
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
@@ -21,7 +22,8 @@ from pydantic import Field, model_validator
 
 from engine import Record, Result, Scene, Status
 from engine.features import EXACT, Capabilities, Capability, Feature
-from engine.trajectory import Samples
+from engine.result import initial_state
+from engine.trajectory import Samples, energy_of
 from reference_adapters import pybullet_world
 from reference_adapters.base import (
     EngineBase,
@@ -32,7 +34,7 @@ from reference_adapters.base import (
 from reference_adapters.landing import LANDING_GAP
 from reference_adapters.pybullet_planar import PlanarRun
 from reference_adapters.pybullet_sliding import SlidingRun
-from reference_adapters.pybullet_world import World
+from reference_adapters.pybullet_world import MOST_IMPULSE, SHORTEST_STEP, World
 from reference_adapters.recording import Recorder
 
 TUNED_DT = 1e-3
@@ -217,12 +219,13 @@ class PybulletEngine(EngineBase):
 
     def lacks(self, scene: Scene) -> tuple[str, ...]:
         """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
-        return (*_lacks_in_combination(scene), *lacks_sequence(scene))
+        return (*_lacks_in_combination(scene), *_lacks_strength(scene), *lacks_sequence(scene))
 
     def resolution(self, scene: Scene) -> float:
         """Return how far a ball goes in a step [m]; landed, how far from touching it stops."""
         if self.settings.mode == "landed":
-            return LANDING_GAP
+            shortest = resolution_of_step(SHORTEST_STEP, scene)
+            return max(LANDING_GAP, shortest)
         return resolution_of_step(self.settings.step, scene)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
@@ -284,6 +287,22 @@ def _lacks_in_combination(scene: Scene) -> tuple[str, ...]:
             "friction)"
         )
     return tuple(sentences)
+
+
+def _lacks_strength(scene: Scene) -> tuple[str, ...]:
+    """Return a sentence where an impact may need more than Bullet's solver gives.
+
+    An impact's impulse is at most 2 m |v|, m the reduced mass and v the relative velocity, and
+    m v^2 / 2 at most all the energy.
+    """
+    energy = float(energy_of(scene, initial_state(scene)).total[0])
+    impulse = 2.0 * math.sqrt(2.0 * energy * float(np.max(scene.masses)))
+    if impulse <= MOST_IMPULSE:
+        return ()
+    return (
+        f"no impulses above {MOST_IMPULSE:g} N s (Bullet's solver bounds them in each step; the "
+        f"energy of these balls could need {impulse:.3g} N s)",
+    )
 
 
 def _still_moving(

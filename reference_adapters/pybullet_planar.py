@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from engine import EventKind, Samples, Scene
 from engine.scene import rolling_angular_velocity
 from reference_adapters.landing import rolling_accelerations, time_to_contact, time_to_rest
-from reference_adapters.pybullet_world import Contact, World, native_steps
+from reference_adapters.pybullet_world import SHORTEST_STEP, Contact, World, native_steps
 from reference_adapters.recording import Recorder
 
 EPS = float(np.finfo(np.float64).eps)
@@ -96,7 +96,7 @@ class PlanarRun:
                 self._scene.table,
                 horizon=horizon,
             )
-            step = min(horizon, to_contact)
+            step = max(min(horizon, to_contact), SHORTEST_STEP)
             if step < t_end - self.t:
                 self._advance(step, self.t + step)
             else:

@@ -29,8 +29,16 @@ from reference_adapters.pybullet_coefficients import Coefficients
 FloatArray = NDArray[np.float64]
 Config = Literal["tuned", "default"]
 
-FASTEST_SPIN = 1e6
-"""Bound on joint velocities [rad/s]; Bullet's own clamps a rolling pool ball at 2.86 m/s."""
+FASTEST = 1e100
+"""Bound on a body's velocity [m/s] and spin [rad/s], beyond any scene's.
+
+Bullet's own, 100 of both, clamps a rolling pool ball at 2.86 m/s."""
+
+SHORTEST_STEP = float(np.finfo(np.float64).eps)
+"""Shortest step that Bullet makes [s]; it takes a shorter one for none, and moves nothing."""
+
+MOST_IMPULSE = 1e10
+"""Bound of Bullet's solver on the impulse of a contact in a step [N s]: what needs more goes on."""
 
 # Fields of a contact point, as pybullet documents `getContactPoints`.
 _BODY_A, _BODY_B, _NORMAL_FORCE = 1, 2, 9
@@ -285,7 +293,7 @@ class World:
             spinningFriction=float(factors.spinning_friction[i]),
         )
         if self._tuned:
-            self._change(body, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FASTEST_SPIN)
+            self._change(body, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FASTEST)
 
     def _plane(
         self,

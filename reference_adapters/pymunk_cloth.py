@@ -7,14 +7,18 @@ applied from here, between the steps.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from engine import EventKind, Samples, Scene
+from engine._jit import kernel
 from engine.scene import rolling_angular_velocity
-from reference_adapters.landing import rolling_accelerations, time_to_rest
+from reference_adapters.landing import duration, slowing
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 EPS = float(np.finfo(np.float64).eps)
 
@@ -35,9 +39,9 @@ class ClosedFormCloth:
     def __init__(self, scene: Scene) -> None:
         gravity = scene.physics.gravity
         self._radii = scene.radii
-        self._rolling_decelerations = scene.rolling_frictions * gravity
-        self._sliding_decelerations = scene.sliding_frictions * gravity
-        self._spin_decelerations = scene.spinning_friction_rates
+        self._rolls_by = scene.rolling_frictions * gravity
+        self._slides_by = scene.sliding_frictions * gravity
+        self._spins_by = scene.spinning_friction_rates
         self._may_slide = scene.physics.motion == "sliding"
         self.velocities = scene.velocities[:, :2].copy()
         # Of a rolling ball only the vertical part is kept; its velocity says the rest.
@@ -45,25 +49,28 @@ class ClosedFormCloth:
         self.rolling = scene.rolls
 
     @property
+    def _motion(self) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
+        """What the kernels are given of the balls."""
+        return self.velocities, self._angular_velocities, self._radii, self.rolling
+
+    @property
     def angular_velocities(self) -> FloatArray:
         """Angular velocities, (n, 3) float64 [rad/s]; a fresh array."""
         return self._spins(self.velocities)
 
     @property
-    def resting(self) -> NDArray[np.bool_]:
+    def resting(self) -> BoolArray:
         """Which balls neither move nor spin, (n,) bool; a spin that nothing slows doesn't count."""
         still = np.all(self.velocities == 0.0, axis=1) & self.rolling
-        spins = (self._angular_velocities[:, 2] != 0.0) & (self._spin_decelerations > 0.0)
-        resting: NDArray[np.bool_] = still & ~spins
+        spins = (self._angular_velocities[:, 2] != 0.0) & (self._spins_by > 0.0)
+        resting: BoolArray = still & ~spins
         return resting
 
     def accelerations(self) -> FloatArray:
         """Return the accelerations, (n, 2) [m/s^2], constant until `time_to_change`."""
-        rolling = rolling_accelerations(self.velocities, self._rolling_decelerations)
-        if not self._may_slide:
-            return rolling
-        sliding = rolling_accelerations(self._slip(), self._sliding_decelerations)
-        return np.where(self.rolling[:, np.newaxis], rolling, sliding)
+        accelerations = np.empty_like(self.velocities)
+        _accelerate(*self._motion, self._rolls_by, self._slides_by, accelerations)
+        return accelerations
 
     def time_to_change(self) -> float:
         """Return the time until some ball stops sliding, rolling or spinning [s], or inf."""
@@ -111,12 +118,12 @@ class ClosedFormCloth:
         """Return the state at `positions`, (n, 2) [m], as arrays (1, n, 3)."""
         return Samples(
             np.column_stack([positions, self._radii])[np.newaxis],
-            np.pad(self.velocities, ((0, 0), (0, 1)))[np.newaxis],
+            _in_space(self.velocities)[np.newaxis],
             self._spins(self.velocities)[np.newaxis],
         )
 
     def _move(
-        self, dt: float, ending: NDArray[np.bool_], changes: list[tuple[EventKind, int]]
+        self, dt: float, ending: BoolArray, changes: list[tuple[EventKind, int]]
     ) -> FloatArray:
         """Advance by `dt`, at most `time_to_change`, and return the displacements.
 
@@ -125,24 +132,24 @@ class ClosedFormCloth:
         Slide: a = -mu_s g u^, and the same force turns the ball by 5 mu_s g / 2R of angular
         acceleration, so that the slip u falls by 7/2 mu_s g per second in a fixed direction.
         """
-        moving = np.any(self.velocities != 0.0, axis=1)
         sliding = ~self.rolling
-        accelerations = self.accelerations()
-        displacements = (self.velocities + 0.5 * accelerations * dt) * dt
-        self.velocities = self.velocities + accelerations * dt
-
-        stops = self.rolling & moving & ending[:, 0]
+        stops = self.rolling & ending[:, 0] & np.any(self.velocities != 0.0, axis=1)
         grips = sliding & ending[:, 0]
+        accelerations = self.accelerations()
+        displacements = np.empty_like(self.velocities)
+        _move(dt, self.velocities, accelerations, displacements)
         self.velocities[stops] = 0.0
         if self._may_slide:
-            turn = (2.5 * dt) * accelerations / self._radii[:, np.newaxis]
-            self._angular_velocities[sliding, 0] += turn[sliding, 1]
-            self._angular_velocities[sliding, 1] -= turn[sliding, 0]
+            _turn(
+                dt,
+                self._angular_velocities,
+                accelerations,
+                self._radii,
+                sliding,
+                self._spins_by,
+                ending[:, 1],
+            )
             self.rolling |= grips
-            spin = self._angular_velocities[:, 2]
-            slower = np.copysign(np.abs(spin) - self._spin_decelerations * dt, spin)
-            self._angular_velocities[:, 2] = np.where(ending[:, 1], 0.0, slower)
-
         changes += [(EventKind.SLIDE_TO_ROLL, int(i)) for i in np.flatnonzero(grips)]
         changes += [(EventKind.ROLL_TO_REST, int(i)) for i in np.flatnonzero(stops)]
         return displacements
@@ -152,26 +159,19 @@ class ClosedFormCloth:
 
         0 is "doesn't now"; inf is "for ever".
         """
-        durations = np.zeros((len(self.rolling), 2))
-        durations[:, 0] = time_to_rest(self.velocities, self._rolling_decelerations)
-        if self._may_slide:
-            to_roll = time_to_rest(self._slip(), 3.5 * self._sliding_decelerations)
-            durations[:, 0] = np.where(self.rolling, durations[:, 0], to_roll)
-            spin = np.abs(self._angular_velocities[:, 2])
-            turning = spin > 0.0
-            with np.errstate(divide="ignore"):  # spin that nothing slows lasts for ever
-                durations[turning, 1] = spin[turning] / self._spin_decelerations[turning]
+        durations = np.empty((len(self.rolling), 2))
+        _last(*self._motion, self._rolls_by, self._slides_by, self._spins_by, durations)
         return durations
 
-    def _end_rolls(self, hit: NDArray[np.bool_], shortest: float) -> None:
+    def _end_rolls(self, hit: BoolArray, shortest: float) -> None:
         """Stop the rolling balls that were hit and would roll for less than `shortest` [s].
 
         As for slides, see `_end_slides`.
         """
         speeds = np.hypot(self.velocities[:, 0], self.velocities[:, 1])
-        self.velocities[hit & (speeds <= shortest * self._rolling_decelerations)] = 0.0
+        self.velocities[hit & (speeds <= shortest * self._rolls_by)] = 0.0
 
-    def _end_slides(self, hit: NDArray[np.bool_], shortest: float) -> None:
+    def _end_slides(self, hit: BoolArray, shortest: float) -> None:
         """Find out which of the balls that were hit slide now, for more than `shortest` [s].
 
         A slide that would be over sooner than the contact's step was long is over at once: the
@@ -181,25 +181,108 @@ class ClosedFormCloth:
         until they hardly move the clock.
         """
         slip = self._slip()
-        rolls = np.hypot(slip[:, 0], slip[:, 1]) <= 3.5 * shortest * self._sliding_decelerations
+        rolls = np.hypot(slip[:, 0], slip[:, 1]) <= 3.5 * shortest * self._slides_by
         self.rolling = np.where(hit, rolls, self.rolling)
         self.velocities[hit & rolls] -= 2.0 / 7.0 * slip[hit & rolls]
         spin = self._angular_velocities[:, 2]
-        spin[hit & (np.abs(spin) <= shortest * self._spin_decelerations)] = 0.0
+        spin[hit & (np.abs(spin) <= shortest * self._spins_by)] = 0.0
 
     def _slip(self) -> FloatArray:
         """Return the velocity of each ball's lowest point over the cloth, (n, 2) [m/s]."""
-        turning = self._radii[:, np.newaxis] * self._angular_velocities[:, 1::-1]
-        slip: FloatArray = self.velocities + turning * np.array([-1.0, 1.0])
+        slip = self.velocities.copy()
+        slip[:, 0] -= self._radii * self._angular_velocities[:, 1]
+        slip[:, 1] += self._radii * self._angular_velocities[:, 0]
         return slip
 
     def _spins(self, velocities: FloatArray) -> FloatArray:
         """Return the angular velocities, (n, 3) [rad/s], of balls with `velocities`, (n, 2)."""
-        tied = rolling_angular_velocity(np.pad(velocities, ((0, 0), (0, 1))), self._radii)
+        tied = rolling_angular_velocity(_in_space(velocities), self._radii)
         tied[:, 2] = self._angular_velocities[:, 2]
         return np.where(self.rolling[:, np.newaxis], tied, self._angular_velocities)
+
+
+def _in_space(vectors: FloatArray) -> FloatArray:
+    """Return vectors of the plane, (n, 2), with a vertical part of 0, (n, 3)."""
+    spatial = np.zeros((len(vectors), 3))
+    spatial[:, :2] = vectors
+    return spatial
 
 
 def _first(durations: FloatArray) -> float:
     """Return the shortest duration that isn't 0, or inf."""
     return float(np.min(durations, initial=np.inf, where=durations > 0.0))
+
+
+@kernel
+def _slip_of(v: FloatArray, w: FloatArray, radii: FloatArray, i: int) -> tuple[float, float]:
+    return v[i, 0] - radii[i] * w[i, 1], v[i, 1] + radii[i] * w[i, 0]
+
+
+@kernel
+def _accelerate(
+    v: FloatArray,
+    w: FloatArray,
+    radii: FloatArray,
+    rolling: BoolArray,
+    rolls_by: FloatArray,
+    slides_by: FloatArray,
+    accelerations: FloatArray,
+) -> None:
+    """Write the accelerations of balls that roll, or slide; against the motion, or the slip."""
+    for i in range(len(radii)):
+        if rolling[i]:
+            u0, u1, by = v[i, 0], v[i, 1], rolls_by[i]
+        else:
+            u0, u1 = _slip_of(v, w, radii, i)
+            by = slides_by[i]
+        factor = slowing(math.hypot(u0, u1), by)
+        accelerations[i, 0], accelerations[i, 1] = u0 * factor, u1 * factor
+
+
+@kernel
+def _last(
+    v: FloatArray,
+    w: FloatArray,
+    radii: FloatArray,
+    rolling: BoolArray,
+    rolls_by: FloatArray,
+    slides_by: FloatArray,
+    spins_by: FloatArray,
+    durations: FloatArray,
+) -> None:
+    """Write how long balls roll, or slide, and how long they spin about the vertical [s]."""
+    for i in range(len(radii)):
+        if rolling[i]:
+            durations[i, 0] = duration(math.hypot(v[i, 0], v[i, 1]), rolls_by[i])
+        else:
+            u0, u1 = _slip_of(v, w, radii, i)
+            durations[i, 0] = duration(math.hypot(u0, u1), 3.5 * slides_by[i])
+        durations[i, 1] = duration(abs(w[i, 2]), spins_by[i])
+
+
+@kernel
+def _move(dt: float, v: FloatArray, a: FloatArray, displacements: FloatArray) -> None:
+    """Write the displacements in `dt`, and change the velocities."""
+    for i in range(len(v)):
+        for k in range(2):
+            displacements[i, k] = (v[i, k] + 0.5 * a[i, k] * dt) * dt
+            v[i, k] = v[i, k] + a[i, k] * dt
+
+
+@kernel
+def _turn(
+    dt: float,
+    w: FloatArray,
+    accelerations: FloatArray,
+    radii: FloatArray,
+    sliding: BoolArray,
+    spins_by: FloatArray,
+    ending: BoolArray,
+) -> None:
+    """Turn the balls that slide, and slow all spins about the vertical; those `ending` are 0."""
+    for i in range(len(radii)):
+        if sliding[i]:
+            w[i, 0] += 2.5 * dt * accelerations[i, 1] / radii[i]
+            w[i, 1] -= 2.5 * dt * accelerations[i, 0] / radii[i]
+        slower = math.copysign(abs(w[i, 2]) - spins_by[i] * dt, w[i, 2])
+        w[i, 2] = 0.0 if ending[i] else slower

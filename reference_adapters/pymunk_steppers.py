@@ -226,7 +226,8 @@ class Landed(_ClosedForm):
 def _faster(velocities: FloatArray, changes: FloatArray) -> FloatArray:
     """Return `velocities` with `changes`, (n,) [m/s], added to the speeds; none turns or starts."""
     speeds = np.hypot(velocities[:, 0], velocities[:, 1])
-    moving = speeds > 0.0
+    # What loses all that it has isn't divided: of a speed near 0 the quotient would overflow.
+    moving = speeds > np.maximum(-changes, 0.0)
     factor = np.where(moving, 1.0 + changes / np.where(moving, speeds, 1.0), 0.0)
-    faster: FloatArray = velocities * np.maximum(factor, 0.0)[:, np.newaxis]
+    faster: FloatArray = velocities * factor[:, np.newaxis]
     return faster

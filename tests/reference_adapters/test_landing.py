@@ -41,9 +41,9 @@ def random_motion(rng):
             break
     v = rng.normal(size=(n, 2)) * rng.choice([0.0, 1.0, 1.0], size=(n, 1))
     deceleration = float(rng.choice([0.0, 0.2, 2.0]))
-    rests = time_to_rest(v, deceleration)
+    rests = time_to_rest(v, np.full(n, deceleration))
     horizon = min(0.5, *rests[rests > 0.0]) if np.any(rests > 0.0) else 0.5
-    return x, v, rolling_accelerations(v, deceleration), radii, horizon
+    return x, v, rolling_accelerations(v, np.full(n, deceleration)), radii, horizon
 
 
 def test_no_earlier_contact_and_a_landing_on_the_gap():
@@ -83,7 +83,7 @@ def test_catching_up_without_relative_acceleration():
     """Two balls that roll the same way: the case that quartic solvers turn into a phantom."""
     x = np.array([[0.0, 0.0], [0.5, 0.0]])
     v = np.array([[1.0, 0.0], [0.5, 0.0]])
-    a = rolling_accelerations(v, 0.2)
+    a = rolling_accelerations(v, np.full(len(v), 0.2))
     dt = time_to_contact(x, v, a, np.full(2, R), None, horizon=2.0)
     assert dt == pytest.approx((0.5 - 2 * R - LANDING_GAP) / 0.5, rel=1e-14)
 
@@ -91,7 +91,7 @@ def test_catching_up_without_relative_acceleration():
 def test_rolling_on_together_never_touches():
     x = np.array([[0.0, 0.0], [2 * R, 0.0], [0.5, 0.0]])
     v = np.array([[1.0, 0.0], [1.0, 0.0], [1.0, 0.0]])
-    a = rolling_accelerations(v, 0.2)
+    a = rolling_accelerations(v, np.full(len(v), 0.2))
     assert time_to_contact(x, v, a, np.full(3, R), None, horizon=5.0) == math.inf
 
 
@@ -151,6 +151,23 @@ def test_nothing_beyond_the_horizon():
 
 def test_rolling_helpers():
     v = np.array([[3.0, 4.0], [0.0, 0.0]])
-    np.testing.assert_allclose(rolling_accelerations(v, 0.5), [[-0.3, -0.4], [0.0, 0.0]])
-    np.testing.assert_array_equal(time_to_rest(v, 0.5), [10.0, 0.0])
-    np.testing.assert_array_equal(time_to_rest(v, 0.0), [np.inf, 0.0])
+    np.testing.assert_allclose(
+        rolling_accelerations(v, np.full(2, 0.5)), [[-0.3, -0.4], [0.0, 0.0]]
+    )
+    np.testing.assert_array_equal(time_to_rest(v, np.full(2, 0.5)), [10.0, 0.0])
+    np.testing.assert_array_equal(time_to_rest(v, np.zeros(2)), [np.inf, 0.0])
+
+
+@pytest.mark.parametrize("speed", [5e-324, 1e-310, 1e-302])
+def test_a_contact_beyond_all_time_is_none(speed):
+    """Fails where a time that exceeds the doubles overflows, which pytest takes for an error."""
+    x = np.array([[0.0, 0.0], [1.0, 0.0]])
+    v = np.array([[speed, 0.0], [0.0, 0.0]])
+    still = np.zeros_like(v)
+    radii = np.array([R, R])
+    table = Table(length=3.0, width=3.0)
+    assert time_to_contact(x + 1.0, v, still, radii, table, horizon=math.inf) == math.inf
+    # Nor one that only the least of accelerations brings about.
+    v[0] = (-1.0, 0.0)
+    returning = np.array([[5e-324, 0.0], [0.0, 0.0]])
+    assert time_to_contact(x, v, returning, radii, None, horizon=math.inf) == math.inf

@@ -65,6 +65,10 @@ UNSUPPORTED: dict[str, tuple[Scene, str]] = {
         scene_of(ball((0, 0)), motion="sliding", sliding_friction=0.0),
         "no sliding without friction",
     ),
+    "impulse": (
+        scene_of(ball((0, 0), velocity=(1e4, 0), mass=1e6), ball((1, 0), mass=1e6)),
+        "no impulses above 1e+10 N s",
+    ),
     "ice under one ball": (
         scene_of(ball((0, 0)), ball((1, 0), sliding_friction=0.0), **SLIDING),
         "no sliding without friction",

@@ -340,3 +340,51 @@ def test_impacts_of_one_instant_are_resolved_together(restitution: float) -> Non
     assert cue == pytest.approx([1 - 3 * share, 0], abs=LANDED_ERROR)
     assert left == pytest.approx([1.5 * share, math.sqrt(0.75) * share], abs=LANDED_ERROR)
     assert right == pytest.approx([1.5 * share, -math.sqrt(0.75) * share], abs=LANDED_ERROR)
+
+
+@pytest.mark.parametrize("speed", [5e-324, 1e-323, 1e-310, 1e-200, 1e-17])
+@pytest.mark.parametrize("mode", ["native", "landed"])
+def test_the_least_speeds_stop(mode: str, speed: float) -> None:
+    """Fails where a step is asked for that Bullet doesn't make: the ball never stops."""
+    scene = shot({"position": (0, 0), "velocity": (speed, 0)}, {"position": (0.3, 0)})
+    result = run(scene, mode=mode, max_steps=3)
+    assert result.status is Status.REST
+    assert result.work["steps"] == 1
+    assert log(result) == [("roll-to-rest", 0, -1)]
+    assert result.rest_time == speed / (0.1 * G)
+
+
+@pytest.mark.parametrize("speed", [1.0, 1e6, 1e8])
+def test_landed_at_speeds_that_close_a_gap_sooner_than_bullet_steps(speed: float) -> None:
+    """Fails likewise: balls that have landed would stay where they are, step after step."""
+    scene = shot(
+        {"position": (0, 0), "velocity": (speed, 0)},
+        {"position": (0.3, 0)},
+        t_max=0.5 / speed,
+        rolling_friction=0.0,
+    )
+    result = run(scene, mode="landed", max_steps=100)
+    assert result.status is Status.T_MAX
+    assert log(result) == [("ball-ball", 0, 1), ("roll-to-rest", 0, -1)]
+    resolution = PybulletEngine(PybulletSettings(mode="landed")).resolution(scene)
+    assert resolution == max(1e-10, speed * 2.0**-52)
+    contact = 0.3 - 2.0 * R
+    np.testing.assert_allclose(
+        result.rest_positions[:, 0], [contact, 0.8 - contact], rtol=0, atol=4.0 * resolution
+    )
+
+
+@pytest.mark.parametrize("mode", ["native", "landed"])
+def test_the_hardest_impulses_are_bullets(mode: str) -> None:
+    """Fails where Bullet is given an impulse beyond its bound: the balls go on into each other."""
+    scene = shot(
+        {"position": (0, 0), "velocity": (4000, 0), "mass": 1e6},
+        {"position": (0.3, 0), "mass": 1e6},
+        t_max=0.5 / 4000,
+        rolling_friction=0.0,
+    )
+    result = run(scene, mode=mode, dt=1e-6)
+    assert log(result)[0] == ("ball-ball", 0, 1)
+    np.testing.assert_allclose(
+        result.final_state.velocities[0, :, 0], [0.0, 4000.0], rtol=0, atol=1e-6
+    )

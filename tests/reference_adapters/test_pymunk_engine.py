@@ -371,3 +371,15 @@ def test_importing_the_adapter_does_not_import_pymunk():
 def test_unavailable_says_how_to_get_it(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert "pip install" in PymunkEngine.unavailable()
+
+
+@pytest.mark.parametrize("settings", [{"mode": "landed"}, {}, {"config": "default"}])
+@pytest.mark.parametrize("speed", [5e-324, 1e-310, 1e-200])
+def test_the_least_speeds_stop_at_once(settings, speed):
+    """Fails where a share of a speed near 0 overflows: pytest takes the warning for an error."""
+    cue = Ball(id="cue", position=(0, 0), velocity=(speed, 0))
+    result = run(scene_of(cue, Ball(id="object", position=(0.3, 0))), **settings)
+    assert result.status is Status.REST
+    assert result.work["steps"] == 1
+    moved = np.abs(result.rest_positions[:, :2] - result.scene.positions[:, :2])
+    assert np.max(moved) <= speed * result.settings["dt"]
