@@ -34,6 +34,7 @@ from validation.stress.survival import (
     survival_of,
     trying_again,
 )
+from validation.stress.tracked import tracked_numbers
 
 FAULTS_SHOWN = 3
 """How many broken trials of an engine in a family are named; the others are counted."""
@@ -138,7 +139,11 @@ def summary(outcome: StressOutcome) -> dict[str, Any]:
         "planned": folder.planned,
         "done": len(folder.findings),
         "exit_status": outcome.exit_status,
+        "wall_time": outcome.wall_time,
+        "jobs": outcome.jobs,
+        "taken_over": outcome.taken_over,
         "environment": folder.run.environment,
+        "tracked": tracked_numbers(folder),
         "survival": [_survival(one, folder) for one in all_survival(folder)],
     }
 

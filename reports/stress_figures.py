@@ -22,6 +22,7 @@ import numpy as np
 
 from reports import style
 from validation.stress import Finding, StressFolder
+from validation.stress.tracked import cliffs, has_cliff, ladder_of, storm_counts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,12 +39,12 @@ _CLIFF_NOTE = ("Steps in ms.", "≥: none of the ladder misses.", "Framed: misse
 NOTE_WIDTH = 5.5
 """Width of a figure [inch] that has room for these in one line."""
 
-COUNTS = {
+COUNT_TEXTS = {
     "events": "events",
     "contact_steps": "contact steps",
     "seconds": "time of the run [s]",
 }
-"""Lists of numbers, one for each break, and what their axes say."""
+"""What is counted of each break, and what its axis says."""
 
 
 def draw_miss_rates(folder: StressFolder) -> Figure | None:
@@ -141,7 +142,7 @@ def energy_against_step(one: Finding) -> list[tuple[float, float]]:
     """Return steps [s] and what a finding says of the energy error at each, in order."""
     points = {
         float(entry["dt"]): float(entry["energy_error"])
-        for entry in [one.values, *_ladder(one)]
+        for entry in [one.values, *ladder_of(one)]
         if _is_number(entry.get("dt")) and _is_number(entry.get("energy_error"))
     }
     return sorted(points.items())
@@ -200,8 +201,8 @@ def draw_storms(folder: StressFolder) -> Figure | None:
     if not counts:
         return None
     figure = style.new_figure(WIDTH, 3.7)
-    panels = figure.subplots(1, len(COUNTS), sharey=True)
-    for axes, (name, text) in zip(panels, COUNTS.items(), strict=True):
+    panels = figure.subplots(1, len(COUNT_TEXTS), sharey=True)
+    for axes, (name, text) in zip(panels, COUNT_TEXTS.items(), strict=True):
         for label, of in counts.items():
             values = np.sort(of[name])
             above = 1.0 - np.arange(len(values)) / len(values)
@@ -223,35 +224,6 @@ def draw_storms(folder: StressFolder) -> Figure | None:
     return figure
 
 
-def storm_counts(folder: StressFolder, label: str) -> dict[str, np.ndarray[Any, Any]] | None:
-    """Return a number for each break that an engine played, by name; None where there are none."""
-    found = [
-        one.values
-        for one in folder.findings
-        if one.label == label and all(isinstance(one.values.get(name), list) for name in COUNTS)
-    ]
-    if not any(values["events"] for values in found):
-        return None
-    return {
-        name: np.array([x for values in found for x in values[name]], dtype=np.float64)
-        for name in COUNTS
-    }
-
-
-def cliffs(folder: StressFolder, label: str) -> list[Finding]:
-    """Return the findings on an engine that say how large a step may be."""
-    return [
-        one
-        for one in folder.findings
-        if one.label == label and {"speed", "depth", "largest_step"} <= one.values.keys()
-    ]
-
-
-def has_cliff(one: Finding) -> bool:
-    """Whether some step of the ladder misses."""
-    return any(rung["missed"] for rung in _ladder(one))
-
-
 def draw_cliffs(folder: StressFolder) -> Figure | None:
     """Draw for each engine that steps the largest step without a miss, by speed and depth."""
     from matplotlib.colors import LogNorm  # noqa: PLC0415
@@ -262,7 +234,7 @@ def draw_cliffs(folder: StressFolder) -> Figure | None:
     shown = [one for of in maps.values() for one in of]
     speeds = sorted({one.values["speed"] for one in shown})
     depths = sorted({one.values["depth"] for one in shown}, reverse=True)
-    steps = [rung["dt"] for one in shown for rung in _ladder(one)]
+    steps = [rung["dt"] for one in shown for rung in ladder_of(one)]
     columns = min(3, len(maps))
     rows = -(-len(maps) // columns)
     width = 0.9 + columns * max(2.2, 0.62 * len(speeds))
@@ -361,11 +333,6 @@ def _name_powers(*axes: Axis) -> None:
     for axis in axes:
         axis.set_major_formatter(lambda x, _: style.power_of_ten(round(math.log10(x))))
         axis.set_minor_formatter(lambda _x, _: "")
-
-
-def _ladder(one: Finding) -> list[dict[str, Any]]:
-    ladder = one.values.get("ladder", [])
-    return [rung for rung in ladder if isinstance(rung, dict)] if isinstance(ladder, list) else []
 
 
 def _is_number(value: object) -> bool:

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from pathlib import Path, PurePosixPath
 
-import numpy as np
-
 from engine import GhostballError
 from reports import style
 from reports.markdown_parts import Drawn, figure_link, many, one_line, table_of
-from reports.stress_figures import COUNTS, FIGURES, cliffs, has_cliff, storm_counts
+from reports.stress_figures import COUNT_TEXTS, FIGURES
 from validation.stress import FAMILIES, StressFolder
 from validation.stress.survival import Survival, all_survival, survival_of, trying_again
+from validation.stress.tracked import (
+    DEPTH,
+    QUANTILES,
+    SPEED,
+    largest_step,
+    storm_counts,
+    storm_quantiles,
+)
 
 REPORT = "stress.md"
 FOLDER = "figures"
-
-TRACKED_SPEED, TRACKED_DEPTH = 2.0, 0.1
-"""The shot by which the largest step of engines is told in one number: [m/s], and diameters."""
-
-QUANTILES = (50.0, 99.0, 99.9, 100.0)
 
 _FIGURE_TEXTS = {
     "miss-rate": (
@@ -205,38 +206,31 @@ def _storms(folder: StressFolder) -> list[str]:
     """Return the quantiles of what breaks need."""
     rows = []
     for label in folder.run.labels:
-        counts = storm_counts(folder, label)
-        if counts is None:
+        counts, quantiles = storm_counts(folder, label), storm_quantiles(folder, label)
+        if counts is None or quantiles is None:
             continue
-        for name, text in COUNTS.items():
-            values = np.percentile(counts[name], QUANTILES)
+        for name, text in COUNT_TEXTS.items():
             cells = [
-                style.format_time(float(x)) if name == "seconds" else f"{x:.0f}" for x in values
+                style.format_time(x) if name == "seconds" else f"{x:.0f}"
+                for x in quantiles[name].values()
             ]
             rows.append([f"`{one_line(label)}`", str(len(counts[name])), text, *cells])
-    header = ["engine", "breaks", "", *(f"{q:g} %" for q in QUANTILES[:-1]), "most"]
-    return [table_of(header, rows)]
+    return [table_of(["engine", "breaks", "", *QUANTILES], rows)]
 
 
 def _cliffs(folder: StressFolder) -> list[str]:
     """Return the largest step of each engine in one shot, to be tracked."""
     rows = []
     for label in folder.run.labels:
-        for one in cliffs(folder, label):
-            if (one.values["speed"], one.values["depth"]) != (TRACKED_SPEED, TRACKED_DEPTH):
-                continue
-            largest = one.values["largest_step"]
-            text = "none of the ladder" if largest is None else style.format_time(largest)
-            rows.append(
-                [
-                    f"`{one_line(label)}`",
-                    style.format_time(one.values["step"]),
-                    text if has_cliff(one) else f"at least {text}",
-                ]
-            )
+        one = largest_step(folder, label)
+        if one is None:
+            continue
+        text = "none of the ladder" if one.largest is None else style.format_time(one.largest)
+        own = style.format_time(one.own)
+        rows.append([f"`{one_line(label)}`", own, text if one.is_cliff else f"at least {text}"])
     if not rows:
         return []
-    shot = f"{TRACKED_SPEED:g} m/s, {TRACKED_DEPTH:g} diameters deep"
+    shot = f"{SPEED:g} m/s, {DEPTH:g} diameters deep"
     return [table_of(["engine", "own step", f"no miss up to ({shot})"], rows)]
 
 

@@ -79,12 +79,18 @@ class StressOutcome:
         Findings of an earlier run, by the same code, that stood.
     interrupted : bool
         By Ctrl-C: what was found is kept, and a next run goes on from there.
+    wall_time : float [s]
+        Of this run, from its start to its last finding; kernels that had to be compiled included.
+    jobs : int
+        Processes in which it ran.
     """
 
     folder: StressFolder
     asked: tuple[Key, ...]
     taken_over: int = 0
     interrupted: bool = False
+    wall_time: float = 0.0
+    jobs: int = 1
 
     @property
     def must_hold(self) -> tuple[str, ...]:
@@ -196,6 +202,7 @@ def _run(
     reuse: bool,
     time_limit: float | None,
 ) -> StressOutcome:
+    begun = time.perf_counter()
     code = Code.now()
     asked = [_key(task) for task in tasks]
     # What this run isn't asked for stays: a look at one family must not cost the others.
@@ -236,7 +243,8 @@ def _run(
     run = replace(run, missing=tuple(key for key in run.missing if key not in found))
     writer.finish(run, in_order)
     folder = StressFolder(writer.path, run, in_order)
-    return StressOutcome(folder, tuple(found), taken_over, interrupted)
+    wall_time = time.perf_counter() - begun
+    return StressOutcome(folder, tuple(found), taken_over, interrupted, wall_time, jobs)
 
 
 def _left_by(

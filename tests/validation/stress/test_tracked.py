@@ -1,0 +1,59 @@
+"""The numbers by which engines are tracked, from findings made by hand."""
+
+import json
+
+import pytest
+
+from validation.stress.records import Finding, StressFolder, StressRun
+from validation.stress.tracked import DEPTH, SPEED, has_cliff, largest_step, tracked_numbers
+
+
+def folder_of(tmp_path, *findings):
+    labels = tuple(dict.fromkeys(one.label for one in findings))
+    return StressFolder(tmp_path, StressRun("full", ("any",), labels, {}), list(findings))
+
+
+def finding(label, trial="a", **values):
+    return Finding("any", trial, label, "survived", values=values)
+
+
+def cell(label, speed=SPEED, largest=1e-3, missed=0):
+    ladder = [{"dt": 1e-3, "missed": 0}, {"dt": 1e-2, "missed": missed}]
+    return finding(label, speed=speed, depth=DEPTH, step=1e-3, largest_step=largest, ladder=ladder)
+
+
+def test_one_shot_tells_the_largest_step(tmp_path):
+    folder = folder_of(tmp_path, cell("one", speed=10.0, largest=1e-4), cell("one", missed=2))
+    found = largest_step(folder, "one")
+    assert (found.own, found.largest, found.is_cliff) == (1e-3, 1e-3, True)
+    assert largest_step(folder, "another") is None
+
+
+def test_a_ladder_without_a_miss_has_no_cliff():
+    assert not has_cliff(cell("one"))
+    assert not has_cliff(finding("one", ladder="damaged"))
+
+
+def test_needs_of_breaks_are_quantiles_over_all_their_trials(tmp_path):
+    halves = [
+        finding(
+            "one",
+            trial=name,
+            events=list(range(first, first + 50)),
+            contact_steps=[0] * 50,
+            seconds=[0.25] * 50,
+        )
+        for name, first in (("a", 0), ("b", 50))
+    ]
+    (row,) = tracked_numbers(folder_of(tmp_path, *halves))
+    assert row["engine"] == "one"
+    assert row["breaks"] == 100
+    assert row["needs"]["events"] == pytest.approx(
+        {"p50": 49.5, "p99": 98.01, "p99.9": 98.901, "max": 99.0}
+    )
+    assert set(row["needs"]["seconds"].values()) == {0.25}
+    json.dumps(row)
+
+
+def test_an_engine_of_which_nothing_is_known_has_no_row(tmp_path):
+    assert tracked_numbers(folder_of(tmp_path, finding("one"))) == []
