@@ -15,7 +15,7 @@ from validation.stress.trial import Verdict, blamed_on_engine
 if TYPE_CHECKING:
     from hypothesis.strategies import SearchStrategy
 
-    from validation.stress.malformed import Malformed
+    from validation.stress.plain_scenes import Malformed
 
 # hypothesis is loaded where a trial needs it: the families are listed without.
 
@@ -117,7 +117,7 @@ def check_cut(case: tuple[bytes, bytes]) -> tuple[str, ...]:
 
 def check_well_formed(data: dict[str, Any], engine: ReferenceEngine) -> tuple[str, ...]:
     """Return how a scene in order is refused, isn't the same from a file, or isn't run whole."""
-    from validation.stress.malformed import written  # noqa: PLC0415
+    from validation.stress.plain_scenes import written  # noqa: PLC0415
 
     text, _ = written(data)
     try:

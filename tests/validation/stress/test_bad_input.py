@@ -13,7 +13,7 @@ from engine import Scene, SceneError, Status, simulate
 from reference_adapters import make_engine
 from validation.stress.families import bad_input
 from validation.stress.families.bad_input import Generated, OddFiles
-from validation.stress.malformed import Malformed, malformed
+from validation.stress.malformed import malformed
 from validation.stress.not_finite import (
     COLUMNS,
     UNCHECKED,
@@ -24,6 +24,7 @@ from validation.stress.not_finite import (
     spoilt,
     unchecked_base,
 )
+from validation.stress.plain_scenes import Malformed
 from validation.stress.refusals import (
     check_malformed,
     check_refused,

@@ -3,7 +3,8 @@
 from hypothesis import given, settings
 
 from engine import Ball, Physics, Scene, Table
-from validation.stress.malformed import _CHOICES, NUMBERS, literal, well_formed, written
+from validation.stress.malformed import _CHOICES, NUMBERS
+from validation.stress.plain_scenes import literal, well_formed, written
 
 
 def test_every_field_of_a_number_is_spoilt():

@@ -55,13 +55,14 @@ class Generated(Trial):
 
     def run(self, engine: ReferenceEngine) -> Verdict:
         """Try it."""
-        from validation.stress import malformed  # noqa: PLC0415
+        from validation.stress import bad_files, malformed  # noqa: PLC0415
+        from validation.stress.plain_scenes import well_formed  # noqa: PLC0415
 
         texts: dict[str, tuple[SearchStrategy[Any], Callable[[Any], tuple[str, ...]]]] = {
-            "syntax": (malformed.bad_syntax(), check_syntax),
-            "cut": (malformed.cut_text(), check_cut),
-            "anything": (malformed.ANYTHING, check_anything),
-            "well-formed": (malformed.well_formed(), partial(check_well_formed, engine=engine)),
+            "syntax": (bad_files.bad_syntax(), check_syntax),
+            "cut": (bad_files.cut_text(), check_cut),
+            "anything": (bad_files.ANYTHING, check_anything),
+            "well-formed": (well_formed(), partial(check_well_formed, engine=engine)),
         }
         if self.kind in texts:
             strategy, check = texts[self.kind]
@@ -190,7 +191,8 @@ def simulate_files(paths: list[Path]) -> list[tuple[int, str, str]]:
 
 def _examples(kind: str, count: int) -> list[str]:
     """Return malformed scenes of a kind, as text."""
-    from validation.stress.malformed import bad_syntax, malformed  # noqa: PLC0415
+    from validation.stress.bad_files import bad_syntax  # noqa: PLC0415
+    from validation.stress.malformed import malformed  # noqa: PLC0415
 
     texts: list[str] = []
 
