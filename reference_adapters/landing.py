@@ -251,6 +251,8 @@ def _of_pair(
     x0, x1 = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1]
     v0, v1 = v[j, 0] - v[i, 0], v[j, 1] - v[i, 1]
     a0, a1 = a[j, 0] - a[i, 0], a[j, 1] - a[i, 1]
+    if v0 == 0.0 and v1 == 0.0 and a0 == 0.0 and a1 == 0.0:
+        return math.inf  # most of a rack
     distance = math.sqrt(x0 * x0 + x1 * x1)
     n0, n1 = x0 / distance, x1 / distance
     target = reach + _level(distance - reach, n0 * v0 + n1 * v1, n0 * a0 + n1 * a1, gap)
