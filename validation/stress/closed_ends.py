@@ -106,6 +106,7 @@ class ClosedEnd:
 CLOSED_ENDS = {
     "corner-exact": ClosedEnd(shipped_end, 1e-14, 1e-14),
     "frozen-to-cushion": ClosedEnd(shipped_end, 1e-14, 1e-14),
+    "three-ball-symmetric": ClosedEnd(shipped_end, 1e-14, 1e-14),
     "push": ClosedEnd(shipped_end, 1e-6, 5e-6),
     "wedged": ClosedEnd(shipped_end, 1e-12, 1e-5),
 }

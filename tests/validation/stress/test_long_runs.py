@@ -37,6 +37,19 @@ def test_galperin_is_counted_and_a_lost_collision_is_seen(digits, monkeypatch):
     assert "instead of" in trial.run(make_engine("ghostball")).faults[0]
 
 
+@pytest.mark.parametrize(
+    ("engine", "passes", "breaks"), [("pymunk", 1e-3, 0.02), ("ghostball", 1e-16, 1e-14)]
+)
+def test_speeds_of_galperin_that_are_off_are_seen(engine, passes, breaks, monkeypatch):
+    """By a hundredth of the largest, in an engine that steps; by rounding, in ours."""
+    count, light, heavy = galperin(0)
+    for off, seen in ((passes, False), (breaks, True)):
+        wrong = (count, light + off, heavy)
+        monkeypatch.setattr("validation.stress.families.long_runs.galperin", lambda _, it=wrong: it)
+        faults = GalperinTrial("galperin", 0, True).run(make_engine(engine)).faults
+        assert any("end speeds" in fault for fault in faults) == seen
+
+
 def test_steps_are_asked_for_few_collisions():
     with pytest.raises(UnsupportedSceneError, match="31415 collisions"):
         GalperinTrial("galperin", 4, False).run(make_engine("paper-discrete"))

@@ -19,7 +19,7 @@ from engine import (
 )
 from reference_adapters.registry import make_engine
 from validation.library import find_scene
-from validation.stress.families import near_degenerate, touching
+from validation.stress.families import graded, near_degenerate, touching
 from validation.stress.families.extremes import ICE, cut
 from validation.stress.judges import VISIBLE
 from validation.stress.proved import AsProved, ProvedTrial, quality_limit
@@ -125,9 +125,10 @@ def test_a_proof_that_says_nothing_is_no_pass():
 
 
 def proved(suite):
-    for family in (near_degenerate, touching):
+    for family in (near_degenerate, touching, graded):
         for trial in family.FAMILY.trials(suite):
-            assert isinstance(trial, SceneTrial)
+            if not isinstance(trial, SceneTrial):
+                continue
             judge = trial.judge.second if isinstance(trial.judge, Both) else trial.judge
             if isinstance(judge, AsProved):
                 yield trial.scene, judge
@@ -136,7 +137,7 @@ def proved(suite):
 @pytest.mark.parametrize("suite", ["quick", pytest.param("full", marks=pytest.mark.slow)])
 def test_of_each_shot_that_is_judged_so_something_is_proved(suite):
     shots = list(proved(suite))
-    assert len(shots) == {"quick": 115, "full": 1901}[suite]
+    assert len(shots) == {"quick": 143, "full": 1947}[suite]
     for scene, judge in shots:
         proof = judge.proof(scene)  # raises where it says nothing
         assert proof.proved or proof.events

@@ -132,6 +132,13 @@ def test_our_engine_plays_all_and_survives():
 
 
 @pytest.mark.compiled
+def test_the_longest_break_needs_a_quarter_of_what_is_allowed():
+    work = simulate(storms.random_break(71252)).work
+    needed = work["events"] + work["contact_steps"]
+    assert 4 * needed <= storms.MOST_EVENTS < 5 * needed
+
+
+@pytest.mark.compiled
 def test_a_break_that_does_not_end_is_a_fault(monkeypatch):
     monkeypatch.setattr(storms, "MOST_EVENTS", 20)
     verdict = Breaks("some", 0, 10).run(make_engine("ghostball"))
