@@ -126,6 +126,8 @@ def first_not_finite(scene: Scene, balls: Balls) -> str:
     """
     table, physics = scene.table, scene.physics.__dict__
     numbers = [scene.t_max, *physics.values()]
+    for ball in scene.balls:  # of heights the kernels have nothing
+        numbers += [*ball.position[2:], *ball.velocity[2:]]
     if table is not None:
         numbers += [table.length, table.width]
     finite = all(math.isfinite(n) for n in numbers if isinstance(n, float))
