@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from engine import Table
 from engine._jit import kernel
+from reference_adapters.slowing_kernels import slow, stop
 
 FloatArray = NDArray[np.float64]
 
@@ -35,9 +36,6 @@ What falls through `PRESSED_DEPTH` at 2 m/s^2 is faster by 6e-4 m/s.
 
 LATEST = 1e300
 """Time after which a contact is none [s]: it might exceed the doubles, and a run ends before."""
-
-SLOWEST = 1e-200
-"""Speed below which a ball isn't slowed [m/s]: the direction of a slower one would overflow."""
 
 MAX_ROUNDS = 100
 """Rounds of conservative advancement. A hit takes 3 to 5; a tangency, where every round halves the
@@ -121,7 +119,7 @@ def rolling_accelerations(velocities: FloatArray, decelerations: FloatArray) -> 
     (n, 2) float64 [m/s^2]
     """
     accelerations = np.empty_like(velocities)
-    _slow(velocities, decelerations, accelerations)
+    slow(velocities, decelerations, accelerations)
     return accelerations
 
 
@@ -131,36 +129,8 @@ def time_to_rest(velocities: FloatArray, decelerations: FloatArray) -> FloatArra
     Parameters are those of `rolling_accelerations`: a ball at v rolls for |v| / (mu g).
     """
     times = np.empty(len(velocities))
-    _stop(velocities, decelerations, times)
+    stop(velocities, decelerations, times)
     return times
-
-
-@kernel
-def slowing(speed: float, deceleration: float) -> float:
-    """Return the acceleration of a ball over its velocity [1/s], at most 0."""
-    return -deceleration / speed if speed > SLOWEST else 0.0
-
-
-@kernel
-def duration(speed: float, deceleration: float) -> float:
-    """Return how long a ball moves that slows down [s]: 0 at rest, inf where nothing slows it."""
-    if deceleration > 0.0:
-        return speed / deceleration
-    return math.inf if speed > 0.0 else 0.0
-
-
-@kernel
-def _slow(velocities: FloatArray, decelerations: FloatArray, accelerations: FloatArray) -> None:
-    for i in range(len(decelerations)):
-        factor = slowing(math.hypot(velocities[i, 0], velocities[i, 1]), decelerations[i])
-        for k in range(2):
-            accelerations[i, k] = velocities[i, k] * factor
-
-
-@kernel
-def _stop(velocities: FloatArray, decelerations: FloatArray, times: FloatArray) -> None:
-    for i in range(len(decelerations)):
-        times[i] = duration(math.hypot(velocities[i, 0], velocities[i, 1]), decelerations[i])
 
 
 @kernel

@@ -7,15 +7,12 @@ applied from here, between the steps.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from engine import EventKind, Samples, Scene
-from engine._jit import kernel
 from engine.scene import rolling_angular_velocity
-from reference_adapters.landing import duration, slowing
+from reference_adapters.slowing_kernels import accelerate, last, move, turn
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -69,7 +66,7 @@ class ClosedFormCloth:
     def accelerations(self) -> FloatArray:
         """Return the accelerations, (n, 2) [m/s^2], constant until `time_to_change`."""
         accelerations = np.empty_like(self.velocities)
-        _accelerate(*self._motion, self._rolls_by, self._slides_by, accelerations)
+        accelerate(*self._motion, self._rolls_by, self._slides_by, accelerations)
         return accelerations
 
     def time_to_change(self) -> float:
@@ -137,10 +134,10 @@ class ClosedFormCloth:
         grips = sliding & ending[:, 0]
         accelerations = self.accelerations()
         displacements = np.empty_like(self.velocities)
-        _move(dt, self.velocities, accelerations, displacements)
+        move(dt, self.velocities, accelerations, displacements)
         self.velocities[stops] = 0.0
         if self._may_slide:
-            _turn(
+            turn(
                 dt,
                 self._angular_velocities,
                 accelerations,
@@ -160,7 +157,7 @@ class ClosedFormCloth:
         0 is "doesn't now"; inf is "for ever".
         """
         durations = np.empty((len(self.rolling), 2))
-        _last(*self._motion, self._rolls_by, self._slides_by, self._spins_by, durations)
+        last(*self._motion, self._rolls_by, self._slides_by, self._spins_by, durations)
         return durations
 
     def _end_rolls(self, hit: BoolArray, shortest: float) -> None:
@@ -211,78 +208,3 @@ def _in_space(vectors: FloatArray) -> FloatArray:
 def _first(durations: FloatArray) -> float:
     """Return the shortest duration that isn't 0, or inf."""
     return float(np.min(durations, initial=np.inf, where=durations > 0.0))
-
-
-@kernel
-def _slip_of(v: FloatArray, w: FloatArray, radii: FloatArray, i: int) -> tuple[float, float]:
-    return v[i, 0] - radii[i] * w[i, 1], v[i, 1] + radii[i] * w[i, 0]
-
-
-@kernel
-def _accelerate(
-    v: FloatArray,
-    w: FloatArray,
-    radii: FloatArray,
-    rolling: BoolArray,
-    rolls_by: FloatArray,
-    slides_by: FloatArray,
-    accelerations: FloatArray,
-) -> None:
-    """Write the accelerations of balls that roll, or slide; against the motion, or the slip."""
-    for i in range(len(radii)):
-        if rolling[i]:
-            u0, u1, by = v[i, 0], v[i, 1], rolls_by[i]
-        else:
-            u0, u1 = _slip_of(v, w, radii, i)
-            by = slides_by[i]
-        factor = slowing(math.hypot(u0, u1), by)
-        accelerations[i, 0], accelerations[i, 1] = u0 * factor, u1 * factor
-
-
-@kernel
-def _last(
-    v: FloatArray,
-    w: FloatArray,
-    radii: FloatArray,
-    rolling: BoolArray,
-    rolls_by: FloatArray,
-    slides_by: FloatArray,
-    spins_by: FloatArray,
-    durations: FloatArray,
-) -> None:
-    """Write how long balls roll, or slide, and how long they spin about the vertical [s]."""
-    for i in range(len(radii)):
-        if rolling[i]:
-            durations[i, 0] = duration(math.hypot(v[i, 0], v[i, 1]), rolls_by[i])
-        else:
-            u0, u1 = _slip_of(v, w, radii, i)
-            durations[i, 0] = duration(math.hypot(u0, u1), 3.5 * slides_by[i])
-        durations[i, 1] = duration(abs(w[i, 2]), spins_by[i])
-
-
-@kernel
-def _move(dt: float, v: FloatArray, a: FloatArray, displacements: FloatArray) -> None:
-    """Write the displacements in `dt`, and change the velocities."""
-    for i in range(len(v)):
-        for k in range(2):
-            displacements[i, k] = (v[i, k] + 0.5 * a[i, k] * dt) * dt
-            v[i, k] = v[i, k] + a[i, k] * dt
-
-
-@kernel
-def _turn(
-    dt: float,
-    w: FloatArray,
-    accelerations: FloatArray,
-    radii: FloatArray,
-    sliding: BoolArray,
-    spins_by: FloatArray,
-    ending: BoolArray,
-) -> None:
-    """Turn the balls that slide, and slow all spins about the vertical; those `ending` are 0."""
-    for i in range(len(radii)):
-        if sliding[i]:
-            w[i, 0] += 2.5 * dt * accelerations[i, 1] / radii[i]
-            w[i, 1] -= 2.5 * dt * accelerations[i, 0] / radii[i]
-        slower = math.copysign(abs(w[i, 2]) - spins_by[i] * dt, w[i, 2])
-        w[i, 2] = 0.0 if ending[i] else slower

@@ -1,0 +1,130 @@
+"""What the cloth does to balls in closed form, compiled: with so few, numpy would cost its calls.
+
+All kernels are in this one file: numba looks at the file of a kernel alone to see whether what it
+has compiled is stale, not at those that the kernel calls.
+
+Arguments are, of n balls: v, velocities (n, 2) [m/s]; w, angular velocities (n, 3) [rad/s]; radii
+(n,) [m]; decelerations, `rolls_by` and `slides_by` (n,) [m/s^2], `spins_by` (n,) [rad/s^2]; `dt`
+[s]. The last argument is written; `move` also changes v, and `turn` changes w.
+Contract: no allocation.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine._jit import kernel
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+SLOWEST = 1e-200
+"""Speed below which a ball isn't slowed [m/s]: the direction of a slower one would overflow."""
+
+
+@kernel
+def _slowing(speed: float, deceleration: float) -> float:
+    """Return the acceleration of a ball over its velocity [1/s], at most 0."""
+    return -deceleration / speed if speed > SLOWEST else 0.0
+
+
+@kernel
+def _duration(speed: float, deceleration: float) -> float:
+    """Return how long a ball moves that slows down [s]: 0 at rest, inf where nothing slows it."""
+    if deceleration > 0.0:
+        return speed / deceleration
+    return math.inf if speed > 0.0 else 0.0
+
+
+@kernel
+def slow(velocities: FloatArray, decelerations: FloatArray, accelerations: FloatArray) -> None:
+    """Write the accelerations of balls that are slowed against their motion, (n, 2) [m/s^2]."""
+    for i in range(len(decelerations)):
+        factor = _slowing(math.hypot(velocities[i, 0], velocities[i, 1]), decelerations[i])
+        for k in range(2):
+            accelerations[i, k] = velocities[i, k] * factor
+
+
+@kernel
+def stop(velocities: FloatArray, decelerations: FloatArray, times: FloatArray) -> None:
+    """Write how long each ball moves, (n,) [s]."""
+    for i in range(len(decelerations)):
+        times[i] = _duration(math.hypot(velocities[i, 0], velocities[i, 1]), decelerations[i])
+
+
+@kernel
+def _slip_of(v: FloatArray, w: FloatArray, radii: FloatArray, i: int) -> tuple[float, float]:
+    return v[i, 0] - radii[i] * w[i, 1], v[i, 1] + radii[i] * w[i, 0]
+
+
+@kernel
+def accelerate(
+    v: FloatArray,
+    w: FloatArray,
+    radii: FloatArray,
+    rolling: BoolArray,
+    rolls_by: FloatArray,
+    slides_by: FloatArray,
+    accelerations: FloatArray,
+) -> None:
+    """Write the accelerations of balls that roll, or slide; against the motion, or the slip."""
+    for i in range(len(radii)):
+        if rolling[i]:
+            u0, u1, by = v[i, 0], v[i, 1], rolls_by[i]
+        else:
+            u0, u1 = _slip_of(v, w, radii, i)
+            by = slides_by[i]
+        factor = _slowing(math.hypot(u0, u1), by)
+        accelerations[i, 0], accelerations[i, 1] = u0 * factor, u1 * factor
+
+
+@kernel
+def last(
+    v: FloatArray,
+    w: FloatArray,
+    radii: FloatArray,
+    rolling: BoolArray,
+    rolls_by: FloatArray,
+    slides_by: FloatArray,
+    spins_by: FloatArray,
+    durations: FloatArray,
+) -> None:
+    """Write how long balls roll, or slide, and how long they spin about the vertical [s]."""
+    for i in range(len(radii)):
+        if rolling[i]:
+            durations[i, 0] = _duration(math.hypot(v[i, 0], v[i, 1]), rolls_by[i])
+        else:
+            u0, u1 = _slip_of(v, w, radii, i)
+            durations[i, 0] = _duration(math.hypot(u0, u1), 3.5 * slides_by[i])
+        durations[i, 1] = _duration(abs(w[i, 2]), spins_by[i])
+
+
+@kernel
+def move(dt: float, v: FloatArray, a: FloatArray, displacements: FloatArray) -> None:
+    """Write the displacements in `dt`, and change the velocities."""
+    for i in range(len(v)):
+        for k in range(2):
+            displacements[i, k] = (v[i, k] + 0.5 * a[i, k] * dt) * dt
+            v[i, k] = v[i, k] + a[i, k] * dt
+
+
+@kernel
+def turn(
+    dt: float,
+    w: FloatArray,
+    accelerations: FloatArray,
+    radii: FloatArray,
+    sliding: BoolArray,
+    spins_by: FloatArray,
+    ending: BoolArray,
+) -> None:
+    """Turn the balls that slide, and slow all spins about the vertical; those `ending` are 0."""
+    for i in range(len(radii)):
+        if sliding[i]:
+            w[i, 0] += 2.5 * dt * accelerations[i, 1] / radii[i]
+            w[i, 1] -= 2.5 * dt * accelerations[i, 0] / radii[i]
+        slower = math.copysign(abs(w[i, 2]) - spins_by[i] * dt, w[i, 2])
+        w[i, 2] = 0.0 if ending[i] else slower
