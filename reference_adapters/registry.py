@@ -5,8 +5,10 @@ A spec says which engine with which settings, as on the command line: `pymunk:dt
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from difflib import get_close_matches
+from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
@@ -161,6 +163,15 @@ def known_settings(settings: type[BaseModel]) -> dict[str, Any]:
 
 
 def _entry_point(name: str) -> EntryPoint:
+    return _find_entry_point(name, tuple(sys.path))
+
+
+@cache
+def _find_entry_point(name: str, searched: tuple[str, ...]) -> EntryPoint:  # noqa: ARG001 - key
+    """Return the one entry point of that name in the folders of `sys.path`.
+
+    Kept, since to read every installed package's metadata takes milliseconds, as long as a shot.
+    """
     points = {point.value: point for point in entry_points(group=GROUP, name=name)}
     if not points:
         close = get_close_matches(name, engine_names(), n=1)

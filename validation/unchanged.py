@@ -28,7 +28,7 @@ import json
 import os
 import platform
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from functools import cache
@@ -278,7 +278,7 @@ def source_folders() -> tuple[Path, ...]:
     for name in OUR_PACKAGES:
         spec = find_spec(name)
         folder = Path(spec.origin).parent if spec is not None and spec.origin else None
-        if folder is None or not any(_code_files(folder)):
+        if folder is None or next(_code_entries(folder), None) is None:
             raise SourcesError(f"package `{name}`: its source files can't be found")
         folders.append(folder)
     return tuple(folders)
@@ -296,7 +296,23 @@ def hash_sources(folders: Iterable[Path]) -> str:
 
 
 def _code_files(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.rglob("*") if path.suffix in CODE_ENDINGS)
+    return sorted(Path(entry.path) for entry in _code_entries(folder))
+
+
+def _code_entries(folder: Path) -> Iterator[os.DirEntry[str]]:
+    """Yield the files of code below a folder, in no order.
+
+    By the system's own listing: a run looks after each result, and `Path.rglob` takes ten times as
+    long, which was a fifth of a run of short shots.
+    """
+    folders = [str(folder)]
+    while folders:
+        with os.scandir(folders.pop()) as entries:
+            for entry in entries:
+                if entry.is_dir(follow_symlinks=False):
+                    folders.append(entry.path)
+                elif entry.name.endswith(CODE_ENDINGS):
+                    yield entry
 
 
 def _look() -> tuple[Any, ...]:
@@ -306,12 +322,12 @@ def _look() -> tuple[Any, ...]:
     set back, as that of its content can.
     """
     try:
-        sources = [path for folder in source_folders() for path in _code_files(folder)]
-        installed = [path for path in map(Path, sys.path) if path.name.endswith("-packages")]
+        sources = [entry.path for folder in source_folders() for entry in _code_entries(folder)]
+        installed = [path for path in sys.path if path.rstrip(os.sep).endswith("-packages")]
         return tuple(
-            (str(path), state.st_ino, state.st_size, state.st_mtime_ns, state.st_ctime_ns)
-            for path in sources + [path for path in installed if path.is_dir()]
-            for state in [path.stat()]
+            (path, state.st_ino, state.st_size, state.st_mtime_ns, state.st_ctime_ns)
+            for path in sorted(sources) + [path for path in installed if Path(path).is_dir()]
+            for state in [os.stat(path)]
         )
     except (OSError, SourcesError):
         return ()
