@@ -1,0 +1,71 @@
+"""Worlds share clients: one after the other, and none is the worse for it."""
+
+from __future__ import annotations
+
+import hashlib
+
+import pytest
+
+from engine import Result
+from reference_adapters import make_engine, pybullet_world
+from reference_adapters.pybullet_world import World
+from validation.library import find_scene
+
+pytestmark = pytest.mark.skipif(
+    pybullet_world.unavailable() is not None, reason=str(pybullet_world.unavailable())
+)
+
+ROLLING = ("half-ball-cut", "unequal-balls", "rail-into", "cradle", "break-7")
+SLIDING = ("draw-shot", "throw-slip", "english-check")
+
+SHOTS = {
+    "pybullet": ROLLING + SLIDING,
+    "pybullet:mode=landed": ROLLING,
+    "pybullet:config=default": ROLLING + SLIDING,
+}
+
+
+@pytest.fixture(autouse=True)
+def _no_idle_clients(monkeypatch):
+    monkeypatch.setattr(pybullet_world, "_IDLE", {"tuned": [], "default": []})
+
+
+def bits(result: Result) -> str:
+    assert result.events is not None
+    end = result.final_state
+    parts = (end.positions, end.velocities, end.angular_velocities, result.events)
+    return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()
+
+
+def play(name: str, label: str) -> str:
+    scene = find_scene(name).model_copy(update={"t_max": 0.6})
+    return bits(make_engine(label).simulate(scene, record="events"))
+
+
+@pytest.mark.parametrize("label", SHOTS)
+def test_a_client_that_others_used_gives_the_same_bits(label, monkeypatch):
+    fresh = {}
+    for name in SHOTS[label]:
+        with monkeypatch.context() as alone:
+            alone.setattr(pybullet_world, "_IDLE", {"tuned": [], "default": []})
+            fresh[name] = play(name, label)
+    for name in (*SHOTS[label], *reversed(SHOTS[label])):
+        assert play(name, label) == fresh[name], name
+    assert sum(map(len, pybullet_world._IDLE.values())) == 1
+
+
+def test_worlds_at_once_have_a_client_each():
+    scene = find_scene("head-on")
+    make = {"planar": True, "config": "tuned", "iterations": 50}
+    with World(scene, **make) as one, World(scene, **make) as other:
+        assert one._client != other._client
+
+
+def test_a_client_that_something_went_wrong_with_is_closed():
+    scene = find_scene("head-on")
+    with (
+        pytest.raises(ValueError, match="lost"),
+        World(scene, planar=True, config="tuned", iterations=50),
+    ):
+        raise ValueError("lost")
+    assert pybullet_world._IDLE["tuned"] == []
