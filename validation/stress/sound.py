@@ -15,10 +15,10 @@ import numpy as np
 
 from engine import ExactTrajectory, Result, Samples, Scene
 from engine._tolerances import EPS
+from engine.trajectory import energy_of
 from validation.stress.judges import (
     VISIBLE,
     FloatArray,
-    energies,
     energy_rise,
     instants,
     is_exact,
@@ -73,7 +73,7 @@ class Sound:
         """Judge a run, recorded as a trajectory."""
         scene = result.scene
         times = telling_instants(result)
-        found = dict(self._measured(result, times, result.sample(times)))
+        found = dict(self._measured(result, result.sample(times)))
         faults = [
             f"{name} of {value:.3g}, at most {limit:.3g}"
             for name, (value, limit) in found.items()
@@ -84,7 +84,7 @@ class Sound:
         return Verdict.of(scene, faults, min(max(nearest, 0.0), 1e6), values)
 
     def _measured(
-        self, result: Result, times: FloatArray, states: Samples
+        self, result: Result, states: Samples
     ) -> Iterator[tuple[str, tuple[float, float]]]:
         """Yield what is measured: its name, its value, and the most that it may be."""
         scene = result.scene
@@ -94,7 +94,7 @@ class Sound:
         depths = np.maximum(overlaps(scene, states.positions).max(axis=0), 0.0)
         for depth, what in zip(depths.tolist(), ("balls [m]", "ball and cushion [m]"), strict=True):
             yield f"overlap of {what}", (depth, deepest)
-        rise = energy_rise(energies(result, times))
+        rise = energy_rise(energy_of(scene, states).total)
         yield "rise of the energy [1]", (rise, rise_limit(result))
         assert result.events is not None
         yield "number of events", (float(len(result.events)), float(self.most_events))

@@ -8,6 +8,7 @@ import pytest
 from stress_trials import scene_trial, trials_of
 
 from engine import simulate
+from reference_adapters import make_engine
 from validation.stress.families.sustained import FAMILY
 from validation.stress.sound import Sound
 from validation.stress.trial import SceneTrial
@@ -50,3 +51,15 @@ def test_a_storm_of_contact_steps_is_seen():
     run = simulate(trial.scene, record="trajectory")
     storm = replace(run, work={**run.work, "contact_steps": 1_000_000})
     assert len(trial.judge(storm).faults) == 1
+
+
+def test_an_engine_that_lands_on_far_too_many_contacts_is_stopped():
+    trial = scene_trial(FAMILY, "squeezed-2-offset-0.3-restitution-0.5-away-0", "quick")
+    (fault,) = trial.run(make_engine("pymunk:mode=landed")).faults
+    assert "max_steps" in fault
+
+
+def test_steps_of_its_own_length_are_not_bounded():
+    trial = scene_trial(FAMILY, "cushion-away-0-angle-0.5-restitution-0.5-speed-0")
+    verdict = trial.run(make_engine("pymunk:dt=1e-5"))
+    assert not any("max_steps" in fault for fault in verdict.faults)

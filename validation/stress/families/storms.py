@@ -9,14 +9,13 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from engine import Result, Scene, UnsupportedSceneError
-from engine.trajectory import SampledTrajectory
+from engine.trajectory import SampledTrajectory, energy_of
 from reference_adapters import ReferenceEngine
 from reference_adapters.registry import OURS
 from validation.steps import with_setting
 from validation.stress.family import Family
 from validation.stress.judges import (
     FloatArray,
-    energies,
     energy_rise,
     instants,
     overlap_limit,
@@ -171,11 +170,11 @@ def looks(result: Result, everywhere: bool) -> FloatArray:
 
 def worst_of(result: Result, times: FloatArray) -> Worst:
     """Return the worst of a break at the given instants, and what may be there."""
-    positions = result.sample(times).positions
+    states = result.sample(times)
     return Worst(
-        float(overlaps(result.scene, positions).max()),
-        energy_rise(energies(result, times)),
-        overlap_limit(result, positions),
+        float(overlaps(result.scene, states.positions).max()),
+        energy_rise(energy_of(result.scene, states).total),
+        overlap_limit(result, states.positions),
         rise_limit(result),
     )
 

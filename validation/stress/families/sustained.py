@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import product
 
 from engine import Ball, Physics, Scene, Table
+from reference_adapters import ReferenceEngine
+from validation.steps import with_setting
 from validation.stress.family import Family
 from validation.stress.rows import Plane, R, Spin, ball, resting_row
 from validation.stress.sound import Sound
-from validation.stress.trial import LongTrial, Suite, Trial
+from validation.stress.trial import LongTrial, Suite, Trial, Verdict
 
 EVENTS_PER_BALL = 150
 """Beside those of a row that is hit: impacts go to and fro through it until no ball approaches the
@@ -30,6 +33,41 @@ that its gap is off by a cubic of the size (h v)^3 / d^2; within 2^-37 d, that i
 
 T_QUICK, T_FULL = 0.125, 0.75
 """How long shots are followed [s]: all that is tried presses at once, or soon."""
+
+
+STEPS_PER_EVENT = 2
+"""Steps that an engine which steps may take for each event that is permitted, beside those of its
+length. One that lands steps on contacts has more of them where it sees far more events: it is
+broken, and isn't followed for minutes."""
+
+
+@dataclass(frozen=True)
+class Pressed(LongTrial):
+    """A shot in sustained contact, with a bound of events, and so of landed steps.
+
+    Attributes
+    ----------
+    most_events : int
+    """
+
+    most_events: int = 0
+
+    def run(self, engine: ReferenceEngine) -> Verdict:
+        """Run the shot and judge it; an engine that takes far too many steps is stopped."""
+        return super().run(self._bounded(engine))
+
+    def _bounded(self, engine: ReferenceEngine) -> ReferenceEngine:
+        step = getattr(engine.settings, "step", None)
+        if not step or "max_steps" not in type(engine.settings).model_fields:
+            return engine
+        assert self.scene.t_max is not None
+        steps = math.ceil(self.scene.t_max / step) + STEPS_PER_EVENT * self.most_events
+        allowed: int = engine.settings.max_steps  # type: ignore[attr-defined] # just looked at
+        return with_setting(engine, "max_steps", min(steps, allowed))
+
+
+def _trial(scene: Scene, sound: Sound) -> Trial:
+    return Pressed(scene.name, scene, sound, most_events=sound.most_events)
 
 
 def _physics(ball: float, cushion: float = 0.85, friction: float = 0.06) -> Physics:
@@ -71,7 +109,7 @@ def _follow(suite: Suite) -> Iterator[Trial]:
         cue = ball("cue", (-0.125, offset * R), (1.5, 0.0), _topspin((1.0, 0.0), 3.0))
         name = f"follow-{n}-offset-{offset:g}-restitution-{e:g}"
         scene = Scene(name=name, physics=_physics(e), t_max=t_max, balls=[cue, *line])
-        yield LongTrial(name, scene, _bounds(n + 1, t_max, symmetric=offset == 0.0))
+        yield _trial(scene, _bounds(n + 1, t_max, symmetric=offset == 0.0))
 
 
 def _pressed(suite: Suite) -> Iterator[Trial]:
@@ -85,7 +123,7 @@ def _pressed(suite: Suite) -> Iterator[Trial]:
         )
         name = f"spinning-behind-{n}-angle-{angle:g}-restitution-{e:g}"
         scene = Scene(name=name, physics=_physics(e), t_max=t_max, balls=[spinning, *line])
-        yield LongTrial(name, scene, _bounds(n + 1, t_max, symmetric=angle == 0.0))
+        yield _trial(scene, _bounds(n + 1, t_max, symmetric=angle == 0.0))
         # The one behind is slowed less: it presses from the first instant on.
         rolling = [
             Ball(
@@ -100,7 +138,7 @@ def _pressed(suite: Suite) -> Iterator[Trial]:
         name = f"rolling-behind-{n}-angle-{angle:g}-restitution-{e:g}"
         physics = Physics(ball_restitution=e)
         scene = Scene(name=name, physics=physics, t_max=t_max, balls=rolling)
-        yield LongTrial(name, scene, _bounds(n + 1, t_max, symmetric=angle == 0.0))
+        yield _trial(scene, _bounds(n + 1, t_max, symmetric=angle == 0.0))
 
 
 def _at_cushion(suite: Suite) -> Iterator[Trial]:
@@ -118,7 +156,7 @@ def _at_cushion(suite: Suite) -> Iterator[Trial]:
         scene = Scene(
             name=name, physics=_physics(0.95, cushion=e), table=table, t_max=t_max, balls=[pressed]
         )
-        yield LongTrial(name, scene, _bounds(1, t_max, symmetric=angle == 0.0))
+        yield _trial(scene, _bounds(1, t_max, symmetric=angle == 0.0))
 
 
 def _squeezed(suite: Suite) -> Iterator[Trial]:
@@ -140,7 +178,7 @@ def _squeezed(suite: Suite) -> Iterator[Trial]:
         scene = Scene(
             name=name, physics=_physics(e, cushion=e), table=left, t_max=t_max, balls=[cue, *still]
         )
-        yield LongTrial(name, scene, _bounds(n + 1, t_max, symmetric=offset == 0.0))
+        yield _trial(scene, _bounds(n + 1, t_max, symmetric=offset == 0.0))
     for e, friction in product(_restitutions(suite), (0.0, 0.3)):
         diagonal = 2.0 * R / math.sqrt(2.0)
         place = (R + diagonal, R + diagonal)
@@ -159,7 +197,7 @@ def _squeezed(suite: Suite) -> Iterator[Trial]:
             images=(0, 1),
             swapped=True,
         )
-        yield LongTrial(name, scene, sound)
+        yield _trial(scene, sound)
 
 
 def _trials(suite: Suite) -> Iterator[Trial]:
