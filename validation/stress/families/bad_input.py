@@ -214,7 +214,7 @@ _KINDS = ("numbers", "choices", "types", "missing", "unknown", "relations", "syn
 
 def _trials(suite: Suite) -> Iterator[Trial]:
     full = suite == "full"
-    examples = 2_000 if full else 60
+    examples = 1_000 if full else 50
     for kind in (*_KINDS, "cut", "anything", "well-formed"):
         yield Generated(kind, kind, examples)
     yield OddFiles("odd-files")

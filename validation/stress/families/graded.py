@@ -55,7 +55,7 @@ SHIPPED = (
 BATCH = 10
 """Random shots in a trial."""
 
-QUICK_SHOTS, FULL_SHOTS = 100, 4_000
+QUICK_SHOTS, FULL_SHOTS = 100, 3_000
 
 CALM = range(10, 90)
 """Random shots none of which has thousands of steps of sustained contact: quick, interpreted too.

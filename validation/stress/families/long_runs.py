@@ -301,9 +301,9 @@ def _trials(suite: Suite) -> Iterator[Trial]:
         yield GalperinTrial(f"galperin-{digits}", digits, stepped=digits <= 2)
     for tenths in range(1, 7) if full else (3,):
         packing = tenths / 10.0
-        stepped = 2_500 if full and tenths == 3 else 0  # more would take them minutes each
+        stepped = 1_500 if full and tenths == 3 else 0  # more would take them minutes each
         rows, wanted = (32, 1_000_000) if full else (24, 30_000)
-        yield PressureTrial(f"pressure-at-{packing:g}", packing, rows, wanted, 16, stepped)
+        yield PressureTrial(f"pressure-at-{packing:g}", packing, rows, wanted, 12, stepped)
 
 
 FAMILY = Family(

@@ -31,14 +31,15 @@ that its gap is off by a cubic of the size (h v)^3 / d^2; within 2^-37 d, that i
 2^-37/3 d / v, 12 us. They take longer ones as they slow down.
 """
 
-T_QUICK, T_FULL = 0.125, 0.75
+T_QUICK, T_FULL = 0.125, 0.5
 """How long shots are followed [s]: all that is tried presses at once, or soon."""
 
 
-STEPS_PER_EVENT = 2
+STEPS_PER_EVENT = 4
 """Steps that an engine which steps may take for each event that is permitted, beside those of its
-length. One that lands steps on contacts has more of them where it sees far more events: it is
-broken, and isn't followed for minutes."""
+length. One that lands steps on contacts takes a few for one event; where it takes more than four,
+it sees far more events than are permitted, as all that were followed to their end did, and isn't
+followed for minutes."""
 
 
 @dataclass(frozen=True)
