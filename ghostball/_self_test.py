@@ -12,10 +12,10 @@ from rich.table import Table
 
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, say, stdout
-from validation.stress.self_test import Found, SelfTest, self_test
+from validation.stress.self_test import TIME_LIMIT, Found, SelfTest, self_test
 
 
-def run(only: Sequence[str], *, jobs: int, as_json: bool) -> ExitStatus:
+def run(only: Sequence[str], *, jobs: int, time_limit: float | None, as_json: bool) -> ExitStatus:
     """Run the self-test, print what was caught, and return the exit status."""
     with counting("mutants") as count:
 
@@ -23,7 +23,8 @@ def run(only: Sequence[str], *, jobs: int, as_json: bool) -> ExitStatus:
             how = f"killed by {found.killed_by}" if found.killed else "survived"
             count(done, planned, f"{found.name}: {how}")
 
-        outcome = self_test(jobs=jobs, only=only, progress=progress)
+        limit = TIME_LIMIT if time_limit is None else time_limit
+        outcome = self_test(jobs=jobs, only=only, progress=progress, time_limit=limit)
     if as_json:
         print(json.dumps(summary(outcome)))
     else:

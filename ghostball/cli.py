@@ -317,9 +317,16 @@ def stress(
                 "is about our engine and the quick suite: leave --engines and --suite out",
                 param_hint="--self-test",
             )
+        if listed or rerun or out is not None:
+            raise typer.BadParameter(
+                "stores nothing and lists nothing: leave --list, --out and --rerun out",
+                param_hint="--self-test",
+            )
         from ghostball import _self_test  # noqa: PLC0415
 
-        raise typer.Exit(_self_test.run(only or [], jobs=jobs, as_json=as_json))
+        raise typer.Exit(
+            _self_test.run(only or [], jobs=jobs, time_limit=time_limit, as_json=as_json)
+        )
     from ghostball import _stress  # noqa: PLC0415
 
     if listed:

@@ -103,8 +103,6 @@ def wrong_number(draw: st.DrawFn, scene: Fields) -> Malformed:
     section = draw(st.sampled_from(sorted(NUMBERS)))
     field = draw(st.sampled_from(sorted(NUMBERS[section])))
     value, rule, plain = _wrong_number(draw, NUMBERS[section][field])
-    if field == "ball_friction" and value == "alciatore":
-        value = "alciator"
     at = _place(draw, scene, section, field)
     _owner(scene, at)[field] = value
     return Malformed(scene, at, (f"`{name_of(at)}`", rule, shown(value)), plain)

@@ -198,7 +198,7 @@ def judge_pressure(
         "literature_error": unsure,
         "collisions": int(parts[:, 2].sum()),
     }
-    return Verdict.of(scene, faults, min(nearest, 0.999), values)
+    return Verdict.of(scene, faults, nearest, values)
 
 
 def _approach_speed(parts: NDArray[np.float64]) -> float:

@@ -86,7 +86,10 @@ class AsProved:
         GhostballError
             Where it says nothing.
         """
-        proof = certify(scene, self.settings, motion=True, cached=self.cached)
+        try:
+            proof = certify(scene, self.settings, motion=True, cached=self.cached)
+        except UnsupportedSceneError as error:  # of no engine that is tried
+            raise GhostballError(f"scene {scene.name!r} can't be proved: {error}") from error
         if not proof.events and not proof.proved:
             raise GhostballError(f"nothing is proved of scene {scene.name!r}: {proof.reason}")
         return proof
@@ -112,7 +115,7 @@ class AsProved:
             "missing": len(found.missing),
             "invented": len(found.invented),
         }
-        return Verdict.of(scene, faults, nearest if faults else min(nearest, 0.999), values)
+        return Verdict.of(scene, faults, nearest, values)
 
 
 @cache
@@ -195,4 +198,4 @@ def judge_places(
         faults.append(
             f'ball "{scene.balls[k].id}" is {worst:.3g} m off, more than {permitted:.3g} m'
         )
-    return Verdict.of(scene, faults, min(worst / permitted, 1e6), {"error": worst})
+    return Verdict.of(scene, faults, worst / permitted, {"error": worst})

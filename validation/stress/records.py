@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -51,7 +51,7 @@ class Finding:
     severity, shots, broken, values
         As in a `Verdict`.
     seconds : float
-        Wall time.
+        Wall time; 0 where its process died or was ended.
     scene : mapping or None
         Definition of the shot that broke worst, or came nearest.
     code_hash : str
@@ -180,14 +180,16 @@ class StressFolder:
 
     def worst(self, family: str, label: str) -> Finding | None:
         """Return the worst case with a shot that shows it; None where there is none."""
-        shown = [one for one in self.of(family, label) if one.scene is not None]
-        return max(shown, key=lambda one: (one.outcome == "broken", one.severity), default=None)
+        found = self.of(family, label)
+        broken = [one for one in found if one.outcome == "broken"]
+        shown = [one for one in broken or found if one.scene is not None]
+        return max(shown, key=lambda one: one.severity, default=None)
 
 
 class StressWriter:
     """Writes findings as they come, a line each: a kill costs no more than the one in hand.
 
-    Use it as a context manager: it keeps other runs out of the folder.
+    Within `reserved`, which keeps other runs out of the folder.
 
     Parameters
     ----------
@@ -232,9 +234,7 @@ class StressWriter:
         try:
             yield
         finally:
-            self._lock.release(force=True)
-            with suppress(OSError):
-                (self.path / LOCK_FILE).unlink(missing_ok=True)
+            self._lock.release(force=True)  # its file stays: another run may wait for it
 
     def earlier(self, suite: Suite) -> StressFolder | None:
         """Return what earlier runs of a suite left in the folder; None where it is new.

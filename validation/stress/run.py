@@ -8,11 +8,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,7 @@ from reference_adapters.registry import (
     parse_spec,
 )
 from validation.environment import describe_environment
+from validation.library import FOLDER
 from validation.stress.families import FAMILIES
 from validation.stress.records import Finding, Key, StressFolder, StressRun, StressWriter
 from validation.stress.selection import chosen_trials
@@ -35,7 +38,7 @@ from validation.stress.trial import (
     Trial,
     Verdict,
 )
-from validation.unchanged import Code, is_ours
+from validation.unchanged import Code, hash_sources, is_ours
 from validation.worker import run_tasks
 
 DEFAULT_ENGINES: tuple[str, ...] = (
@@ -204,9 +207,10 @@ def _run(
 ) -> StressOutcome:
     begun = time.perf_counter()
     code = Code.now()
+    code_hash = _hash_of_all(code)
     asked = [_key(task) for task in tasks]
     # What this run isn't asked for stays: a look at one family must not cost the others.
-    stays, missing = _left_by(writer.earlier(suite), code, frozenset(asked))
+    stays, missing = _left_by(writer.earlier(suite), code_hash, frozenset(asked))
     found = {key: stays[key] for key in asked if reuse and key in stays and _stands(stays[key])}
     others = [one for key, one in stays.items() if key not in frozenset(asked)]
     known = [*asked, *missing, *(one.key for one in others)]
@@ -215,7 +219,7 @@ def _run(
         tuple(name for name in FAMILIES if name in {key[0] for key in known}),
         tuple(dict.fromkeys([*labels, *(label for _, _, label in known)])),
         describe_environment(),
-        code.hash,
+        code_hash,
         tuple(key for key in [*asked, *missing] if key not in found),
     )
     taken_over = len(found)
@@ -232,7 +236,7 @@ def _run(
             warm_up(scene for trial in examples for scene in trial.examples())
         with closing(run_tasks(rest, jobs, run_trial, _died, limit)) as findings:
             for one in findings:
-                stamped = replace(one, code_hash=code.hash if code.holds() else "")
+                stamped = replace(one, code_hash=code_hash if code.holds() else "")
                 found[stamped.key] = stamped
                 writer.add(stamped)
                 if progress is not None:
@@ -247,16 +251,33 @@ def _run(
     return StressOutcome(folder, tuple(found), taken_over, interrupted, wall_time, jobs)
 
 
+def _hash_of_all(code: Code) -> str:
+    """Return the hash of all that decides what is found; "" where the code can't be told.
+
+    Of the code; and of the shipped scenes with their criteria, and of the commands, which some
+    trials play and run.
+    """
+    if not code.hash:
+        return ""
+    digest = hashlib.sha256(code.hash.encode())
+    for path in sorted(FOLDER.glob("*.toml")):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    commands = find_spec("ghostball")
+    if commands is not None and commands.origin is not None:
+        digest.update(hash_sources([Path(commands.origin).parent]).encode())
+    return digest.hexdigest()
+
+
 def _left_by(
-    earlier: StressFolder | None, code: Code, asked: frozenset[Key]
+    earlier: StressFolder | None, code_hash: str, asked: frozenset[Key]
 ) -> tuple[dict[Key, Finding], list[Key]]:
     """Return what an earlier run by the same code found, and what was asked of it in vain.
 
     The latter without what is asked of this run.
     """
-    if earlier is None or not earlier.run.code_hash == code.hash != "":
+    if earlier is None or not earlier.run.code_hash == code_hash != "":
         return {}, []
-    stays = {one.key: one for one in earlier.findings if one.code_hash == code.hash}
+    stays = {one.key: one for one in earlier.findings if one.code_hash == code_hash}
     # Files of code changed while they were tried: they have to be tried again.
     doubtful = [one.key for one in earlier.findings if one.key not in stays]
     wanted = dict.fromkeys([*earlier.run.missing, *doubtful])
@@ -284,7 +305,11 @@ def run_trial(task: StressTask) -> Finding:
     except EngineUnavailableError as error:
         found = {"outcome": "unavailable", "faults": (str(error),)}
     except UnsupportedSceneError as error:
-        found = {"outcome": "not-representable", "faults": error.features}
+        # Ours has to represent all that is tried: each trial was made for it.
+        if parse_spec(task.label)[0] == OURS:
+            found = _broke(task, f"it refuses a scene of its own: {error}")
+        else:
+            found = {"outcome": "not-representable", "faults": error.features}
     except EngineFaultError as error:
         found = _broke(task, str(error))
     except GhostballError as error:

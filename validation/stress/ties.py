@@ -9,6 +9,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from engine import Ball, Physics, Result, Scene
 from validation.stress.trial import SceneTrial, Suite, Trial, Verdict
 
@@ -44,10 +46,10 @@ class Velocities:
             for ball, here, there, error in zip(
                 result.scene.balls, found, self.velocities, errors, strict=True
             )
-            if error > _TURNED_BACK
+            if not error <= _TURNED_BACK
         ]
-        worst = max(errors)
-        near = min(worst / _TURNED_BACK, 0.999)
+        worst = float(np.max(errors))  # NaN where one is
+        near = worst / _TURNED_BACK
         return Verdict.of(result.scene, faults, near, {"velocity_error": worst})
 
 

@@ -81,9 +81,19 @@ class Verdict:
     ) -> Verdict:
         """Return the verdict on one shot."""
         found = tuple(faults)
-        return cls(
-            found, scene, max(severity, 1.0) if found else severity, 1, bool(found), values or {}
-        )
+        near = graded_severity(severity, bool(found))
+        return cls(found, scene, near, 1, bool(found), values or {})
+
+
+def graded_severity(nearness: float, broken: bool) -> float:
+    """Return the severity of what came so near to a limit, or went so far beyond: a ratio to it.
+
+    From 1 to `NOT_FINITE` where it broke, below 1 where it did not, whatever the ratio: of several
+    limits it may belong to another one than the fault does.
+    """
+    if not broken:
+        return min(nearness, 0.999) if nearness >= 0.0 else 0.0
+    return max(min(nearness, NOT_FINITE), 1.0) if math.isfinite(nearness) else NOT_FINITE
 
 
 class Trial(ABC):

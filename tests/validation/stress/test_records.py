@@ -100,7 +100,15 @@ def test_another_process_in_the_folder_is_waited_for(folder):
         pass
     with StressWriter(folder).reserved():
         pass
-    assert not (folder / LOCK_FILE).exists()
+
+
+def test_the_worst_case_of_what_broke_is_never_a_survivor(tmp_path):
+    broken = finding("b", outcome="broken", faults=("crashed",), severity=1.0, scene=None)
+    run = StressRun("quick", ("f",), ("ghostball",), {})
+    found = [finding("a", severity=0.9, scene={"name": "x"}), broken]
+    folder = StressFolder(tmp_path, run, found)
+    assert folder.worst(broken.family, broken.label) is None
+    assert StressFolder(tmp_path, run, found[:1]).worst(broken.family, broken.label) == found[0]
 
 
 def test_a_kill_before_the_first_line_leaves_the_folder_of_use(tmp_path):

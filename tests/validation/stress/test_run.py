@@ -16,7 +16,14 @@ from validation.stress import StressOutcome, run_stress
 from validation.stress.faulty_engine import planted
 from validation.stress.records import FINDINGS_FILE, Finding, StressFolder, StressRun
 from validation.stress.run import StressTask, run_trial
-from validation.stress.trial import CRASHED, EngineFaultError, Trial, play
+from validation.stress.trial import (
+    CRASHED,
+    NOT_FINITE,
+    EngineFaultError,
+    Trial,
+    graded_severity,
+    play,
+)
 
 ONE = ["grazing/rolling-hit-1e-01"]
 TWO = [*ONE, "grazing/rolling-miss-1e-01"]
@@ -207,3 +214,47 @@ def test_a_limit_of_time_only_shortens_that_of_a_trial(tmp_path, monkeypatch):
     for seconds in (None, 1.0, 1e6):
         run_stress(["pymunk"], tmp_path / str(seconds), only=ONE, time_limit=seconds)
     assert seen == [60.0, 1.0, 60.0]
+
+
+def test_our_engine_may_not_refuse_a_scene(tmp_path, monkeypatch):
+    class Refused(Trial):
+        name = "refused"
+
+        def run(self, engine):
+            raise UnsupportedSceneError(engine.name, ("no such law",))
+
+    ours = run_trial(StressTask("any", Refused(), "ghostball"))
+    assert (ours.outcome, ours.broken) == ("broken", 1)
+    assert "no such law" in ours.faults[0]
+    other = run_trial(StressTask("any", Refused(), "paper-discrete"))
+    assert (other.outcome, other.faults) == ("not-representable", ("no such law",))
+
+
+def test_a_changed_criterion_is_another_code(tmp_path, monkeypatch):
+    """What trials play and run besides the code: shipped scenes, criteria, commands."""
+    monkeypatch.setattr(validation.stress.run, "FOLDER", tmp_path)
+    code = validation.stress.run.Code("abc")
+    hashes = [validation.stress.run._hash_of_all(code)]
+    (tmp_path / "common.expect.toml").write_text("limit = 32")
+    hashes.append(validation.stress.run._hash_of_all(code))
+    (tmp_path / "common.expect.toml").write_text("limit = 64")
+    hashes.append(validation.stress.run._hash_of_all(code))
+    assert len(set(hashes)) == 3
+    assert validation.stress.run._hash_of_all(validation.stress.run.Code("")) == ""
+
+
+@pytest.mark.parametrize(
+    ("nearness", "broken", "severity"),
+    [
+        (0.5, False, 0.5),
+        (3.0, False, 0.999),
+        (float("nan"), False, 0.0),
+        (-1.0, False, 0.0),
+        (0.5, True, 1.0),
+        (3.0, True, 3.0),
+        (1e13, True, NOT_FINITE),
+        (float("nan"), True, NOT_FINITE),
+    ],
+)
+def test_severity_tells_how_far_beyond_and_never_says_crash(nearness, broken, severity):
+    assert graded_severity(nearness, broken) == severity < CRASHED

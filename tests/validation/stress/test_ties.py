@@ -62,3 +62,11 @@ def test_a_mirrored_tie_is_caught() -> None:
     )
     assert tie.run(OURS).faults == ()
     assert replace(tie, judge=swapped).run(OURS).faults
+
+
+def test_velocities_that_are_not_finite_are_caught() -> None:
+    tie = next(iter(trials().values()))
+    run = simulate(tie.scene, record="trajectory")
+    velocities = np.full_like(run.final_state.velocities, np.nan)
+    lost = replace(run, final_state=run.final_state._replace(velocities=velocities))
+    assert tie.judge(lost).faults

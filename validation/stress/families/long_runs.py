@@ -33,7 +33,7 @@ from validation.stress.gas import (
 )
 from validation.stress.judges import VISIBLE, is_exact, overlap_limit, overlaps
 from validation.stress.pressure import PressureTrial
-from validation.stress.trial import Suite, Trial, Verdict, play
+from validation.stress.trial import Suite, Trial, Verdict, graded_severity, play
 
 SEGMENT = 20_000
 """Collisions of a gas that are recorded at once; the next run begins where this one ended."""
@@ -137,7 +137,8 @@ class _Seen:
             self.stray.append(stray)
         recorded = result.trajectory is not None
         for places in _looks(result) if recorded else [result.final_state.positions]:
-            self.deepest = max(self.deepest, float(np.max(overlaps(result.scene, places))))
+            deepest = np.max(overlaps(result.scene, places))
+            self.deepest = float(np.maximum(self.deepest, deepest))  # NaN stays
         if recorded and not is_exact(result):  # our engine's alone isn't
             self.exact = False
             self.slack = overlap_limit(result, result.final_state.positions)
@@ -179,7 +180,7 @@ class _Seen:
         return Verdict(
             tuple(faults),
             self.scene,
-            max(severity, 1.0) if faults else min(severity, 0.999),
+            graded_severity(severity, bool(faults)),
             1,
             int(bool(faults)),
             values,
@@ -264,7 +265,7 @@ class GalperinTrial(Trial):
         if not abs(drift) <= 2.0 * limit:
             faults.append(f"energy drifts by {drift:.3g}, at most {2.0 * limit:.3g}")
         values = {"collisions": found, "speed_error": float(off), "energy_drift": drift}
-        return Verdict.of(scene, faults, min(float(off) / limit, 0.999), values)
+        return Verdict.of(scene, faults, float(off) / limit, values)
 
     def examples(self) -> Iterable[Scene]:
         """Yield the shot."""

@@ -187,7 +187,7 @@ def judge(scene: Scene, steps: list[Step], ours: bool) -> Verdict:
         "steps": [list(step) for step in steps],
     }
     shown = until(scene, lost[0].turn) if lost else scene
-    return Verdict.of(shown, faults, min(nearest, 0.999), values)
+    return Verdict.of(shown, faults, nearest, values)
 
 
 def is_hopeless(step: Step) -> bool:

@@ -24,7 +24,7 @@ from validation.stress.judges import (
     unsolved,
 )
 from validation.stress.random_breaks import random_break
-from validation.stress.trial import Suite, Trial, Verdict, play
+from validation.stress.trial import Suite, Trial, Verdict, graded_severity, play
 
 MOST_EVENTS = 100_000
 """Events and contact steps of a break: four times the most that any of 100 000 needs.
@@ -135,8 +135,8 @@ class _Found:
         self._counts["seconds"].append(float(f"{played.wall_time:.3g}"))
         # Of breaks that all hold, the one with most to do came nearest to a storm.
         hard = (events + played.work.get("contact_steps", 0)) / MOST_EVENTS
-        severity = 1.0 + max(worst.depth, 0.0) + worst.rise if faults else min(hard, 0.999)
-        self._note(scene, faults, severity)
+        far = 1.0 + max(worst.depth, 0.0) + worst.rise
+        self._note(scene, faults, graded_severity(far if faults else hard, bool(faults)))
 
     def _note(self, scene: Scene, faults: tuple[str, ...], severity: float) -> None:
         self._faults += [f"{scene.name}: {fault}" for fault in faults]
