@@ -1,5 +1,6 @@
 """What README says is true: its program runs, its figures are those of a stored measurement."""
 
+import json
 import re
 from pathlib import Path
 
@@ -86,6 +87,29 @@ def test_exactness_is_what_was_measured():
     assert factor == round(stored.quality_factor.greatest)
     assert (stored.invented, stored.faulty) == (0, ())
     assert not stored.environment["git"]["dirty"]
+
+
+def test_the_stress_suite_was_survived_as_stored():
+    pattern = (
+        r"Of its (\d+) trials in the full stress suite, with (\d+) random breaks, it fails (\d+); "
+        r"that takes (\d+) engines (\d+) minutes"
+    )
+    said = tuple(map(int, re.search(pattern, on_one_line(README)).groups()))
+    stored = json.loads(
+        (ROOT / "benchmarks/results/amd-epyc-2-cores/stress.json").read_text(encoding="utf-8")
+    )
+    ours = [row for row in stored["survival"] if row["engine"] == "ghostball"]
+    (tracked,) = (row for row in stored["tracked"] if row["engine"] == "ghostball")
+    assert said == (
+        sum(row["survived"] + row["broken"] for row in ours),
+        tracked["breaks"],
+        sum(row["broken"] for row in ours),
+        len({row["engine"] for row in stored["survival"]}),
+        round(stored["wall_time"] / 60.0),
+    )
+    assert stored["wall_time"] < 20 * 60
+    assert (stored["suite"], stored["done"], stored["taken_over"]) == ("full", stored["planned"], 0)
+    assert not stored["environment"]["git"]["dirty"]
 
 
 def test_the_numbers_of_scenes_are_those_shipped():

@@ -141,12 +141,12 @@ def _parted(matrix: FloatArray, choices: FloatArray) -> tuple[FloatArray, FloatA
 def _tested(energy: FloatArray, across: FloatArray) -> TwoSample:
     """Return the test of the first value against the others."""
     noise = _ROUNDING * float(across.max())
-    effects = np.divide(
-        np.maximum(energy, 0.0), 2.0 * across, out=np.zeros_like(energy), where=across > 0.0
-    )
+    # How far equal samples are apart is up to how the machine's matrix products add: no distance.
+    energy = np.where(energy > noise, energy, 0.0)
+    effects = np.divide(energy, 2.0 * across, out=np.zeros_like(energy), where=across > 0.0)
     as_far = int(np.count_nonzero(energy >= energy[0] - noise))  # the first is one of them
     return TwoSample(
-        distance=max(float(energy[0]), 0.0),
+        distance=float(energy[0]),
         effect=float(effects[0]),
         chance=float(np.quantile(effects, CHANCE)),
         p=as_far / len(energy),
