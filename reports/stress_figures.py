@@ -22,7 +22,7 @@ import numpy as np
 
 from reports import style
 from validation.stress import Finding, StressFolder
-from validation.stress.tracked import cliffs, has_cliff, ladder_of, storm_counts
+from validation.stress.tracked import COUNTS, cliffs, has_cliff, ladder_of, storm_counts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,13 +38,6 @@ _CLIFF_NOTE = ("Steps in ms.", "≥: none of the ladder misses.", "Framed: misse
 
 NOTE_WIDTH = 5.5
 """Width of a figure [inch] that has room for these in one line."""
-
-COUNT_TEXTS = {
-    "events": "events",
-    "contact_steps": "contact steps",
-    "seconds": "time of the run [s]",
-}
-"""What is counted of each break, and what its axis says."""
 
 
 def draw_miss_rates(folder: StressFolder) -> Figure | None:
@@ -201,8 +194,8 @@ def draw_storms(folder: StressFolder) -> Figure | None:
     if not counts:
         return None
     figure = style.new_figure(WIDTH, 3.7)
-    panels = figure.subplots(1, len(COUNT_TEXTS), sharey=True)
-    for axes, (name, text) in zip(panels, COUNT_TEXTS.items(), strict=True):
+    panels = figure.subplots(1, len(COUNTS), sharey=True)
+    for axes, (name, text) in zip(panels, COUNTS.items(), strict=True):
         for label, of in counts.items():
             values = np.sort(of[name])
             above = 1.0 - np.arange(len(values)) / len(values)

@@ -7,10 +7,11 @@ from pathlib import Path, PurePosixPath
 from engine import GhostballError
 from reports import style
 from reports.markdown_parts import Drawn, figure_link, many, one_line, table_of
-from reports.stress_figures import COUNT_TEXTS, FIGURES
+from reports.stress_figures import FIGURES
 from validation.stress import FAMILIES, StressFolder
 from validation.stress.survival import Survival, all_survival, survival_of, trying_again
 from validation.stress.tracked import (
+    COUNTS,
     DEPTH,
     QUANTILES,
     SPEED,
@@ -209,7 +210,7 @@ def _storms(folder: StressFolder) -> list[str]:
         counts, quantiles = storm_counts(folder, label), storm_quantiles(folder, label)
         if counts is None or quantiles is None:
             continue
-        for name, text in COUNT_TEXTS.items():
+        for name, text in COUNTS.items():
             cells = [
                 style.format_time(x) if name == "seconds" else f"{x:.0f}"
                 for x in quantiles[name].values()

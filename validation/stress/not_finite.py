@@ -25,18 +25,8 @@ _FIELDS: tuple[tuple[str, int | None], ...] = (
 )
 """Numbers of a ball, and the component of those that are vectors."""
 
-_LAWS = (
-    "gravity",
-    "rolling_friction",
-    "sliding_friction",
-    "spinning_friction_rate",
-    "ball_restitution",
-    "ball_friction",
-    "cushion_restitution",
-    "cushion_tangential_restitution",
-    "cushion_friction",
-    "cushion_height",
-)
+_LAWS = tuple(name for name, value in Physics() if isinstance(value, float) and name != "air_drag")
+"""Coefficients of the physics, but for the one of a law that is not there yet."""
 
 UNCHECKED = {
     "rolling": Physics(),

@@ -81,7 +81,7 @@ class Sound:
         ]
         nearest = max((value / limit for value, limit in found.values() if limit > 0.0), default=0)
         values = {name: value for name, (value, _) in found.items()}
-        return Verdict.of(scene, faults, min(max(nearest, 0.0), 1e6), values)
+        return Verdict.of(scene, faults, nearest, values)
 
     def _measured(
         self, result: Result, states: Samples
@@ -183,7 +183,7 @@ class Ends:
                 )
             nearest = max(nearest, float(apart[ball]) / limit)
             values["position_error"] = float(apart[ball])
-        return Verdict.of(scene, faults, min(nearest, 1e6), values)
+        return Verdict.of(scene, faults, nearest, values)
 
 
 @dataclass(frozen=True)

@@ -105,10 +105,7 @@ class Survival:
 
         Of what broke, where nothing of it has a shot to be played, that is the worst of all.
         """
-        broken = self.breaks()
-        worst = self.worst
-        if broken and (worst is None or worst.outcome != "broken"):
-            worst = broken[0]
+        worst = next(iter(self.breaks()), None) if self.worst is None else self.worst
         return None if worst is None else trying_again(worst, folder)
 
     def _count(self, outcome: str) -> int:

@@ -20,8 +20,12 @@ DEPTH: Final = 0.1
 QUANTILES: Final = {"p50": 50.0, "p99": 99.0, "p99.9": 99.9, "max": 100.0}
 """Names of quantiles, and percentages."""
 
-COUNTS: Final = ("events", "contact_steps", "seconds")
-"""What is counted of each random break."""
+COUNTS: Final = {
+    "events": "events",
+    "contact_steps": "contact steps",
+    "seconds": "time of the run [s]",
+}
+"""What is counted of each random break, and how tables and axes call it."""
 
 
 @dataclass(frozen=True)
