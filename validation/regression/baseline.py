@@ -295,21 +295,27 @@ def load_baseline(path: Path) -> Baseline:
     return baseline
 
 
-def baseline_path(folder: Path, scene: str) -> Path:
-    """Return the file of a scene's baseline."""
-    return folder / f"{scene}{ENDING}"
-
-
-def baseline_names(folder: Path) -> tuple[str, ...]:
-    """Return the scenes that have a baseline in a folder, in order; none where it isn't there.
+def baseline_folder(given: Path | None) -> Path:
+    """Return the folder of baselines that is meant; the shipped ones where none is given.
 
     Raises
     ------
     BaselineError
         Where it is no folder.
     """
+    folder = FOLDER if given is None else given
     if folder.exists() and not folder.is_dir():
         raise BaselineError(f"{folder}: not a folder. Choose another `--baselines`")
+    return folder
+
+
+def baseline_path(folder: Path, scene: str) -> Path:
+    """Return the file of a scene's baseline."""
+    return folder / f"{scene}{ENDING}"
+
+
+def baseline_names(folder: Path) -> tuple[str, ...]:
+    """Return the scenes that have a baseline in a folder, in order; none where it isn't there."""
     return tuple(sorted(path.name.removesuffix(ENDING) for path in folder.glob(f"*{ENDING}")))
 
 

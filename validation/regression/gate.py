@@ -12,6 +12,7 @@ from engine import Scene
 from validation.bench.skips import many_balls
 from validation.environment import describe_environment
 from validation.files import cannot_write
+from validation.library import select
 from validation.our_run import run_ours
 from validation.records import CaseRecord
 from validation.regression.baseline import (
@@ -45,6 +46,28 @@ BASELINES = "baselines"
 def crowds() -> tuple[Scene, ...]:
     """Return the shots of many balls that have baselines but no files: they are made by a rule."""
     return many_balls()
+
+
+def machine_scenes() -> list[Scene]:
+    """Return the scenes that are timed: all that are shipped."""
+    return select()
+
+
+def check_baselines(folder: Path, scenes: Sequence[str]) -> None:
+    """Read the baselines of some scenes, so that nonsense is told before anything runs.
+
+    One of another schema version is passed over: it is told with its scene.
+
+    Raises
+    ------
+    BaselineError
+        Where one can't be read, or is nonsense.
+    """
+    for name in scenes:
+        path = baseline_path(folder, name)
+        if path.exists():
+            with suppress(BaselineSchemaError):
+                load_baseline(path)
 
 
 def compare_results(
