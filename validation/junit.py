@@ -16,9 +16,7 @@ from xml.etree import ElementTree
 
 from engine import GhostballError
 from validation.metric_table import METRICS
-from validation.records import CaseRecord, Check
-
-_SIGNS = {"at_most": "<=", "at_least": ">=", "equals": "=="}
+from validation.records import CaseRecord, Check, number_with_unit
 
 # XML 1.0 has no way to write these, not even escaped.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -84,7 +82,7 @@ def _test_cases(case: CaseRecord) -> Iterator[ElementTree.Element]:
 def _judge(
     element: ElementTree.Element, case: CaseRecord, metric: str, checks: list[Check]
 ) -> None:
-    failures = [_sentence(check) for check in checks if check.passed is False]
+    failures = [check.sentence for check in checks if check.passed is False]
     if failures:
         reasons = "\n".join(check.reason for check in checks if check.passed is False)
         _verdict(element, "failure", "; ".join(failures), reasons)
@@ -94,21 +92,9 @@ def _judge(
         limit = ", though the scene limits it" if metric in case.left_out else ""
         _verdict(element, "skipped", f"not measured: the run asked for other metrics{limit}")
     elif not checks:
-        value = _value(case.metrics[metric], METRICS[metric].unit)
+        value = number_with_unit(case.metrics[metric], METRICS[metric].unit)
         note = case.notes.get(metric)
         _verdict(element, "skipped", note or f"measured {value}; the scene sets no limit")
-
-
-def _sentence(check: Check) -> str:
-    limit = f"{_SIGNS[check.limit_kind]} {_value(check.limit, check.unit)}"
-    if check.value is None:
-        return f"{check.metric} must be {limit}, but has no value: {check.note}"
-    return f"{check.metric} must be {limit}, got {_value(check.value, check.unit)}"
-
-
-def _value(value: float | int | None, unit: str) -> str:
-    number = "nothing" if value is None else f"{value:.6g}"
-    return number if unit == "1" else f"{number} {unit}"
 
 
 def _test_case(case: CaseRecord, what: str, seconds: float | None = None) -> ElementTree.Element:
