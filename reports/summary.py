@@ -273,7 +273,8 @@ def _matrix(results: ResultsFolder) -> _Block:
         present += [verdict_of(case) for case in cases]
         rows.append(_row([_cell(scene), *(_cell(cell_text(case)) for case in cases)]))
     labels = [_code(label) for label in results.labels]
-    head = f"### Verdicts\n\n{legend_text(present)}. {NUMBERS_KEY}.\n\n{_table_head(['scene', *labels])}"
+    legend = f"{legend_text(present)}. {NUMBERS_KEY}."
+    head = f"### Verdicts\n\n{legend}\n\n{_table_head(['scene', *labels])}"
     return _Block(head, rows, "scene", "`report.md` of the results has them all.")
 
 
