@@ -88,7 +88,7 @@ def pytest_collection_modifyitems(
     if config.option.ghostball:
         from ghostball._pytest_items import collect  # noqa: PLC0415
 
-        items.extend(collect(session, config.stash[_PICKED]))
+        items.extend(collect(session, config.stash.get(_PICKED, ())))
 
 
 @pytest.hookimpl(optionalhook=True)
