@@ -109,7 +109,7 @@ def _fitted(blocks: Sequence[_Block], limit: int) -> str:
     don't hide what changed.
     """
     parts: list[str] = []
-    left = limit
+    left = limit - 2  # the last newline is one, and below is less than
     for k, block in enumerate(blocks):
         last = k == len(blocks) - 1
         room = (left if last else left // 2) - _size(_left_out(block, len(block.lines)))
