@@ -64,7 +64,7 @@ def _slip_of(v: FloatArray, w: FloatArray, radii: FloatArray, i: int) -> tuple[f
 def _slowed(
     v: FloatArray, w: FloatArray, radii: FloatArray, rolling: BoolArray, i: int
 ) -> tuple[float, float]:
-    """Return what the cloth works against: the velocity of a ball that rolls, the slip of others."""
+    """Return what the cloth works against: the velocity of a rolling ball, the slip of others."""
     if rolling[i]:
         return v[i, 0], v[i, 1]
     return _slip_of(v, w, radii, i)
