@@ -42,7 +42,13 @@ def outcomes(result) -> dict[str, str]:
 
 
 def run(pytester, *arguments):
-    return pytester.runpytest_inprocess("-v", "-rs", "-p", "no:cacheprovider", *arguments)
+    return plain(pytester, "-v", "-rs", *arguments)
+
+
+def plain(pytester, *arguments):
+    # Hypothesis' plugin would load all of it anew each time, for seconds.
+    without = ("cacheprovider", "hypothesispytest")
+    return pytester.runpytest_inprocess(*(f"-pno:{name}" for name in without), *arguments)
 
 
 def test_it_is_installed():
@@ -196,13 +202,14 @@ COUNTING = (
 def test_collecting_runs_nothing_and_a_scene_runs_once(pytester):
     option = engine(pytester, COUNTING)
     scenes = "--ghostball-scenes=stop,half-ball-cut"
-    result = pytester.runpytest_inprocess("--ghostball", option, scenes, "--collect-only", "-q")
+    result = plain(pytester, "--ghostball", option, scenes, "--collect-only", "-q")
     result.stdout.fnmatch_lines(["ghostball::half-ball-cut::completes", "* tests collected in *"])
     assert not Path("runs.txt").exists()
     run(pytester, "--ghostball", option, scenes, "-k", "half-ball-cut and not overlap_max")
     assert Path("runs.txt").read_text(encoding="utf-8").split() == ["half-ball-cut"]
 
 
+@pytest.mark.slow
 def test_a_scene_runs_once_in_several_processes_too(pytester):
     option = engine(pytester, COUNTING)
     pytester.makepyfile(test_own="def test_own(): pass")
@@ -253,7 +260,7 @@ WRONG = {
 
 @pytest.mark.parametrize(("arguments", "words"), WRONG.values(), ids=WRONG)
 def test_wrong_input_is_refused_by_name(pytester, arguments, words):
-    result = pytester.runpytest_inprocess(*arguments)
+    result = plain(pytester, *arguments)
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     assert words in result.stderr.str()
     assert "Traceback" not in result.stderr.str() + result.stdout.str()
@@ -262,12 +269,12 @@ def test_wrong_input_is_refused_by_name(pytester, arguments, words):
 def test_criteria_for_all_scenes_choose_no_truth_and_name_engines_that_there_are(pytester):
     pytester.makefile(".toml", limits='truth = "engine"\n')
     options = ("--ghostball", STEPPER, "--ghostball-criteria=limits.toml")
-    assert "`truth` must be left out" in pytester.runpytest_inprocess(*options).stderr.str()
+    assert "`truth` must be left out" in plain(pytester, *options).stderr.str()
     limit = (
         '[[criteria]]\nengines = ["steper"]\nmetric = "overlap_max"\nat_most = 1\nreason = "x"\n'
     )
     pytester.makefile(".toml", limits=limit)
-    assert "Did you mean `stepper`" in pytester.runpytest_inprocess(*options).stderr.str()
+    assert "Did you mean `stepper`" in plain(pytester, *options).stderr.str()
 
 
 def test_the_example_in_contributing_is_the_one_that_is_tested():
