@@ -303,10 +303,12 @@ def _change_lines(regression: Regression) -> Iterator[tuple[str, str, str]]:
             yield change.scene, level, f"{change.change}: {change.summary} {again}"
         if change.failed and change.first_difference is not None:
             yield change.scene, "note", f"first difference: {change.first_difference.words}"
-        for level in ("error", "warn"):
-            for quantity in _left_band(change, level):
-                words = f"{moved_text(quantity)} ({quantity.why})"
-                yield change.scene, "error" if level == "error" else "warning", words
+        for asked, level in (
+            ("error", "error" if change.failed else "warning"),
+            ("warn", "warning"),
+        ):
+            for quantity in _left_band(change, asked):
+                yield change.scene, level, f"{moved_text(quantity)} ({quantity.why})"
     for warning in regression.warnings:
         yield "regression", "warning", warning
     for scene in regression.stale:

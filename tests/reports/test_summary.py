@@ -141,6 +141,13 @@ def test_plain_text_has_no_error_where_all_is_right(results):
     assert text.count("ghostball: note: ") == 2
 
 
+def test_what_moved_and_may_is_a_warning():
+    moved = worse(change="better", failed=False)
+    lines = summary_text(None, regression(moved, outcome="passed")).splitlines()
+    assert "break-7: warning: better: rest error 3 mm" in lines[0]
+    assert not [line for line in lines if ": error: " in line]
+
+
 def test_a_file_that_others_began_is_added_to(tmp_path):
     page = tmp_path / "summary.md"
     page.write_text("an earlier step\n")

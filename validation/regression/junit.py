@@ -92,7 +92,7 @@ def _quantity_case(change: SceneChange, quantity: Quantity) -> ElementTree.Eleme
     element = case_element(change.scene, quantity.name)
     if quantity.level == "off":
         set_verdict(element, "skipped", f"not judged: {quantity.why}")
-    elif not quantity.within and quantity.level == "error":
+    elif not quantity.within and quantity.level == "error" and change.failed:
         set_verdict(element, "failure", moved_text(quantity), f"{quantity.why}\n{change.command}")
     elif not quantity.within:
         set_output(element, [f"warning: {moved_text(quantity)}", quantity.why])
