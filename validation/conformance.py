@@ -1,8 +1,8 @@
 """One engine, be it anyone's, held against the suite: what is asked of it, and what came of that.
 
 Asked are the limits that name the engine, as in `ghostball validate`: those of the scene, then
-those of a file that holds for all scenes, then the common ones. On metrics that these leave open,
-it is asked what no engine may break; see `asked_of_any`.
+those of a file that holds for all scenes, then the common ones. In a scene whose own limits don't
+name it, it is also asked what no engine may break, on other metrics; see `asked_of_any`.
 """
 
 from __future__ import annotations
@@ -222,13 +222,16 @@ def asked_of(
     """
     judged = engine.limited.make()
     settings = plain_settings(judged)
-    # Own limits may be written for the engine itself also where it is judged as another one.
+    # Limits may be written for the engine itself also where it is judged as another one.
+    names = _names(engine, judged.name, settings)
     stated: tuple[Criterion, ...] = ()
-    for name, values in _names(engine, judged.name, settings):
+    for name, values in names:
         for criteria in (own, for_all, common_criteria()):
             limited = {criterion.metric for criterion in stated}
             found = () if criteria is None else criteria.applying_to(name, values)
             stated += tuple(one for one in found if one.metric not in limited)
+    if any(own.applying_to(name, values) for name, values in names):
+        return Asked(stated)  # whoever wrote them knew what to ask here, and what not
     limited = {criterion.metric for criterion in stated}
     others = asked_of_any(engine.make(), scene)
     return Asked(stated, tuple(one for one in others if one.metric not in limited))

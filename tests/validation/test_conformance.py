@@ -70,12 +70,14 @@ def test_energy_must_hold_where_nothing_takes_it_and_one_ball_overlaps_none():
     assert "overlap_max" not in metrics_of_any(ToyEngine(), find_scene("stop"))
 
 
-def test_the_scene_wins_then_the_file_for_all_then_what_no_engine_may_break():
+def test_the_scene_wins_then_the_file_for_all_and_what_no_engine_may_break():
     engine = engine_under_test(TOY)
     own = criteria(limit("toy", "overlap_max", 1.0))
     for_all = criteria(limit("toy", "overlap_max", 2.0), limit("toy", "energy_rise", 3.0))
     asked = limits_of(asked_of(engine, HALF_BALL, own, for_all))
-    assert asked["overlap_max"] == 1.0
+    assert asked == {"overlap_max": 1.0, "energy_rise": 3.0}
+    asked = limits_of(asked_of(engine, HALF_BALL, Criteria(), for_all))
+    assert asked["overlap_max"] == 2.0
     assert asked["energy_rise"] == 3.0
     assert asked["events_missing"] == 0
 
@@ -85,6 +87,13 @@ def test_limits_on_other_engines_are_no_limits_of_this_one():
     asked = asked_of(engine, HALF_BALL, shipped_criteria(HALF_BALL))
     assert asked.stated == ()
     assert asked.metrics[0] == COMPLETES
+
+
+def test_who_is_named_in_a_scene_is_asked_what_validate_asks():
+    # Where native steps pass through everything, their criteria leave overlaps and counts open.
+    galperin = find_scene("galperin-3")
+    asked = asked_of(engine_under_test("pymunk"), galperin, shipped_criteria(galperin))
+    assert limits_of(asked) == {"energy_drift": 1e-12}
 
 
 def test_judged_as_another_its_limits_hold_but_own_ones_first():
