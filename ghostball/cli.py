@@ -455,8 +455,32 @@ def report(
         Path, typer.Argument(metavar="DIR", help="A folder that `validate` or `stress` wrote.")
     ],
     jobs: Annotated[int, jobs_option("draw")] = 1,
+    summary: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help='Instead, add a summary in Markdown to FILE, such as "$GITHUB_STEP_SUMMARY": the '
+            "verdict, what changed, what failed, all verdicts. - is stdout.",
+        ),
+    ] = None,
+    text: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Instead, write what is wrong to FILE in plain text, a line each: "
+            "`SCENE: LEVEL: MESSAGE`. - is stdout.",
+        ),
+    ] = None,
 ) -> None:
-    """Write report.md, or stress.md, and its figures again from stored results."""
+    """Write report.md, or stress.md, and its figures again from stored results.
+
+    With --summary or --text only these are written, for a CI to show.
+    """
+    if summary is not None or text is not None:
+        from ghostball._summary import write  # noqa: PLC0415
+
+        write(folder, summary=summary, text=text)
+        return
     from ghostball._progress import counting  # noqa: PLC0415
     from reports import write_report, write_stress_report  # noqa: PLC0415
     from validation.stress.records import FINDINGS_FILE  # noqa: PLC0415

@@ -13,6 +13,7 @@ from reports.plot import plot_result
 from reports.report import ReportError, write_report
 from reports.stress_report import write_stress_report
 from reports.style import EngineStyle, engine_style
+from reports.summary import summary_markdown, summary_text, write_summary
 
 __all__ = [
     "EngineStyle",
@@ -20,7 +21,10 @@ __all__ = [
     "engine_style",
     "plot_explanation",
     "plot_result",
+    "summary_markdown",
+    "summary_text",
     "write_gallery",
     "write_report",
     "write_stress_report",
+    "write_summary",
 ]
