@@ -17,7 +17,7 @@ from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from validation.environment import describe_environment
 from validation.library import select
-from validation.records import CaseRecord
+from validation.records import COMPLETE_STATUSES, CaseRecord
 from validation.regression import (
     REGRESSION_FILE,
     NotComparableError,
@@ -36,6 +36,7 @@ from validation.regression import (
     time_scenes,
     times_path,
 )
+from validation.regression.junit import write_regression_junit
 from validation.regression.records import Change
 from validation.store import ResultsFolder
 from validation.suite import Outcome, criteria_beside_paths, run_suite
@@ -128,6 +129,8 @@ def run(
         say(f"[bold red]error:[/] {escape(str(error))}")
         return ExitStatus.NO_BASELINE
     save_regression(regression, out)
+    if junit is not None:
+        write_regression_junit(regression, junit)
     if as_json:
         print(regression.model_dump_json(by_alias=True))
     else:
@@ -136,7 +139,7 @@ def run(
 
 
 def _played(outcome: Outcome, scenes: Sequence[Scene]) -> list[Scene]:
-    ran = {case.scene for case in outcome.cases if case.outcome == "ran"}
+    ran = {case.scene for case in outcome.cases if case.status in COMPLETE_STATUSES}
     return [scene for scene in scenes if scene.name in ran]
 
 

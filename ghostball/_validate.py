@@ -17,14 +17,19 @@ from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
 from reports import write_report
 from validation.attribution import attribute_results
+from validation.environment import describe_environment
 from validation.junit import write_junit
 from validation.library import Suite, select
 from validation.predictability import predictability_of, save_predictability
+from validation.records import COMPLETE_STATUSES
 from validation.regression import (
     REGRESSION_FILE,
     check_baselines,
     compare_results,
+    load_times,
     save_regression,
+    time_scenes,
+    times_path,
 )
 from validation.regression.baseline import FOLDER
 from validation.store import CaseRecord, ResultsFolder, is_results_folder, read_earlier
@@ -99,11 +104,15 @@ def run(
     results = ResultsFolder.load(out)
     if junit is not None:
         write_junit(results.cases, junit)
-    changed = _compare(results)
-    written = None
+    changed, written = "", None
     interrupted, beyond = outcome.interrupted, ExitStatus.PASSED
     if not interrupted:
         interrupted = not _predict(scenes, out)
+    if not interrupted:
+        try:
+            changed = _compare(results, scenes, whole=patterns is None)
+        except KeyboardInterrupt:
+            interrupted = True
     if request is not None and not interrupted:
         beyond = _ensembles.run(
             request, scenes, specs, out, jobs=jobs, rerun=rerun, time_limit=time_limit
@@ -145,23 +154,36 @@ def run(
     return max(outcome.exit_status, beyond)
 
 
-def _compare(results: ResultsFolder) -> str:
+def _compare(results: ResultsFolder, scenes: Sequence[Scene], *, whole: bool) -> str:
     """Compare our engine with its baselines where it ran; store that, and return it in words.
 
-    It is shown, not judged: `ghostball regress` is the gate.
+    It is shown, not judged: `ghostball regress` is the gate. Nothing is compared where not the
+    `whole` of the metrics was computed.
+
+    Raises
+    ------
+    KeyboardInterrupt
     """
-    (results.path / REGRESSION_FILE).unlink(missing_ok=True)
-    if not any(case.label == OUR_NAME and case.outcome == "ran" for case in results.cases):
+    (results.path / REGRESSION_FILE).unlink(missing_ok=True)  # of an earlier run in this folder
+    ran = {
+        case.scene
+        for case in results.cases
+        if case.label == OUR_NAME and case.status in COMPLETE_STATUSES
+    }
+    if not whole or not ran:
         return ""
-    regression = compare_results(results, whole=False, candidates=False)
+    with counting("timing") as count:
+        times = time_scenes([scene for scene in scenes if scene.name in ran], progress=count)
+    known = load_times(times_path(FOLDER, describe_environment()))
+    regression = compare_results(results, whole=False, candidates=False, times=times, known=known)
     save_regression(regression, results.path)
     moved = [one.scene for one in regression.scenes if one.failed]
-    if moved:
-        return (
-            f"[yellow]our engine moved since its baselines were accepted:[/] "
-            f"{escape(', '.join(moved))}; `ghostball regress` says how"
-        )
-    return ""
+    if not moved:
+        return ""
+    return (
+        "[yellow]our engine moved since its baselines were accepted:[/] "
+        f"{escape(', '.join(moved))}; `ghostball regress` says how"
+    )
 
 
 def _predict(scenes: Sequence[Scene], out: Path) -> bool:

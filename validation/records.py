@@ -83,6 +83,10 @@ def status_name(status: Status) -> str:
     return status.name.lower().replace("_", "-")
 
 
+COMPLETE_STATUSES = frozenset(status_name(status) for status in Status if status.complete)
+"""How runs end by themselves, as records name it."""
+
+
 @dataclass(frozen=True)
 class Check:
     """One metric against its limit.
