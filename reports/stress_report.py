@@ -107,12 +107,12 @@ def _draw(folder: StressFolder) -> Drawn:
 
 def report_text(folder: StressFolder, drawn: Drawn) -> str:
     """Return the report as Markdown."""
-    parts = ["# Stress: what engines survive", _about(folder), "## Survival", _survival(folder)]
+    parts = ["# Stress: what engines survive", about_text(folder), "## Survival", survival_table(folder)]
     for name, (heading, text) in _FIGURE_TEXTS.items():
         if name in drawn:
             parts += [f"## {heading}", text, figure_link(heading, drawn[name])]
             parts += {"storms": _storms, "cliffs": _cliffs}.get(name, _nothing)(folder)
-    parts += _worst_cases(folder)
+    parts += worst_cases(folder)
     parts += ["## What is asked", *_asked(folder)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -121,7 +121,8 @@ def _nothing(folder: StressFolder) -> list[str]:  # noqa: ARG001
     return []
 
 
-def _about(folder: StressFolder) -> str:
+def about_text(folder: StressFolder) -> str:
+    """Return which run it is, how much of it is done, where and when."""
     run = folder.run
     environment = run.environment
     done = many(len(folder.findings), "trial")
@@ -132,7 +133,8 @@ def _about(folder: StressFolder) -> str:
     return one_line(text)
 
 
-def _survival(folder: StressFolder) -> str:
+def survival_table(folder: StressFolder) -> str:
+    """Return what each engine survived, by family."""
     labels = folder.run.labels
     rows = []
     for family in folder.run.families:
@@ -155,7 +157,7 @@ def _title(family: str) -> str:
     return family if known is None else known.title
 
 
-def _worst_cases(folder: StressFolder) -> list[str]:
+def worst_cases(folder: StressFolder) -> list[str]:
     """Return the worst case of each family and engine that broke, and how to see it again."""
     rows = [
         [
@@ -166,7 +168,7 @@ def _worst_cases(folder: StressFolder) -> list[str]:
             _command(one.command(folder.path)),
             _command(one.again(folder)),
         ]
-        for one in all_survival(folder)
+        for one in allsurvival_table(folder)
         if one.broken and (worst := one.breaks()[0] if one.worst is None else one.worst)
     ]
     failed = _not_judged(folder)
@@ -196,7 +198,7 @@ def _not_judged(folder: StressFolder) -> list[str]:
             one_line(f"`{failed.trial}`: {failed.faults[0]}"),
             _command(trying_again(failed, folder)),
         ]
-        for one in all_survival(folder)
+        for one in allsurvival_table(folder)
         for failed in one.failures()
     ]
     header = ["family", "engine", "why", "tried again by"]
