@@ -6,6 +6,7 @@ from importlib.resources import files
 from typing import Final
 
 REPLAY_SCRIPTS: Final = (
+    "replay_parts.js",
     "replay_motion.js",
     "replay_plate.js",
     "replay_timeline.js",

@@ -78,9 +78,9 @@ def track_of(motion: Motion, ball: int, tick: float) -> Track:
     is too long, it is halved until it fits. No piece spans a change of phase.
     """
     xy = motion.positions[:, ball, :2]
-    good = np.isfinite(xy).all(axis=1)
-    good &= np.abs(np.where(good[:, None], xy, 0.0)).max(axis=1) <= FARTHEST
-    known = len(xy) if good.all() else int(np.argmin(good))
+    # Of nan, `<=` is false.
+    bad = np.flatnonzero(~(np.abs(xy) <= FARTHEST).all(axis=1))
+    known = int(bad[0]) if len(bad) else len(xy)
     lost = None if known == len(xy) else float(motion.times[known])
     if known == 0:
         nothing = np.zeros((0, 2), dtype=np.int64)
@@ -229,4 +229,6 @@ def _bit_lengths(values: NDArray[np.uint64]) -> IntArray:
 
 
 def _steps(values: NDArray[np.integer]) -> IntArray:
-    return np.diff(values.astype(np.int64), prepend=0)
+    """Return the differences to the one before; of the first, to 0."""
+    whole = values.astype(np.int64)
+    return whole - np.concatenate(([0], whole[:-1]))[: len(whole)]

@@ -3,10 +3,12 @@
 globalThis.Ghostball ??= {};
 
 (() => {
-  const { Plate, Readout, Timeline, css, decode, drawKind, drawMarker, eventWords, make, timeWords } =
-    Ghostball;
+  const {
+    Plate, Readout, Timeline, choice, css, decode, drawKind, drawSmall, eventWords, icon, iconButton,
+    lengthWords, make, relabel, tick, timeWords,
+  } = Ghostball;
   const SPEEDS = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4];
-  const CROWD = 5; // from this many balls on, only ours and one other are shown at first
+  const CROWD = 5; // from this many balls on, paths of all engines over each other are a scribble
   const QUIET = 600; // [ms] that nothing changes before the status is said
   const READOUT_EVERY = 100; // [ms] while it plays: nobody reads faster
   const KIND_WORDS = ["balls collide", "cushion", "starts to roll", "comes to rest"];
@@ -17,7 +19,8 @@ globalThis.Ghostball ??= {};
     ["p n", "event before, next event"],
     ["d", "first divergence"],
     ["[ ]", "slower, faster"],
-    ["+ − 0", "closer, farther, whole table"],
+    ["+ - 0", "closer, farther, whole table"],
+    ["b", "look at the chosen ball"],
     ["drag, wheel, pinch", "move and zoom; the wheel once the replay has the focus"],
   ];
 
@@ -30,26 +33,15 @@ globalThis.Ghostball ??= {};
       this.playing = false;
       this.speed = 1;
       this.ball = 0;
-      this.trails = true;
+      this.trails = scene.balls.length < CROWD ? "all" : "ours";
       this.names = true;
       this.reference = this.ran.find((engine) => engine.ours) ?? this.ran[0];
       this.logged = this.reference;
-      if (scene.balls.length >= CROWD) this.showFew();
       this.build();
       this.gone = new AbortController();
       root.addEventListener("keydown", (event) => this.key(event), { signal: this.gone.signal });
       this.chooseLog(this.logged);
       this.seek(0);
-    }
-
-    /** Crowds: ours, and the engine that parts from the truth first, whatever that is. */
-    showFew() {
-      const others = this.ran.filter((engine) => engine !== this.reference);
-      const parting = (engine) => engine.divergence ?? Infinity;
-      const first = others.sort((p, q) => parting(p) - parting(q))[0];
-      for (const engine of this.ran) {
-        engine.shown = engine === this.reference || engine === first;
-      }
     }
 
     build() {
@@ -73,57 +65,55 @@ globalThis.Ghostball ??= {};
       this.status = make("p", { className: "gb-said", role: "status" });
       this.status.setAttribute("aria-live", "polite");
       root.replaceChildren(
-        stage, line, controls, this.status, this.jumps(),
-        make("div", { className: "gb-panels" },
-          this.engineBox(), this.eventBox(), this.readoutBox()),
-        this.legend(), this.help(),
+        stage, line, this.legend(), controls, this.status, this.jumps(),
+        this.readoutBox(),
+        make("div", { className: "gb-panels" }, this.eventBox(), this.help()),
       );
       this.sizes = new ResizeObserver(() => this.timeline.drawMarks());
       this.sizes.observe(line);
       this.plate.resize();
     }
 
-    button(text, label, act, key = "") {
-      const button = make("button", { type: "button", textContent: text, title: label + (key && ` (${key})`) });
-      button.setAttribute("aria-label", label);
-      button.addEventListener("click", act);
-      return button;
-    }
-
     zoomButtons() {
-      this.whole = this.button("⤢", "Whole table", () => this.plate.reset(), "0");
+      this.whole = iconButton("whole", "Whole table", () => this.plate.reset(), "0");
+      this.whole.disabled = true;
       return make("div", { className: "gb-zoom" },
-        this.button("+", "Closer", () => this.plate.zoom(1.6), "+"),
-        this.button("−", "Farther", () => this.plate.zoom(1 / 1.6), "−"),
+        iconButton("closer", "Closer", () => this.plate.zoom(1.6), "+"),
+        iconButton("farther", "Farther", () => this.plate.zoom(1 / 1.6), "-"),
         this.whole,
-        this.button("◎", "Look at the chosen ball", () => this.lookAtBall()));
+        iconButton("ball", "Look at the chosen ball", () => this.lookAtBall(), "b"));
     }
 
     controlRow() {
-      this.play = this.button("▶", "Play", () => this.toggle(), "Space");
+      this.play = iconButton("play", "Play", () => this.toggle(), "Space");
       this.play.classList.add("gb-play");
-      this.speeds = make("select", {}, ...SPEEDS.map((speed) =>
-        make("option", { value: speed, textContent: `${speed}×`, selected: speed === 1 })));
-      this.speeds.addEventListener("change", () => this.setSpeed(Number(this.speeds.value)));
+      const speeds = SPEEDS.map((speed) => [speed, `${speed}×`]);
+      const [speedLabel, speedList] = choice("Speed", speeds, 1, (value) => this.setSpeed(Number(value)));
+      this.speeds = speedList;
+      const draw = () => this.plate.draw();
+      const kinds = [["all", "of all"], ["ours", "of ours"], ["none", "none"]];
+      const [trailLabel] = choice("Trails", kinds, this.trails, (value) => {
+        this.trails = value;
+        draw();
+      });
       return make("div", { className: "gb-controls" },
-        this.button("⏮", "To the start", () => this.go(0), "Home"),
-        this.button("◀|", "Event before", () => this.step(-1), "p"),
+        iconButton("start", "To the start", () => this.go(0), "Home"),
+        iconButton("back", "Event before", () => this.step(-1), "p"),
         this.play,
-        this.button("|▶", "Next event", () => this.step(1), "n"),
-        this.button("⏭", "To the end", () => this.go(this.scene.duration), "End"),
-        make("label", {}, "Speed ", this.speeds),
-        this.clock,
-        this.tick("Trails", this.trails, (on) => { this.trails = on; }),
-        this.tick("Names", this.names, (on) => { this.names = on; }));
+        iconButton("next", "Next event", () => this.step(1), "n"),
+        iconButton("end", "To the end", () => this.go(this.scene.duration), "End"),
+        this.clock, speedLabel, trailLabel,
+        tick("Names", this.names, (on) => {
+          this.names = on;
+          draw();
+        }));
     }
 
-    tick(text, checked, act) {
-      const box = make("input", { type: "checkbox", checked });
-      box.addEventListener("change", () => {
-        act(box.checked);
-        this.plate.draw();
-      });
-      return make("label", { className: "gb-tick" }, box, ` ${text}`);
+    button(text, label, act) {
+      const button = make("button", { type: "button", textContent: text });
+      if (label) button.setAttribute("aria-label", label);
+      button.addEventListener("click", act);
+      return button;
     }
 
     /** Buttons to where engines first part from the truth, and to the horizon. */
@@ -138,7 +128,7 @@ globalThis.Ghostball ??= {};
         jumps.append(this.button(
           `Jump to first divergence: ${first.name}, ${timeWords(first.divergence)}`,
           `Jump to the first divergence, of ${first.name} at ${timeWords(first.divergence)}`,
-          () => this.jump(first), "d"));
+          () => this.jump(first)));
       }
       const rest = parted.slice(1).map((engine) => {
         const button = this.button(
@@ -168,87 +158,55 @@ globalThis.Ghostball ??= {};
       this.go(engine.divergence);
     }
 
-    engineBox() {
-      const box = make("fieldset", { className: "gb-engines" }, make("legend", { textContent: "Engines" }));
-      this.boxes = new Map();
-      this.swatches = [];
-      for (const engine of this.scene.engines) {
-        const swatch = make("canvas", { className: "gb-swatch" });
-        swatch.setAttribute("aria-hidden", "true");
-        this.swatches.push([swatch, engine]);
-        const check = make("input", {
-          type: "checkbox", checked: engine.shown, disabled: !engine.motion,
-        });
-        check.addEventListener("change", () => this.showEngine(engine, check.checked));
-        this.boxes.set(engine, check);
-        box.append(make("label", { className: "gb-engine" }, check, swatch,
-          make("span", {}, make("b", { textContent: engine.name }),
-            make("small", { textContent: this.stateWords(engine) }))));
-      }
-      return box;
-    }
-
-    /** What became of an engine, in words. */
-    stateWords(engine) {
-      if (!engine.motion) {
-        return engine.outcome === "ran" && !engine.reason
-          ? "recorded no motion"
-          : `${engine.outcome}: ${engine.reason}`;
-      }
-      const words = [];
-      if (engine.verdict) words.push(engine.verdict);
-      if (engine.status && engine.status !== "rest") words.push(`ended: ${engine.status}`);
-      if (engine.divergence !== null) words.push(`parts at ${timeWords(engine.divergence)}`);
-      if (engine.horizon !== null) words.push(`own horizon ${timeWords(engine.horizon)}`);
-      for (const [ball, t] of engine.motion.lost) {
-        words.push(`ball ${this.scene.balls[ball].id} lost from ${timeWords(t)} on: no finite position`);
-      }
-      return words.join("; ");
-    }
-
     showEngine(engine, shown) {
-      engine.shown = shown;
-      this.boxes.get(engine).checked = shown;
+      this.readout.setShown(engine, shown);
       this.plate.draw();
       this.mark();
     }
 
     eventBox() {
-      this.logs = make("select", {}, ...this.ran.map((engine, i) =>
-        make("option", { value: i, textContent: engine.name })));
-      this.logs.addEventListener("change", () => this.chooseLog(this.ran[Number(this.logs.value)]));
-      this.events = make("select", { className: "gb-events", size: 9 });
+      const logs = this.ran.map((engine, i) => [i, engine.name]);
+      const [label, list] = choice("of", logs, 0, (value) => this.chooseLog(this.ran[Number(value)]));
+      this.logs = list;
+      this.events = make("select", { className: "gb-events", size: 10 });
       this.events.setAttribute("aria-label", "Events, to jump to");
       this.events.addEventListener("change", () => {
-        this.pause();
-        this.seek(this.logged.log.t[Number(this.events.value)]);
+        this.go(this.logged.log.t[Number(this.events.value)]);
       });
       this.thinned = make("small");
       return make("fieldset", { className: "gb-log" }, make("legend", { textContent: "Events" }),
-        make("label", {}, "of ", this.logs), this.events, this.thinned);
+        label, this.events, this.thinned);
     }
 
     readoutBox() {
-      this.readout = new Readout(this.scene);
-      const balls = make("select", {}, ...this.scene.balls.map((ball, i) =>
-        make("option", { value: i, textContent: ball.id })));
-      balls.addEventListener("change", () => {
-        this.ball = Number(balls.value);
+      this.readout = new Readout(this.scene, (engine, shown) => this.showEngine(engine, shown));
+      const balls = this.scene.balls.map((ball, i) => [i, ball.id]);
+      const [ballLabel, ballList] = choice("Ball", balls, 0, (value) => this.chooseBall(Number(value)));
+      this.balls = ballList;
+      const engines = this.ran.map((engine, i) => [i, engine.name]);
+      const [againstLabel] = choice("against", engines, this.ran.indexOf(this.reference), (value) => {
+        this.reference = this.ran[Number(value)];
         this.update();
       });
-      const references = make("select", {}, ...this.ran.map((engine, i) =>
-        make("option", { value: i, textContent: engine.name, selected: engine === this.reference })));
-      references.addEventListener("change", () => {
-        this.reference = this.ran[Number(references.value)];
-        this.update();
-      });
-      this.balls = balls;
+      const showAll = (wanted) => {
+        for (const engine of this.ran) this.readout.setShown(engine, wanted(engine));
+        this.plate.draw();
+        this.mark();
+      };
       const scroll = make("div", { className: "gb-scroll", tabIndex: 0, role: "region" }, this.readout.element);
-      scroll.setAttribute("aria-label", "Positions of the chosen ball");
-      return make("fieldset", { className: "gb-numbers" }, make("legend", { textContent: "Position" }),
-        make("div", { className: "gb-choices" },
-          make("label", {}, "Ball ", balls), make("label", {}, "against ", references)),
+      scroll.setAttribute("aria-label", "Engines, and where they have the chosen ball");
+      return make("fieldset", { className: "gb-numbers" }, make("legend", { textContent: "Engines" }),
+        make("div", { className: "gb-choices" }, ballLabel, againstLabel,
+          this.button("Show all", "", () => showAll(() => true)),
+          this.button("Only this one", "Show only the engine that is compared against",
+            () => showAll((engine) => engine === this.reference))),
         scroll);
+    }
+
+    chooseBall(ball) {
+      this.ball = ball;
+      this.balls.value = ball;
+      this.update();
     }
 
     legend() {
@@ -293,38 +251,20 @@ globalThis.Ghostball ??= {};
       for (const [key, what] of KEYS) {
         list.append(make("div", {}, make("dt", { textContent: key }), make("dd", { textContent: what })));
       }
-      return make("details", { className: "gb-help" },
-        make("summary", { textContent: "Keys, and how exact this is" }), list,
+      return make("fieldset", { className: "gb-help" },
+        make("legend", { textContent: "Keys, and how exact this is" }), list,
         make("p", { textContent:
-          "Paths run within 0.01 mm of the stored samples; between them they are drawn, not computed. " +
+          `Paths run within ${lengthWords(this.scene.tolerance)} of the stored samples; between them ` +
+          "they are drawn, not computed. " +
           "Times of events and positions at the end are exact. Height is left out." }));
     }
 
     /** Small pictures of lines and signs, in the colours of the moment. */
     drawSigns() {
-      const draw = (canvas, width, paint) => {
-        const ratio = globalThis.devicePixelRatio || 1;
-        canvas.width = width * ratio;
-        canvas.height = 16 * ratio;
-        const context = canvas.getContext("2d");
-        context.setTransform(ratio, 0, 0, ratio, 0, 0);
-        context.fillStyle = css(this.plate.theme.ink);
-        paint(context, this.plate.theme);
-      };
-      for (const [canvas, paint] of this.signs) draw(canvas, 28, paint);
-      for (const [canvas, engine] of this.swatches) {
-        draw(canvas, 40, (context) => {
-          context.strokeStyle = context.fillStyle = css(this.plate.colourOf(engine));
-          context.lineWidth = engine.ours ? 4.5 : 1.8;
-          context.setLineDash(engine.dash.map((part) => 1.4 * part));
-          context.beginPath();
-          context.moveTo(0, 8);
-          context.lineTo(40, 8);
-          context.stroke();
-          context.setLineDash([]);
-          if (!engine.ours) drawMarker(context, engine.marker, 20, 8, 5);
-        });
-      }
+      const { theme } = this.plate;
+      for (const [canvas, paint] of this.signs) drawSmall(canvas, 28, theme, paint);
+      this.readout.drawSwatches(this.plate, (canvas, width, paint) =>
+        drawSmall(canvas, width, theme, paint));
     }
 
     paint(plate) {
@@ -335,7 +275,10 @@ globalThis.Ghostball ??= {};
       }
       const shown = this.ran.filter((engine) => engine.shown);
       const order = [...shown].sort((p, q) => Number(q.ours) - Number(p.ours)); // ours beneath
-      if (this.trails) for (const engine of order) plate.drawTrails(engine, this.time);
+      for (const engine of order) {
+        const trails = this.trails === "all" || (this.trails === "ours" && engine === this.reference);
+        if (trails) plate.drawTrails(engine, this.time);
+      }
       if (this.scene.truth) plate.drawTruth(this.scene.truth.rest);
       for (const engine of order) plate.drawBalls(engine, this.time, { names: this.names });
       const place = this.reference.tracks[this.ball].at(this.time);
@@ -358,7 +301,7 @@ globalThis.Ghostball ??= {};
       const options = Array.from({ length: log.count }, (_, i) =>
         make("option", {
           value: i,
-          textContent: `${timeWords(log.t[i])}  ${eventWords(this.scene, log.kind[i], log.a[i], log.b[i])}`,
+          textContent: `${timeWords(log.t[i], 6)}  ${eventWords(this.scene, log.kind[i], log.a[i], log.b[i])}`,
         }));
       this.events.replaceChildren(...options);
       const { of } = engine.motion;
@@ -431,7 +374,8 @@ globalThis.Ghostball ??= {};
         if (log.t[i] === this.time) happens.push(eventWords(this.scene, log.kind[i], log.a[i], log.b[i]));
       }
       const what = happens.length ? `: ${happens.slice(0, 4).join(", ")}` : "";
-      this.status.textContent = `${timeWords(this.time)}${what} (${this.logged.name})`;
+      // All digits: this is what somebody copies.
+      this.status.textContent = `t = ${this.time} s${what} (${this.logged.name})`;
     }
 
     /** To the next instant with an event of the chosen log, or the one before. */
@@ -477,9 +421,8 @@ globalThis.Ghostball ??= {};
     }
 
     label() {
-      this.play.textContent = this.playing ? "❚❚" : "▶";
-      this.play.setAttribute("aria-label", this.playing ? "Pause" : "Play");
-      this.play.title = `${this.playing ? "Pause" : "Play"} (Space)`;
+      this.play.replaceChildren(icon(this.playing ? "pause" : "play"));
+      relabel(this.play, this.playing ? "Pause" : "Play", "Space");
     }
 
     key(event) {
@@ -503,6 +446,7 @@ globalThis.Ghostball ??= {};
         "=": () => this.plate.zoom(1.6),
         "-": () => this.plate.zoom(1 / 1.6),
         0: () => this.plate.reset(),
+        b: () => this.lookAtBall(),
       };
       const act = acts[event.key];
       // Lists take their keys themselves; a button or a box, its Space.

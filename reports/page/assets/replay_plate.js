@@ -416,7 +416,10 @@ globalThis.Ghostball ??= {};
         context.stroke();
         context.setLineDash([]);
         if (radius > SMALLEST_BALL) {
-          drawMarker(context, engine.marker, x, y, Math.min(4, 0.45 * radius));
+          // Each engine at its own hour of the clock: where all agree, every sign is still seen.
+          const angle = (2 * Math.PI * this.scene.engines.indexOf(engine)) / this.scene.engines.length;
+          const [dx, dy] = [radius * Math.sin(angle), -radius * Math.cos(angle)];
+          drawMarker(context, engine.marker, x + dx, y + dy, Math.min(4.5, 0.4 * radius));
         }
       });
     }

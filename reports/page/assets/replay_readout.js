@@ -1,9 +1,9 @@
 "use strict";
-// The numbers beside the picture: where each engine has a ball, and how far from the reference.
+// The engines of a scene: which are shown, where each has a ball, and how far from the reference.
 globalThis.Ghostball ??= {};
 
 (() => {
-  const { PHASE } = Ghostball;
+  const { PHASE, css, drawMarker, make, timeWords } = Ghostball;
   const PHASE_WORDS = {
     [PHASE.RESTING]: "rests",
     [PHASE.SLIDING]: "slides",
@@ -11,18 +11,8 @@ globalThis.Ghostball ??= {};
     [PHASE.UNKNOWN]: "–",
     [PHASE.ABSENT]: "lost",
   };
-  const HEADS = ["engine", "x [mm]", "y [mm]", "off [mm]", "moves", "end off truth"];
-
-  /** Makes an element with properties and children; text stays text. */
-  function make(tag, properties = {}, ...children) {
-    const element = document.createElement(tag);
-    for (const [name, value] of Object.entries(properties)) {
-      if (name in element) element[name] = value;
-      else element.setAttribute(name, value);
-    }
-    element.append(...children);
-    return element;
-  }
+  const NUMBERS = ["off [mm]", "x [mm]", "y [mm]", "moves"];
+  const WORDS = ["end off truth", "parts at", "what became of it"];
 
   const millimetres = (metres) => (1e3 * metres).toFixed(2);
 
@@ -36,55 +26,122 @@ globalThis.Ghostball ??= {};
     return `${Number((metres / size).toPrecision(3))} ${unit}`;
   }
 
-  /** A table with a row for each engine that ran. */
+  /** A table with a row for each engine; `onshow(engine, shown)` is called as one is ticked. */
   class Readout {
-    constructor(scene) {
+    constructor(scene, onshow) {
       this.scene = scene;
-      this.ran = scene.engines.filter((engine) => engine.motion);
       this.caption = make("caption");
       this.rows = new Map();
+      this.boxes = new Map();
+      this.swatches = [];
       const body = make("tbody");
-      for (const engine of this.ran) {
-        const cells = HEADS.slice(1).map(() => make("td"));
-        body.append(make("tr", {}, make("th", { scope: "row", textContent: engine.name }), ...cells));
-        this.rows.set(engine, cells);
+      for (const engine of scene.engines) body.append(this.row(engine, onshow));
+      const heads = ["engine", ...NUMBERS, ...WORDS].map((text) =>
+        make("th", { scope: "col", textContent: text }));
+      this.element = make("table", { className: "gb-readout" },
+        this.caption, make("thead", {}, make("tr", {}, ...heads)), body);
+    }
+
+    row(engine, onshow) {
+      const swatch = make("canvas", { className: "gb-swatch" });
+      swatch.setAttribute("aria-hidden", "true");
+      this.swatches.push([swatch, engine]);
+      const box = make("input", {
+        type: "checkbox", checked: engine.shown, disabled: !engine.motion,
+      });
+      box.addEventListener("change", () => onshow(engine, box.checked));
+      this.boxes.set(engine, box);
+      const name = make("label", { className: "gb-engine" }, box, swatch,
+        make("span", { textContent: engine.name }));
+      const row = make("tr", {}, make("th", { scope: "row" }, name));
+      if (!engine.motion) {
+        row.append(make("td", {
+          colSpan: NUMBERS.length + WORDS.length, className: "gb-words",
+          textContent: this.absenceWords(engine),
+        }));
+        return row;
       }
-      const heads = HEADS.map((text) => make("th", { scope: "col", textContent: text }));
-      this.heads = heads;
-      this.element = make(
-        "table", { className: "gb-readout" }, this.caption,
-        make("thead", {}, make("tr", {}, ...heads)), body,
-      );
+      const cells = NUMBERS.map(() => make("td"));
+      const end = make("td");
+      row.append(...cells, end,
+        make("td", { textContent: engine.divergence === null ? "–" : timeWords(engine.divergence) }),
+        make("td", { className: "gb-words", textContent: this.fateWords(engine) }));
+      this.rows.set(engine, [...cells, end]);
+      return row;
+    }
+
+    absenceWords(engine) {
+      if (engine.outcome === "ran" && !engine.reason) return "recorded no motion";
+      return [engine.outcome.replaceAll("-", " "), engine.reason].filter(Boolean).join(": ");
+    }
+
+    /** What became of an engine that ran. */
+    fateWords(engine) {
+      const words = [];
+      if (engine.verdict) words.push(engine.verdict);
+      if (engine.status && engine.status !== "rest") words.push(`ended: ${engine.status}`);
+      if (engine.horizon !== null) words.push(`can play it until ${timeWords(engine.horizon)}`);
+      for (const [ball, t] of engine.motion.lost) {
+        words.push(
+          `ball ${this.scene.balls[ball].id} is lost from ${timeWords(t)} on: it is nowhere, or too far off`);
+      }
+      return words.join("; ");
+    }
+
+    /** Both paths may run beside their samples by the tolerance: less than that says nothing. */
+    offWords(metres) {
+      const least = 2 * this.scene.tolerance;
+      return metres < least ? `< ${millimetres(least)}` : millimetres(metres);
+    }
+
+    setShown(engine, shown) {
+      engine.shown = shown;
+      this.boxes.get(engine).checked = shown;
     }
 
     show(t, ball, reference) {
       const base = reference.tracks[ball].at(t);
       const truth = this.scene.truth?.rest[ball];
-      this.caption.textContent =
-        `Ball ${this.scene.balls[ball].id} at ${Ghostball.timeWords(t)}; ` +
-        `off: distance from ${reference.name}`;
+      const caption = `Ball ${this.scene.balls[ball].id} at ${timeWords(t)}; ` +
+        `off: distance from where ${reference.name} has it`;
+      if (this.caption.textContent !== caption) this.caption.textContent = caption;
       for (const [engine, cells] of this.rows) {
-        const place = engine.tracks[ball].at(t);
+        const track = engine.tracks[ball];
+        const place = track.at(t);
         const rest = engine.rest?.[ball];
-        const said = place
-          ? [
-            millimetres(place[0]),
-            millimetres(place[1]),
-            engine === reference || !base
-              ? "–"
-              : millimetres(Math.hypot(place[0] - base[0], place[1] - base[1])),
-            PHASE_WORDS[engine.tracks[ball].phaseAt(t)],
-          ]
-          : ["–", "–", "–", "lost"];
-        said.push(rest && truth
-          ? distanceWords(Math.hypot(rest[0] - truth[0], rest[1] - truth[1]))
-          : "–");
+        const off = place && base && engine !== reference
+          ? this.offWords(Math.hypot(place[0] - base[0], place[1] - base[1]))
+          : "–";
+        const said = [
+          off,
+          place ? millimetres(place[0]) : "–",
+          place ? millimetres(place[1]) : "–",
+          PHASE_WORDS[track.phaseAt(t)],
+          rest && truth ? distanceWords(Math.hypot(rest[0] - truth[0], rest[1] - truth[1])) : "–",
+        ];
         said.forEach((text, i) => {
           if (cells[i].textContent !== text) cells[i].textContent = text;
         });
       }
     }
+
+    /** The line and the sign of each engine, in the colours of the moment. */
+    drawSwatches(plate, draw) {
+      for (const [canvas, engine] of this.swatches) {
+        draw(canvas, 40, (context) => {
+          context.strokeStyle = context.fillStyle = css(plate.colourOf(engine));
+          context.lineWidth = engine.ours ? 4.5 : 1.8;
+          context.setLineDash(engine.dash.map((part) => 1.4 * part));
+          context.beginPath();
+          context.moveTo(0, 8);
+          context.lineTo(40, 8);
+          context.stroke();
+          context.setLineDash([]);
+          if (!engine.ours) drawMarker(context, engine.marker, 20, 8, 5);
+        });
+      }
+    }
   }
 
-  Object.assign(Ghostball, { Readout, make, distanceWords });
+  Object.assign(Ghostball, { Readout, distanceWords });
 })();

@@ -3,17 +3,12 @@
 globalThis.Ghostball ??= {};
 
 (() => {
-  const { css, drawMarker } = Ghostball;
+  const { css, drawMarker, timeWords } = Ghostball;
   const INSET = 8; // [px], half the slider's thumb: its middle is where the time is
   const LANES = ["ball-ball", "ball-cushion", "slide-to-roll", "roll-to-rest"];
   const LANE_HEIGHT = 11; // [px]
   const FLAGS_HEIGHT = 16; // [px]
   const APART = 3; // [px]: marks nearer than this are one
-
-  /** Seconds as text: as many digits as tell two instants of this run apart. */
-  function timeWords(t, digits = 4) {
-    return `${t.toFixed(digits)} s`;
-  }
 
   /** Draws the sign of a kind of event. */
   function drawKind(context, lane, x, y) {
@@ -151,5 +146,5 @@ globalThis.Ghostball ??= {};
     }
   }
 
-  Object.assign(Ghostball, { Timeline, drawKind, timeWords, EVENT_LANES: LANES });
+  Object.assign(Ghostball, { Timeline, drawKind });
 })();
