@@ -168,7 +168,7 @@ def worst_cases(folder: StressFolder) -> list[str]:
             _command(one.command(folder.path)),
             _command(one.again(folder)),
         ]
-        for one in allsurvival_table(folder)
+        for one in all_survival(folder)
         if one.broken and (worst := one.breaks()[0] if one.worst is None else one.worst)
     ]
     failed = _not_judged(folder)
@@ -198,7 +198,7 @@ def _not_judged(folder: StressFolder) -> list[str]:
             one_line(f"`{failed.trial}`: {failed.faults[0]}"),
             _command(trying_again(failed, folder)),
         ]
-        for one in allsurvival_table(folder)
+        for one in all_survival(folder)
         for failed in one.failures()
     ]
     header = ["family", "engine", "why", "tried again by"]

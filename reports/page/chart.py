@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 Scale = Literal["linear", "log"]
 
 WIDTH, HEIGHT = 560.0, 250.0
-LEFT, RIGHT, TOP, BOTTOM = 62.0, 10.0, 10.0, 36.0
+LEFT, RIGHT, TOP, BOTTOM = 72.0, 10.0, 10.0, 36.0
 """Size of a chart and its margins, in units of its view box, which are pixels at full width."""
 
 DEVIATION = 0.4

@@ -14,10 +14,10 @@ from validation.store import Motion
 
 FloatArray = NDArray[np.float64]
 
-ERROR_FLOOR = 1e-6
+ERROR_FLOOR = 1e-5
 """Smallest distance drawn [m].
 
-Frames are joined by straight lines, which run beside a ball that slows down by some micrometres.
+Frames are joined by straight lines, which run beside a ball that slows down: 0.01 mm for frames of 20 ms on a common cloth.
 """
 
 

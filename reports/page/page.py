@@ -72,7 +72,7 @@ def page_text(
         Section(
             "closed-forms", "Closed forms", "Closed forms, in ulps", closed_forms_html(results)
         ),
-        Section("cost", "Run time and error", "Run time against error", cost_html(results)),
+        Section("cost", "Cost", "Run time against error", cost_html(results)),
         Section(
             "horizons", "Horizons", "How far the shots can be predicted", horizons_html(results)
         ),
@@ -82,7 +82,7 @@ def page_text(
         Section("stress", "Stress", "Stress survival", stress_html(results)),
         Section("failures", "Failures", "Failures explained", failures_html(results)),
         Section("environment", "Environment", "Environment", environment_html(results)),
-        Section("truth", "What is true", "What is true here", _truth_html(results)),
+        Section("truth", "Truth", "What is true here", _truth_html(results)),
     ]
     return str(
         render(

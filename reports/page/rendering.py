@@ -8,6 +8,7 @@ no picture and no link but to a place in the page, and JSON within a script has 
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
@@ -38,6 +39,7 @@ def templates() -> Environment:
     )
     environment.filters.update(
         inline=inline,
+        label=label_html,
         markdown=markdown,
         time=style.format_time,
     )
@@ -75,6 +77,11 @@ def embedded_json(value: Any) -> Markup:
     for sign in "<>&\u2028\u2029":
         text = text.replace(sign, f"\\u{ord(sign):04x}")
     return Markup(text)
+
+
+def label_html(label: str) -> Markup:
+    """Return an engine's label, which may break after its name and between settings."""
+    return Markup("<code>%s</code>") % Markup("<wbr>").join(re.split(r"(?<=[:,])", label))
 
 
 def inline(text: str) -> Markup:

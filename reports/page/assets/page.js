@@ -77,7 +77,7 @@
     if (!name.startsWith(PREFIX)) return;
     const scene = show(name.slice(PREFIX.length));
     if (!scene) return;
-    scene.scrollIntoView();
+    scene.scrollIntoView({ behavior: "instant" });
     scene.focus({ preventScroll: true });
   };
 
