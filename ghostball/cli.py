@@ -159,7 +159,7 @@ def validate(
         ),
     ] = 600.0,
     report: Annotated[
-        bool, typer.Option(help="Write report.md and its figures after the run.")
+        bool, typer.Option(help="Write report.html, report.md and figures after the run.")
     ] = True,
     ensemble: Annotated[
         int | None,
@@ -456,9 +456,9 @@ def report(
     ],
     jobs: Annotated[int, jobs_option("draw")] = 1,
 ) -> None:
-    """Write report.md, or stress.md, and its figures again from stored results."""
+    """Write report.html and report.md, or stress.md, and figures again from stored results."""
     from ghostball._progress import counting  # noqa: PLC0415
-    from reports import write_report, write_stress_report  # noqa: PLC0415
+    from reports import PAGE, write_report, write_stress_report  # noqa: PLC0415
     from validation.stress.records import FINDINGS_FILE  # noqa: PLC0415
 
     if (folder / FINDINGS_FILE).exists():
@@ -466,6 +466,7 @@ def report(
         return
     with counting("drawing") as count:
         written = write_report(folder, progress=count, jobs=jobs)
+    typer.echo(written.with_name(PAGE))
     typer.echo(written)
 
 

@@ -283,7 +283,9 @@ def counted_section(results: ResultsFolder) -> str:
 def environment_table(results: ResultsFolder) -> str:
     """Return where and with what a run was made."""
     environment = results.environment | {"engine_settings": engine_settings(results)}
-    return table_of(["what", "value"], [[f"`{k}`", one_line(v)] for k, v in flat_values(environment)])
+    return table_of(
+        ["what", "value"], [[f"`{k}`", one_line(v)] for k, v in flat_values(environment)]
+    )
 
 
 def engine_settings(results: ResultsFolder) -> dict[str, Any]:

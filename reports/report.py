@@ -156,7 +156,7 @@ def write_report(
 def _draw_all(
     source: Source, tasks: list[str], jobs: int
 ) -> Iterator[tuple[str, Drawn, ScenePart | None]]:
-    """Draw the figures of every task, of a scene also its part of the page; yield each when done."""
+    """Draw every task, of a scene also its part of the page; yield each as it is done."""
     if jobs <= 1:
         for task in tasks:
             yield task, *_draw_task(source, task)

@@ -107,7 +107,8 @@ def _draw(folder: StressFolder) -> Drawn:
 
 def report_text(folder: StressFolder, drawn: Drawn) -> str:
     """Return the report as Markdown."""
-    parts = ["# Stress: what engines survive", about_text(folder), "## Survival", survival_table(folder)]
+    parts = ["# Stress: what engines survive", about_text(folder)]
+    parts += ["## Survival", survival_table(folder)]
     for name, (heading, text) in _FIGURE_TEXTS.items():
         if name in drawn:
             parts += [f"## {heading}", text, figure_link(heading, drawn[name])]

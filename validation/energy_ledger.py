@@ -90,27 +90,27 @@ def ledger_of(scene: Scene, motion: Motion) -> EnergyLedger:
 
 def ball_energies(scene: Scene, motion: Motion) -> FloatArray:
     """Return the energy of each ball, (k, n) float64 [J], at the times of a stored motion."""
+    return _energies(scene, motion.positions, motion.velocities, motion.angular_velocities)
+
+
+def _energies(
+    scene: Scene, positions: FloatArray, velocities: FloatArray, spins: FloatArray
+) -> FloatArray:
     inertia = 0.4 * scene.masses * scene.radii**2
     with np.errstate(invalid="ignore", over="ignore"):  # of an engine that blew up
         energy: FloatArray = (
-            0.5 * scene.masses * np.sum(motion.velocities**2, axis=2)
-            + 0.5 * inertia * np.sum(motion.angular_velocities**2, axis=2)
-            + scene.physics.gravity * scene.masses * (motion.positions[:, :, 2] - scene.radii)
+            0.5 * scene.masses * np.sum(velocities**2, axis=2)
+            + 0.5 * inertia * np.sum(spins**2, axis=2)
+            + scene.physics.gravity * scene.masses * (positions[:, :, 2] - scene.radii)
         )
     return energy
 
 
 def _entries(scene: Scene, motion: Motion, energy: FloatArray) -> dict[str, float]:
-    start = initial_state(scene)
     assert motion.phases is not None  # `ledger_of` saw to it
-    times, phases = motion.times, motion.phases
-    before = ball_energies(
-        scene,
-        # The first stored state is that after the events of t = 0.
-        Motion(
-            motion.events[:0], times[:1], *start, *np.zeros((3, 1)), phases=phases[:1]
-        ),
-    )
+    phases = motion.phases
+    # The first stored state is that after the events of t = 0.
+    before = _energies(scene, *initial_state(scene))
     # Row i is what each ball loses on the way to sample i; row 0 is lost at t = 0.
     drops = -np.diff(np.concatenate([before, energy]), axis=0)
     of_phase = np.concatenate([phases[:1], phases[:-1]])

@@ -12,6 +12,7 @@ from reports import style
 from reports.markdown_parts import quantity_text
 from reports.page.rendering import embedded_json, render
 from reports.page.replay_data import motion_data
+from reports.page.scenes import REPLAY_ID
 from validation.regression import Regression
 from validation.regression.records import Quantity, SceneChange
 from validation.store import CaseRecord, Motion, ResultsFolder
@@ -75,7 +76,14 @@ def _compared(
             side: motion_data(scene, motion, horizon=change.horizon)
             for side, motion in (("base", base), ("head", head))
         }
-    return None
+    if change.rest_base is None or change.rest_head is None:
+        return None
+    # The scene itself is in the page already, with its replay.
+    return {
+        "replay": REPLAY_ID + change.scene,
+        "rest_base": [list(place[:2]) for place in change.rest_base],
+        "rest_head": [list(place[:2]) for place in change.rest_head],
+    }
 
 
 def _motion(results: ResultsFolder, case: CaseRecord, name: str) -> Motion | None:
@@ -113,7 +121,12 @@ def _moved(one: Quantity) -> Moved:
     band = " ".join(part for part in (low, high) if part)
     sign = "✓" if one.within else {"error": "✗", "warn": "!", "off": "○"}[one.level]
     return Moved(
-        one.name, _value(one.base, one.unit), _value(one.head, one.unit), difference, band, sign,
+        one.name,
+        _value(one.base, one.unit),
+        _value(one.head, one.unit),
+        difference,
+        band,
+        sign,
         one.why,
     )
 

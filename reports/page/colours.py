@@ -56,8 +56,7 @@ def _luminance(colour: str) -> float:
 
 def _mix(colour: str, ink: str, part: float) -> str:
     mixed = (
-        round((1.0 - part) * a + part * b)
-        for a, b in zip(_parts(colour), _parts(ink), strict=True)
+        round((1.0 - part) * a + part * b) for a, b in zip(_parts(colour), _parts(ink), strict=True)
     )
     return "#" + "".join(f"{value:02x}" for value in mixed)
 

@@ -17,7 +17,8 @@ FloatArray = NDArray[np.float64]
 ERROR_FLOOR = 1e-5
 """Smallest distance drawn [m].
 
-Frames are joined by straight lines, which run beside a ball that slows down: 0.01 mm for frames of 20 ms on a common cloth.
+Frames are joined by straight lines, which run beside a ball that slows down:
+0.01 mm for frames of 20 ms on a common cloth.
 """
 
 
@@ -79,16 +80,12 @@ def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
         largest = max(largest, float(np.max(finite, initial=0.0)))
         colour = colour_of(shot, run)
         drawn = np.maximum(apart, ERROR_FLOOR)
-        series.append(
-            Series(run.style.name, colour, motion.times, drawn, dash_of(run.style))
-        )
+        series.append(Series(run.style.name, colour, motion.times, drawn, dash_of(run.style)))
         parted = run.metric("first_divergence_time")
         if parted is not None and len(finite):
             said = f"{run.style.name}: first other collision at {style.format_time(parted)}"
             at = np.interp([parted], motion.times, drawn)
-            partings.append(
-                Series(said, colour, np.array([parted]), at, marker="✕", titles=[said])
-            )
+            partings.append(Series(said, colour, np.array([parted]), at, marker="✕", titles=[said]))
     marks = [] if horizon is None else [Mark(horizon, "horizon")]
     title = f"Largest distance of a ball from our engine's against time in {shot.scene.name}"
     axis = log_axis("distance from ours", ERROR_FLOOR, min(largest, 1e3), "m")

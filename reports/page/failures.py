@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from markupsafe import Markup
@@ -12,6 +12,7 @@ from reports.markdown import BAD
 from reports.markdown_parts import number_text, quantity_text
 from reports.markdown_scene import COMPARISONS
 from reports.page.rendering import render
+from reports.page.scenes import ScenePart
 from validation.library import scene_names
 from validation.store import CaseRecord, Check, ResultsFolder
 from validation.truth import OUR_NAME
@@ -47,7 +48,7 @@ CRASHED = (
 )
 
 SHOWN_BALLS = 3
-"""Of a shot with more, where the rest rest is in the scene's table."""
+"""Of a shot with more, where the others are in the scene's table."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +62,8 @@ class Explained:
         The one that shows it again.
     rests : list of (str, str, str)
         Ball, x and y [m] that it must give again, to the bit.
-    motion_hash : str
-        SHA-256 of the stored motion; "" where there is none.
+    bits : str
+        Hash of the events and rest positions that it must give, to the bit; "" where it didn't run.
     traceback : str
     """
 
@@ -76,28 +77,30 @@ class Explained:
     command: str
     rests: list[tuple[str, str, str]]
     more: int
-    motion_hash: str
+    bits: str
     traceback: str
 
 
-def failures_html(results: ResultsFolder) -> Markup:
+def failures_html(results: ResultsFolder, scenes: Mapping[str, ScenePart]) -> Markup:
     """Return every failed check and every case that did not finish, explained."""
-    return render("failures.html", failures=list(explained(results)), own=_own_scenes(results))
+    failures = list(explained(results, scenes))
+    return render("failures.html", failures=failures, own=_own_scenes(results))
 
 
-def explained(results: ResultsFolder) -> Iterator[Explained]:
+def explained(results: ResultsFolder, scenes: Mapping[str, ScenePart]) -> Iterator[Explained]:
     """Yield every failure of a run, in the order of its cases."""
     for case in results.cases:
         if verdict_of(case) not in BAD:
             continue
+        bits = scenes[case.scene].hashes.get(case.label, "")
         if case.outcome != "ran":
-            yield _explain(case, None)
+            yield _explain(case, None, bits)
         for check in case.checks:
             if check.passed is False:
-                yield _explain(case, check)
+                yield _explain(case, check, bits)
 
 
-def _explain(case: CaseRecord, check: Check | None) -> Explained:
+def _explain(case: CaseRecord, check: Check | None, bits: str) -> Explained:
     rests = []
     if case.rest_positions is not None:
         ids = [ball["id"] for ball in case.definition["balls"]]
@@ -128,7 +131,7 @@ def _explain(case: CaseRecord, check: Check | None) -> Explained:
         command=command_of(case),
         rests=rests[:SHOWN_BALLS],
         more=max(len(rests) - SHOWN_BALLS, 0),
-        motion_hash=case.motion_hash,
+        bits=bits,
         traceback=case.traceback,
     )
 

@@ -13,6 +13,7 @@ from reports.markdown_parts import metric_of, run_time_text
 from reports.markdown_predictability import predictability_section
 from reports.page.chart import Series, draw, log_axis
 from reports.page.rendering import render
+from reports.page.scenes import ScenePart
 from reports.shots import rest_error
 from validation.energy_ledger import ENTRIES, EnergyLedger
 from validation.regression import Regression
@@ -41,17 +42,18 @@ def cost_html(results: ResultsFolder) -> Markup:
     series, least, most = [], math.inf, 0.0
     for k, label in enumerate(results.labels):
         points = [
-            (seconds, max(error, SMALLEST_ERROR), case.scene)
+            (time, max(error, SMALLEST_ERROR), case.scene)
             for case in results.cases
             if case.label == label
             and rest_error_standing(case) in (RestError.JUDGED, RestError.UNJUDGED)
             and (error := rest_error(case)) is not None
-            and (seconds := metric_of(case, "wall_time"))
+            and (time := metric_of(case, "wall_time"))
         ]
         if not points:
             continue
-        seconds, errors, scenes = zip(*points, strict=True)
-        least, most = min(least, *seconds), max(most, *seconds)
+        seconds = np.array([point[0] for point in points])
+        errors = np.array([point[1] for point in points])
+        least, most = min(least, float(seconds.min())), max(most, float(seconds.max()))
         look = style.engine_style(label)
         titles = [
             f"{look.name} in {s}: {style.format_time(t)}, {style.format_length(e)}"
@@ -61,8 +63,8 @@ def cost_html(results: ResultsFolder) -> Markup:
             Series(
                 look.name,
                 f"var(--engine-{k})",
-                np.array(seconds),
-                np.array(errors),
+                seconds,
+                errors,
                 marker=MARKERS.get(look.marker, "●"),
                 titles=titles,
             )
@@ -92,15 +94,17 @@ def ledgers_html(ledgers: Mapping[str, EnergyLedger]) -> Markup:
     return render("ledgers.html", ledgers=told, entries=present)
 
 
-def hashes_html(results: ResultsFolder, regression: Regression | None) -> Markup:
+def hashes_html(
+    results: ResultsFolder, scenes: Mapping[str, ScenePart], regression: Regression | None
+) -> Markup:
     """Return the hash of what our engine did in each scene, and whether it is that of the base."""
     rows = []
     for case in _ours(results):
         change = None if regression is None else regression.scene(case.scene)
         base = "" if change is None else change.base_hash
         head = "" if change is None else change.head_hash
-        rows.append((case.scene, head, base, case.motion_hash))
-    return render("hashes.html", rows=rows, compared=any(head for _, head, _, _ in rows))
+        rows.append((case.scene, head or scenes[case.scene].hashes.get(case.label, ""), base))
+    return render("hashes.html", rows=rows, compared=any(base for _, _, base in rows))
 
 
 def timing_html(results: ResultsFolder, regression: Regression | None) -> Markup:

@@ -53,9 +53,7 @@ def page_text(
         What changed since the baselines, where that was asked.
     """
     ledgers = {
-        name: ledger
-        for name in results.scene_names
-        if (ledger := scenes[name].ledger) is not None
+        name: ledger for name in results.scene_names if (ledger := scenes[name].ledger) is not None
     }
     verdict = Markup("").join(
         [
@@ -77,10 +75,10 @@ def page_text(
             "horizons", "Horizons", "How far the shots can be predicted", horizons_html(results)
         ),
         Section("energy", "Energy", "Where the energy went", ledgers_html(ledgers)),
-        Section("hashes", "Hashes", "Determinism", hashes_html(results, regression)),
+        Section("hashes", "Hashes", "Determinism", hashes_html(results, scenes, regression)),
         Section("timing", "Timing", "Run times", timing_html(results, regression)),
         Section("stress", "Stress", "Stress survival", stress_html(results)),
-        Section("failures", "Failures", "Failures explained", failures_html(results)),
+        Section("failures", "Failures", "Failures explained", failures_html(results, scenes)),
         Section("environment", "Environment", "Environment", environment_html(results)),
         Section("truth", "Truth", "What is true here", _truth_html(results)),
     ]
@@ -133,5 +131,5 @@ def _truth_html(results: ResultsFolder) -> Markup:
     parts = [markdown(TRUTH_TEXT)]
     if counted:
         heading = Markup("<h3>What the runs counted</h3>")
-        parts += [heading, markdown(counted, "What the runs counted")]
+        parts += [heading, markdown(counted, "What the runs counted", wraps=True)]
     return Markup("").join(parts)

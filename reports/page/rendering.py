@@ -89,7 +89,7 @@ def inline(text: str) -> Markup:
     return Markup(_markdown().renderInline(text, {}))
 
 
-def markdown(text: str | Sequence[str], caption: str = "") -> Markup:
+def markdown(text: str | Sequence[str], caption: str = "", *, wraps: bool = False) -> Markup:
     """Return paragraphs, lists and tables of the Markdown that reports are written in, as HTML.
 
     Parameters
@@ -99,9 +99,11 @@ def markdown(text: str | Sequence[str], caption: str = "") -> Markup:
     caption : str
         Of each table in it, which says also what its region is called; one that has none is
         no table of ours.
+    wraps : bool
+        Whether its cells hold sentences, which go on in a next line.
     """
     parts = text if isinstance(text, str) else "\n\n".join(part for part in text if part)
-    return Markup(_markdown().render(parts, {"caption": caption}))
+    return Markup(_markdown().render(parts, {"caption": caption, "wraps": wraps}))
 
 
 @cache
@@ -134,7 +136,8 @@ def _table_open(
     caption = Markup.escape(env.get("caption", ""))
     name = f' role="region" aria-label="{caption}"' if caption else ""
     said = f"<caption>{caption}</caption>" if caption else ""
-    return f'<div class="wide"{name} tabindex="0"><table>{said}'
+    kind = ' class="text"' if env.get("wraps") else ""
+    return f'<div class="wide"{name} tabindex="0"><table{kind}>{said}'
 
 
 def _table_close(

@@ -19,6 +19,7 @@ from reports.page.replay_data import scene_data
 from reports.shots import Run, Shot, cell_text
 from validation.energy_ledger import ENTRIES, EnergyLedger, ledger_of
 from validation.predictability import Predictability
+from validation.regression.fingerprint import bits_hash
 from validation.regression.records import SceneChange
 from validation.store import INDEPENDENT, CaseRecord
 from validation.verdict import verdict_of
@@ -48,10 +49,14 @@ class Limit:
 
 
 @dataclass(frozen=True)
-class Parting:
-    """Until where an engine plays the true shot."""
+class Course:
+    """How many collisions an engine counts, and until where it plays the true shot.
+
+    `counts` holds, for balls and for cushions, those counted and those in truth.
+    """
 
     label: str
+    counts: tuple[tuple[int, int | None], ...]
     matching: str
     parted: str
     horizon: str
@@ -59,10 +64,21 @@ class Parting:
 
 @dataclass(frozen=True)
 class ScenePart:
-    """What the page holds of one scene: its section, and our engine's energy ledger."""
+    """What the page holds of one scene, and what sections of all scenes need of its motions.
+
+    Attributes
+    ----------
+    html : Markup
+        Its section.
+    ledger : EnergyLedger or None
+        Of our engine's run.
+    hashes : dict of str to str
+        Of the events and rest positions of each run, to the bit, by label.
+    """
 
     html: Markup
     ledger: EnergyLedger | None
+    hashes: dict[str, str]
 
 
 def scene_part(
@@ -96,12 +112,11 @@ def scene_part(
         cell_text=cell_text,
         verdict_of=verdict_of,
         collisions=collision_text(cases),
-        counts=_counts(shot),
         numbers=number_table(cases),
         remarks=remarks(cases),
         limits=list(_limits(cases)),
         rest=list(_rest(shot)),
-        partings=list(_partings(cases)),
+        courses=list(_courses(cases)),
         horizon=horizon,
         ledgers=ledgers,
         entries=[e for e in ENTRIES if any(one.entries and e in one.entries for _, one in ledgers)],
@@ -114,24 +129,12 @@ def scene_part(
         data=embedded_json(data),
     )
     ours = shot.ours
-    return ScenePart(html, None if ours is None else dict(ledgers).get(ours.label))
-
-
-def _counts(shot: Shot) -> list[tuple[str, list[tuple[int, int | None]]]]:
-    """Return collisions by engine: of each kind those counted, and those in truth."""
-    truth = shot.truth_counts
-    kinds = ("ball-ball", "ball-cushion")
-    return [
-        (
-            run.label,
-            [
-                (run.case.collision_counts.get(kind, 0), None if truth is None else truth[kind])
-                for kind in kinds
-            ],
-        )
+    hashes = {
+        run.label: bits_hash(run.motion.events, run.case.rest_positions)
         for run in shot.runs
-        if run.case is not None and run.case.outcome == "ran"
-    ]
+        if run.motion is not None and run.case is not None and run.case.rest_positions is not None
+    }
+    return ScenePart(html, None if ours is None else dict(ledgers).get(ours.label), hashes)
 
 
 def _rest(shot: Shot) -> Iterator[tuple[str, list[RestRow]]]:
@@ -174,15 +177,20 @@ def _limits(cases: Sequence[CaseRecord]) -> Iterator[Limit]:
         yield Limit(metric, limit, reason, tuple(values))
 
 
-def _partings(cases: Sequence[CaseRecord]) -> Iterator[Parting]:
+def _courses(cases: Sequence[CaseRecord]) -> Iterator[Course]:
     for case in cases:
         if case.outcome != "ran":
             continue
         matching = case.metrics.get("matching_events")
         parted = case.metrics.get("first_divergence_time")
         why = case.notes.get("first_divergence_time", "not measured")
-        yield Parting(
+        true = case.truth_counts
+        yield Course(
             case.label,
+            tuple(
+                (case.collision_counts.get(kind, 0), None if true is None else true.get(kind, 0))
+                for kind in ("ball-ball", "ball-cushion")
+            ),
             "–" if matching is None else str(matching),
             why if parted is None else f"{parted:.6g} s",
             "to its end" if case.horizon is None else f"{case.horizon:.6g} s",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -29,17 +30,22 @@ _GROUPS: dict[str, tuple[str, ...]] = {
 def environment_html(results: ResultsFolder) -> Markup:
     """Return where and with what the run was made, as tables."""
     environment = {k: v for k, v in results.environment.items() if k != "engine_settings"}
+    if isinstance(environment.get("command"), list):
+        environment["command"] = shlex.join(map(str, environment["command"]))
     placed = {name for names in _GROUPS.values() for name in names}
     tables = [
         (title, _rows({k: environment[k] for k in names if k in environment}))
         for title, names in _GROUPS.items()
     ]
-    tables.append(("Asked for", _rows({k: v for k, v in environment.items() if k not in placed})))
+    asked = _rows({k: v for k, v in environment.items() if k not in placed})
     settings = [
         (label, sorted(values.items())) for label, values in engine_settings(results).items()
     ]
     return render(
-        "environment.html", tables=[one for one in tables if one[1]], settings=settings
+        "environment.html",
+        tables=[one for one in tables if one[1]],
+        asked=asked,
+        settings=settings,
     )
 
 

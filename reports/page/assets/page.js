@@ -108,7 +108,11 @@
   window.addEventListener("hashchange", follow);
 
   for (const element of document.querySelectorAll("[data-compare]")) {
-    whenSeen(element, () => window.Ghostball?.mountCompare?.(element, dataOf(element.dataset.compare)));
+    whenSeen(element, () => {
+      const { replay: id, ...data } = dataOf(element.dataset.compare);
+      // Where the base has no motion, the scene comes from its replay.
+      window.Ghostball?.mountCompare?.(element, id ? { scene: dataOf(id), ...data } : data);
+    });
   }
 
   if (navigator.clipboard) {
