@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from engine import CUSHIONS, EventKind, Scene
 from engine.result import Events
 from reports.figures._table import view_of
-from reports.page.replay_tracks import QUANTUM, TOLERANCE, packed_motion
+from reports.page.replay_tracks import FARTHEST, QUANTUM, TOLERANCE, packed_motion
 from reports.shots import Run, Shot
 from validation.records import Motion
 
@@ -30,6 +30,9 @@ SCHEMA: Final = 1
 
 MAX_EVENTS = 1500
 """Events kept of an engine's log: more can't be told apart on a time line, nor stepped through."""
+
+FAR_OFF = 2.0
+"""Times the size of what is shown: a ball that ends farther off than this isn't waited for."""
 
 _LINES: Final = {"-": [], "--": [5.0, 2.5], ":": [1.2, 1.6], "-.": [6.0, 2.0, 1.2, 2.0]}
 """Dashes of matplotlib's names for lines [pt]; none: solid."""
@@ -156,11 +159,20 @@ def _view(scene: Scene, runs: Sequence[Run]) -> tuple[float, float, float, float
     if not moved:
         return view_of(scene)
     # What our engine says is seen whole; what another one lost far off isn't.
-    first = next((run for run in moved if run.style.ours), moved[0])
-    own, rest = first.motion, [run.motion.positions[-1] for run in moved if run.motion is not None]
-    assert own is not None
-    needed = own.positions.reshape(-1, 3)
-    return view_of(scene, *rest, needed=needed[np.isfinite(needed).all(axis=1)])
+    ours = next((run.motion for run in moved if run.style.ours), None)
+    needed = [scene.positions] if ours is None else [scene.positions, _near(ours.positions)]
+    whole = np.concatenate(needed)
+    low, high = whole.min(axis=0), whole.max(axis=0)
+    reach = FAR_OFF * max(float((high - low).max()), float(scene.radii.max()))
+    ends = (run.motion.positions[-1] for run in moved if run.motion is not None)
+    shown = [end[((low - reach <= end) & (end <= high + reach)).all(axis=1)] for end in ends]
+    return view_of(scene, *shown, needed=whole)
+
+
+def _near(positions: FloatArray) -> FloatArray:
+    """Return the centres that are anywhere, (m, 3) [m]."""
+    centres = positions.reshape(-1, positions.shape[-1])
+    return centres[(np.abs(centres) <= FARTHEST).all(axis=1)]
 
 
 def _points(positions: FloatArray) -> list[list[float] | None]:
