@@ -472,6 +472,37 @@ def report(
 
 @app.command()
 @command
+def history(
+    kind: Annotated[
+        str,
+        typer.Argument(
+            metavar="KIND",
+            help="Which measurement: targets, scaling, skips, accuracy, precision or stress.",
+        ),
+    ] = "targets",
+    quantity: Annotated[
+        str | None,
+        typer.Option(metavar="GLOB", help="Only quantities that match, such as 'break-*/kernel'."),
+    ] = None,
+    plot: Annotated[
+        Path | None, plot_option("Draw a panel for each quantity, over the revisions")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show committed measurements (benchmarks/results) over the revisions they were made at.
+
+    Each committed version of each machine's file is read from git. × is the ratio to the version
+    before, = the same to the bit.
+    """
+    if plot is not None:
+        check_plot(plot)
+    from ghostball._history import run  # noqa: PLC0415
+
+    raise typer.Exit(run(kind, pattern=quantity, plot=plot, as_json=as_json))
+
+
+@app.command()
+@command
 def scenes(
     schema: Annotated[
         bool, typer.Option("--schema", help="Print the JSON schema of scene files instead.")

@@ -22,6 +22,7 @@ from reports.markdown_parts import (
     table_of,
     taken_over_text,
 )
+from reports.markdown_precision import precision_section
 from reports.markdown_predictability import predictability_section
 from reports.markdown_scaling import scaling_section
 from reports.markdown_scene import scene_section
@@ -120,6 +121,7 @@ def report_text(
         parts += ["## The paper's figures, remade"]
         parts += [figure_link(PAPER_CAPTIONS[kind], path) for kind, path in paper.items()]
     parts += scaling_section(results, whole.get("scaling"))
+    parts += precision_section(results, whole)
     parts += ["## Environment", environment_table(results)]
     return "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
 

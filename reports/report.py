@@ -21,6 +21,7 @@ from reports.markdown_parts import Drawn
 from reports.page import ScenePart, page_text, scene_part
 from reports.paper_figures import PAPER_FIGURES
 from reports.physics_figures import PHYSICS_FIGURES
+from reports.precision_figure import draw_precision, draw_precision_work
 from reports.scaling_figure import draw_scaling
 from reports.shots import load_shot
 from validation.ensembles import Ensembles
@@ -52,6 +53,8 @@ WHOLE_FIGURES: dict[str, Callable[[ResultsFolder], Figure | None]] = {
     "accuracy": draw_accuracy,
     "chaos": draw_chaos,
     "scaling": draw_scaling,
+    "precision": draw_precision,
+    "precision-work": draw_precision_work,
     "attribution": draw_attribution,
     **PHYSICS_FIGURES,
     **PAPER_FIGURES,

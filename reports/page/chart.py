@@ -47,9 +47,13 @@ class Series:
     broad : bool
         Whether it lies beneath the others as a broad band.
     marker : str
-        Sign of `MARKERS` at each point, without a line; "" draws a line.
+        Sign at each point; "" draws none.
+    line : bool
+        Whether the points are joined.
     titles : sequence of str
         What is said of each point; none, or one for each.
+    low, high : (k,) float64 or None
+        Ends of an upright bar at each point; None draws none.
     """
 
     name: str
@@ -59,7 +63,10 @@ class Series:
     dash: str = ""
     broad: bool = False
     marker: str = ""
+    line: bool = True
     titles: Sequence[str] = ()
+    low: FloatArray | None = None
+    high: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -128,15 +135,21 @@ def draw(
         What lies outside of the axes is drawn at their edge.
     """
     wide, high = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
+
+    def across(values: FloatArray) -> FloatArray:
+        return LEFT + wide * np.clip(x.place(values), 0.0, 1.0)
+
+    def down(values: FloatArray) -> FloatArray:
+        return TOP + high * (1.0 - np.clip(y.place(values), 0.0, 1.0))
+
     curves = []
     for one in series:
-        at = np.column_stack(
-            [
-                LEFT + wide * np.clip(x.place(one.x), 0.0, 1.0),
-                TOP + high * (1.0 - np.clip(y.place(one.y), 0.0, 1.0)),
-            ]
-        )
-        curves.append((one, _path(at) if not one.marker else "", _points(one, at)))
+        at = np.column_stack([across(one.x), down(one.y)])
+        bars = ""
+        if one.low is not None and one.high is not None:
+            ends = zip(at[:, 0], down(one.low), down(one.high), strict=True)
+            bars = "".join(f"M{px:.1f} {low:.1f}V{top:.1f}" for px, low, top in ends)
+        curves.append((one, _path(at) if one.line else "", _points(one, at), bars))
     return render(
         "chart.html",
         title=title,

@@ -12,19 +12,16 @@ from reports import style
 from reports.markdown_parts import metric_of, run_time_text
 from reports.markdown_predictability import predictability_section
 from reports.page.chart import Series, draw, log_axis
+from reports.page.precision import MARKERS, SMALLEST_ERROR, precision_html
 from reports.page.rendering import render
 from reports.page.scenes import ScenePart
 from reports.shots import rest_error
+from reports.stored import stored_in
+from validation.bench import PrecisionMeasurement
 from validation.energy_ledger import ENTRIES, EnergyLedger
 from validation.regression import Regression
 from validation.store import CLOSED_FORM, CaseRecord, ResultsFolder
 from validation.verdict import RestError, rest_error_standing
-
-SMALLEST_ERROR = 1e-17
-"""Where an error of exactly 0 is drawn on an axis that has no 0 [m]."""
-
-MARKERS = {"o": "●", "D": "◆", "^": "▲", "v": "▼", "s": "■", "P": "✚", "X": "✖", "*": "★"}
-"""Signs of the page for the markers of figures."""
 
 
 def closed_forms_html(results: ResultsFolder) -> Markup:
@@ -38,7 +35,13 @@ def closed_forms_html(results: ResultsFolder) -> Markup:
 
 
 def cost_html(results: ResultsFolder) -> Markup:
-    """Return run time against error of the cases of this run, which no ladder of steps makes."""
+    """Return run time against error: over ladders of steps where that was measured.
+
+    Else of the cases of this run, which no ladder makes.
+    """
+    measured = stored_in(results, PrecisionMeasurement)
+    if measured is not None:
+        return precision_html(results, measured)
     series, least, most = [], math.inf, 0.0
     for k, label in enumerate(results.labels):
         points = [
@@ -66,6 +69,7 @@ def cost_html(results: ResultsFolder) -> Markup:
                 seconds,
                 errors,
                 marker=MARKERS.get(look.marker, "●"),
+                line=False,
                 titles=titles,
             )
         )

@@ -20,6 +20,7 @@ from reports.page.measured import (
     timing_html,
 )
 from reports.page.overview import changes_html, matrix_html, overall, verdict_html
+from reports.page.precision import engines_of_page
 from reports.page.rendering import asset, markdown, render
 from reports.page.replay_assets import replay_script, replay_style
 from reports.page.scenes import ScenePart
@@ -88,7 +89,7 @@ def page_text(
             title=_title(results, regression),
             overall=overall(results, regression),
             about=_about(results),
-            styles=[asset("page.css"), replay_style(), Markup(engine_css(results.labels))],
+            styles=[asset("page.css"), replay_style(), Markup(engine_css(engines_of_page(results)))],
             scripts=[replay_script(), asset("page.js")],
             before=before,
             after=after,
