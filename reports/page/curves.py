@@ -85,7 +85,9 @@ def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
         if parted is not None and len(finite):
             said = f"{run.style.name}: first other collision at {style.format_time(parted)}"
             at = np.interp([parted], motion.times, drawn)
-            partings.append(Series(said, colour, np.array([parted]), at, marker="✕", line=False, titles=[said]))
+            partings.append(
+                Series(said, colour, np.array([parted]), at, marker="✕", line=False, titles=[said])
+            )
     marks = [] if horizon is None else [Mark(horizon, "horizon")]
     title = f"Largest distance of a ball from our engine's against time in {shot.scene.name}"
     axis = log_axis("distance from ours", ERROR_FLOOR, min(largest, 1e3), "m")

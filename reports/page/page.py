@@ -89,7 +89,11 @@ def page_text(
             title=_title(results, regression),
             overall=overall(results, regression),
             about=_about(results),
-            styles=[asset("page.css"), replay_style(), Markup(engine_css(engines_of_page(results)))],
+            styles=[
+                asset("page.css"),
+                replay_style(),
+                Markup(engine_css(engines_of_page(results))),
+            ],
             scripts=[replay_script(), asset("page.js")],
             before=before,
             after=after,

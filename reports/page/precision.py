@@ -1,4 +1,4 @@
-"""Errors against time over ladders of steps, a chart for each scene, as `bench precision` left it."""
+"""Errors against time over ladders of steps, a chart for each scene, as it was measured."""
 
 from __future__ import annotations
 
