@@ -19,7 +19,8 @@ _PAGE = """<!doctype html>
   --muted: #55605a; --paper: #ffffff; --accent: #0b57d0; }}
 @media (prefers-color-scheme: dark) {{ :root {{ --cloth: #1d2a24; --cushion: #55655c;
   --ink: #e8eeea; --muted: #a9b5ae; --paper: #121614; --accent: #8ab4f8; }} }}
-@media print {{ :root {{ color-scheme: light; --cloth: #f1f5f2; --ink: #000000; --paper: #ffffff; }} }}
+@media print {{ :root {{ color-scheme: light; --cloth: #f1f5f2; --ink: #000000;
+  --paper: #ffffff; }} }}
 body {{ font: 16px/1.45 system-ui, sans-serif; margin: 0 auto; padding: 1rem; max-width: 62rem;
   background: var(--paper); color: var(--ink); }}
 {style}
