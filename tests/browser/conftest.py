@@ -97,9 +97,13 @@ def open_page(browser, page_url: str) -> Iterator[Callable[..., object]]:
             one.page.on("request", lambda request: one.requests.append(request.url))
             one.page.goto(page_url if scene is None else f"{page_url}#scene={scene}")
             if scene is not None:
-                one.page.evaluate(
-                    "id => document.querySelector(`[data-replay='${id}']`).ghostball.ready",
-                    f"replay-{scene}",
+                # It is mounted as it comes into view, and then reads its data.
+                element = one.page.locator(f"[data-replay='replay-{scene}']")
+                element.evaluate(
+                    """async (element) => {
+                        while (!element.ghostball) await new Promise(requestAnimationFrame);
+                        await element.ghostball.ready;
+                    }"""
                 )
             return one.page
 
