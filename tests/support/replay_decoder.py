@@ -1,4 +1,4 @@
-"""Reads what `reports.page.replay_tracks` packed, as the page's script does, but slowly and plainly."""
+"""Reads what `reports.page.replay_tracks` packed: the page's script again, slow and plain."""
 
 import base64
 import struct

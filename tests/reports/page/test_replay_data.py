@@ -27,9 +27,7 @@ def motion_of_path(times, xy, events=()) -> Motion:
         velocities = np.gradient(positions, times, axis=0)
     nothing, spin = np.zeros(k), np.zeros_like(velocities)
     log = np.array(list(events), dtype=EVENT_DTYPE)
-    return Motion(
-        log, np.asarray(times), positions, velocities, spin, nothing, nothing, nothing
-    )
+    return Motion(log, np.asarray(times), positions, velocities, spin, nothing, nothing, nothing)
 
 
 def two_balls(**changes) -> Scene:
@@ -37,7 +35,9 @@ def two_balls(**changes) -> Scene:
         Ball(id="cue", position=(0.5, 0.6), velocity=(1.0, 0.0)),
         Ball(id="object", position=(1.0, 0.628)),
     ]
-    return Scene(**{"name": "cut", "table": Table(length=2.54, width=1.27), "balls": balls} | changes)
+    return Scene(
+        **{"name": "cut", "table": Table(length=2.54, width=1.27), "balls": balls} | changes
+    )
 
 
 @pytest.mark.parametrize("name", ["half-ball-cut", "draw-shot", "masse", "break-8"])
