@@ -10,7 +10,6 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball._bench_tables import value_text
 from ghostball._terminal import ExitStatus, say, stdout
 from reports import style
 from reports.history_figure import draw_history, revision_text
@@ -75,10 +74,10 @@ def _cell(name: str, versions: tuple[Version, ...], k: int) -> str:
     now = versions[k].values.get(name)
     if now is None:
         return ""
-    text = value_text(now.value, now.unit)
+    text = style.format_quantity(now.value, now.unit)
     if now.low is not None and now.high is not None and now.low < now.high:
-        text += f" ({value_text(now.low, now.unit)} to {value_text(now.high, now.unit)})"
+        text += f" ({style.format_quantity(now.low, now.unit)} to {style.format_quantity(now.high, now.unit)})"
     before = next((v.values[name] for v in versions[:k][::-1] if name in v.values), None)
     if before is None or before.value == 0.0:
         return text
-    return f"{text} × {now.value / before.value:.3g}" if now.value != before.value else f"{text} ="
+    return f"{text} =" if now.value == before.value else f"{text} × {now.value / before.value:#.3g}"

@@ -37,8 +37,9 @@ def draw_history(history: History) -> Figure:
     names = history.quantities
     if len(names) > MOST_PANELS:
         raise GhostballError(
-            f"`--plot` draws a panel for each quantity, at most {MOST_PANELS}, and `{history.kind}` "
-            f"has {len(names)}. Choose some with `--quantity`, such as '{names[0]}'"
+            f"`--plot` draws a panel for each quantity, at most {MOST_PANELS}, and "
+            f"`{history.kind}` has {len(names)}. Choose some with `--quantity`, such as "
+            f"'{names[0]}'"
         )
     columns = min(COLUMNS, len(names))
     rows = -(-len(names) // columns)
@@ -83,7 +84,7 @@ def _draw_panel(axes: Axes, history: History, name: str) -> None:
         axes.axhline(newest.target, color=style.GREY, linewidth=0.9, linestyle=(0.0, (4.0, 2.0)))
         sign = "≤" if newest.target_kind == "at_most" else "≥"
         axes.annotate(
-            f"target {sign} {newest.target:.3g}",
+            f"target {sign} {style.format_quantity(newest.target, newest.unit)}",
             (1.0, newest.target),
             xycoords=("axes fraction", "data"),
             ha="right",
@@ -93,7 +94,8 @@ def _draw_panel(axes: Axes, history: History, name: str) -> None:
         )
     _set_scale(axes, [version.values[name].value for version in versions])
     axes.set_title(name, fontsize=8.5)
-    axes.set_ylabel("" if newest.unit == "1" else f"[{newest.unit}]", fontsize=8)
+    axes.yaxis.set_major_formatter(lambda value, _: style.format_quantity(value, newest.unit))
+    axes.yaxis.set_minor_formatter(lambda *_: "")
     axes.set_xticks(range(len(versions)), [tick_text(one) for one in versions], fontsize=7)
     axes.set_xlim(-0.5, len(versions) - 0.5)
     axes.grid(visible=True)

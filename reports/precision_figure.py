@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from reports import style
 from reports.precision_text import legend_text, works_of
@@ -17,11 +17,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-WIDTH, ROW_HEIGHT, REST_HEIGHT = 9.6, 2.9, 1.6
+WIDTH, ROW_HEIGHT, REST_HEIGHT = 9.6, 3.0, 1.5
 COLUMNS = 3
 
 FLOOR = 1e-17
 """Where errors below it are drawn [m], 0 among them: a tenth of an ulp of a place on a table."""
+
+
+LINES = {target: style.format_length(target) for target in TARGETS} | {2.0**-52: "an ulp of 1 m"}
+"""Lines that are drawn across each panel [m], with their names."""
+
+_NAME: Any = {"xycoords": ("axes fraction", "data"), "fontsize": 6.5, "color": style.GREY}
 
 
 def draw_precision(results: ResultsFolder) -> Figure | None:
@@ -58,7 +64,7 @@ def draw_against_time(measured: PrecisionMeasurement) -> Figure | None:
 def draw_against_work(measured: PrecisionMeasurement) -> Figure | None:
     """Draw the largest rest error against work, which no machine changes; None without points."""
     title = "What work buys: largest rest error against work of a run, the same on any machine"
-    return _draw(measured, lambda point: float(point.work), f"work [{works_of(measured)}]", title)
+    return _draw(measured, lambda point: float(point.work), works_of(measured), title)
 
 
 def _draw(
@@ -84,9 +90,12 @@ def _draw(
     least = min(point.error_low for point in measured.points)
     if least <= FLOOR:
         grid[0].set_ylim(bottom=0.5 * FLOOR)
-    figure.supxlabel(label, fontsize=9)
-    beneath = f"; below {style.power_of_ten(-17)} m, and 0, drawn there" if least < FLOOR else ""
-    figure.supylabel(f"largest rest error [m]{beneath}", fontsize=9)
+        grid[0].annotate("0, or below 1e-17 m", (0.99, FLOOR), **_NAME, ha="right", va="bottom")
+    for k, axes in enumerate(grid[: len(scenes)]):
+        axes.set_ylabel("largest rest error [m]" if k % columns == 0 else "")
+        beneath = k + columns >= len(scenes)
+        axes.tick_params(labelbottom=beneath)
+        axes.set_xlabel(label if beneath else "")
     names = {
         engine: legend_text(engine, [one for one in measured.curves if one.engine == engine])
         for engine in found
@@ -102,8 +111,9 @@ def _draw_panel(
     axes: Axes, points: Sequence[PrecisionPoint], along: Callable[[PrecisionPoint], float]
 ) -> None:
     """Draw a line with error bars for each engine, over faint lines at the accuracies asked for."""
-    for target in TARGETS:
-        axes.axhline(target, color=style.FAINT, linewidth=0.8, zorder=1)
+    for height, name in LINES.items():
+        axes.axhline(height, color=style.FAINT, linewidth=0.8, zorder=1)
+        axes.annotate(name, (0.01, height), **_NAME, ha="left", va="bottom")
     axes.grid(visible=True)
     for engine in dict.fromkeys(point.engine for point in points):
         mine = [point for point in points if point.engine == engine]

@@ -48,21 +48,23 @@ def best_text(points: Sequence[PrecisionPoint]) -> str:
 
 
 def legend_text(engine: str, curves: Sequence[PrecisionCurve]) -> str:
-    """Return an engine's name with its order in the scenes where it has one: "pymunk, 0.98–1.1"."""
+    """Return an engine's name with the range of its orders, or why it has none in any scene."""
     orders = [curve.order for curve in curves if curve.order is not None]
     name = style.engine_name(engine)
     if not orders:
-        return f"{name}: no order"
+        notes = {curve.order_note for curve in curves}
+        return f"{name}: {notes.pop()}" if len(notes) == 1 else f"{name}: no order"
     low, high = (f"{value:.2g}" for value in (min(orders), max(orders)))
     return f"{name}: order {low}" if low == high else f"{name}: order {low} to {high}"
 
 
 def works_of(measured: PrecisionMeasurement) -> str:
-    """Return what work is counted in, by engine: "steps; events: ghostball, certified"."""
-    names: dict[str, list[str]] = {}
-    for point in measured.points:
-        engines = names.setdefault(point.work_name or "nothing", [])
-        name = style.split_label(point.engine)[0]
-        if name not in engines:
-            engines.append(name)
-    return "; ".join(f"{name} of {', '.join(engines)}" for name, engines in names.items())
+    """Return what work is counted in: "steps; of engines without a step: events"."""
+    stepping, exact = (
+        sorted({p.work_name or "nothing" for p in measured.points if p.exact == wanted})
+        for wanted in (False, True)
+    )
+    said = ", ".join(stepping)
+    if not exact or exact == stepping:
+        return said
+    return f"{said}; of engines without a step: {', '.join(exact)}"

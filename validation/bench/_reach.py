@@ -112,7 +112,7 @@ def order_of(levels: Sequence[Level], truth: FloatArray) -> Order:
     truth : (n, 2) float64 [m]
     """
     if not levels or levels[0].step is None:
-        return Order("a point: it has no step")
+        return Order("no step: a point")
     kept: list[Level] = []
     for level in reversed(levels):
         if not level.true_course:

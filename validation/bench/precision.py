@@ -219,7 +219,8 @@ class _Place:
         start = start_of(self.course.scene, self.rung, len(self.samples))
         if start is None:  # something touches it: it can't begin any earlier
             start = self.course.scene
-        began, results = clock(), []
+        began = clock()
+        results: list[Result] = []
         while not results or (len(results) < MOST_RUNS and clock() - began < LEAST_SAMPLE):
             result = self._run(start)
             if result is None:
