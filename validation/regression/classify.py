@@ -82,6 +82,11 @@ def classify(
             else ("rounding-only")
         )
         words = _distance_words(base, head)
+        if change == "results-changed" and math.isfinite(explained.map_end):
+            words += (
+                f"; what rounding explains is known up to {explained.map_end:.3g} s only, where "
+                "collisions tie or balls press each other"
+            )
     directions = [direction(one) for one in metrics]
     if -1 in directions:
         change = "worse"

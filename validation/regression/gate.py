@@ -75,13 +75,14 @@ def compare_results(
     folder: Path = FOLDER,
     *,
     whole: bool,
+    candidates: bool = True,
     times: Mapping[str, Timing] | None = None,
     known: MachineTimes | None = None,
 ) -> Regression:
     """Compare the runs of our engine in a results folder with their baselines.
 
     The baselines that would accept what has moved are written into the results folder, below
-    `CANDIDATES`, whole and readable.
+    `CANDIDATES`, whole and readable; earlier ones there go.
 
     Parameters
     ----------
@@ -91,6 +92,8 @@ def compare_results(
     whole : bool
         Whether all shipped scenes were run: then the shots of many balls are run too, and baselines
         of scenes that are no more are `stale`.
+    candidates : bool
+        Whether to write these; none are left there otherwise.
     times : mapping of str to Timing, optional
         Run times, by scene.
     known : MachineTimes, optional
@@ -104,7 +107,7 @@ def compare_results(
     names = baseline_names(folder)
     environment = describe_environment() | {"sources": hash_sources(source_folders())}
     changes: list[SceneChange] = []
-    candidates: list[Baseline] = []
+    moved: list[Baseline] = []
     accepted: dict[str, Any] = {}
     scenes: list[str] = []
     for scene, found in _observed(results, whole):
@@ -117,9 +120,9 @@ def compare_results(
         if time is not None:
             change = change.model_copy(update={"time": _time(time, scene.name, known)})
         changes.append(change)
-        candidates += [candidate] if candidate is not None else []
+        moved += [candidate] if candidate is not None else []
         accepted = before or accepted
-    _write_candidates(results.path, candidates)
+    _write_candidates(results.path, moved if candidates else [])
     stale = tuple(name for name in names if name not in scenes) if whole else ()
     return Regression(
         against=BASELINES,
@@ -233,14 +236,14 @@ def _warnings(changes: Sequence[SceneChange], stale: Sequence[str]) -> Iterator[
 def _write_candidates(folder: Path, candidates: Sequence[Baseline]) -> None:
     target = folder / CANDIDATES
     try:
-        target.mkdir(exist_ok=True)
         for old in target.glob(f"*{ENDING}"):
             old.unlink()
+        if candidates:
+            target.mkdir(exist_ok=True)
         for candidate in candidates:
             baseline_path(target, candidate.scene).write_text(candidate.text(), encoding="utf-8")
-        if not candidates:
-            with suppress(OSError):  # someone keeps a file of their own there
-                target.rmdir()
+        if target.is_dir() and not any(target.iterdir()):
+            target.rmdir()
     except OSError as error:
         raise cannot_write(folder, error) from error
 
