@@ -77,7 +77,7 @@
     if (!name.startsWith(PREFIX)) return;
     const scene = show(name.slice(PREFIX.length));
     if (!scene) return;
-    scene.scrollIntoView({ behavior: "instant" });
+    scene.scrollIntoView();
     scene.focus({ preventScroll: true });
   };
 
