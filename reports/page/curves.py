@@ -36,12 +36,12 @@ def energy_chart(shot: Shot) -> Markup:
     """Draw the energy of all balls against time; "" where no engine has a motion."""
     if not shot.drawn:
         return Markup()
-    start = max(float(_motion(run).energy[0]) for run in shot.drawn)
-    highest = max(float(np.nanmax(_motion(run).energy)) for run in shot.drawn)
+    # An engine that blew up has no energy to scale by, and one that explodes must not flatten all.
+    start = max(_largest(_motion(run).energy[:1]) for run in shot.drawn)
+    highest = max(_largest(_motion(run).energy) for run in shot.drawn)
     unit, name = next(
         ((scale, name) for scale, name in UNITS if start >= scale), (UNITS[-1][0], UNITS[-1][1])
     )
-    # An engine that explodes must not flatten the others.
     top = 1.05 * min(highest, 1.8 * start) / unit
     series = [
         Series(
@@ -76,13 +76,12 @@ def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
     for run in others:
         motion = _motion(run)
         apart = distance_from(reference, motion)
-        finite = apart[np.isfinite(apart)]
-        largest = max(largest, float(np.max(finite, initial=0.0)))
+        largest = max(largest, _largest(apart))
         colour = colour_of(shot, run)
         drawn = np.maximum(apart, ERROR_FLOOR)
         series.append(Series(run.style.name, colour, motion.times, drawn, dash_of(run.style)))
         parted = run.metric("first_divergence_time")
-        if parted is not None and len(finite):
+        if parted is not None:
             said = f"{run.style.name}: first other collision at {style.format_time(parted)}"
             at = np.interp([parted], motion.times, drawn)
             partings.append(
@@ -101,6 +100,8 @@ def distance_from(reference: Motion, motion: Motion) -> FloatArray:
     along chords: balls slow down evenly there, which a cubic with these ends and slopes says to the
     last bit but for rounding.
     """
+    if len(reference.times) == 1:  # nothing moves in the exact motion
+        return _apart(motion, reference.positions[:, :, :2])
     at, span = reference.times, np.diff(reference.times)
     t = np.minimum(motion.times, at[-1])
     row = np.clip(np.searchsorted(at, t, side="right") - 1, 0, len(span) - 1)
@@ -108,15 +109,25 @@ def distance_from(reference: Motion, motion: Motion) -> FloatArray:
     s = ((t - at[row]) / span[row])[:, np.newaxis, np.newaxis]
     p, v = reference.positions[:, :, :2], reference.velocities[:, :, :2]
     # The state before an event is stored one double earlier, so no span holds a jump but that one.
-    place = (
-        (1.0 + 2.0 * s) * (1.0 - s) ** 2 * p[row]
-        + s * (1.0 - s) ** 2 * h * v[row]
-        + s**2 * (3.0 - 2.0 * s) * p[row + 1]
-        - s**2 * (1.0 - s) * h * v[row + 1]
-    )
-    with np.errstate(invalid="ignore", over="ignore"):  # of an engine that blew up
-        apart: FloatArray = np.linalg.norm(motion.positions[:, :, :2] - place, axis=2).max(axis=1)
+    with np.errstate(invalid="ignore", over="ignore"):  # where a motion isn't finite
+        place = (
+            (1.0 + 2.0 * s) * (1.0 - s) ** 2 * p[row]
+            + s * (1.0 - s) ** 2 * h * v[row]
+            + s**2 * (3.0 - 2.0 * s) * p[row + 1]
+            - s**2 * (1.0 - s) * h * v[row + 1]
+        )
+    return _apart(motion, place)
+
+
+def _apart(motion: Motion, places: FloatArray) -> FloatArray:
+    with np.errstate(invalid="ignore", over="ignore"):  # where a motion isn't finite
+        apart: FloatArray = np.linalg.norm(motion.positions[:, :, :2] - places, axis=2).max(axis=1)
     return apart
+
+
+def _largest(values: FloatArray) -> float:
+    """Return the largest finite value, 0 where there is none."""
+    return float(np.max(values[np.isfinite(values)], initial=0.0))
 
 
 def _time_axis(shot: Shot) -> Axis:

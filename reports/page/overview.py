@@ -65,12 +65,10 @@ def overall(results: ResultsFolder, regression: Regression | None) -> Overall:
     crashed = verdicts.count(Verdict.CRASHED)
     if failed or crashed:
         parts = [f"{failed} failed"] * bool(failed) + [f"{crashed} did not finish"] * bool(crashed)
-        return Overall("✗", "Failed", "fail", f"Of {len(verdicts)} cases, {', '.join(parts)}.")
-    if regression is not None and regression.outcome == "failed":
-        count = sum(change.failed for change in regression.scenes)
-        return Overall(
-            "✗", "Failed", "fail", f"Every limit holds, but {_scenes(count)} changed for the worse."
-        )
+        said = f"Of {len(verdicts)} cases, {', '.join(parts)}."
+        return Overall("✗", "Failed", "fail", " ".join([said, *_gate(regression)]))
+    if gate := _gate(regression):
+        return Overall("✗", "Failed", "fail", " ".join(["Every limit holds.", *gate]))
     if results.state != "complete":
         return Overall("!", "Not complete", "fail", "What is there holds; the run did not end.")
     checks = [check for case in results.cases for check in case.checks]
@@ -78,6 +76,21 @@ def overall(results: ResultsFolder, regression: Regression | None) -> Overall:
     if not passed:
         return Overall("○", "Nothing judged", "holds", "No limit judges what was run.")
     return Overall("✓", "Passed", "pass", f"All {passed} checks passed.")
+
+
+def _gate(regression: Regression | None) -> list[str]:
+    """Return the sentence of a comparison that failed; none where it didn't."""
+    if regression is None or regression.outcome != "failed":
+        return []
+    count = sum(change.failed for change in regression.scenes)
+    named = "1 scene fails" if count == 1 else f"{count} scenes fail"
+    return [f"Against {_base(regression)}, {named}."]
+
+
+def _base(regression: Regression) -> str:
+    if regression.against == "baselines":
+        return "the accepted baselines"
+    return f"revision {regression.against}"
 
 
 def verdict_html(results: ResultsFolder, regression: Regression | None) -> Markup:
@@ -155,7 +168,3 @@ def _reasons(results: ResultsFolder) -> Iterator[tuple[str, str, list[str]]]:
                 found[label, why_text(case)].append(case.scene)
     for (label, why), scenes in found.items():
         yield label, why, scenes
-
-
-def _scenes(count: int) -> str:
-    return "1 scene" if count == 1 else f"{count} scenes"

@@ -45,7 +45,9 @@ def test_friction_on_the_way_is_told_from_the_cushion():
     hit = stored.events["t"][stored.events["kind"] == 1][0]
     at = int(np.searchsorted(stored.times, hit))
     ledger = ledger_of(scene, stored)
-    assert ledger.entries["ball-cushion"] == pytest.approx(stored.energy[at - 1] - stored.energy[at])
+    assert ledger.entries["ball-cushion"] == pytest.approx(
+        stored.energy[at - 1] - stored.energy[at]
+    )
     assert ledger.entries["rolling"] == pytest.approx(ledger.lost - ledger.entries["ball-cushion"])
     assert ledger.final == 0.0
 
