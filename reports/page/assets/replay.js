@@ -55,7 +55,7 @@ globalThis.Ghostball ??= {};
       this.plate = new Plate(stage, scene, (plate) => this.paint(plate));
       this.plate.onview = () => this.zoomed();
       stage.append(this.zoomButtons());
-      this.clock = make("output", { className: "gb-clock" });
+      this.clock = make("span", { className: "gb-clock" });
       const line = make("div", { className: "gb-line" });
       this.timeline = new Timeline(line, this.plate, scene.duration, (t) => {
         this.pause();

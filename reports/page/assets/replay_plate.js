@@ -190,7 +190,8 @@ globalThis.Ghostball ??= {};
       if (width === 0) return;
       const [left, right, bottom, top] = this.scene.view;
       const aspect = (top - bottom) / (right - left);
-      const height = Math.min(Math.max(width * aspect, 120), Math.max(0.62 * innerHeight, 240));
+      const height = Math.round(
+        Math.min(Math.max(width * aspect, 120), Math.max(0.62 * innerHeight, 240)));
       const ratio = globalThis.devicePixelRatio || 1;
       this.width = width;
       this.height = height;
