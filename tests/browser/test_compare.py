@@ -129,10 +129,8 @@ def test_rest_positions_alone(mounted, shot, motions):
 
 
 def test_a_side_without_a_motion_is_refused_in_words(mounted, shot, both):
-    still = dict(
-        both["head"], engines=[dict(both["head"]["engines"][0], motion=None)], packed="AwA="
-    )
-    page = mounted({"base": both["base"], "head": still})
+    silent = [engine | {"motion": None} for engine in both["head"]["engines"]]
+    page = mounted({"base": both["base"], "head": both["head"] | {"engines": silent}})
     said = page.locator("#it").inner_text()
     assert said == "Base and head can't be shown: head has no recorded motion."
 

@@ -178,6 +178,13 @@ def test_nothing_plays_before_it_is_asked_to(open_page):
     assert (state(page), picture(page)) == (0, before)
 
 
+def test_only_one_thing_is_said_aloud(open_page):
+    # A clock that is a live region would talk without end while it plays.
+    page = open_page(CUT)
+    assert replay_of(page).get_by_role("status").count() == 1
+    assert replay_of(page).locator("[aria-live]").count() == 1
+
+
 def test_engines_can_be_hidden(open_page):
     page = open_page(CUT)
     seek(page, 1.5)

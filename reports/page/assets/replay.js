@@ -9,6 +9,7 @@ globalThis.Ghostball ??= {};
   } = Ghostball;
   const SPEEDS = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4];
   const CROWD = 5; // from this many balls on, paths of all engines over each other are a scribble
+  const TAIL = 1; // [s]
   const QUIET = 600; // [ms] that nothing changes before the status is said
   const READOUT_EVERY = 100; // [ms] while it plays: nobody reads faster
   const KIND_WORDS = ["balls collide", "cushion", "starts to roll", "comes to rest"];
@@ -33,7 +34,7 @@ globalThis.Ghostball ??= {};
       this.playing = false;
       this.speed = 1;
       this.ball = 0;
-      this.trails = scene.balls.length < CROWD ? "all" : "ours";
+      this.trails = scene.balls.length < CROWD ? "all" : "tails";
       this.names = true;
       this.reference = this.ran.find((engine) => engine.ours) ?? this.ran[0];
       this.logged = this.reference;
@@ -91,7 +92,9 @@ globalThis.Ghostball ??= {};
       const [speedLabel, speedList] = choice("Speed", speeds, 1, (value) => this.setSpeed(Number(value)));
       this.speeds = speedList;
       const draw = () => this.plate.draw();
-      const kinds = [["all", "of all"], ["ours", "of ours"], ["none", "none"]];
+      const kinds = [
+        ["all", "all"], ["tails", "the last second"], ["one", "of one engine"], ["none", "none"],
+      ];
       const [trailLabel] = choice("Trails", kinds, this.trails, (value) => {
         this.trails = value;
         draw();
@@ -130,6 +133,12 @@ globalThis.Ghostball ??= {};
           `Jump to the first divergence, of ${first.name} at ${timeWords(first.divergence)}`,
           () => this.jump(first)));
       }
+      if (this.scene.horizon !== null && this.scene.horizon <= this.scene.duration) {
+        jumps.append(this.button(
+          `Horizon of double precision: ${timeWords(this.scene.horizon)}`,
+          "Jump to the horizon: past it, double precision can't say where the balls are",
+          () => this.go(this.scene.horizon)));
+      }
       const rest = parted.slice(1).map((engine) => {
         const button = this.button(
           `${engine.name} ${timeWords(engine.divergence)}`,
@@ -141,12 +150,6 @@ globalThis.Ghostball ??= {};
         jumps.append(make("details", {},
           make("summary", { textContent: `${rest.length} more ${rest.length === 1 ? "engine parts" : "engines part"} from the true sequence of collisions` }),
           make("ul", {}, ...rest)));
-      }
-      if (this.scene.horizon !== null && this.scene.horizon <= this.scene.duration) {
-        jumps.append(this.button(
-          `Horizon of double precision: ${timeWords(this.scene.horizon)}`,
-          "Jump to the horizon: past it, double precision can't say where the balls are",
-          () => this.go(this.scene.horizon)));
       }
       jumps.hidden = jumps.childElementCount === 0;
       return jumps;
@@ -276,8 +279,8 @@ globalThis.Ghostball ??= {};
       const shown = this.ran.filter((engine) => engine.shown);
       const order = [...shown].sort((p, q) => Number(q.ours) - Number(p.ours)); // ours beneath
       for (const engine of order) {
-        const trails = this.trails === "all" || (this.trails === "ours" && engine === this.reference);
-        if (trails) plate.drawTrails(engine, this.time);
+        if (this.trails === "none" || (this.trails === "one" && engine !== this.reference)) continue;
+        plate.drawTrails(engine, this.time, this.trails === "tails" ? this.time - TAIL : 0);
       }
       if (this.scene.truth) plate.drawTruth(this.scene.truth.rest);
       for (const engine of order) plate.drawBalls(engine, this.time, { names: this.names });
@@ -312,17 +315,15 @@ globalThis.Ghostball ??= {};
       this.update();
     }
 
-    /** Marks the log, and the divergence and horizon of the engines that are shown. */
+    /** Marks the log, where shown engines part from the truth, and the horizon. */
     mark() {
-      const flags = [];
-      if (this.scene.horizon !== null && this.scene.horizon <= this.scene.duration) {
-        flags.push({ t: this.scene.horizon, engine: null, horizon: true });
-      }
-      for (const engine of this.ran) {
-        if (!engine.shown) continue;
-        if (engine.divergence !== null) flags.push({ t: engine.divergence, engine });
-        if (engine.horizon !== null) flags.push({ t: engine.horizon, engine, horizon: true });
-      }
+      const flags = this.ran
+        .filter((engine) => engine.shown && engine.divergence !== null)
+        .map((engine) => ({ t: engine.divergence, engine }))
+        .sort((p, q) => q.t - p.t); // the first one last, on top
+      if (flags.length) flags[flags.length - 1].text = "first divergence";
+      const { horizon, duration } = this.scene;
+      if (horizon !== null && horizon <= duration) flags.push({ t: horizon, text: "horizon" });
       this.timeline.show(this.scene.kinds, this.logged.log, flags);
     }
 

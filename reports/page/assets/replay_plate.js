@@ -8,6 +8,7 @@ globalThis.Ghostball ??= {};
   const CLOSEST = 2e6; // pixels per metre: a micrometre is 2 pixels
   const SMALLEST_BALL = 3.5; // [px]: on a large cloth a ball to scale would be a speck
   const TRUTH_ARM = 6; // [px]
+  const BLACK = "#000000"; // ours on white paper; on any other it is the ink
   const FALLBACKS = {
     "--cloth": "#f1f5f2",
     "--cushion": "#8c9a91",
@@ -265,6 +266,7 @@ globalThis.Ghostball ??= {};
     }
 
     colourOf(engine) {
+      if (engine.ours && engine.colour === BLACK) return this.theme.ink;
       if (!this.colours.has(engine.colour)) {
         this.colours.set(engine.colour, readable(engine.colour, this.theme));
       }
@@ -344,37 +346,37 @@ globalThis.Ghostball ??= {};
       context.fillText(words, x, y - 5);
     }
 
-    /** The path of a ball up to an instant; its sliding parts, or all others. */
-    path(track, t, sliding) {
+    /** The path of a ball from one instant to another; its sliding parts, or all others. */
+    path(track, since, t, sliding) {
       const { context } = this;
       const { x, y, bowX, bowY } = track;
       const until = Math.min(t, track.lost);
       let pen = false;
       context.beginPath();
-      for (let i = 0; i < track.phase.length && track.t[i] < until; i++) {
+      for (let i = track.piece(since); i < track.phase.length && track.t[i] < until; i++) {
         if ((track.phase[i] === PHASE.SLIDING) !== sliding) {
           pen = false;
           continue;
         }
-        if (!pen) context.moveTo(...this.toPixels(x[i], y[i]));
-        pen = true;
         const dt = track.t[i + 1] - track.t[i];
-        const part = dt > 0 ? Math.min((until - track.t[i]) / dt, 1) : 1;
-        // A parabola in time is a Bezier curve; its first part ends where the ball is.
-        const [middleX, middleY] = [(x[i] + x[i + 1]) / 2 + 2 * bowX[i], (y[i] + y[i + 1]) / 2 + 2 * bowY[i]];
-        const bow = 4 * part * (1 - part);
+        const from = dt > 0 ? Math.min(Math.max((since - track.t[i]) / dt, 0), 1) : 0;
+        const to = dt > 0 ? Math.min((until - track.t[i]) / dt, 1) : 1;
+        // A parabola in time is a Bezier curve: its tangents meet in the middle of its time.
+        const place = (ends, bow, u) => ends[i] + u * (ends[i + 1] - ends[i]) + 4 * u * (1 - u) * bow[i];
+        const slope = (ends, bow) => ends[i + 1] - ends[i] + 4 * (1 - 2 * from) * bow[i];
+        const [startX, startY] = [place(x, bowX, from), place(y, bowY, from)];
+        const half = (to - from) / 2;
+        if (!pen) context.moveTo(...this.toPixels(startX, startY));
+        pen = true;
         context.quadraticCurveTo(
-          ...this.toPixels(x[i] + part * (middleX - x[i]), y[i] + part * (middleY - y[i])),
-          ...this.toPixels(
-            x[i] + part * (x[i + 1] - x[i]) + bow * bowX[i],
-            y[i] + part * (y[i + 1] - y[i]) + bow * bowY[i],
-          ),
+          ...this.toPixels(startX + half * slope(x, bowX), startY + half * slope(y, bowY)),
+          ...this.toPixels(place(x, bowX, to), place(y, bowY, to)),
         );
       }
     }
 
     /** Paths of all balls of an engine up to an instant: sliding ones wider and darker. */
-    drawTrails(engine, t) {
+    drawTrails(engine, t, since = 0) {
       const { context } = this;
       const colour = this.colourOf(engine);
       for (const sliding of [false, true]) {
@@ -384,7 +386,7 @@ globalThis.Ghostball ??= {};
         context.lineWidth = (engine.ours ? 4.5 : 1.4) + (sliding ? 2.5 : 0);
         context.setLineDash(engine.dash.map((part) => 1.4 * part));
         for (const track of engine.tracks) {
-          this.path(track, t, sliding);
+          this.path(track, since, t, sliding);
           context.stroke();
         }
       }
