@@ -7,6 +7,8 @@ from typing import Final
 
 REPLAY_SCRIPTS: Final = (
     "replay_parts.js",
+    "replay_look.js",
+    "replay_player.js",
     "replay_motion.js",
     "replay_plate.js",
     "replay_timeline.js",

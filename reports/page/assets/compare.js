@@ -3,7 +3,7 @@
 globalThis.Ghostball ??= {};
 
 (() => {
-  const { Plate, css, decode, distanceWords, iconButton, icon, make, relabel, timeWords } = Ghostball;
+  const { Plate, Player, css, decode, distanceWords, iconButton, make, timeWords } = Ghostball;
   const SIDES = ["base", "head"];
   const SKIN = 0.3; // how much of the other side shines through, over the whole
 
@@ -14,11 +14,14 @@ globalThis.Ghostball ??= {};
       this.scene = scene;
       this.sides = sides; // {base, head}: engines with `positions(t)`
       this.duration = Math.max(...SIDES.map((side) => sides[side].end));
-      this.time = this.duration;
+      this.player = new Player(this.duration, () => this.update());
       this.wipe = 0.5;
-      this.playing = false;
       this.build();
-      this.seek(this.duration);
+      this.player.seek(this.duration);
+    }
+
+    get time() {
+      return this.player.time;
     }
 
     build() {
@@ -80,14 +83,10 @@ globalThis.Ghostball ??= {};
     }
 
     timeRow() {
-      this.play = iconButton("play", "Play", () => (this.playing ? this.pause() : this.start()), "Space");
-      this.play.classList.add("gb-play");
       this.clock = make("span", { className: "gb-clock" });
-      this.timer = this.slider("Time of both sides", 0, this.duration, this.time, (t) => {
-        this.pause();
-        this.seek(t);
-      });
-      return make("div", { className: "gb-controls" }, this.play, this.timer, this.clock);
+      this.timer = this.slider("Time of both sides", 0, this.duration, this.time, (t) =>
+        this.player.go(t));
+      return make("div", { className: "gb-controls" }, this.player.button, this.timer, this.clock);
     }
 
     paint(plate, sides) {
@@ -140,15 +139,14 @@ globalThis.Ghostball ??= {};
       context.stroke();
     }
 
-    seek(t) {
-      this.time = Math.min(Math.max(Number(t) || 0, 0), this.duration);
+    update() {
       if (this.timer) {
         this.timer.value = this.time;
         const words = `${timeWords(this.time)} of ${timeWords(this.duration)}`;
         this.timer.setAttribute("aria-valuetext", words);
         this.clock.textContent = words;
       }
-      if (!this.playing) this.difference.textContent = this.differenceWords();
+      if (!this.player.playing) this.difference.textContent = this.differenceWords();
       for (const plate of this.plates) plate.draw();
     }
 
@@ -187,38 +185,8 @@ globalThis.Ghostball ??= {};
       return `Largest difference: ball ${this.scene.balls[which].id}, ${distanceWords(largest)}.`;
     }
 
-    start() {
-      if (this.time >= this.duration) this.seek(0);
-      this.playing = true;
-      this.label();
-      let before = performance.now();
-      const frame = (now) => {
-        if (!this.playing) return;
-        const t = this.time + (Math.max(now - before, 0) / 1000);
-        before = now;
-        if (t >= this.duration) this.pause();
-        this.seek(t);
-        if (this.playing) this.frame = requestAnimationFrame(frame);
-      };
-      this.frame = requestAnimationFrame(frame);
-    }
-
-    pause() {
-      if (!this.playing) return;
-      this.playing = false;
-      cancelAnimationFrame(this.frame);
-      this.label();
-      this.seek(this.time);
-    }
-
-    label() {
-      this.play.replaceChildren(icon(this.playing ? "pause" : "play"));
-      relabel(this.play, this.playing ? "Pause" : "Play");
-    }
-
     destroy() {
-      this.playing = false;
-      cancelAnimationFrame(this.frame);
+      this.player.stop();
       for (const plate of this.plates) plate.destroy();
       this.root.replaceChildren();
     }
@@ -268,7 +236,7 @@ globalThis.Ghostball ??= {};
     let comparison = null;
     let gone = false;
     const handle = {
-      seek: (t) => comparison?.seek(t),
+      seek: (t) => comparison?.player.go(t),
       get time() { return comparison?.time ?? 0; },
       get duration() { return comparison?.duration ?? 0; },
       engines: SIDES,

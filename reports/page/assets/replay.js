@@ -4,8 +4,8 @@ globalThis.Ghostball ??= {};
 
 (() => {
   const {
-    Plate, Readout, Timeline, choice, css, decode, drawKind, drawSmall, eventWords, icon, iconButton,
-    lengthWords, make, relabel, tick, timeWords,
+    Plate, Player, Readout, Timeline, choice, css, decode, drawKind, drawSmall, eventWords,
+    iconButton, lengthWords, make, tick, timeWords,
   } = Ghostball;
   const SPEEDS = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4];
   const CROWD = 5; // from this many balls on, paths of all engines over each other are a scribble
@@ -30,9 +30,7 @@ globalThis.Ghostball ??= {};
       this.root = root;
       this.scene = scene;
       this.ran = scene.engines.filter((engine) => engine.motion);
-      this.time = 0;
-      this.playing = false;
-      this.speed = 1;
+      this.player = new Player(scene.duration, () => this.update());
       this.ball = 0;
       this.trails = scene.balls.length < CROWD ? "all" : "tails";
       this.names = true;
@@ -42,7 +40,11 @@ globalThis.Ghostball ??= {};
       this.gone = new AbortController();
       root.addEventListener("keydown", (event) => this.key(event), { signal: this.gone.signal });
       this.chooseLog(this.logged);
-      this.seek(0);
+      this.player.seek(0);
+    }
+
+    get time() {
+      return this.player.time;
     }
 
     build() {
@@ -58,10 +60,7 @@ globalThis.Ghostball ??= {};
       stage.append(this.zoomButtons());
       this.clock = make("span", { className: "gb-clock" });
       const line = make("div", { className: "gb-line" });
-      this.timeline = new Timeline(line, this.plate, scene.duration, (t) => {
-        this.pause();
-        this.seek(t);
-      });
+      this.timeline = new Timeline(line, this.plate, scene.duration, (t) => this.player.go(t));
       const controls = this.controlRow();
       this.status = make("p", { className: "gb-said", role: "status" });
       this.status.setAttribute("aria-live", "polite");
@@ -86,8 +85,6 @@ globalThis.Ghostball ??= {};
     }
 
     controlRow() {
-      this.play = iconButton("play", "Play", () => this.toggle(), "Space");
-      this.play.classList.add("gb-play");
       const speeds = SPEEDS.map((speed) => [speed, `${speed}×`]);
       const [speedLabel, speedList] = choice("Speed", speeds, 1, (value) => this.setSpeed(Number(value)));
       this.speeds = speedList;
@@ -100,11 +97,11 @@ globalThis.Ghostball ??= {};
         draw();
       });
       return make("div", { className: "gb-controls" },
-        iconButton("start", "To the start", () => this.go(0), "Home"),
+        iconButton("start", "To the start", () => this.player.go(0), "Home"),
         iconButton("back", "Event before", () => this.step(-1), "p"),
-        this.play,
+        this.player.button,
         iconButton("next", "Next event", () => this.step(1), "n"),
-        iconButton("end", "To the end", () => this.go(this.scene.duration), "End"),
+        iconButton("end", "To the end", () => this.player.go(this.scene.duration), "End"),
         this.clock, speedLabel, trailLabel,
         tick("Names", this.names, (on) => {
           this.names = on;
@@ -137,7 +134,7 @@ globalThis.Ghostball ??= {};
         jumps.append(this.button(
           `Horizon of double precision: ${timeWords(this.scene.horizon)}`,
           "Jump to the horizon: past it, double precision can't say where the balls are",
-          () => this.go(this.scene.horizon)));
+          () => this.player.go(this.scene.horizon)));
       }
       const rest = parted.slice(1).map((engine) => {
         const button = this.button(
@@ -158,7 +155,7 @@ globalThis.Ghostball ??= {};
     jump(engine) {
       this.showEngine(engine, true);
       this.chooseLog(engine);
-      this.go(engine.divergence);
+      this.player.go(engine.divergence);
     }
 
     showEngine(engine, shown) {
@@ -174,7 +171,7 @@ globalThis.Ghostball ??= {};
       this.events = make("select", { className: "gb-events", size: 10 });
       this.events.setAttribute("aria-label", "Events, to jump to");
       this.events.addEventListener("change", () => {
-        this.go(this.logged.log.t[Number(this.events.value)]);
+        this.player.go(this.logged.log.t[Number(this.events.value)]);
       });
       this.thinned = make("small");
       return make("fieldset", { className: "gb-log" }, make("legend", { textContent: "Events" }),
@@ -327,28 +324,17 @@ globalThis.Ghostball ??= {};
       this.timeline.show(this.scene.kinds, this.logged.log, flags);
     }
 
-    seek(t) {
-      this.time = Math.min(Math.max(Number(t) || 0, 0), this.scene.duration);
-      this.update();
-    }
-
-    /** Seeks as somebody asked for it: what plays stops. */
-    go(t) {
-      this.pause();
-      this.seek(t);
-    }
-
     update() {
       this.timeline.setTime(this.time);
       this.clock.textContent = `${timeWords(this.time)} of ${timeWords(this.scene.duration)}`;
       this.plate.draw();
       const now = performance.now();
-      if (this.playing && now - (this.readAt ?? 0) < READOUT_EVERY) return;
+      if (this.player.playing && now - (this.readAt ?? 0) < READOUT_EVERY) return;
       this.readAt = now;
       this.readout.show(this.time, this.ball, this.reference);
       this.choose();
       clearTimeout(this.saying);
-      if (!this.playing) this.saying = setTimeout(() => this.say(), QUIET);
+      if (!this.player.playing) this.saying = setTimeout(() => this.say(), QUIET);
     }
 
     /** Chooses in the list the last event that has happened. */
@@ -383,47 +369,12 @@ globalThis.Ghostball ??= {};
     step(direction) {
       const times = this.logged.log.t;
       const later = Array.prototype.filter.call(times, (t) => (t - this.time) * direction > 0);
-      if (later.length) this.go(direction > 0 ? later[0] : later[later.length - 1]);
-      else this.pause();
+      if (later.length) this.player.go(direction > 0 ? later[0] : later[later.length - 1]);
     }
 
     setSpeed(speed) {
-      this.speed = speed;
+      this.player.speed = speed;
       this.speeds.value = speed;
-    }
-
-    toggle() {
-      if (this.playing) this.pause();
-      else this.start();
-    }
-
-    start() {
-      if (this.time >= this.scene.duration) this.seek(0);
-      this.playing = true;
-      this.label();
-      let before = performance.now();
-      const frame = (now) => {
-        if (!this.playing) return;
-        const t = this.time + (Math.max(now - before, 0) / 1000) * this.speed;
-        before = now;
-        if (t >= this.scene.duration) this.pause();
-        this.seek(t);
-        if (this.playing) this.frame = requestAnimationFrame(frame);
-      };
-      this.frame = requestAnimationFrame(frame);
-    }
-
-    pause() {
-      if (!this.playing) return;
-      this.playing = false;
-      cancelAnimationFrame(this.frame);
-      this.label();
-      this.update();
-    }
-
-    label() {
-      this.play.replaceChildren(icon(this.playing ? "pause" : "play"));
-      relabel(this.play, this.playing ? "Pause" : "Play", "Space");
     }
 
     key(event) {
@@ -431,16 +382,16 @@ globalThis.Ghostball ??= {};
       const tag = event.target.tagName;
       const typing = tag === "SELECT";
       const little = event.shiftKey ? 1e-3 : 1e-2;
-      const speedAt = SPEEDS.indexOf(this.speed);
+      const speedAt = SPEEDS.indexOf(this.player.speed);
       const acts = {
-        " ": () => this.toggle(),
-        ArrowLeft: () => this.go(this.time - little * this.scene.duration),
-        ArrowRight: () => this.go(this.time + little * this.scene.duration),
-        Home: () => this.go(0),
-        End: () => this.go(this.scene.duration),
+        " ": () => this.player.toggle(),
+        ArrowLeft: () => this.player.go(this.time - little * this.scene.duration),
+        ArrowRight: () => this.player.go(this.time + little * this.scene.duration),
+        Home: () => this.player.go(0),
+        End: () => this.player.go(this.scene.duration),
         n: () => this.step(1),
         p: () => this.step(-1),
-        d: () => this.firstParting !== null && this.go(this.firstParting),
+        d: () => this.firstParting !== null && this.player.go(this.firstParting),
         "[": () => this.setSpeed(SPEEDS[Math.max(speedAt - 1, 0)]),
         "]": () => this.setSpeed(SPEEDS[Math.min(speedAt + 1, SPEEDS.length - 1)]),
         "+": () => this.plate.zoom(1.6),
@@ -458,7 +409,7 @@ globalThis.Ghostball ??= {};
     }
 
     destroy() {
-      this.pause();
+      this.player.stop();
       clearTimeout(this.saying);
       this.gone.abort();
       this.sizes.disconnect();
@@ -478,10 +429,10 @@ globalThis.Ghostball ??= {};
     let replay = null;
     let gone = false;
     const handle = {
-      seek: (t) => replay?.go(t),
+      seek: (t) => replay?.player.go(t),
       get time() { return replay?.time ?? 0; },
       get duration() { return replay?.scene.duration ?? 0; },
-      get playing() { return replay?.playing ?? false; },
+      get playing() { return replay?.player.playing ?? false; },
       engines: data.engines.map((engine) => engine.label),
       positions: (label) => replay?.ran
         .find((engine) => engine.label === label)
