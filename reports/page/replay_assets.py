@@ -13,6 +13,7 @@ REPLAY_SCRIPTS: Final = (
     "replay_plate.js",
     "replay_timeline.js",
     "replay_readout.js",
+    "replay_events.js",
     "replay.js",
     "compare.js",
 )

@@ -236,6 +236,59 @@ def test_a_ball_that_is_lost_is_absent_and_said_so(open_page):
     assert "ball cue is lost from 0.5" in row.inner_text()
 
 
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            "data.engines.forEach((one) => { one.motion = null; })",
+            "No engine has a recorded motion of this scene, so there is nothing to replay.",
+        ),
+        (
+            "data.schema = 99",
+            "This motion can't be replayed: its data are of version 99, and this page reads 1.",
+        ),
+        (
+            "data.engines[0].motion.tick = 1e-7; data.balls.push(data.balls[0])",
+            "This motion can't be replayed: its motion is cut short.",
+        ),
+    ],
+)
+def test_what_cannot_be_replayed_says_so(open_page, change, words):
+    page = open_page()
+    said = page.evaluate(
+        f"""async () => {{
+            const text = document.getElementById("replay-{CUT}").textContent;
+            const data = JSON.parse(text);
+            {change};
+            const element = document.createElement("div");
+            document.body.append(element);
+            await Ghostball.mountReplay(element, data).ready;
+            return element.textContent;
+        }}"""
+    )
+    assert said == words
+
+
+def test_a_replay_can_be_taken_away_and_put_back(open_page):
+    # The page does so as another scene is opened, perhaps before this one's data are read.
+    page = open_page(CUT)
+    left = replay_of(page).evaluate(
+        """async (element) => {
+            const data = JSON.parse(document.getElementById(element.dataset.replay).textContent);
+            element.ghostball.destroy();
+            const early = Ghostball.mountReplay(element, data);
+            early.destroy();
+            await early.ready;
+            const left = element.querySelectorAll("canvas").length;
+            await Ghostball.mountReplay(element, data).ready;
+            return left;
+        }"""
+    )
+    assert left == 0
+    seek(page, 1.0)
+    assert state(page) == 1
+
+
 def test_names_are_text_whatever_they_hold(open_page):
     page = open_page("hostile")
     assert page.evaluate("typeof pwned") == "undefined"

@@ -4,14 +4,15 @@ globalThis.Ghostball ??= {};
 
 (() => {
   const {
-    Plate, Player, Readout, Timeline, choice, css, decode, drawKind, drawSmall, eventWords,
-    iconButton, lengthWords, make, tick, timeWords,
+    EventList, Plate, Player, Readout, Timeline, choice, css, decode, drawKind, drawSmall, iconButton,
+    lengthWords, make, tick, timeWords,
   } = Ghostball;
   const SPEEDS = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4];
   const CROWD = 5; // from this many balls on, paths of all engines over each other are a scribble
   const TAIL = 1; // [s]
   const QUIET = 600; // [ms] that nothing changes before the status is said
   const READOUT_EVERY = 100; // [ms] while it plays: nobody reads faster
+  const SAID = 4; // events of one instant that are said aloud
   const KIND_WORDS = ["balls collide", "cushion", "starts to roll", "comes to rest"];
   const KEYS = [
     ["Space", "play or pause"],
@@ -35,11 +36,10 @@ globalThis.Ghostball ??= {};
       this.trails = scene.balls.length < CROWD ? "all" : "tails";
       this.names = true;
       this.reference = this.ran.find((engine) => engine.ours) ?? this.ran[0];
-      this.logged = this.reference;
       this.build();
       this.gone = new AbortController();
       root.addEventListener("keydown", (event) => this.key(event), { signal: this.gone.signal });
-      this.chooseLog(this.logged);
+      this.chooseLog(this.reference);
       this.player.seek(0);
     }
 
@@ -61,13 +61,17 @@ globalThis.Ghostball ??= {};
       this.clock = make("span", { className: "gb-clock" });
       const line = make("div", { className: "gb-line" });
       this.timeline = new Timeline(line, this.plate, scene.duration, (t) => this.player.go(t));
+      this.events = new EventList(scene, this.ran, {
+        onchoose: (engine) => this.chooseLog(engine),
+        onjump: (t) => this.player.go(t),
+      });
       const controls = this.controlRow();
       this.status = make("p", { className: "gb-said", role: "status" });
       this.status.setAttribute("aria-live", "polite");
       root.replaceChildren(
         stage, line, this.legend(), controls, this.status, this.jumps(),
         this.readoutBox(),
-        make("div", { className: "gb-panels" }, this.eventBox(), this.help()),
+        make("div", { className: "gb-panels" }, this.events.element, this.help()),
       );
       this.sizes = new ResizeObserver(() => this.timeline.drawMarks());
       this.sizes.observe(line);
@@ -162,20 +166,6 @@ globalThis.Ghostball ??= {};
       this.readout.setShown(engine, shown);
       this.plate.draw();
       this.mark();
-    }
-
-    eventBox() {
-      const logs = this.ran.map((engine, i) => [i, engine.name]);
-      const [label, list] = choice("of", logs, 0, (value) => this.chooseLog(this.ran[Number(value)]));
-      this.logs = list;
-      this.events = make("select", { className: "gb-events", size: 10 });
-      this.events.setAttribute("aria-label", "Events, to jump to");
-      this.events.addEventListener("change", () => {
-        this.player.go(this.logged.log.t[Number(this.events.value)]);
-      });
-      this.thinned = make("small");
-      return make("fieldset", { className: "gb-log" }, make("legend", { textContent: "Events" }),
-        label, this.events, this.thinned);
     }
 
     readoutBox() {
@@ -295,19 +285,7 @@ globalThis.Ghostball ??= {};
     }
 
     chooseLog(engine) {
-      this.logged = engine;
-      this.logs.value = this.ran.indexOf(engine);
-      const { log } = engine;
-      const options = Array.from({ length: log.count }, (_, i) =>
-        make("option", {
-          value: i,
-          textContent: `${timeWords(log.t[i], 6)}  ${eventWords(this.scene, log.kind[i], log.a[i], log.b[i])}`,
-        }));
-      this.events.replaceChildren(...options);
-      const { of } = engine.motion;
-      this.thinned.textContent = of > log.count
-        ? `${log.count} of ${of} events, evenly chosen; the others are in the log of the run`
-        : `${of} ${of === 1 ? "event" : "events"}`;
+      this.events.show(engine);
       this.mark();
       this.update();
     }
@@ -321,7 +299,7 @@ globalThis.Ghostball ??= {};
       if (flags.length) flags[flags.length - 1].text = "first divergence";
       const { horizon, duration } = this.scene;
       if (horizon !== null && horizon <= duration) flags.push({ t: horizon, text: "horizon" });
-      this.timeline.show(this.scene.kinds, this.logged.log, flags);
+      this.timeline.show(this.scene.kinds, this.events.engine.log, flags);
     }
 
     update() {
@@ -332,44 +310,22 @@ globalThis.Ghostball ??= {};
       if (this.player.playing && now - (this.readAt ?? 0) < READOUT_EVERY) return;
       this.readAt = now;
       this.readout.show(this.time, this.ball, this.reference);
-      this.choose();
+      this.events.choose(this.time);
       clearTimeout(this.saying);
       if (!this.player.playing) this.saying = setTimeout(() => this.say(), QUIET);
     }
 
-    /** Chooses in the list the last event that has happened. */
-    choose() {
-      const { log } = this.logged;
-      let at = -1;
-      for (let low = 0, high = log.count - 1; low <= high;) {
-        const middle = (low + high) >> 1;
-        if (log.t[middle] <= this.time) {
-          at = middle;
-          low = middle + 1;
-        } else high = middle - 1;
-      }
-      const chosen = Number(this.events.value || -1);
-      // Of several at one instant, the one that was picked stays.
-      if (at < 0) this.events.selectedIndex = -1;
-      else if (!(chosen >= 0 && log.t[chosen] === log.t[at])) this.events.selectedIndex = at;
-    }
-
     say() {
-      const { log } = this.logged;
-      const happens = [];
-      for (let i = 0; i < log.count; i++) {
-        if (log.t[i] === this.time) happens.push(eventWords(this.scene, log.kind[i], log.a[i], log.b[i]));
-      }
-      const what = happens.length ? `: ${happens.slice(0, 4).join(", ")}` : "";
+      const happens = this.events.wordsAt(this.time).slice(0, SAID);
+      const what = happens.length ? `: ${happens.join(", ")}` : "";
       // All digits: this is what somebody copies.
-      this.status.textContent = `t = ${this.time} s${what} (${this.logged.name})`;
+      this.status.textContent = `t = ${this.time} s${what} (${this.events.engine.name})`;
     }
 
     /** To the next instant with an event of the chosen log, or the one before. */
     step(direction) {
-      const times = this.logged.log.t;
-      const later = Array.prototype.filter.call(times, (t) => (t - this.time) * direction > 0);
-      if (later.length) this.player.go(direction > 0 ? later[0] : later[later.length - 1]);
+      const t = this.events.beside(this.time, direction);
+      if (t !== undefined) this.player.go(t);
     }
 
     setSpeed(speed) {
