@@ -42,6 +42,9 @@ validate: $(READY)  ## run every scene on every engine, write the report, print 
 stress: $(READY)  ## try to break every engine: what CI has time for
 	$(BIN)/ghostball stress --suite quick --jobs $(JOBS) --out $(OUT)/stress-quick
 
+regress: $(READY)  ## compare our engine with its accepted baselines
+	$(BIN)/ghostball regress --jobs $(JOBS) --out $(OUT)/regress
+
 # What is compiled can't be traced: the tests of the kernels run again without compilation. Those of
 # all else trace it as they run anyway, in `test`; both together are the coverage.
 COVER := --cov --cov-report= --cov-fail-under=0

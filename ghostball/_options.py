@@ -49,6 +49,13 @@ EngineSpec = Annotated[
     ),
 ]
 
+BaselineFolder = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR", help="Folder of the baselines (default: validation/baselines, as shipped)."
+    ),
+]
+
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")]
 
 

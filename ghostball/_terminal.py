@@ -38,6 +38,7 @@ class ExitStatus(enum.IntEnum):
     CHECK_FAILED = 1
     BAD_INPUT = 2
     HARNESS_FAILED = 3
+    NO_BASELINE = 4
     INTERRUPTED = 130  # 128 + SIGINT, as shells expect
 
 

@@ -15,13 +15,21 @@ from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
-from reports import write_report
+from reports import PAGE, write_report
 from validation.attribution import attribute_results
 from validation.junit import write_junit
 from validation.library import Suite, select
 from validation.predictability import predictability_of, save_predictability
+from validation.regression import (
+    REGRESSION_FILE,
+    check_baselines,
+    compare_results,
+    save_regression,
+)
+from validation.regression.baseline import FOLDER
 from validation.store import CaseRecord, ResultsFolder, is_results_folder, read_earlier
 from validation.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite
+from validation.truth import OUR_NAME
 from validation.unchanged import Unchanged
 from validation.verdict import Verdict, verdict_of
 
@@ -56,6 +64,7 @@ def run(
         for spec in specs:
             make_engine(spec)
     scenes, criteria = select(names_or_tags, suite), criteria_beside_paths(names_or_tags)
+    check_baselines(FOLDER, [scene.name for scene in scenes])
     patterns = None if metrics is None else [name.strip() for name in metrics.split(",")]
     request = None
     if ensemble is not None:
@@ -90,6 +99,7 @@ def run(
     results = ResultsFolder.load(out)
     if junit is not None:
         write_junit(results.cases, junit)
+    changed = _compare(results)
     written = None
     interrupted, beyond = outcome.interrupted, ExitStatus.PASSED
     if not interrupted:
@@ -116,9 +126,12 @@ def run(
     console.print(_headline(outcome, time.perf_counter() - started), soft_wrap=True)
     if outcome.counts.taken_over:
         console.print(f"{_taken_over(outcome.counts.taken_over, out)}; their run times are of then")
+    if changed:
+        console.print(changed, soft_wrap=True)
     if not any(check.passed is not None for case in outcome.cases for check in case.checks):
         say(f"[bold yellow]warning:[/] {escape(_nothing_judged(outcome))}")
     if written is not None:
+        console.print(f"page: {written.with_name(PAGE)}", soft_wrap=True, markup=False)
         console.print(f"report: {written}", soft_wrap=True, markup=False)
     if request is not None and not interrupted:
         beyond = max(beyond, _ensembles.show(out))
@@ -131,6 +144,25 @@ def run(
     if interrupted:
         return ExitStatus.INTERRUPTED
     return max(outcome.exit_status, beyond)
+
+
+def _compare(results: ResultsFolder) -> str:
+    """Compare our engine with its baselines where it ran; store that, and return it in words.
+
+    It is shown, not judged: `ghostball regress` is the gate.
+    """
+    (results.path / REGRESSION_FILE).unlink(missing_ok=True)
+    if not any(case.label == OUR_NAME and case.outcome == "ran" for case in results.cases):
+        return ""
+    regression = compare_results(results, whole=False, candidates=False)
+    save_regression(regression, results.path)
+    moved = [one.scene for one in regression.scenes if one.failed]
+    if moved:
+        return (
+            f"[yellow]our engine moved since its baselines were accepted:[/] "
+            f"{escape(', '.join(moved))}; `ghostball regress` says how"
+        )
+    return ""
 
 
 def _predict(scenes: Sequence[Scene], out: Path) -> bool:

@@ -10,6 +10,7 @@ import typer
 from ghostball import _bench
 from ghostball._options import (
     AsJson,
+    BaselineFolder,
     EngineSpec,
     RecordChoice,
     SceneName,
@@ -27,7 +28,7 @@ app = typer.Typer(
     help="Runs the same billiard shots on several physics engines and shows which one is right.",
     epilog=(
         "Exit status: 0 all passed; 1 a check failed; 2 bad usage or bad input; 3 ghostball itself "
-        "failed; 130 interrupted."
+        "failed; 4 nothing to compare with; 130 interrupted."
     ),
     no_args_is_help=True,
     add_completion=False,
@@ -158,7 +159,7 @@ def validate(
         ),
     ] = 600.0,
     report: Annotated[
-        bool, typer.Option(help="Write report.md and its figures after the run.")
+        bool, typer.Option(help="Write report.html, report.md and figures after the run.")
     ] = True,
     ensemble: Annotated[
         int | None,
@@ -349,15 +350,115 @@ def stress(
 
 @app.command()
 @command
+def regress(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="SCENE|TAG",
+            help="Names or tags of shipped scenes, or TOML files (default: all that are shipped, "
+            "and two shots of 256 balls).",
+        ),
+    ] = None,
+    against: Annotated[
+        str | None,
+        typer.Option(
+            metavar="REV",
+            help="Compare with another revision instead of the baselines: both run by turns, so "
+            "that run times are compared too.",
+        ),
+    ] = None,
+    baselines: BaselineFolder = None,
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder of the results, to be reported on.")
+    ] = Path("out/regress"),
+    junit: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write what changed as JUnit XML.")
+    ] = None,
+    jobs: Annotated[int, jobs_option("run scenes")] = 1,
+    rerun: Annotated[
+        bool, typer.Option("--rerun", help="Run every scene, also those that are unchanged.")
+    ] = False,
+    time_limit: Annotated[
+        float, typer.Option(metavar="SECONDS", help="How long a scene may take.")
+    ] = 600.0,
+    times: Annotated[
+        bool, typer.Option(help="Time the scenes too; against baselines times only warn.")
+    ] = True,
+    as_json: AsJson = False,
+) -> None:
+    """Say what changed in our engine since its baselines were accepted.
+
+    Each scene is identical, rounding only (within what its conditioning explains, up to its
+    horizon), changed, or better or worse against truth; named are the first event that differs and
+    what moved. Exit status 1 where a deterministic number moved: an event, a bit, a counter, an
+    error against truth; 4 where a scene can't be compared, such as one that has no baseline.
+    """
+    from ghostball._regress import run  # noqa: PLC0415
+
+    raise typer.Exit(
+        run(
+            scenes or [],
+            against=against,
+            baselines=baselines,
+            out=out,
+            junit=junit,
+            jobs=jobs,
+            rerun=rerun,
+            time_limit=time_limit,
+            timed=times,
+            as_json=as_json,
+        )
+    )
+
+
+@app.command()
+@command
+def accept(
+    reason: Annotated[
+        str, typer.Option(metavar="TEXT", help="Why the change is right; kept in CHANGES.md.")
+    ],
+    only: Annotated[
+        str, typer.Option(metavar="GLOB", help="Accept only scenes that match, such as 'break-*'.")
+    ] = "*",
+    results: Annotated[
+        Path,
+        typer.Option("--from", metavar="DIR", help="What `regress --out` wrote and you looked at."),
+    ] = Path("out/regress"),
+    baselines: BaselineFolder = None,
+) -> None:
+    """Accept what `regress` found: rewrite the baselines that moved, and note why."""
+    from ghostball._regress import run_accept  # noqa: PLC0415
+
+    run_accept(results, reason, only=only, baselines=baselines)
+
+
+@app.command()
+@command
+def calibrate(
+    baselines: BaselineFolder = None,
+    processes: Annotated[
+        int, typer.Option(min=2, help="Processes that run the same code by turns.")
+    ] = 5,
+    repeats: Annotated[int, typer.Option(min=1, help="How often each times each scene.")] = 15,
+    as_json: AsJson = False,
+) -> None:
+    """Measure this machine's noise: from which ratio on `regress` calls a scene slower."""
+    from ghostball._regress import run_calibrate  # noqa: PLC0415
+
+    run_calibrate(baselines=baselines, processes=processes, rounds=repeats, as_json=as_json)
+
+
+@app.command()
+@command
 def report(
     folder: Annotated[
         Path, typer.Argument(metavar="DIR", help="A folder that `validate` or `stress` wrote.")
     ],
     jobs: Annotated[int, jobs_option("draw")] = 1,
 ) -> None:
-    """Write report.md, or stress.md, and its figures again from stored results."""
+    """Write report.html and report.md, or stress.md, and figures again from stored results."""
     from ghostball._progress import counting  # noqa: PLC0415
-    from reports import write_report, write_stress_report  # noqa: PLC0415
+    from reports import PAGE, write_report, write_stress_report  # noqa: PLC0415
     from validation.stress.records import FINDINGS_FILE  # noqa: PLC0415
 
     if (folder / FINDINGS_FILE).exists():
@@ -365,7 +466,39 @@ def report(
         return
     with counting("drawing") as count:
         written = write_report(folder, progress=count, jobs=jobs)
+    typer.echo(written.with_name(PAGE))
     typer.echo(written)
+
+
+@app.command()
+@command
+def history(
+    kind: Annotated[
+        str,
+        typer.Argument(
+            metavar="KIND",
+            help="Which measurement: targets, scaling, skips, accuracy, precision or stress.",
+        ),
+    ] = "targets",
+    quantity: Annotated[
+        str | None,
+        typer.Option(metavar="GLOB", help="Only quantities that match, such as 'break-*/kernel'."),
+    ] = None,
+    plot: Annotated[
+        Path | None, plot_option("Draw a panel for each quantity, over the revisions")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show committed measurements (benchmarks/results) over the revisions they were made at.
+
+    Each committed version of each machine's file is read from git. × is the ratio to the version
+    before, = the same to the bit.
+    """
+    if plot is not None:
+        check_plot(plot)
+    from ghostball._history import run  # noqa: PLC0415
+
+    raise typer.Exit(run(kind, pattern=quantity, plot=plot, as_json=as_json))
 
 
 @app.command()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable
 
 import numpy as np
 
 from engine import EventKind, Result
+from validation.regression import fingerprint as fingerprint_module
+from validation.regression.fingerprint import bits_hash
 from validation.stress.judges import FloatArray, energies, instants, overlaps
 
 __all__ = [
@@ -56,12 +57,10 @@ def state_bits(result: Result) -> tuple[bytes, ...]:
 def log_bits(result: Result) -> bytes:
     """Return the event log to the bit."""
     assert result.events is not None
-    fields = (("t", "<f8"), ("kind", "u1"), ("a", "<i4"), ("b", "<i4"))
-    return b"".join(result.events[name].astype(kind).tobytes() for name, kind in fields)
+    return fingerprint_module.log_bits(result.events)
 
 
 def fingerprint(result: Result) -> str:
     """Return the sha256 of the event log and the rest positions."""
-    digest = hashlib.sha256(log_bits(result))
-    digest.update((result.rest_positions + 0.0).astype("<f8").tobytes())
-    return digest.hexdigest()
+    assert result.events is not None
+    return bits_hash(result.events, result.rest_positions)

@@ -1,0 +1,259 @@
+"""What `ghostball regress`, `accept` and `calibrate` do."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich import box
+from rich.markup import escape
+from rich.table import Table
+
+from engine import Scene
+from ghostball._progress import counting
+from ghostball._terminal import ExitStatus, check_writable, say, stdout
+from validation.environment import describe_environment
+from validation.library import select
+from validation.records import CaseRecord
+from validation.regression import (
+    REGRESSION_FILE,
+    NotComparableError,
+    Regression,
+    SceneChange,
+    accept,
+    baseline_folder,
+    calibrate,
+    check_baselines,
+    compare_results,
+    compare_revisions,
+    load_times,
+    machine_scenes,
+    save_regression,
+    save_times,
+    time_scenes,
+    times_path,
+)
+from validation.regression.records import Change
+from validation.store import ResultsFolder
+from validation.suite import Outcome, criteria_beside_paths, run_suite
+from validation.truth import OUR_NAME
+
+_COLOURS: dict[Change, str] = {
+    "identical": "green",
+    "rounding-only": "yellow",
+    "better": "cyan",
+    "results-changed": "bold red",
+    "worse": "bold red",
+    "no-baseline": "yellow",
+    "not-comparable": "yellow",
+}
+
+_WORDS: dict[Change, str] = {
+    "identical": "identical",
+    "rounding-only": "rounding only",
+    "better": "better against truth",
+    "results-changed": "results changed",
+    "worse": "worse against truth",
+    "no-baseline": "no baseline",
+    "not-comparable": "not comparable",
+}
+
+
+def run(
+    names_or_tags: Sequence[str],
+    *,
+    against: str | None,
+    baselines: Path | None,
+    out: Path,
+    junit: Path | None,
+    jobs: int,
+    rerun: bool,
+    time_limit: float,
+    timed: bool,
+    as_json: bool,
+) -> ExitStatus:
+    """Compare, print what changed, and return the exit status; see the options of the command.
+
+    Raises
+    ------
+    GhostballError
+        Before anything runs, where the input is wrong or a baseline is nonsense.
+    """
+    folder = baseline_folder(baselines)
+    scenes, criteria = select(names_or_tags), criteria_beside_paths(names_or_tags)
+    if junit is not None:
+        check_writable(junit, "--junit")
+    known = load_times(times_path(folder, describe_environment()))
+    if against is None:
+        check_baselines(folder, [scene.name for scene in scenes])
+    started = time.perf_counter()
+    with counting("running") as count:
+
+        def progress(case: CaseRecord, done: int, planned: int) -> None:
+            count(done, planned, case.scene)
+
+        outcome = run_suite(
+            scenes,
+            [OUR_NAME],
+            out,
+            jobs=jobs,
+            progress=progress,
+            criteria=criteria,
+            reuse=not rerun,
+            time_limit=time_limit,
+        )
+    if outcome.interrupted:
+        say("[bold]Interrupted:[/] nothing was compared. The same command goes on from there")
+        return ExitStatus.INTERRUPTED
+    results = ResultsFolder.load(out)
+    (out / REGRESSION_FILE).unlink(missing_ok=True)  # of an earlier run: not of these results
+    try:
+        if against is not None:
+            with counting("comparing") as count:
+                regression = compare_revisions(
+                    scenes, against, out, criteria=criteria, known=known, progress=count
+                )
+        else:
+            times = None
+            if timed:
+                with counting("timing") as count:
+                    times = time_scenes(_played(outcome, scenes), progress=count)
+            regression = compare_results(
+                results, folder, whole=not names_or_tags, times=times, known=known
+            )
+    except NotComparableError as error:
+        say(f"[bold red]error:[/] {escape(str(error))}")
+        return ExitStatus.NO_BASELINE
+    save_regression(regression, out)
+    if as_json:
+        print(regression.model_dump_json(by_alias=True))
+    else:
+        _show(regression, outcome, out, time.perf_counter() - started)
+    return _status(regression, outcome)
+
+
+def _played(outcome: Outcome, scenes: Sequence[Scene]) -> list[Scene]:
+    ran = {case.scene for case in outcome.cases if case.outcome == "ran"}
+    return [scene for scene in scenes if scene.name in ran]
+
+
+def _status(regression: Regression, outcome: Outcome) -> ExitStatus:
+    if outcome.counts.failed:
+        return ExitStatus.HARNESS_FAILED
+    if regression.outcome == "failed" or outcome.counts.checks_failed:
+        return ExitStatus.CHECK_FAILED
+    if regression.outcome == "no-baseline":
+        return ExitStatus.NO_BASELINE
+    return ExitStatus.PASSED
+
+
+def _show(regression: Regression, outcome: Outcome, out: Path, seconds: float) -> None:
+    console = stdout()
+    new = [one.scene for one in regression.scenes if one.change == "no-baseline"]
+    changed = [
+        one
+        for one in regression.scenes
+        if one.failed or one.change not in ("identical", "no-baseline")
+    ]
+    if changed:
+        console.print(_table(changed))
+    if new:
+        console.print(f"without a baseline: {escape(', '.join(new))}", soft_wrap=True)
+    for warning in regression.warnings:
+        console.print(f"[yellow]warning:[/] {escape(warning)}", soft_wrap=True)
+    counts = Counter(one.change for one in regression.scenes)
+    parts = [f"{counts[name]} {words}" for name, words in _WORDS.items() if counts[name]]
+    if outcome.counts.checks_failed:
+        parts.append(f"{outcome.counts.checks_failed} limits of truth broken")
+    colour = {"passed": "green", "failed": "bold red", "no-baseline": "bold yellow"}
+    against = (
+        "the accepted baselines"
+        if regression.against == "baselines"
+        else f"revision {regression.against}"
+    )
+    console.print(
+        f"[{colour[regression.outcome]}]{regression.outcome.replace('-', ' ')}[/]: "
+        f"{', '.join(parts)}, against {escape(against)}, in {seconds:.0f} s",
+        soft_wrap=True,
+    )
+    if regression.against != "baselines":
+        _show_times(regression)
+    if changed or new or regression.stale:
+        folder = escape(str(out))
+        say(f"`ghostball report {folder}` shows it, old and new side by side")
+        if regression.against == "baselines":
+            given = "" if out == Path("out/regress") else f" --from {folder}"
+            say(f'Where it is right: `ghostball accept{given} --reason "..."`')
+
+
+def _show_times(regression: Regression) -> None:
+    times = [one.time for one in regression.scenes if one.time is not None]
+    ratios = sorted(one.ratio for one in times if one.ratio is not None)
+    if ratios:
+        middle = ratios[len(ratios) // 2]
+        stdout().print(
+            f"run time, head over base: {middle:.3f} in the median of {len(ratios)} scenes, "
+            f"{ratios[0]:.3f} to {ratios[-1]:.3f}; slower beyond doubt: "
+            f"{sum(one.slower for one in times)}",
+            soft_wrap=True,
+        )
+
+
+def _table(changes: Sequence[SceneChange]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD)
+    table.add_column("scene")
+    table.add_column("change", no_wrap=True)
+    table.add_column("what moved")
+    for one in changes:
+        words = _WORDS[one.change]
+        if one.change == "identical":
+            words = "same bits, other work"
+            if one.time is not None and one.time.slower:
+                words = "same bits, slower"
+        table.add_row(escape(one.scene), f"[{_COLOURS[one.change]}]{words}[/]", escape(one.summary))
+    return table
+
+
+def run_accept(out: Path, reason: str, *, only: str, baselines: Path | None) -> None:
+    """Accept, and say what was written."""
+    done = accept(out, reason, only=only, folder=baseline_folder(baselines))
+    for words, names in (("accepted", done.written), ("removed", done.deleted)):
+        if names:
+            stdout().print(f"{words}: {escape(', '.join(names))}", soft_wrap=True)
+    if done.left:
+        say(f"moved too, and left as they were: {escape(', '.join(done.left))}")
+    stdout().print(f"noted in {done.changelog}", soft_wrap=True, markup=False)
+
+
+def run_calibrate(*, baselines: Path | None, processes: int, rounds: int, as_json: bool) -> None:
+    """Calibrate this machine, store it, and show the noisiest scenes."""
+    folder = baseline_folder(baselines)
+    with counting("timing") as count:
+        times = calibrate(machine_scenes(), processes=processes, rounds=rounds, progress=count)
+    path = times_path(folder, times.environment)
+    save_times(times, path)
+    if as_json:
+        print(times.model_dump_json(by_alias=True))
+        return
+    table = Table(box=box.SIMPLE_HEAD, title="the noisiest scenes")
+    columns: list[tuple[str, Any]] = [
+        ("scene", "left"),
+        ("median", "right"),
+        ("noise", "right"),
+        ("slower from", "right"),
+    ]
+    for name, justify in columns:
+        table.add_column(name, justify=justify)
+    noisiest = sorted(times.scenes.items(), key=lambda item: -item[1].noise)[:8]
+    for name, one in noisiest:
+        table.add_row(
+            escape(name),
+            f"{one.median * 1e6:.1f} us",
+            f"{100 * (one.noise - 1):.1f} %",
+            f"{one.threshold:.2f} x",
+        )
+    stdout().print(table)
+    stdout().print(f"{len(times.scenes)} scenes, stored in {path}", soft_wrap=True, markup=False)

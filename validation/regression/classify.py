@@ -1,0 +1,322 @@
+"""Says what a change of one scene is: none, rounding, other results, nearer to the truth or not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.result import EventKind, Events, event_dict
+from validation.alignment import align, found_log
+from validation.metric_table import METRICS
+from validation.regression.bands import Band, direction
+from validation.regression.fingerprint import BLOCK
+from validation.regression.observed import Observed
+from validation.regression.records import (
+    Change,
+    FirstDifference,
+    Level,
+    LoggedEvent,
+    Quantity,
+    SceneChange,
+)
+from validation.regression.rounding import Allowance
+
+BandOf = Callable[[str], Band]
+"""Returns the band of a metric or counter, by name."""
+
+
+@dataclass(frozen=True)
+class Bands:
+    """What is accepted of a scene: bands of its metrics and counters, and how its hash counts."""
+
+    metrics: Mapping[str, Band]
+    counters: Mapping[str, Band]
+    hash_level: Level = "error"
+
+
+def classify(
+    base: Observed,
+    head: Observed,
+    bands: Bands,
+    allowance: Callable[[], Allowance],
+    command: str = "",
+) -> SceneChange:
+    """Compare what our engine did in a scene with what it did before.
+
+    Parameters
+    ----------
+    base, head : Observed
+        Of one scene by name.
+    bands : Bands
+    allowance : callable
+        Returns what rounding explains in `head`; called only where bits differ.
+    command : str
+        What shows the scene again, for the record.
+    """
+    common = {"scene": head.scene, "title": head.title, "command": command}
+    if base.scene_hash != head.scene_hash:
+        return SceneChange(
+            **common,
+            change="not-comparable",
+            failed=False,
+            summary="the scene itself was changed since: what was accepted is of another shot",
+            base_hash=base.bits,
+            head_hash=head.bits,
+        )
+    metrics = _metrics(base, head, bands)
+    counters = _counters(base, head, bands)
+    moved = [one for one in (*metrics, *counters) if not one.within and one.level != "off"]
+    change: Change = "identical"
+    horizon, first, words = None, None, ""
+    if base.bits != head.bits:
+        explained = allowance()
+        horizon = explained.horizon if math.isfinite(explained.horizon) else None
+        parted = _parted(base, head, explained)
+        first = parted or _first_bits(base, head, explained.horizon)
+        change = (
+            "results-changed"
+            if parted is not None or _end_moved(base, head, explained)
+            else ("rounding-only")
+        )
+        words = _distance_words(base, head)
+        if change == "results-changed" and math.isfinite(explained.map_end):
+            words += (
+                f"; what rounding explains is known up to {explained.map_end:.3g} s only, where "
+                "collisions tie or balls press each other"
+            )
+    directions = [direction(one) for one in metrics]
+    if -1 in directions:
+        change = "worse"
+    elif 1 in directions and change == "results-changed":
+        change = "better"
+    failed = any(one.level == "error" for one in moved) or (
+        base.bits != head.bits and bands.hash_level == "error"
+    )
+    return SceneChange(
+        **common,
+        change=change,
+        failed=failed,
+        summary=_summary(change, first, moved, words, horizon),
+        horizon=horizon,
+        first_difference=first,
+        metrics=metrics,
+        counters=counters,
+        base_hash=base.bits,
+        head_hash=head.bits,
+        rest_base=_places(base),
+        rest_head=_places(head),
+    )
+
+
+def _metrics(base: Observed, head: Observed, bands: Bands) -> tuple[Quantity, ...]:
+    # What was measured against another truth can't be compared.
+    comparable = base.truth == head.truth
+    names = [name for name in METRICS if name in base.metrics or name in head.metrics]
+    return tuple(
+        _quantity(
+            name,
+            METRICS[name].unit,
+            base.metrics.get(name),
+            head.metrics.get(name),
+            bands.metrics.get(name),
+        )
+        for name in names
+        if comparable or METRICS[name].compares in (None, "proof")
+    )
+
+
+def _counters(base: Observed, head: Observed, bands: Bands) -> tuple[Quantity, ...]:
+    names = dict.fromkeys([*base.work, *head.work])
+    return tuple(
+        _quantity(name, "1", base.work.get(name), head.work.get(name), bands.counters.get(name))
+        for name in names
+    )
+
+
+def _quantity(
+    name: str, unit: str, base: int | float | None, head: int | float | None, band: Band | None
+) -> Quantity:
+    if band is None:  # it wasn't measured then
+        why = "was not measured when the baseline was accepted"
+        return Quantity(
+            name=name, unit=unit, base=base, head=head, level="warn", within=False, why=why
+        )
+    return Quantity(
+        name=name,
+        unit=unit,
+        base=base,
+        head=head,
+        low=band.low,
+        high=band.high,
+        level=band.level,
+        within=band.holds(head),
+        why=band.why,
+    )
+
+
+def _parted(base: Observed, head: Observed, explained: Allowance) -> FirstDifference | None:
+    """Return the first event up to the horizon that rounding doesn't explain."""
+    cut = len(base.events) < base.event_count or len(head.events) < head.event_count
+    kept = min(len(base.events), len(head.events)) if cut else None
+    ours, theirs = base.events[:kept], head.events[:kept]
+    pairs = align(found_log(ours), found_log(theirs))
+    found: list[tuple[float, int | None, int | None]] = []
+    for i in pairs.missing.tolist():
+        found.append((float(ours["t"][i]), i, None))
+    for j in pairs.invented.tolist():
+        found.append((float(theirs["t"][j]), None, j))
+    if cut and kept:  # what has no partner at the very end may have it beyond the cut
+        end = min(float(ours["t"][-1]), float(theirs["t"][-1]))
+        found = [one for one in found if one[0] < end]
+    late = np.abs(ours["t"][pairs.proved] - theirs["t"][pairs.found])
+    beyond = late > explained.event_times[pairs.found]
+    for i, j in zip(pairs.proved[beyond].tolist(), pairs.found[beyond].tolist(), strict=True):
+        found.append((float(ours["t"][i]), i, j))
+    found = [one for one in found if one[0] <= explained.horizon]
+    if found:
+        _, i, j = min(found, key=lambda one: one[0])
+        return _difference(base, head, i, j, explained.horizon)
+    return _parted_later(base, head, explained) if cut else None
+
+
+def _parted_later(base: Observed, head: Observed, explained: Allowance) -> FirstDifference | None:
+    """Look beyond the events that a baseline keeps, at the order of events block by block."""
+    if math.isfinite(explained.horizon):
+        return None  # past what is kept, and a chaotic shot: far past its horizon
+    sequences = [[block.sequence for block in one.blocks] for one in (base, head)]
+    if sequences[0] == sequences[1]:
+        return None
+    block = next(
+        (k for k, (a, b) in enumerate(zip(*sequences, strict=False)) if a != b),
+        min(map(len, sequences)),
+    )
+    start = block * BLOCK
+    words = (
+        f"events {start} to {start + BLOCK - 1} come in another order "
+        f"({base.event_count} events were accepted, {head.event_count} are there now)"
+    )
+    return FirstDifference(index=start, base=None, head=None, before_horizon=True, words=words)
+
+
+def _end_moved(base: Observed, head: Observed, explained: Allowance) -> bool:
+    """Whether the end differs by more than rounding explains; past the horizon nothing does."""
+    if explained.rest is None:
+        return False
+    if base.status != head.status or base.rest_positions.shape != head.rest_positions.shape:
+        return True
+    moved = np.linalg.norm(base.rest_positions - head.rest_positions, axis=1)
+    return bool(np.any(~(moved <= explained.rest)))
+
+
+def _first_bits(base: Observed, head: Observed, horizon: float) -> FirstDifference | None:
+    """Return the first event that differs in any bit; None where only the end does."""
+    shorter = min(len(base.events), len(head.events))
+    differs = base.events[:shorter] != head.events[:shorter]
+    if differs.any():
+        first = int(np.argmax(differs))
+        return _difference(base, head, first, first, horizon)
+    if base.event_count == head.event_count == shorter:
+        return None
+    if shorter < min(base.event_count, head.event_count):  # beyond what is kept
+        pairs = zip(base.blocks, head.blocks, strict=False)
+        block = next((k for k, (a, b) in enumerate(pairs) if a != b), None)
+        if block is None:
+            return None
+        start = block * BLOCK
+        return FirstDifference(
+            index=start,
+            base=None,
+            head=None,
+            before_horizon=math.isinf(horizon),
+            words=f"events {start} to {start + BLOCK - 1} differ",
+        )
+    i = shorter if base.event_count > shorter else None
+    j = shorter if head.event_count > shorter else None
+    return _difference(base, head, i, j, horizon)
+
+
+def _difference(
+    base: Observed, head: Observed, i: int | None, j: int | None, horizon: float
+) -> FirstDifference:
+    before = None if i is None else _event(base.events, i)
+    after = None if j is None else _event(head.events, j)
+    times = [one.t for one in (before, after) if one is not None]
+    if before is None and after is not None:
+        words = f"{_words(after, head.ids)} was not there before"
+    elif after is None and before is not None:
+        words = f"{_words(before, base.ids)} is no more"
+    else:
+        assert before is not None
+        assert after is not None
+        words = _both_words(before, after, head.ids)
+    indices = [one for one in (i, j) if one is not None]
+    return FirstDifference(
+        index=min(indices),
+        base=before,
+        head=after,
+        before_horizon=min(times) <= horizon,
+        words=f"event {min(indices)}: {words}",
+    )
+
+
+def _both_words(before: LoggedEvent, after: LoggedEvent, ids: tuple[str, ...]) -> str:
+    if (before.kind, before.a, before.b) == (after.kind, after.a, after.b):
+        sooner = "later" if after.t > before.t else "sooner"
+        return f"{_words(after, ids)} comes {abs(after.t - before.t):.3g} s {sooner}"
+    return f"{_words(after, ids)}, where it was {_words(before, ids)}"
+
+
+def _words(event: LoggedEvent, ids: tuple[str, ...]) -> str:
+    ball = ids[event.a] if event.a < len(ids) else f"ball {event.a}"
+    at = f"at {event.t:.9g} s"
+    if event.kind == EventKind.BALL_BALL.label:
+        assert isinstance(event.b, int)
+        other = ids[event.b] if event.b < len(ids) else f"ball {event.b}"
+        return f"{ball} meets {other} {at}"
+    if event.kind == EventKind.BALL_CUSHION.label:
+        return f"{ball} meets the {event.b} cushion {at}"
+    return f"{ball}: {event.kind} {at}"
+
+
+def _event(events: Events, i: int) -> LoggedEvent:
+    return LoggedEvent.model_validate(event_dict(events[i]))
+
+
+def _places(observed: Observed) -> tuple[tuple[float, float, float], ...]:
+    return tuple((float(x), float(y), float(z)) for x, y, z in observed.rest_positions)
+
+
+def _distance_words(base: Observed, head: Observed) -> str:
+    if base.rest_positions.shape != head.rest_positions.shape:
+        return "other balls"
+    moved = np.linalg.norm(base.rest_positions - head.rest_positions, axis=1)
+    if not np.any(moved > 0.0):
+        return "all balls rest where they did, to the bit"
+    ball = int(np.argmax(moved))
+    return f"{head.ids[ball]} rests {moved[ball]:.3g} m from where it did, the most of all"
+
+
+def _summary(
+    change: Change,
+    first: FirstDifference | None,
+    moved: list[Quantity],
+    words: str,
+    horizon: float | None,
+) -> str:
+    parts = [words] if words else []
+    if first is not None:
+        parts.append(first.words)
+    if horizon is not None and change == "rounding-only":
+        parts.append(f"nothing is compared past the horizon, {horizon:.3g} s")
+    shown = moved[:3]
+    parts += [f"{one.name} {_number(one.base)} -> {_number(one.head)}" for one in shown]
+    if len(moved) > len(shown):
+        parts.append(f"and {len(moved) - len(shown)} more")
+    return "; ".join(parts) if parts else "the same bits"
+
+
+def _number(value: int | float | None) -> str:
+    return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)

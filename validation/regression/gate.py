@@ -1,0 +1,265 @@
+"""Compares what our engine does now with what was accepted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from engine import Scene
+from validation.bench.skips import many_balls
+from validation.environment import describe_environment
+from validation.files import cannot_write
+from validation.library import select
+from validation.our_run import run_ours
+from validation.records import CaseRecord
+from validation.regression.baseline import (
+    ENDING,
+    FOLDER,
+    Accepted,
+    Baseline,
+    BaselineSchemaError,
+    baseline_names,
+    baseline_path,
+    load_baseline,
+)
+from validation.regression.classify import Bands, classify
+from validation.regression.observed import Observed
+from validation.regression.records import Regression, SceneChange, TimeChange, Timing
+from validation.regression.rounding import allowance_of
+from validation.regression.timing import MachineTimes, compare_times
+from validation.store import ResultsFolder
+from validation.truth import OUR_NAME
+from validation.unchanged import hash_sources, source_folders
+
+CANDIDATES = "baselines"
+"""Folder in a results folder: the baselines that accepting it would write."""
+
+PENDING = "not accepted yet"
+
+BASELINES = "baselines"
+"""What a comparison with them says that it is against."""
+
+
+def crowds() -> tuple[Scene, ...]:
+    """Return the shots of many balls that have baselines but no files: they are made by a rule."""
+    return many_balls()
+
+
+def machine_scenes() -> list[Scene]:
+    """Return the scenes that are timed: all that are shipped."""
+    return select()
+
+
+def check_baselines(folder: Path, scenes: Sequence[str]) -> None:
+    """Read the baselines of some scenes, so that nonsense is told before anything runs.
+
+    One of another schema version is passed over: it is told with its scene.
+
+    Raises
+    ------
+    BaselineError
+        Where one can't be read, or is nonsense.
+    """
+    for name in scenes:
+        path = baseline_path(folder, name)
+        if path.exists():
+            with suppress(BaselineSchemaError):
+                load_baseline(path)
+
+
+def compare_results(
+    results: ResultsFolder,
+    folder: Path = FOLDER,
+    *,
+    whole: bool,
+    candidates: bool = True,
+    times: Mapping[str, Timing] | None = None,
+    known: MachineTimes | None = None,
+) -> Regression:
+    """Compare the runs of our engine in a results folder with their baselines.
+
+    The baselines that would accept what has moved are written into the results folder, below
+    `CANDIDATES`, whole and readable; earlier ones there go.
+
+    Parameters
+    ----------
+    results : ResultsFolder
+    folder : Path
+        Of the baselines.
+    whole : bool
+        Whether all shipped scenes were run: then the shots of many balls are run too, and baselines
+        of scenes that are no more are `stale`.
+    candidates : bool
+        Whether to write these; none are left there otherwise.
+    times : mapping of str to Timing, optional
+        Run times, by scene.
+    known : MachineTimes, optional
+        What this machine took when it was calibrated.
+
+    Raises
+    ------
+    GhostballError
+        Where a baseline is nonsense, or a motion can't be read.
+    """
+    names = baseline_names(folder)
+    environment = describe_environment() | {"sources": hash_sources(source_folders())}
+    changes: list[SceneChange] = []
+    moved: list[Baseline] = []
+    accepted: dict[str, Any] = {}
+    scenes: list[str] = []
+    for scene, found in _observed(results, whole):
+        scenes.append(scene.name)
+        if isinstance(found, CaseRecord):
+            changes.append(_not_run(found))
+            continue
+        change, candidate, before = _compare(scene, found, folder, environment)
+        time = (times or {}).get(scene.name)
+        if time is not None:
+            change = change.model_copy(update={"time": _time(time, scene.name, known)})
+        changes.append(change)
+        moved += [candidate] if candidate is not None else []
+        accepted = before or accepted
+    _write_candidates(results.path, moved if candidates else [])
+    stale = tuple(name for name in names if name not in scenes) if whole else ()
+    return Regression(
+        against=BASELINES,
+        base=accepted,
+        head=environment,
+        outcome=outcome_of(changes),
+        scenes=tuple(changes),
+        stale=stale,
+        warnings=tuple(_warnings(changes, stale)),
+    )
+
+
+def outcome_of(changes: Sequence[SceneChange]) -> Any:
+    """Return what a comparison comes to; nothing compared is no pass."""
+    if any(change.failed for change in changes):
+        return "failed"
+    incomparable = any(change.change in ("no-baseline", "not-comparable") for change in changes)
+    return "no-baseline" if incomparable or not changes else "passed"
+
+
+def _observed(results: ResultsFolder, whole: bool) -> Iterator[tuple[Scene, Observed | CaseRecord]]:
+    """Yield each scene with what our engine did there, or with the case that did not run."""
+    for name in results.scene_names:
+        case = results.case(name, OUR_NAME)
+        if case is None or case.outcome in ("not-representable", "unavailable"):
+            continue
+        motion = results.motion(case)
+        yield (
+            case.load_scene(),
+            case if motion is None else Observed.of_case(case, motion),
+        )
+    if whole:
+        for scene in crowds():
+            yield scene, Observed.of_result(run_ours(scene, "events"))
+
+
+def _compare(
+    scene: Scene, head: Observed, folder: Path, environment: Mapping[str, Any]
+) -> tuple[SceneChange, Baseline | None, dict[str, Any]]:
+    """Return what became of a scene, the baseline to accept where one moved, and who accepted."""
+    path = baseline_path(folder, scene.name)
+    pending = Accepted(
+        date=datetime.now(UTC).date().isoformat(),
+        revision=revision_of(environment),
+        platform=platform_of(environment),
+        reason=PENDING,
+    )
+    common: dict[str, Any] = {
+        "scene": scene.name,
+        "title": scene.title,
+        "command": f"ghostball regress {scene.name}",
+        "head_hash": head.bits,
+    }
+    if not path.exists():
+        summary = "there is no baseline to compare with"
+        change = SceneChange(**common, change="no-baseline", failed=False, summary=summary)
+        return change, Baseline.of(head, pending), {}
+    try:
+        baseline = load_baseline(path)
+    except BaselineSchemaError as error:
+        change = SceneChange(**common, change="not-comparable", failed=False, summary=str(error))
+        return change, Baseline.of(head, pending), {}
+    bands = Bands(
+        {name: value.band for name, value in baseline.metrics.items()},
+        {name: value.band for name, value in baseline.work.items()},
+        baseline.hash.level,
+    )
+    change = classify(
+        baseline.observed, head, bands, lambda: allowance_of(scene), common["command"]
+    )
+    if change.failed and baseline.accepted.platform != pending.platform:
+        change = change.model_copy(
+            update={
+                "summary": f"{change.summary} (accepted on {baseline.accepted.platform}; our "
+                "engine promises the same bits on every platform)"
+            }
+        )
+    # Sums that only measure may differ in a last bit from machine to machine: no reason to write.
+    affected = change.base_hash != change.head_hash or change.change == "not-comparable"
+    affected |= any(not one.within for one in (*change.metrics, *change.counters))
+    candidate = Baseline.of(head, pending, baseline) if affected else None
+    return change, candidate, baseline.accepted.model_dump()
+
+
+def _not_run(case: CaseRecord) -> SceneChange:
+    return SceneChange(
+        scene=case.scene,
+        title=case.title,
+        change="worse",
+        failed=True,
+        summary=f"our engine did not run it: {case.reason}",
+        command=f"ghostball simulate {case.scene}",
+    )
+
+
+def _time(head: Timing, scene: str, known: MachineTimes | None) -> TimeChange:
+    return compare_times(head, None if known is None else known.scenes.get(scene))
+
+
+def _warnings(changes: Sequence[SceneChange], stale: Sequence[str]) -> Iterator[str]:
+    for change in changes:
+        if change.time is not None and change.time.slower:
+            yield f"{change.scene}: {change.time.words}"
+        for one in (*change.metrics, *change.counters):
+            if one.level == "warn" and not one.within:
+                yield f"{change.scene}: `{one.name}` {one.base} -> {one.head}: {one.why}"
+    if stale:
+        yield f"baselines of scenes that are no more: {', '.join(stale)}"
+
+
+def _write_candidates(folder: Path, candidates: Sequence[Baseline]) -> None:
+    target = folder / CANDIDATES
+    try:
+        for old in target.glob(f"*{ENDING}"):
+            old.unlink()
+        if candidates:
+            target.mkdir(exist_ok=True)
+        for candidate in candidates:
+            baseline_path(target, candidate.scene).write_text(candidate.text(), encoding="utf-8")
+        if target.is_dir() and not any(target.iterdir()):
+            target.rmdir()
+    except OSError as error:
+        raise cannot_write(folder, error) from error
+
+
+def revision_of(environment: Mapping[str, Any]) -> str:
+    """Return the revision of an environment, and whether files differ from it."""
+    git = environment.get("git")
+    if not git:
+        return str(environment["versions"]["ghostball"])
+    return str(git["revision"])[:12] + (" with changes" if git["dirty"] else "")
+
+
+def platform_of(environment: Mapping[str, Any]) -> str:
+    """Return what of an environment might decide a bit, though it must not."""
+    versions = environment["versions"]
+    return (
+        f"{environment['os']}, Python {environment['python']}, numba {versions['numba']}, "
+        f"{environment['cpu']}"
+    )

@@ -1,0 +1,197 @@
+"""One revision of our engine in a process of its own: plays shots and times them when told to.
+
+What the process runs is older or newer than this code. So it uses the engine's public face alone,
+and answers in plain arrays.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from engine import ExactTrajectory, GhostballError, Result, Samples, Scene, Status
+from engine.result import EVENT_DTYPE
+
+LONGEST = 600.0
+"""Seconds that a command may take: the first ones compile the kernels."""
+
+_PROGRAM = """\
+import json, pickle, sys
+from statistics import median
+root = sys.argv[1]
+import engine
+if not engine.__file__.startswith(root):
+    raise ImportError(f"not the revision asked for: {engine.__file__}")
+
+def play(scene, out):
+    run = engine.simulate(engine.Scene.load(scene), record="trajectory")
+    motion = run.trajectory
+    told = {
+        "status": run.status.name,
+        "rest_time": run.rest_time,
+        "state": [part for part in run.final_state],
+        "events": {name: run.events[name] for name in run.events.dtype.names},
+        "counts": dict(run.collision_counts),
+        "work": {name: int(count) for name, count in run.work.items()},
+        "wall_time": run.wall_time,
+        "reason": run.reason,
+        "knots": [part for part in motion.knots],
+        "spins": motion.spin_decelerations,
+    }
+    with open(out, "wb") as file:
+        pickle.dump(told, file)
+
+def time(scene, runs):
+    if scene not in scenes:
+        scenes[scene] = engine.Scene.load(scene)
+        engine.simulate(scenes[scene])
+    return median(engine.simulate(scenes[scene]).wall_time for _ in range(runs))
+
+scenes = {}
+print(json.dumps({"ready": True}), flush=True)
+for line in sys.stdin:
+    asked = json.loads(line)
+    try:
+        answer = {"answer": {"play": play, "time": time}[asked.pop("do")](**asked)}
+    except Exception as error:
+        answer = {"error": f"{type(error).__name__}: {error}"}
+    print(json.dumps(answer), flush=True)
+"""
+
+
+class NotComparableError(GhostballError):
+    """A revision that can't be built or run, so that there is nothing to compare with."""
+
+
+class PlayError(GhostballError):
+    """A scene that a revision can't play; the message is what it said."""
+
+
+class Player:
+    """A revision that plays; see `playing`."""
+
+    def __init__(self, name: str, process: subprocess.Popen[str], messages: IO[str]) -> None:
+        self.name = name
+        self._process = process
+        self._messages = messages
+        if "ready" not in self._answer():
+            raise NotComparableError(f"{self.name} doesn't answer as it should")
+
+    def play(self, scene: Scene, path: Path) -> Result:
+        """Play the scene that lies at `path`, and return what our own engine would.
+
+        Raises
+        ------
+        PlayError
+            Where the revision refuses the scene, or tells of it in another form.
+        NotComparableError
+            Where its process ends.
+        """
+        with tempfile.TemporaryDirectory() as place:
+            out = Path(place, "played")
+            self._ask(do="play", scene=str(path), out=str(out))
+            told = pickle.loads(out.read_bytes())
+        try:
+            return _result(scene, told)
+        except (KeyError, ValueError, TypeError) as error:
+            raise PlayError(f"{self.name} tells of its motion in another form: {error}") from error
+
+    def seconds(self, path: Path, runs: int) -> float:
+        """Return the median run time of some runs in a row [s]; errors as `play`."""
+        return float(self._ask(do="time", scene=str(path), runs=runs))
+
+    def _ask(self, **command: Any) -> Any:
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.write(json.dumps(command) + "\n")
+            self._process.stdin.flush()
+        except BrokenPipeError:
+            raise self._ended() from None
+        answer = self._answer()
+        if "error" in answer:
+            raise PlayError(f"{self.name}: {answer['error']}")
+        return answer["answer"]
+
+    def _answer(self) -> dict[str, Any]:
+        assert self._process.stdout is not None
+        watch = threading.Timer(LONGEST, self._process.kill)
+        watch.start()
+        try:
+            while line := self._process.stdout.readline():
+                if line.startswith("{"):  # else something that it imports prints
+                    answer: dict[str, Any] = json.loads(line)
+                    return answer
+        finally:
+            watch.cancel()
+        raise self._ended()
+
+    def _ended(self) -> NotComparableError:
+        self._process.kill()
+        code = self._process.wait()
+        self._messages.seek(0)
+        said = (self._messages.read().strip().splitlines() or ["no message"])[-1]
+        return NotComparableError(
+            f"{self.name} can't be built or run here: exit code {code}: {said}. Nothing can be "
+            "compared with it; choose another revision"
+        )
+
+
+@contextmanager
+def playing(name: str, root: Path) -> Iterator[Player]:
+    """Start a process that plays with the code in `root`; it ends with the block.
+
+    Raises
+    ------
+    NotComparableError
+        Where that can't even be imported.
+    """
+    paths = [str(root), *filter(None, [os.environ.get("PYTHONPATH")])]
+    with (
+        tempfile.TemporaryFile(mode="w+") as messages,
+        subprocess.Popen(
+            [sys.executable, "-c", _PROGRAM, str(root)],
+            cwd=root,  # which python looks into first
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(paths), "PYTHONDONTWRITEBYTECODE": "1"},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=messages,
+            text=True,
+        ) as process,
+    ):
+        try:
+            yield Player(name, process, messages)
+        finally:
+            process.kill()
+
+
+def _result(scene: Scene, told: dict[str, Any]) -> Result:
+    events = np.empty(len(told["events"]["t"]), dtype=EVENT_DTYPE)
+    for column in EVENT_DTYPE.names or ():
+        events[column] = told["events"][column]
+    return Result(
+        engine="ghostball",
+        settings={},
+        scene=scene,
+        status=Status[told["status"]],
+        final_state=Samples(*told["state"]),
+        rest_time=told["rest_time"],
+        collision_counts=told["counts"],
+        work=told["work"],
+        wall_time=told["wall_time"],
+        events=events,
+        trajectory=ExactTrajectory(
+            scene.radii, tuple(told["knots"]), told["rest_time"], told["spins"]
+        ),
+        reason=told["reason"],
+    )

@@ -1,0 +1,124 @@
+"""Another revision of this checkout, in a worktree of its own, kept for the next time."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import validation
+from engine import GhostballError
+from engine._jit import cache_root
+
+KEPT = 3
+"""Worktrees that are kept: each has its own compiled kernels, which take a minute or two."""
+
+_TIMEOUT = 120.0
+"""Seconds: git checks a whole tree out within some."""
+
+
+class RevisionError(GhostballError, ValueError):
+    """A revision that there isn't, or no checkout to look for it in."""
+
+
+def repository() -> Path:
+    """Return the root of the checkout that this code is in.
+
+    Raises
+    ------
+    RevisionError
+        Where it is an installed package, or there is no git.
+    """
+    root = Path(validation.__file__).resolve().parent.parent
+    if not (root / ".git").exists() or not (root / "pyproject.toml").is_file():
+        raise RevisionError(
+            "`--against` needs a checkout of ghostball with its history, and this is an installed "
+            "package. Clone the repository, or compare with baselines"
+        )
+    return root
+
+
+def resolve(revision: str, root: Path) -> str:
+    """Return the full name of a revision.
+
+    Raises
+    ------
+    RevisionError
+        Where there is no such commit.
+    """
+    try:
+        return _git(root, "rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}")
+    except RevisionError:
+        shallow = _git(root, "rev-parse", "--is-shallow-repository") == "true"
+        more = (
+            "This clone is shallow: `git fetch --unshallow` brings the rest"
+            if shallow
+            else "`git log --oneline` lists those that there are"
+        )
+        raise RevisionError(
+            f"`--against` must name a commit of {root}, got {revision!r}. {more}"
+        ) from None
+
+
+def worktree(root: Path, commit: str) -> Path:
+    """Return a folder with a revision checked out; made, and old ones removed, where needed.
+
+    It always lies in the same place, so that what was compiled for it is found again.
+
+    Raises
+    ------
+    RevisionError
+        Where git can't make it.
+    """
+    folder = cache_root().parent / "revisions"
+    mark = hashlib.sha256(os.fsencode(root)).hexdigest()[:8]
+    place = folder / f"{mark}-{commit[:16]}"
+    if not _is_clean(place, commit):
+        if place.exists():
+            shutil.rmtree(place)
+        _git(root, "worktree", "prune")
+        folder.mkdir(parents=True, exist_ok=True)
+        _git(root, "worktree", "add", "--detach", "--force", str(place), commit)
+    os.utime(place)
+    _drop_old(root, folder, mark, place)
+    return place
+
+
+def _is_clean(place: Path, commit: str) -> bool:
+    """Whether a folder holds that very revision, untouched."""
+    if not (place / ".git").exists():
+        return False
+    try:
+        there = _git(place, "rev-parse", "HEAD")
+        return there == commit and not _git(place, "status", "--porcelain")
+    except RevisionError:  # half made, or its repository was moved
+        return False
+
+
+def _drop_old(root: Path, folder: Path, mark: str, keep: Path) -> None:
+    others = [path for path in folder.glob(f"{mark}-*") if path != keep]
+    others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
+    for old in others[KEPT - 1 :]:
+        shutil.rmtree(old, ignore_errors=True)  # another run may be removing it too
+    _git(root, "worktree", "prune")
+
+
+def _git(root: Path, *arguments: str) -> str:
+    try:
+        finished = subprocess.run(
+            ["git", "-C", str(root), *arguments],
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=_TIMEOUT,
+        )
+    except FileNotFoundError:
+        raise RevisionError("`--against` needs git, which isn't installed. Install it") from None
+    except subprocess.TimeoutExpired:
+        raise RevisionError(f"git {arguments[0]} took over {_TIMEOUT:.0f} s. Try again") from None
+    except subprocess.CalledProcessError as error:
+        said = (error.stderr.strip().splitlines() or ["no message"])[-1]
+        raise RevisionError(f"git {' '.join(arguments)} failed: {said}") from None
+    return finished.stdout.strip()
