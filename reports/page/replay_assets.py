@@ -7,10 +7,13 @@ from typing import Final
 
 REPLAY_SCRIPTS: Final = (
     "replay_parts.js",
+    "replay_look.js",
+    "replay_player.js",
     "replay_motion.js",
     "replay_plate.js",
     "replay_timeline.js",
     "replay_readout.js",
+    "replay_events.js",
     "replay.js",
     "compare.js",
 )

@@ -123,6 +123,8 @@ def _engine(run: Run, parts: list[bytes]) -> dict[str, Any]:
         "verdict": "" if case is None else run.verdict.words,
         "horizon": None if case is None else _finite(case.horizon),
         "divergence": run.metric("first_divergence_time"),
+        # What the distance of its end from the truth is worth: past its horizon it is no error.
+        "standing": run.standing.name.lower(),
         "rest": None,
         "motion": None,
     }

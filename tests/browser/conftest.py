@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
-from replay_page import write_replay_page
 from replay_run import small_run
 
+from reports import write_report
 from validation.store import ResultsFolder
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -44,7 +44,7 @@ def results(run_folder: Path) -> ResultsFolder:
 @pytest.fixture(scope="session")
 def page_url(run_folder: Path) -> str:
     """Address of the page."""
-    return write_replay_page(run_folder).as_uri()
+    return write_report(run_folder).with_name("report.html").as_uri()
 
 
 @pytest.fixture(scope="session")

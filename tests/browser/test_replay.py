@@ -178,6 +178,13 @@ def test_nothing_plays_before_it_is_asked_to(open_page):
     assert (state(page), picture(page)) == (0, before)
 
 
+def test_only_one_thing_is_said_aloud(open_page):
+    # A clock that is a live region would talk without end while it plays.
+    page = open_page(CUT)
+    assert replay_of(page).get_by_role("status").count() == 1
+    assert replay_of(page).locator("[aria-live]").count() == 1
+
+
 def test_engines_can_be_hidden(open_page):
     page = open_page(CUT)
     seek(page, 1.5)
@@ -229,6 +236,59 @@ def test_a_ball_that_is_lost_is_absent_and_said_so(open_page):
     assert "ball cue is lost from 0.5" in row.inner_text()
 
 
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            "data.engines.forEach((one) => { one.motion = null; })",
+            "No engine has a recorded motion of this scene, so there is nothing to replay.",
+        ),
+        (
+            "data.schema = 99",
+            "This motion can't be replayed: its data are of version 99, and this page reads 1.",
+        ),
+        (
+            "data.engines[0].motion.tick = 1e-7; data.balls.push(data.balls[0])",
+            "This motion can't be replayed: its motion is cut short.",
+        ),
+    ],
+)
+def test_what_cannot_be_replayed_says_so(open_page, change, words):
+    page = open_page()
+    said = page.evaluate(
+        f"""async () => {{
+            const text = document.getElementById("replay-{CUT}").textContent;
+            const data = JSON.parse(text);
+            {change};
+            const element = document.createElement("div");
+            document.body.append(element);
+            await Ghostball.mountReplay(element, data).ready;
+            return element.textContent;
+        }}"""
+    )
+    assert said == words
+
+
+def test_a_replay_can_be_taken_away_and_put_back(open_page):
+    # The page does so as another scene is opened, perhaps before this one's data are read.
+    page = open_page(CUT)
+    left = replay_of(page).evaluate(
+        """async (element) => {
+            const data = JSON.parse(document.getElementById(element.dataset.replay).textContent);
+            element.ghostball.destroy();
+            const early = Ghostball.mountReplay(element, data);
+            early.destroy();
+            await early.ready;
+            const left = element.querySelectorAll("canvas").length;
+            await Ghostball.mountReplay(element, data).ready;
+            return left;
+        }"""
+    )
+    assert left == 0
+    seek(page, 1.0)
+    assert state(page) == 1
+
+
 def test_names_are_text_whatever_they_hold(open_page):
     page = open_page("hostile")
     assert page.evaluate("typeof pwned") == "undefined"
@@ -256,9 +316,7 @@ def test_dark_and_light_differ_and_change_while_it_is_open(open_page):
     assert picture(page) == light
 
 
-def test_on_paper_the_table_is_drawn_without_controls(open_page):
+def test_on_paper_there_are_no_controls(open_page):
     page = open_page(CUT, color_scheme="dark")
     page.emulate_media(media="print")
-    replay = replay_of(page)
-    assert replay.locator("canvas.gb-canvas").is_visible()
-    assert not replay.get_by_role("button", name="Play").is_visible()
+    assert not replay_of(page).get_by_role("button", name="Play").is_visible()

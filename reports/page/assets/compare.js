@@ -3,9 +3,9 @@
 globalThis.Ghostball ??= {};
 
 (() => {
-  const { Plate, css, decode, distanceWords, iconButton, icon, make, relabel, timeWords } = Ghostball;
+  const { Plate, Player, css, decode, distanceWords, iconButton, make, timeWords } = Ghostball;
   const SIDES = ["base", "head"];
-  const SPEEDS = 1;
+  const SKIN = 0.3; // how much of the other side shines through, over the whole
 
   /** Both sides as one engine each, base as outlines and head filled, on one clock. */
   class Comparison {
@@ -14,11 +14,14 @@ globalThis.Ghostball ??= {};
       this.scene = scene;
       this.sides = sides; // {base, head}: engines with `positions(t)`
       this.duration = Math.max(...SIDES.map((side) => sides[side].end));
-      this.time = this.duration;
+      this.player = new Player(this.duration, () => this.update());
       this.wipe = 0.5;
-      this.playing = false;
       this.build();
-      this.seek(this.duration);
+      this.player.seek(this.duration);
+    }
+
+    get time() {
+      return this.player.time;
     }
 
     build() {
@@ -37,7 +40,9 @@ globalThis.Ghostball ??= {};
       this.wiper = wipe;
       wipe.setAttribute("aria-valuetext", "50 % base");
       const onion = views[2][1];
-      onion.append(make("label", { className: "gb-wipe" }, "Wipe ", wipe));
+      const look = make("button", { type: "button", textContent: "Look at the largest difference" });
+      look.addEventListener("click", () => this.lookAtLargest());
+      onion.append(make("label", { className: "gb-wipe" }, "Wipe ", wipe), look);
       this.root.replaceChildren(
         make("div", { className: "gb-sides" }, views[0][1], views[1][1]), onion,
         ...(this.duration > 0 ? [this.timeRow()] : []), this.difference);
@@ -78,14 +83,10 @@ globalThis.Ghostball ??= {};
     }
 
     timeRow() {
-      this.play = iconButton("play", "Play", () => (this.playing ? this.pause() : this.start()), "Space");
-      this.play.classList.add("gb-play");
-      this.clock = make("output", { className: "gb-clock" });
-      this.timer = this.slider("Time of both sides", 0, this.duration, this.time, (t) => {
-        this.pause();
-        this.seek(t);
-      });
-      return make("div", { className: "gb-controls" }, this.play, this.timer, this.clock);
+      this.clock = make("span", { className: "gb-clock" });
+      this.timer = this.slider("Time of both sides", 0, this.duration, this.time, (t) =>
+        this.player.go(t));
+      return make("div", { className: "gb-controls" }, this.player.button, this.timer, this.clock);
     }
 
     paint(plate, sides) {
@@ -95,16 +96,19 @@ globalThis.Ghostball ??= {};
       }
       const { context, width, height } = plate;
       const edge = this.wipe * width;
-      const clipped = (left, right, side) => {
+      const clipped = (left, right, side, other) => {
         context.save();
         context.beginPath();
         context.rect(left, 0, right - left, height);
         context.clip();
+        context.globalAlpha = SKIN;
+        this.side(plate, other);
+        context.globalAlpha = 1;
         this.side(plate, side);
         context.restore();
       };
-      clipped(0, edge, "base");
-      clipped(edge, width, "head");
+      clipped(0, edge, "base", "head");
+      clipped(edge, width, "head", "base");
       this.joins(plate);
       context.strokeStyle = css(plate.theme.accent);
       context.lineWidth = 2;
@@ -135,19 +139,19 @@ globalThis.Ghostball ??= {};
       context.stroke();
     }
 
-    seek(t) {
-      this.time = Math.min(Math.max(Number(t) || 0, 0), this.duration);
+    update() {
       if (this.timer) {
         this.timer.value = this.time;
         const words = `${timeWords(this.time)} of ${timeWords(this.duration)}`;
         this.timer.setAttribute("aria-valuetext", words);
         this.clock.textContent = words;
       }
-      if (!this.playing) this.difference.textContent = this.differenceWords();
+      if (!this.player.playing) this.difference.textContent = this.differenceWords();
       for (const plate of this.plates) plate.draw();
     }
 
-    differenceWords() {
+    /** The ball that differs most now, and by how much [m]; -1 where none is on both sides. */
+    largest() {
       const [base, head] = SIDES.map((side) => this.sides[side].positions(this.time));
       let [largest, which] = [-1, -1];
       base.forEach((place, ball) => {
@@ -155,6 +159,24 @@ globalThis.Ghostball ??= {};
         const off = Math.hypot(place[0] - head[ball][0], place[1] - head[ball][1]);
         if (off > largest) [largest, which] = [off, ball];
       });
+      return [largest, which];
+    }
+
+    /** Looks at the ball that differs most, so close that the difference fills the plates. */
+    lookAtLargest() {
+      const [largest, which] = this.largest();
+      if (which < 0) return;
+      const [base, head] = SIDES.map((side) => this.sides[side].positions(this.time)[which]);
+      const middle = [(base[0] + head[0]) / 2, (base[1] + head[1]) / 2];
+      const plate = this.plates[2];
+      const span = Math.max(4 * largest, 1e-5);
+      plate.view = { x: middle[0], y: middle[1], scale: Math.min(plate.width, plate.height) / span };
+      plate.fitted = false;
+      plate.moved();
+    }
+
+    differenceWords() {
+      const [largest, which] = this.largest();
       if (which < 0) return "No ball has a position on both sides.";
       const least = this.duration > 0 ? 2 * this.scene.tolerance : 0;
       if (largest <= least) {
@@ -163,38 +185,8 @@ globalThis.Ghostball ??= {};
       return `Largest difference: ball ${this.scene.balls[which].id}, ${distanceWords(largest)}.`;
     }
 
-    start() {
-      if (this.time >= this.duration) this.seek(0);
-      this.playing = true;
-      this.label();
-      let before = performance.now();
-      const frame = (now) => {
-        if (!this.playing) return;
-        const t = this.time + (Math.max(now - before, 0) / 1000) * SPEEDS;
-        before = now;
-        if (t >= this.duration) this.pause();
-        this.seek(t);
-        if (this.playing) this.frame = requestAnimationFrame(frame);
-      };
-      this.frame = requestAnimationFrame(frame);
-    }
-
-    pause() {
-      if (!this.playing) return;
-      this.playing = false;
-      cancelAnimationFrame(this.frame);
-      this.label();
-      this.seek(this.time);
-    }
-
-    label() {
-      this.play.replaceChildren(icon(this.playing ? "pause" : "play"));
-      relabel(this.play, this.playing ? "Pause" : "Play");
-    }
-
     destroy() {
-      this.playing = false;
-      cancelAnimationFrame(this.frame);
+      this.player.stop();
       for (const plate of this.plates) plate.destroy();
       this.root.replaceChildren();
     }
@@ -244,7 +236,7 @@ globalThis.Ghostball ??= {};
     let comparison = null;
     let gone = false;
     const handle = {
-      seek: (t) => comparison?.seek(t),
+      seek: (t) => comparison?.player.go(t),
       get time() { return comparison?.time ?? 0; },
       get duration() { return comparison?.duration ?? 0; },
       engines: SIDES,

@@ -4,13 +4,15 @@ globalThis.Ghostball ??= {};
 
 (() => {
   const {
-    Plate, Readout, Timeline, choice, css, decode, drawKind, drawSmall, eventWords, icon, iconButton,
-    lengthWords, make, relabel, tick, timeWords,
+    EventList, Plate, Player, Readout, Timeline, choice, css, decode, drawKind, drawSmall, iconButton,
+    lengthWords, make, tick, timeWords,
   } = Ghostball;
   const SPEEDS = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4];
   const CROWD = 5; // from this many balls on, paths of all engines over each other are a scribble
+  const TAIL = 1; // [s]
   const QUIET = 600; // [ms] that nothing changes before the status is said
   const READOUT_EVERY = 100; // [ms] while it plays: nobody reads faster
+  const SAID = 4; // events of one instant that are said aloud
   const KIND_WORDS = ["balls collide", "cushion", "starts to roll", "comes to rest"];
   const KEYS = [
     ["Space", "play or pause"],
@@ -29,19 +31,20 @@ globalThis.Ghostball ??= {};
       this.root = root;
       this.scene = scene;
       this.ran = scene.engines.filter((engine) => engine.motion);
-      this.time = 0;
-      this.playing = false;
-      this.speed = 1;
+      this.player = new Player(scene.duration, () => this.update());
       this.ball = 0;
-      this.trails = scene.balls.length < CROWD ? "all" : "ours";
+      this.trails = scene.balls.length < CROWD ? "all" : "tails";
       this.names = true;
       this.reference = this.ran.find((engine) => engine.ours) ?? this.ran[0];
-      this.logged = this.reference;
       this.build();
       this.gone = new AbortController();
       root.addEventListener("keydown", (event) => this.key(event), { signal: this.gone.signal });
-      this.chooseLog(this.logged);
-      this.seek(0);
+      this.chooseLog(this.reference);
+      this.player.seek(0);
+    }
+
+    get time() {
+      return this.player.time;
     }
 
     build() {
@@ -55,11 +58,12 @@ globalThis.Ghostball ??= {};
       this.plate = new Plate(stage, scene, (plate) => this.paint(plate));
       this.plate.onview = () => this.zoomed();
       stage.append(this.zoomButtons());
-      this.clock = make("output", { className: "gb-clock" });
+      this.clock = make("span", { className: "gb-clock" });
       const line = make("div", { className: "gb-line" });
-      this.timeline = new Timeline(line, this.plate, scene.duration, (t) => {
-        this.pause();
-        this.seek(t);
+      this.timeline = new Timeline(line, this.plate, scene.duration, (t) => this.player.go(t));
+      this.events = new EventList(scene, this.ran, {
+        onchoose: (engine) => this.chooseLog(engine),
+        onjump: (t) => this.player.go(t),
       });
       const controls = this.controlRow();
       this.status = make("p", { className: "gb-said", role: "status" });
@@ -67,7 +71,7 @@ globalThis.Ghostball ??= {};
       root.replaceChildren(
         stage, line, this.legend(), controls, this.status, this.jumps(),
         this.readoutBox(),
-        make("div", { className: "gb-panels" }, this.eventBox(), this.help()),
+        make("div", { className: "gb-panels" }, this.events.element, this.help()),
       );
       this.sizes = new ResizeObserver(() => this.timeline.drawMarks());
       this.sizes.observe(line);
@@ -85,23 +89,23 @@ globalThis.Ghostball ??= {};
     }
 
     controlRow() {
-      this.play = iconButton("play", "Play", () => this.toggle(), "Space");
-      this.play.classList.add("gb-play");
       const speeds = SPEEDS.map((speed) => [speed, `${speed}×`]);
       const [speedLabel, speedList] = choice("Speed", speeds, 1, (value) => this.setSpeed(Number(value)));
       this.speeds = speedList;
       const draw = () => this.plate.draw();
-      const kinds = [["all", "of all"], ["ours", "of ours"], ["none", "none"]];
+      const kinds = [
+        ["all", "all"], ["tails", "the last second"], ["one", "of one engine"], ["none", "none"],
+      ];
       const [trailLabel] = choice("Trails", kinds, this.trails, (value) => {
         this.trails = value;
         draw();
       });
       return make("div", { className: "gb-controls" },
-        iconButton("start", "To the start", () => this.go(0), "Home"),
+        iconButton("start", "To the start", () => this.player.go(0), "Home"),
         iconButton("back", "Event before", () => this.step(-1), "p"),
-        this.play,
+        this.player.button,
         iconButton("next", "Next event", () => this.step(1), "n"),
-        iconButton("end", "To the end", () => this.go(this.scene.duration), "End"),
+        iconButton("end", "To the end", () => this.player.go(this.scene.duration), "End"),
         this.clock, speedLabel, trailLabel,
         tick("Names", this.names, (on) => {
           this.names = on;
@@ -130,6 +134,12 @@ globalThis.Ghostball ??= {};
           `Jump to the first divergence, of ${first.name} at ${timeWords(first.divergence)}`,
           () => this.jump(first)));
       }
+      if (this.scene.horizon !== null && this.scene.horizon <= this.scene.duration) {
+        jumps.append(this.button(
+          `Horizon of double precision: ${timeWords(this.scene.horizon)}`,
+          "Jump to the horizon: past it, double precision can't say where the balls are",
+          () => this.player.go(this.scene.horizon)));
+      }
       const rest = parted.slice(1).map((engine) => {
         const button = this.button(
           `${engine.name} ${timeWords(engine.divergence)}`,
@@ -142,12 +152,6 @@ globalThis.Ghostball ??= {};
           make("summary", { textContent: `${rest.length} more ${rest.length === 1 ? "engine parts" : "engines part"} from the true sequence of collisions` }),
           make("ul", {}, ...rest)));
       }
-      if (this.scene.horizon !== null && this.scene.horizon <= this.scene.duration) {
-        jumps.append(this.button(
-          `Horizon of double precision: ${timeWords(this.scene.horizon)}`,
-          "Jump to the horizon: past it, double precision can't say where the balls are",
-          () => this.go(this.scene.horizon)));
-      }
       jumps.hidden = jumps.childElementCount === 0;
       return jumps;
     }
@@ -155,27 +159,13 @@ globalThis.Ghostball ??= {};
     jump(engine) {
       this.showEngine(engine, true);
       this.chooseLog(engine);
-      this.go(engine.divergence);
+      this.player.go(engine.divergence);
     }
 
     showEngine(engine, shown) {
       this.readout.setShown(engine, shown);
       this.plate.draw();
       this.mark();
-    }
-
-    eventBox() {
-      const logs = this.ran.map((engine, i) => [i, engine.name]);
-      const [label, list] = choice("of", logs, 0, (value) => this.chooseLog(this.ran[Number(value)]));
-      this.logs = list;
-      this.events = make("select", { className: "gb-events", size: 10 });
-      this.events.setAttribute("aria-label", "Events, to jump to");
-      this.events.addEventListener("change", () => {
-        this.go(this.logged.log.t[Number(this.events.value)]);
-      });
-      this.thinned = make("small");
-      return make("fieldset", { className: "gb-log" }, make("legend", { textContent: "Events" }),
-        label, this.events, this.thinned);
     }
 
     readoutBox() {
@@ -276,8 +266,8 @@ globalThis.Ghostball ??= {};
       const shown = this.ran.filter((engine) => engine.shown);
       const order = [...shown].sort((p, q) => Number(q.ours) - Number(p.ours)); // ours beneath
       for (const engine of order) {
-        const trails = this.trails === "all" || (this.trails === "ours" && engine === this.reference);
-        if (trails) plate.drawTrails(engine, this.time);
+        if (this.trails === "none" || (this.trails === "one" && engine !== this.reference)) continue;
+        plate.drawTrails(engine, this.time, this.trails === "tails" ? this.time - TAIL : 0);
       }
       if (this.scene.truth) plate.drawTruth(this.scene.truth.rest);
       for (const engine of order) plate.drawBalls(engine, this.time, { names: this.names });
@@ -295,46 +285,21 @@ globalThis.Ghostball ??= {};
     }
 
     chooseLog(engine) {
-      this.logged = engine;
-      this.logs.value = this.ran.indexOf(engine);
-      const { log } = engine;
-      const options = Array.from({ length: log.count }, (_, i) =>
-        make("option", {
-          value: i,
-          textContent: `${timeWords(log.t[i], 6)}  ${eventWords(this.scene, log.kind[i], log.a[i], log.b[i])}`,
-        }));
-      this.events.replaceChildren(...options);
-      const { of } = engine.motion;
-      this.thinned.textContent = of > log.count
-        ? `${log.count} of ${of} events, evenly chosen; the others are in the log of the run`
-        : `${of} ${of === 1 ? "event" : "events"}`;
+      this.events.show(engine);
       this.mark();
       this.update();
     }
 
-    /** Marks the log, and the divergence and horizon of the engines that are shown. */
+    /** Marks the log, where shown engines part from the truth, and the horizon. */
     mark() {
-      const flags = [];
-      if (this.scene.horizon !== null && this.scene.horizon <= this.scene.duration) {
-        flags.push({ t: this.scene.horizon, engine: null, horizon: true });
-      }
-      for (const engine of this.ran) {
-        if (!engine.shown) continue;
-        if (engine.divergence !== null) flags.push({ t: engine.divergence, engine });
-        if (engine.horizon !== null) flags.push({ t: engine.horizon, engine, horizon: true });
-      }
-      this.timeline.show(this.scene.kinds, this.logged.log, flags);
-    }
-
-    seek(t) {
-      this.time = Math.min(Math.max(Number(t) || 0, 0), this.scene.duration);
-      this.update();
-    }
-
-    /** Seeks as somebody asked for it: what plays stops. */
-    go(t) {
-      this.pause();
-      this.seek(t);
+      const flags = this.ran
+        .filter((engine) => engine.shown && engine.divergence !== null)
+        .map((engine) => ({ t: engine.divergence, engine }))
+        .sort((p, q) => q.t - p.t); // the first one last, on top
+      if (flags.length) flags[flags.length - 1].text = "first divergence";
+      const { horizon, duration } = this.scene;
+      if (horizon !== null && horizon <= duration) flags.push({ t: horizon, text: "horizon" });
+      this.timeline.show(this.scene.kinds, this.events.engine.log, flags);
     }
 
     update() {
@@ -342,87 +307,30 @@ globalThis.Ghostball ??= {};
       this.clock.textContent = `${timeWords(this.time)} of ${timeWords(this.scene.duration)}`;
       this.plate.draw();
       const now = performance.now();
-      if (this.playing && now - (this.readAt ?? 0) < READOUT_EVERY) return;
+      if (this.player.playing && now - (this.readAt ?? 0) < READOUT_EVERY) return;
       this.readAt = now;
       this.readout.show(this.time, this.ball, this.reference);
-      this.choose();
+      this.events.choose(this.time);
       clearTimeout(this.saying);
-      if (!this.playing) this.saying = setTimeout(() => this.say(), QUIET);
-    }
-
-    /** Chooses in the list the last event that has happened. */
-    choose() {
-      const { log } = this.logged;
-      let at = -1;
-      for (let low = 0, high = log.count - 1; low <= high;) {
-        const middle = (low + high) >> 1;
-        if (log.t[middle] <= this.time) {
-          at = middle;
-          low = middle + 1;
-        } else high = middle - 1;
-      }
-      const chosen = Number(this.events.value || -1);
-      // Of several at one instant, the one that was picked stays.
-      if (at < 0) this.events.selectedIndex = -1;
-      else if (!(chosen >= 0 && log.t[chosen] === log.t[at])) this.events.selectedIndex = at;
+      if (!this.player.playing) this.saying = setTimeout(() => this.say(), QUIET);
     }
 
     say() {
-      const { log } = this.logged;
-      const happens = [];
-      for (let i = 0; i < log.count; i++) {
-        if (log.t[i] === this.time) happens.push(eventWords(this.scene, log.kind[i], log.a[i], log.b[i]));
-      }
-      const what = happens.length ? `: ${happens.slice(0, 4).join(", ")}` : "";
+      const happens = this.events.wordsAt(this.time).slice(0, SAID);
+      const what = happens.length ? `: ${happens.join(", ")}` : "";
       // All digits: this is what somebody copies.
-      this.status.textContent = `t = ${this.time} s${what} (${this.logged.name})`;
+      this.status.textContent = `t = ${this.time} s${what} (${this.events.engine.name})`;
     }
 
     /** To the next instant with an event of the chosen log, or the one before. */
     step(direction) {
-      const times = this.logged.log.t;
-      const later = Array.prototype.filter.call(times, (t) => (t - this.time) * direction > 0);
-      if (later.length) this.go(direction > 0 ? later[0] : later[later.length - 1]);
-      else this.pause();
+      const t = this.events.beside(this.time, direction);
+      if (t !== undefined) this.player.go(t);
     }
 
     setSpeed(speed) {
-      this.speed = speed;
+      this.player.speed = speed;
       this.speeds.value = speed;
-    }
-
-    toggle() {
-      if (this.playing) this.pause();
-      else this.start();
-    }
-
-    start() {
-      if (this.time >= this.scene.duration) this.seek(0);
-      this.playing = true;
-      this.label();
-      let before = performance.now();
-      const frame = (now) => {
-        if (!this.playing) return;
-        const t = this.time + (Math.max(now - before, 0) / 1000) * this.speed;
-        before = now;
-        if (t >= this.scene.duration) this.pause();
-        this.seek(t);
-        if (this.playing) this.frame = requestAnimationFrame(frame);
-      };
-      this.frame = requestAnimationFrame(frame);
-    }
-
-    pause() {
-      if (!this.playing) return;
-      this.playing = false;
-      cancelAnimationFrame(this.frame);
-      this.label();
-      this.update();
-    }
-
-    label() {
-      this.play.replaceChildren(icon(this.playing ? "pause" : "play"));
-      relabel(this.play, this.playing ? "Pause" : "Play", "Space");
     }
 
     key(event) {
@@ -430,16 +338,16 @@ globalThis.Ghostball ??= {};
       const tag = event.target.tagName;
       const typing = tag === "SELECT";
       const little = event.shiftKey ? 1e-3 : 1e-2;
-      const speedAt = SPEEDS.indexOf(this.speed);
+      const speedAt = SPEEDS.indexOf(this.player.speed);
       const acts = {
-        " ": () => this.toggle(),
-        ArrowLeft: () => this.go(this.time - little * this.scene.duration),
-        ArrowRight: () => this.go(this.time + little * this.scene.duration),
-        Home: () => this.go(0),
-        End: () => this.go(this.scene.duration),
+        " ": () => this.player.toggle(),
+        ArrowLeft: () => this.player.go(this.time - little * this.scene.duration),
+        ArrowRight: () => this.player.go(this.time + little * this.scene.duration),
+        Home: () => this.player.go(0),
+        End: () => this.player.go(this.scene.duration),
         n: () => this.step(1),
         p: () => this.step(-1),
-        d: () => this.firstParting !== null && this.go(this.firstParting),
+        d: () => this.firstParting !== null && this.player.go(this.firstParting),
         "[": () => this.setSpeed(SPEEDS[Math.max(speedAt - 1, 0)]),
         "]": () => this.setSpeed(SPEEDS[Math.min(speedAt + 1, SPEEDS.length - 1)]),
         "+": () => this.plate.zoom(1.6),
@@ -457,7 +365,7 @@ globalThis.Ghostball ??= {};
     }
 
     destroy() {
-      this.pause();
+      this.player.stop();
       clearTimeout(this.saying);
       this.gone.abort();
       this.sizes.disconnect();
@@ -477,10 +385,10 @@ globalThis.Ghostball ??= {};
     let replay = null;
     let gone = false;
     const handle = {
-      seek: (t) => replay?.go(t),
+      seek: (t) => replay?.player.go(t),
       get time() { return replay?.time ?? 0; },
       get duration() { return replay?.scene.duration ?? 0; },
-      get playing() { return replay?.playing ?? false; },
+      get playing() { return replay?.player.playing ?? false; },
       engines: data.engines.map((engine) => engine.label),
       positions: (label) => replay?.ran
         .find((engine) => engine.label === label)

@@ -3,98 +3,11 @@
 globalThis.Ghostball ??= {};
 
 (() => {
-  const { PHASE } = Ghostball;
+  const { PHASE, css, contrast, drawMarker, engineColour, readTheme } = Ghostball;
   const CUSHION_DEPTH = 0.045; // [m], as the figures draw them
   const CLOSEST = 2e6; // pixels per metre: a micrometre is 2 pixels
   const SMALLEST_BALL = 3.5; // [px]: on a large cloth a ball to scale would be a speck
   const TRUTH_ARM = 6; // [px]
-  const FALLBACKS = {
-    "--cloth": "#f1f5f2",
-    "--cushion": "#8c9a91",
-    "--ink": "#1a1a1a",
-    "--muted": "#5c5c5c",
-    "--paper": "#ffffff",
-    "--accent": "#0b57d0",
-  };
-
-  /** Colours of the page as they are now, light or dark, as [red, green, blue]. */
-  function readTheme(element) {
-    const probe = document.createElement("span");
-    const pixel = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
-    const theme = {};
-    element.append(probe);
-    for (const [name, fallback] of Object.entries(FALLBACKS)) {
-      probe.style.color = `var(${name}, ${fallback})`;
-      pixel.fillStyle = fallback;
-      pixel.fillStyle = getComputedStyle(probe).color;
-      pixel.fillRect(0, 0, 1, 1);
-      theme[name.slice(2)] = [...pixel.getImageData(0, 0, 1, 1).data.slice(0, 3)];
-    }
-    probe.remove();
-    return theme;
-  }
-
-  const css = ([red, green, blue], alpha = 1) => `rgba(${red}, ${green}, ${blue}, ${alpha})`;
-
-  function luminance(colour) {
-    const [red, green, blue] = colour.map((part) => {
-      const value = part / 255;
-      return value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
-    });
-    return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
-  }
-
-  function contrast(one, other) {
-    const [low, high] = [luminance(one), luminance(other)].sort((p, q) => p - q);
-    return (high + 0.05) / (low + 0.05);
-  }
-
-  /** A colour ("#rrggbb") brought nearer to the ink until it stands out from the cloth. */
-  function readable(hex, theme) {
-    const own = [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
-    for (let share = 0; ; share += 0.1) {
-      const mixed = own.map((part, i) => Math.round(part + share * (theme.ink[i] - part)));
-      if (share >= 1 || contrast(mixed, theme.cloth) >= 3) return mixed;
-    }
-  }
-
-  /** Draws the sign of an engine; each family has another one, so that colour isn't needed. */
-  function drawMarker(context, marker, x, y, size) {
-    const polygon = (corners, turn) => {
-      context.beginPath();
-      for (let k = 0; k < corners; k++) {
-        const angle = turn + (2 * Math.PI * k) / corners;
-        context.lineTo(x + size * Math.sin(angle), y - size * Math.cos(angle));
-      }
-      context.closePath();
-      context.fill();
-    };
-    const cross = (turn) => {
-      context.beginPath();
-      for (const angle of [turn, turn + Math.PI / 2]) {
-        const [dx, dy] = [size * Math.cos(angle), size * Math.sin(angle)];
-        context.moveTo(x - dx, y - dy);
-        context.lineTo(x + dx, y + dy);
-      }
-      context.stroke();
-    };
-    switch (marker) {
-      case "s": return polygon(4, Math.PI / 4);
-      case "D": return polygon(4, 0);
-      case "^": return polygon(3, 0);
-      case "v": return polygon(3, Math.PI);
-      case "X": return cross(Math.PI / 4);
-      case "P": return cross(0);
-      case "*":
-        cross(Math.PI / 4);
-        return cross(0);
-      default:
-        context.beginPath();
-        context.arc(x, y, 0.8 * size, 0, 2 * Math.PI);
-        context.fill();
-    }
-  }
-
   /** A round length for the scale bar: 1, 2 or 5 times a power of ten. */
   function roundLength(longest) {
     const power = 10 ** Math.floor(Math.log10(longest));
@@ -190,7 +103,8 @@ globalThis.Ghostball ??= {};
       if (width === 0) return;
       const [left, right, bottom, top] = this.scene.view;
       const aspect = (top - bottom) / (right - left);
-      const height = Math.min(Math.max(width * aspect, 120), Math.max(0.62 * innerHeight, 240));
+      const height = Math.round(
+        Math.min(Math.max(width * aspect, 120), Math.max(0.62 * innerHeight, 240)));
       const ratio = globalThis.devicePixelRatio || 1;
       this.width = width;
       this.height = height;
@@ -265,7 +179,7 @@ globalThis.Ghostball ??= {};
 
     colourOf(engine) {
       if (!this.colours.has(engine.colour)) {
-        this.colours.set(engine.colour, readable(engine.colour, this.theme));
+        this.colours.set(engine.colour, engineColour(engine.colour, this.theme));
       }
       return this.colours.get(engine.colour);
     }
@@ -343,37 +257,37 @@ globalThis.Ghostball ??= {};
       context.fillText(words, x, y - 5);
     }
 
-    /** The path of a ball up to an instant; its sliding parts, or all others. */
-    path(track, t, sliding) {
+    /** The path of a ball from one instant to another; its sliding parts, or all others. */
+    path(track, since, t, sliding) {
       const { context } = this;
       const { x, y, bowX, bowY } = track;
       const until = Math.min(t, track.lost);
       let pen = false;
       context.beginPath();
-      for (let i = 0; i < track.phase.length && track.t[i] < until; i++) {
+      for (let i = track.piece(since); i < track.phase.length && track.t[i] < until; i++) {
         if ((track.phase[i] === PHASE.SLIDING) !== sliding) {
           pen = false;
           continue;
         }
-        if (!pen) context.moveTo(...this.toPixels(x[i], y[i]));
-        pen = true;
         const dt = track.t[i + 1] - track.t[i];
-        const part = dt > 0 ? Math.min((until - track.t[i]) / dt, 1) : 1;
-        // A parabola in time is a Bezier curve; its first part ends where the ball is.
-        const [middleX, middleY] = [(x[i] + x[i + 1]) / 2 + 2 * bowX[i], (y[i] + y[i + 1]) / 2 + 2 * bowY[i]];
-        const bow = 4 * part * (1 - part);
+        const from = dt > 0 ? Math.min(Math.max((since - track.t[i]) / dt, 0), 1) : 0;
+        const to = dt > 0 ? Math.min((until - track.t[i]) / dt, 1) : 1;
+        // A parabola in time is a Bezier curve: its tangents meet in the middle of its time.
+        const place = (ends, bow, u) => ends[i] + u * (ends[i + 1] - ends[i]) + 4 * u * (1 - u) * bow[i];
+        const slope = (ends, bow) => ends[i + 1] - ends[i] + 4 * (1 - 2 * from) * bow[i];
+        const [startX, startY] = [place(x, bowX, from), place(y, bowY, from)];
+        const half = (to - from) / 2;
+        if (!pen) context.moveTo(...this.toPixels(startX, startY));
+        pen = true;
         context.quadraticCurveTo(
-          ...this.toPixels(x[i] + part * (middleX - x[i]), y[i] + part * (middleY - y[i])),
-          ...this.toPixels(
-            x[i] + part * (x[i + 1] - x[i]) + bow * bowX[i],
-            y[i] + part * (y[i + 1] - y[i]) + bow * bowY[i],
-          ),
+          ...this.toPixels(startX + half * slope(x, bowX), startY + half * slope(y, bowY)),
+          ...this.toPixels(place(x, bowX, to), place(y, bowY, to)),
         );
       }
     }
 
     /** Paths of all balls of an engine up to an instant: sliding ones wider and darker. */
-    drawTrails(engine, t) {
+    drawTrails(engine, t, since = 0) {
       const { context } = this;
       const colour = this.colourOf(engine);
       for (const sliding of [false, true]) {
@@ -383,7 +297,7 @@ globalThis.Ghostball ??= {};
         context.lineWidth = (engine.ours ? 4.5 : 1.4) + (sliding ? 2.5 : 0);
         context.setLineDash(engine.dash.map((part) => 1.4 * part));
         for (const track of engine.tracks) {
-          this.path(track, t, sliding);
+          this.path(track, since, t, sliding);
           context.stroke();
         }
       }
@@ -465,5 +379,5 @@ globalThis.Ghostball ??= {};
     }
   }
 
-  Object.assign(Ghostball, { Plate, css, drawMarker, lengthWords, readable, readTheme });
+  Object.assign(Ghostball, { Plate, lengthWords });
 })();

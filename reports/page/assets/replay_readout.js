@@ -26,6 +26,16 @@ globalThis.Ghostball ??= {};
     return `${Number((metres / size).toPrecision(3))} ${unit}`;
   }
 
+  /** The distance of an end from the truth, as every table shows it. */
+  function standingWords(standing, metres) {
+    switch (standing) {
+      case "judged": return distanceWords(metres);
+      case "unjudged": return `(${distanceWords(metres)})`;
+      case "chaotic": return "(past horizon)";
+      default: return "–";
+    }
+  }
+
   /** A table with a row for each engine; `onshow(engine, shown)` is called as one is ticked. */
   class Readout {
     constructor(scene, onshow) {
@@ -117,7 +127,9 @@ globalThis.Ghostball ??= {};
           place ? millimetres(place[0]) : "–",
           place ? millimetres(place[1]) : "–",
           PHASE_WORDS[track.phaseAt(t)],
-          rest && truth ? distanceWords(Math.hypot(rest[0] - truth[0], rest[1] - truth[1])) : "–",
+          rest && truth
+            ? standingWords(engine.standing, Math.hypot(rest[0] - truth[0], rest[1] - truth[1]))
+            : "–",
         ];
         said.forEach((text, i) => {
           if (cells[i].textContent !== text) cells[i].textContent = text;

@@ -64,7 +64,7 @@ globalThis.Ghostball ??= {};
       return Math.min(Math.max(part, 0), 1) * this.duration;
     }
 
-    /** Which log is marked, and which instants have a flag: [{t, engine, dashed}]. */
+    /** Which log is marked, and which instants have a flag: [{t, engine, text}]. */
     show(kinds, log, flags) {
       Object.assign(this, { kinds, log, flags });
       this.drawMarks();
@@ -125,24 +125,26 @@ globalThis.Ghostball ??= {};
       }
     }
 
-    drawFlag(context, { t, engine, horizon }, height) {
+    /** A flag with the sign of its engine, or dashed where it is of none, and its name. */
+    drawFlag(context, { t, engine, text }, height) {
       const x = this.placeOf(t);
       const colour = engine ? this.plate.colourOf(engine) : this.plate.theme.ink;
       context.strokeStyle = context.fillStyle = css(colour);
       context.lineWidth = 1.5;
-      context.setLineDash(horizon ? [2, 3] : []);
+      context.setLineDash(engine ? [] : [3, 3]);
       context.beginPath();
-      context.moveTo(x, 11);
+      context.moveTo(x, engine ? 12 : 2);
       context.lineTo(x, height);
       context.stroke();
       context.setLineDash([]);
-      if (engine) drawMarker(context, engine.marker, x, 6, 5);
-      else {
-        context.font = "600 11px system-ui, sans-serif";
-        context.textAlign = "center";
-        context.textBaseline = "middle";
-        context.fillText("H", x, 6);
-      }
+      if (engine) drawMarker(context, engine.marker, x, 7, 5);
+      if (!text) return;
+      context.font = "12px system-ui, sans-serif";
+      context.fillStyle = css(this.plate.theme.ink);
+      context.textBaseline = "middle";
+      const left = x + 10 + context.measureText(text).width > this.width;
+      context.textAlign = left ? "right" : "left";
+      context.fillText(text, left ? x - 8 : x + 8, 7);
     }
   }
 
