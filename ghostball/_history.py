@@ -76,7 +76,8 @@ def _cell(name: str, versions: tuple[Version, ...], k: int) -> str:
         return ""
     text = style.format_quantity(now.value, now.unit)
     if now.low is not None and now.high is not None and now.low < now.high:
-        text += f" ({style.format_quantity(now.low, now.unit)} to {style.format_quantity(now.high, now.unit)})"
+        low, high = (style.format_quantity(value, now.unit) for value in (now.low, now.high))
+        text += f" ({low} to {high})"
     before = next((v.values[name] for v in versions[:k][::-1] if name in v.values), None)
     if before is None or before.value == 0.0:
         return text
