@@ -35,10 +35,12 @@ def run(kind: str, *, pattern: str | None, plot: Path | None, as_json: bool) -> 
             "`git fetch --unshallow` gets them"
         )
     if as_json:
-        print(json.dumps(_plain(history), ensure_ascii=False))
+        print(json.dumps(_plain(history)))
         return ExitStatus.PASSED
     for machine in history.machines:
         stdout().print(_table(machine, history))
+    if plot is not None:
+        stdout().print(f"drawn in {plot}", soft_wrap=True, markup=False)
     return ExitStatus.PASSED
 
 
