@@ -8,7 +8,7 @@ from replay_run import BREAKS_AT, BROKEN, ENGINES
 
 from reports.page.replay_tracks import TOLERANCE
 
-CUT, DRAW = "half-ball-cut", "draw-shot"
+CUT, DRAW, CHAIN = "half-ball-cut", "draw-shot", "three-ball-chain"
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 
 
@@ -114,6 +114,18 @@ def test_the_log_of_another_engine_can_be_chosen(open_page, results):
     replay_of(page).locator(".gb-stage").focus()
     page.keyboard.press("n")
     assert state(page) == first
+
+
+def test_a_jump_to_the_first_divergence(open_page, results):
+    case = results.case(CHAIN, "paper-discrete")
+    page = open_page(CHAIN)
+    button = replay_of(page, CHAIN).get_by_role("button", name="Jump to the first divergence")
+    assert "paper-discrete" in button.inner_text()
+    button.click()
+    assert state(page, CHAIN) == case.metrics["first_divergence_time"]
+    page.keyboard.press("Home")
+    page.keyboard.press("d")
+    assert state(page, CHAIN) == case.metrics["first_divergence_time"]
 
 
 def test_keys(open_page):

@@ -35,9 +35,10 @@ def hostile_scene() -> Scene:
 
 
 def small_run(within: Path) -> Path:
-    """Three scenes on three engines; in the first, a fourth one whose ball is lost midway."""
+    """Four scenes on three engines; in the first, a fourth one whose ball is lost midway."""
     first, folder = within / "first", within / "page"
-    scenes = [find_scene("half-ball-cut"), find_scene("draw-shot"), hostile_scene()]
+    names = ("half-ball-cut", "draw-shot", "three-ball-chain")
+    scenes = [*map(find_scene, names), hostile_scene()]
     run_suite(scenes, ENGINES, first)
     ran = ResultsFolder.load(first)
     writer = ResultsWriter(folder)

@@ -4,8 +4,8 @@ globalThis.Ghostball ??= {};
 
 (() => {
   const {
-    EventList, Plate, Player, Readout, Timeline, choice, css, decode, drawKind, drawSmall, iconButton,
-    lengthWords, make, tick, timeWords,
+    EventList, PHASE, Plate, Player, Readout, Timeline, choice, css, decode, drawKind, drawSmall,
+    iconButton, lengthWords, make, tick, timeWords,
   } = Ghostball;
   const SPEEDS = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4];
   const CROWD = 5; // from this many balls on, paths of all engines over each other are a scribble
@@ -210,7 +210,8 @@ globalThis.Ghostball ??= {};
       const list = make("ul", { className: "gb-legend" });
       KIND_WORDS.forEach((text, lane) => list.append(
         item((context) => drawKind(context, lane, 14, 8), text)));
-      if (this.ran.some((engine) => engine.motion.phases)) {
+      const slides = (track) => track.phase.includes(PHASE.SLIDING);
+      if (this.ran.some((engine) => engine.tracks.some(slides))) {
         const stroke = (width, alpha) => (context, theme) => {
           context.strokeStyle = css(theme.ink, alpha);
           context.lineWidth = width;
