@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -138,13 +138,11 @@ def _matching(history: History, pattern: str) -> History:
             f"{len(history.quantities)}, such as {known}"
         )
     versions = [
-        Version(
-            **{**vars(one), "values": {name: v for name, v in one.values.items() if name in names}}
-        )
+        replace(one, values={name: v for name, v in one.values.items() if name in names})
         for one in history.versions
     ]
     kept = tuple(version for version in versions if version.values)
-    return History(history.kind, kept, history.unread, history.cut)
+    return replace(history, versions=kept)
 
 
 def _checked_root() -> Path:
