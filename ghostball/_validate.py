@@ -15,7 +15,7 @@ from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
-from reports import write_report
+from reports import PAGE, write_report
 from validation.attribution import attribute_results
 from validation.environment import describe_environment
 from validation.junit import write_junit
@@ -140,6 +140,7 @@ def run(
     if not any(check.passed is not None for case in outcome.cases for check in case.checks):
         say(f"[bold yellow]warning:[/] {escape(_nothing_judged(outcome))}")
     if written is not None:
+        console.print(f"page: {written.with_name(PAGE)}", soft_wrap=True, markup=False)
         console.print(f"report: {written}", soft_wrap=True, markup=False)
     if request is not None and not interrupted:
         beyond = max(beyond, _ensembles.show(out))
