@@ -204,7 +204,7 @@ def precision(
     ] = None,
     engines: Annotated[
         str | None,
-        engines_option("pymunk and pybullet in three ways each, one iteration, the proof"),
+        engines_option("pymunk in four ways and pybullet in three, and the proof"),
     ] = None,
     repeats: Annotated[
         int,

@@ -35,10 +35,12 @@ def run(kind: str, *, pattern: str | None, plot: Path | None, as_json: bool) -> 
             "`git fetch --unshallow` gets them"
         )
     if as_json:
-        print(json.dumps(_plain(history), ensure_ascii=False))
+        print(json.dumps(_plain(history)))
         return ExitStatus.PASSED
     for machine in history.machines:
         stdout().print(_table(machine, history))
+    if plot is not None:
+        stdout().print(f"drawn in {plot}", soft_wrap=True, markup=False)
     return ExitStatus.PASSED
 
 
@@ -76,7 +78,8 @@ def _cell(name: str, versions: tuple[Version, ...], k: int) -> str:
         return ""
     text = style.format_quantity(now.value, now.unit)
     if now.low is not None and now.high is not None and now.low < now.high:
-        text += f" ({style.format_quantity(now.low, now.unit)} to {style.format_quantity(now.high, now.unit)})"
+        low, high = (style.format_quantity(value, now.unit) for value in (now.low, now.high))
+        text += f" ({low} to {high})"
     before = next((v.values[name] for v in versions[:k][::-1] if name in v.values), None)
     if before is None or before.value == 0.0:
         return text

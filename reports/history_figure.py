@@ -97,6 +97,7 @@ def _draw_panel(axes: Axes, history: History, name: str) -> None:
     axes.yaxis.set_major_formatter(lambda value, _: style.format_quantity(value, newest.unit))
     axes.yaxis.set_minor_formatter(lambda *_: "")
     axes.set_xticks(range(len(versions)), [tick_text(one) for one in versions], fontsize=7)
+    axes.margins(y=0.15)
     axes.set_xlim(-0.5, len(versions) - 0.5)
     axes.grid(visible=True)
 

@@ -113,7 +113,9 @@ def _draw_panel(
     """Draw a line with error bars for each engine, over faint lines at the accuracies asked for."""
     for height, name in LINES.items():
         axes.axhline(height, color=style.FAINT, linewidth=0.8, zorder=1)
-        axes.annotate(name, (0.01, height), **_NAME, ha="left", va="bottom")
+        # Exact engines are at the lower left, the others at the upper right.
+        end, side = (0.01, "left") if height in TARGETS else (0.99, "right")
+        axes.annotate(name, (end, height), **_NAME, ha=side, va="bottom")
     axes.grid(visible=True)
     for engine in dict.fromkeys(point.engine for point in points):
         mine = [point for point in points if point.engine == engine]

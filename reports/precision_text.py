@@ -55,7 +55,9 @@ def legend_text(engine: str, curves: Sequence[PrecisionCurve]) -> str:
         notes = {curve.order_note for curve in curves}
         return f"{name}: {notes.pop()}" if len(notes) == 1 else f"{name}: no order"
     low, high = (f"{value:.2g}" for value in (min(orders), max(orders)))
-    return f"{name}: order {low}" if low == high else f"{name}: order {low} to {high}"
+    said = f"{name}: order {low}" if low == high else f"{name}: order {low} to {high}"
+    beside = any(curve.limit_beside > 0.0 for curve in curves)
+    return said + (", beside the truth" if beside else "")
 
 
 def works_of(measured: PrecisionMeasurement) -> str:

@@ -15,7 +15,8 @@ LEAST_LINE = 3.0
 """Contrasts that WCAG 2.2 asks for, level AA (1.4.3, 1.4.11)."""
 
 LIGHT_PAPER, DARK_PAPER = "#ffffff", "#14181d"
-"""`--paper` of page.css in both schemes; a test holds them to it."""
+LIGHT_INK, DARK_INK = "#1a1f24", "#e6eaee"
+"""`--paper` and `--ink` of page.css in both schemes; a test holds them to it."""
 
 _STEPS = 40
 
@@ -37,13 +38,16 @@ def readable(colour: str, paper: str, least: float = LEAST_LINE) -> str:
 
 
 def engine_css(labels: Sequence[str]) -> str:
-    """Return the custom properties `--engine-0`, ... of the engines, for both schemes."""
+    """Return the custom properties `--engine-0`, ... of the engines, for both schemes.
+
+    Ours is black in figures, so that it has the colour of ink here.
+    """
     light, dark = (
         "".join(
-            f"--engine-{k}:{readable(style.engine_style(label).colour, paper)};"
-            for k, label in enumerate(labels)
+            f"--engine-{k}:{ink if look.ours else readable(look.colour, paper)};"
+            for k, look in enumerate(map(style.engine_style, labels))
         )
-        for paper in (LIGHT_PAPER, DARK_PAPER)
+        for paper, ink in ((LIGHT_PAPER, LIGHT_INK), (DARK_PAPER, DARK_INK))
     )
     return f":root{{{light}}}@media screen and (prefers-color-scheme: dark){{:root{{{dark}}}}}"
 

@@ -18,7 +18,7 @@ ERROR_FLOOR = 1e-5
 """Smallest distance drawn [m].
 
 Frames are joined by straight lines, which run beside a ball that slows down:
-0.01 mm for frames of 20 ms on a common cloth.
+0.01 mm for frames of 20 ms on a common cloth, ten times that where it slides.
 """
 
 

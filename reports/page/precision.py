@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from markupsafe import Markup
+from numpy.typing import NDArray
 
 from reports import style
 from reports.markdown_precision import precision_section
@@ -19,11 +20,14 @@ from validation.bench import PrecisionMeasurement
 from validation.bench.precision import PrecisionPoint
 from validation.store import ResultsFolder
 
+FloatArray = NDArray[np.float64]
+
 SMALLEST_ERROR = FLOOR
 """Where an error of exactly 0 is drawn on an axis that has no 0 [m]."""
 
 MARKERS = {"o": "●", "D": "◆", "^": "▲", "v": "▼", "s": "■", "P": "✚", "X": "✖", "*": "★"}
-"""Signs of the page for the markers of figures."""
+OPEN = {"●": "○", "◆": "◇", "▲": "△", "▼": "▽", "■": "□", "✚": "✛", "✖": "✕", "★": "☆"}
+"""Signs of the page for the markers of figures; the open ones had other collisions than truth."""
 
 
 def engines_of_page(results: ResultsFolder) -> list[str]:
@@ -56,8 +60,9 @@ def precision_html(results: ResultsFolder, measured: PrecisionMeasurement) -> Ma
 
 def _chart(points: Sequence[PrecisionPoint], labels: Sequence[str]) -> Markup:
     series = [
-        _series([one for one in points if one.engine == engine], labels.index(engine))
+        one
         for engine in dict.fromkeys(point.engine for point in points)
+        for one in _series([p for p in points if p.engine == engine], labels.index(engine))
     ]
     scene = points[0].scene
     seconds = [point.seconds for point in points]
@@ -71,21 +76,27 @@ def _errors(points: Sequence[PrecisionPoint]) -> Axis:
     return log_axis("largest rest error", least, max(most, 10.0 * least), "m")
 
 
-def _series(points: Sequence[PrecisionPoint], k: int) -> Series:
-    look = style.engine_style(points[0].engine)
-    return Series(
-        look.name,
-        f"var(--engine-{k})",
-        np.array([point.seconds for point in points]),
-        np.array([max(point.error, SMALLEST_ERROR) for point in points]),
-        dash_of(look),
-        marker=MARKERS.get(look.marker, "●"),
-        titles=[
-            f"{point.label}: {style.format_length(point.error)} in "
-            f"{style.format_time(point.seconds)}"
-            + ("" if point.true_course else "; other collisions than the true ones")
-            for point in points
-        ],
-        low=np.array([max(point.error_low, SMALLEST_ERROR) for point in points]),
-        high=np.array([max(point.error_high, SMALLEST_ERROR) for point in points]),
-    )
+def _series(points: Sequence[PrecisionPoint], k: int) -> Iterator[Series]:
+    """Yield an engine's line with its bars, then its points: those of another course are open."""
+    look, colour = style.engine_style(points[0].engine), f"var(--engine-{k})"
+    x = np.array([point.seconds for point in points])
+    y = _shown([point.error for point in points])
+    low = _shown([point.error_low for point in points])
+    high = _shown([point.error_high for point in points])
+    yield Series(look.name, colour, x, y, dash_of(look), low=low, high=high)
+    filled = MARKERS.get(look.marker, "●")
+    for true_course, sign in ((True, filled), (False, OPEN[filled])):
+        mine = np.array([point.true_course is true_course for point in points])
+        titles = [_title(point) for point in points if point.true_course is true_course]
+        yield Series(look.name, colour, x[mine], y[mine], marker=sign, line=False, titles=titles)
+
+
+def _shown(errors: Sequence[float]) -> FloatArray:
+    """Return errors as they can be drawn on an axis without 0."""
+    return np.array([max(error, SMALLEST_ERROR) for error in errors])
+
+
+def _title(point: PrecisionPoint) -> str:
+    other = "" if point.true_course else "; other collisions than the true ones"
+    error, seconds = style.format_length(point.error), style.format_time(point.seconds)
+    return f"{point.label}: {error} in {seconds}{other}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -17,6 +17,9 @@ from validation.bench.running import BenchError
 
 _GIT_TIMEOUT = 60.0
 """Seconds: a repository on a slow disk answers within a few."""
+
+PLACE = "benchmarks/results"
+"""Where measurements lie in the repository, as git names folders."""
 
 _RECORD = "\x01"
 """Begins a commit in the output of `git log`: no path holds it."""
@@ -135,13 +138,11 @@ def _matching(history: History, pattern: str) -> History:
             f"{len(history.quantities)}, such as {known}"
         )
     versions = [
-        Version(
-            **{**vars(one), "values": {name: v for name, v in one.values.items() if name in names}}
-        )
+        replace(one, values={name: v for name, v in one.values.items() if name in names})
         for one in history.versions
     ]
     kept = tuple(version for version in versions if version.values)
-    return History(history.kind, kept, history.unread, history.cut)
+    return replace(history, versions=kept)
 
 
 def _checked_root() -> Path:
@@ -158,13 +159,13 @@ def _checked_root() -> Path:
 
 def _committed(root: Path, kind: str) -> list[str]:
     """Return the committed files of a kind, relative to the root."""
-    listed = _git(root, "ls-files", "-z", "--", "benchmarks/results").split("\0")
+    listed = _git(root, "ls-files", "-z", "--", PLACE).split("\0")
     kinds = {Path(path).stem for path in listed if path.endswith(".json")}
     if kind not in kinds:
         there = f"There are: {', '.join(sorted(kinds))}" if kinds else "There is none at all"
         bench = "stress --json" if kind == "stress" else f"bench {kind} --store"
         raise BenchError(
-            f"no measurement of `{kind}` is committed in benchmarks/results. {there}. "
+            f"no measurement of `{kind}` is committed in {PLACE}. {there}. "
             f"`ghostball {bench.replace('bench targets', 'bench')}` makes one"
         )
     return sorted(path for path in listed if Path(path).name == f"{kind}.json")
@@ -199,22 +200,29 @@ def _why(error: Exception) -> str:
 
 
 def _commits(root: Path, path: str) -> Iterator[tuple[str, str]]:
-    """Yield each commit that changed a file, and how it was called there, through renamings."""
+    """Yield each commit that changed a file, and how it was called there, the newest first.
+
+    Not `git log --follow`: where a file is new it looks for one to be a copy of, and finds another
+    machine's measurement, which is as like as can be.
+    """
     log = _git(
         root,
         "log",
-        "--follow",
+        "--topo-order",
+        "--find-renames",
         f"--format={_RECORD}%H",
         "--name-status",
-        "--diff-filter=d",
         "--",
-        path,
+        PLACE,
     )
+    name = path
     for record in log.split(_RECORD)[1:]:
         commit, *changes = record.split("\n")
-        changed = [line for line in changes if line]
-        if changed:  # "M\tPATH", or "R100\tOLD\tNEW"; a merge that changed nothing has none
-            yield commit.strip(), changed[0].split("\t")[-1]
+        for change in changes:  # "M\tPATH", "D\tPATH", or "R100\tOLD\tNEW"
+            status, *paths = change.split("\t")
+            if paths and paths[-1] == name and status != "D":
+                yield commit, name
+                name = paths[0]
 
 
 def _git(root: Path, *arguments: str) -> str:

@@ -130,6 +130,8 @@ class PrecisionCurve(BaseModel):
     """One engine on one scene: in which order its error falls with its step, and what it reaches.
 
     `order` is None where there is none, and `order_note` says why; else which would fit as well.
+    `limit_beside` is how far at least it ends beside the truth at zero step [m]; 0 where that can't
+    be told from none.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -138,6 +140,7 @@ class PrecisionCurve(BaseModel):
     engine: str
     order: float | None
     order_note: str
+    limit_beside: float = 0.0
     reach: tuple[Reach, ...]
 
 
@@ -472,5 +475,6 @@ def _curve(places: Sequence[_Place]) -> PrecisionCurve:
         engine=course.family,
         order=order.value,
         order_note=order.note,
+        limit_beside=order.beside,
         reach=tuple(reach_of(t, levels, order, duration, accepts) for t in TARGETS),
     )

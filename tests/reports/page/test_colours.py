@@ -7,9 +7,11 @@ import pytest
 
 from reports import style
 from reports.page.colours import (
+    DARK_INK,
     DARK_PAPER,
     LEAST_LINE,
     LEAST_TEXT,
+    LIGHT_INK,
     LIGHT_PAPER,
     contrast,
     engine_css,
@@ -59,9 +61,11 @@ def test_contrast_is_that_of_the_standard():
     assert contrast("#777777", "#ffffff") == pytest.approx(4.478, abs=1e-3)
 
 
-def test_the_papers_are_those_of_the_stylesheet():
+def test_papers_and_inks_are_those_of_the_stylesheet():
     assert properties("light")["paper"] == LIGHT_PAPER
     assert properties("dark")["paper"] == DARK_PAPER
+    assert properties("light")["ink"] == LIGHT_INK
+    assert properties("dark")["ink"] == DARK_INK
 
 
 def test_lines_of_engines_can_be_seen_on_both_papers():

@@ -1,4 +1,4 @@
-"""Fails where the page lacks a section, hides a failure, asks the network, or lets text be markup."""
+"""Fails where the page lacks a part, hides a failure, asks a network, or lets text be markup."""
 
 import json
 import re
