@@ -8,6 +8,7 @@ from typing import Final
 REPLAY_SCRIPTS: Final = (
     "replay_parts.js",
     "replay_look.js",
+    "replay_cloth.js",
     "replay_player.js",
     "replay_motion.js",
     "replay_plate.js",

@@ -32,7 +32,8 @@ globalThis.Ghostball ??= {};
       ];
       this.plates = views.map(([plate]) => plate);
       this.difference = make("p", { className: "gb-said", role: "status" });
-      const wipe = this.slider("Wipe: base to the left, head to the right", 0, 1, this.wipe, (value) => {
+      const sides = "Wipe: base to the left, head to the right";
+      const wipe = this.slider(sides, 0, 1, this.wipe, (value) => {
         this.wipe = value;
         this.wiper.setAttribute("aria-valuetext", `${Math.round(100 * value)} % base`);
         this.plates[2].draw();
@@ -40,7 +41,7 @@ globalThis.Ghostball ??= {};
       this.wiper = wipe;
       wipe.setAttribute("aria-valuetext", "50 % base");
       const onion = views[2][1];
-      const look = make("button", { type: "button", textContent: "Look at the largest difference" });
+      const look = make("button", { type: "button" }, "Look at the largest difference");
       look.addEventListener("click", () => this.lookAtLargest());
       onion.append(make("label", { className: "gb-wipe" }, "Wipe ", wipe), look);
       this.root.replaceChildren(
@@ -76,7 +77,8 @@ globalThis.Ghostball ??= {};
     }
 
     slider(label, min, max, value, act) {
-      const slider = make("input", { type: "range", className: "gb-slider", min, max, step: "any", value });
+      const slider = make(
+        "input", { type: "range", className: "gb-slider", min, max, step: "any", value });
       slider.setAttribute("aria-label", label);
       slider.addEventListener("input", () => act(Number(slider.value)));
       return slider;
@@ -168,11 +170,7 @@ globalThis.Ghostball ??= {};
       if (which < 0) return;
       const [base, head] = SIDES.map((side) => this.sides[side].positions(this.time)[which]);
       const middle = [(base[0] + head[0]) / 2, (base[1] + head[1]) / 2];
-      const plate = this.plates[2];
-      const span = Math.max(4 * largest, 1e-5);
-      plate.view = { x: middle[0], y: middle[1], scale: Math.min(plate.width, plate.height) / span };
-      plate.fitted = false;
-      plate.moved();
+      this.plates[2].lookAt(middle, 4 * largest);
     }
 
     differenceWords() {
@@ -180,7 +178,9 @@ globalThis.Ghostball ??= {};
       if (which < 0) return "No ball has a position on both sides.";
       const least = this.duration > 0 ? 2 * this.scene.tolerance : 0;
       if (largest <= least) {
-        return least ? `No ball differs by more than ${distanceWords(least)} here.` : "No ball differs.";
+        return least
+          ? `No ball differs by more than ${distanceWords(least)} here.`
+          : "No ball differs.";
       }
       return `Largest difference: ball ${this.scene.balls[which].id}, ${distanceWords(largest)}.`;
     }

@@ -149,7 +149,9 @@ globalThis.Ghostball ??= {};
       });
       if (rest.length) {
         jumps.append(make("details", {},
-          make("summary", { textContent: `${rest.length} more ${rest.length === 1 ? "engine parts" : "engines part"} from the true sequence of collisions` }),
+          make("summary", {}, rest.length === 1
+            ? "1 more engine parts from the true sequence of collisions"
+            : `${rest.length} more engines part from the true sequence of collisions`),
           make("ul", {}, ...rest)));
       }
       jumps.hidden = jumps.childElementCount === 0;
@@ -282,7 +284,8 @@ globalThis.Ghostball ??= {};
 
     lookAtBall() {
       const place = this.reference.tracks[this.ball].at(this.time);
-      if (place) this.plate.lookAt(place, this.scene.balls[this.ball].radius);
+      const ball = 8 * this.scene.balls[this.ball].radius;
+      if (place) this.plate.lookAt(place, Math.min(ball, this.plate.span));
     }
 
     chooseLog(engine) {

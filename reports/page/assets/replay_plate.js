@@ -3,23 +3,12 @@
 globalThis.Ghostball ??= {};
 
 (() => {
-  const { PHASE, css, contrast, drawMarker, engineColour, readTheme } = Ghostball;
-  const CUSHION_DEPTH = 0.045; // [m], as the figures draw them
-  const CLOSEST = 2e6; // pixels per metre: a micrometre is 2 pixels
+  const { PHASE, contrast, css, drawCloth, drawMarker, drawScale, engineColour, readTheme } = Ghostball;
+  const CLOSEST = 2e5; // pixels per metre: what paths are good for, 0.01 mm, is 2 pixels
   const SMALLEST_BALL = 3.5; // [px]: on a large cloth a ball to scale would be a speck
+  const MARGIN = 20; // [px]: around the plate, so that the ends of lines stay outside
+  const LONGEST = 4000; // [px]: longer curves are drawn in parts
   const TRUTH_ARM = 6; // [px]
-  /** A round length for the scale bar: 1, 2 or 5 times a power of ten. */
-  function roundLength(longest) {
-    const power = 10 ** Math.floor(Math.log10(longest));
-    return [5, 2, 1].map((step) => step * power).find((length) => length <= longest);
-  }
-
-  function lengthWords(metres) {
-    const [value, unit] = metres >= 1 ? [metres, "m"]
-      : metres >= 1e-3 ? [metres * 1e3, "mm"] : [metres * 1e6, "µm"];
-    return `${Number(value.toPrecision(3))} ${unit}`;
-  }
-
   /** A canvas over the cloth with its view; `paint(plate)` draws what is on it. */
   class Plate {
     constructor(host, scene, paint) {
@@ -145,12 +134,16 @@ globalThis.Ghostball ??= {};
       this.moved();
     }
 
-    /** Looks at a place [m], at least so close that a ball fills a quarter of the plate. */
-    lookAt([x, y], radius) {
-      const scale = Math.min(this.width, this.height) / (8 * radius);
-      this.view = { x, y, scale: Math.max(scale, this.view.scale) };
+    /** Looks at a place [m], so close that a length [m] fills the plate. */
+    lookAt([x, y], span) {
+      this.view = { x, y, scale: Math.min(Math.min(this.width, this.height) / span, CLOSEST) };
       this.fitted = false;
       this.moved();
+    }
+
+    /** What length fills the plate now [m]. */
+    get span() {
+      return Math.min(this.width, this.height) / this.view.scale;
     }
 
     moved() {
@@ -196,94 +189,56 @@ globalThis.Ghostball ??= {};
     drawNow() {
       const context = this.context;
       context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-      this.drawCloth();
+      drawCloth(this);
       this.paint(this);
-      this.drawScale();
-    }
-
-    drawCloth() {
-      const { context, theme, width, height } = this;
-      const { table } = this.scene;
-      context.fillStyle = css(table ? theme.paper : theme.cloth);
-      context.fillRect(0, 0, width, height);
-      if (!table) return;
-      const { length, width: breadth } = table;
-      const depth = CUSHION_DEPTH;
-      const box = (x, y, dx, dy, colour) => {
-        const [left, bottom] = this.toPixels(x, y);
-        const scale = this.view.scale;
-        context.fillStyle = css(colour);
-        context.fillRect(left, bottom - dy * scale, dx * scale, dy * scale);
-      };
-      box(0, 0, length, breadth, theme.cloth);
-      const sides = {
-        left: [[-depth, -depth, depth, breadth + 2 * depth], [0, 0, 0, breadth]],
-        right: [[length, -depth, depth, breadth + 2 * depth], [length, 0, length, breadth]],
-        bottom: [[-depth, -depth, length + 2 * depth, depth], [0, 0, length, 0]],
-        top: [[-depth, breadth, length + 2 * depth, depth], [0, breadth, length, breadth]],
-      };
-      for (const [name, [bar, [x1, y1, x2, y2]]] of Object.entries(sides)) {
-        if (table.cushions.includes(name)) {
-          box(...bar, theme.cushion);
-          continue;
-        }
-        context.strokeStyle = css(theme.muted);
-        context.lineWidth = 1;
-        context.setLineDash([2, 3]);
-        context.beginPath();
-        context.moveTo(...this.toPixels(x1, y1));
-        context.lineTo(...this.toPixels(x2, y2));
-        context.stroke();
-        context.setLineDash([]);
-      }
-    }
-
-    drawScale() {
-      const { context, theme, height, view } = this;
-      const length = roundLength(Math.min(110, 0.3 * this.width) / view.scale);
-      const [x, y, long] = [10, height - 10, length * view.scale];
-      const words = lengthWords(length);
-      context.font = "12px system-ui, sans-serif";
-      context.fillStyle = css(theme.paper, 0.85);
-      context.fillRect(x - 5, y - 20, Math.max(long, context.measureText(words).width) + 10, 25);
-      context.strokeStyle = context.fillStyle = css(theme.ink);
-      context.lineWidth = 2;
-      context.beginPath();
-      context.moveTo(x, y);
-      context.lineTo(x + long, y);
-      context.stroke();
-      context.textBaseline = "alphabetic";
-      context.textAlign = "left";
-      context.fillText(words, x, y - 5);
+      drawScale(this);
     }
 
     /** The path of a ball from one instant to another; its sliding parts, or all others. */
     path(track, since, t, sliding) {
-      const { context } = this;
-      const { x, y, bowX, bowY } = track;
       const until = Math.min(t, track.lost);
-      let pen = false;
-      context.beginPath();
+      this.context.beginPath();
+      this.pen = false;
       for (let i = track.piece(since); i < track.phase.length && track.t[i] < until; i++) {
         if ((track.phase[i] === PHASE.SLIDING) !== sliding) {
-          pen = false;
+          this.pen = false;
           continue;
         }
         const dt = track.t[i + 1] - track.t[i];
         const from = dt > 0 ? Math.min(Math.max((since - track.t[i]) / dt, 0), 1) : 0;
         const to = dt > 0 ? Math.min((until - track.t[i]) / dt, 1) : 1;
-        // A parabola in time is a Bezier curve: its tangents meet in the middle of its time.
-        const place = (ends, bow, u) => ends[i] + u * (ends[i + 1] - ends[i]) + 4 * u * (1 - u) * bow[i];
-        const slope = (ends, bow) => ends[i + 1] - ends[i] + 4 * (1 - 2 * from) * bow[i];
-        const [startX, startY] = [place(x, bowX, from), place(y, bowY, from)];
-        const half = (to - from) / 2;
-        if (!pen) context.moveTo(...this.toPixels(startX, startY));
-        pen = true;
-        context.quadraticCurveTo(
-          ...this.toPixels(startX + half * slope(x, bowX), startY + half * slope(y, bowY)),
-          ...this.toPixels(place(x, bowX, to), place(y, bowY, to)),
-        );
+        this.curve(track, i, from, to);
       }
+    }
+
+    /** A part of one piece. What isn't seen is left out: dashes of a line of kilometres take seconds. */
+    curve({ x, y, bowX, bowY }, i, from, to) {
+      const place = (ends, bow, u) => ends[i] + u * (ends[i + 1] - ends[i]) + 4 * u * (1 - u) * bow[i];
+      const slope = (ends, bow, u) => ends[i + 1] - ends[i] + 4 * (1 - 2 * u) * bow[i];
+      // A parabola in time is a Bezier curve: its tangents meet in the middle of its time.
+      const draw = (u0, u1) => {
+        const [startX, startY] = [place(x, bowX, u0), place(y, bowY, u0)];
+        const half = (u1 - u0) / 2;
+        const start = this.toPixels(startX, startY);
+        const middle = this.toPixels(startX + half * slope(x, bowX, u0), startY + half * slope(y, bowY, u0));
+        const end = this.toPixels(place(x, bowX, u1), place(y, bowY, u1));
+        const [left, right, top, bottom] = [0, 1].flatMap((axis) => {
+          const three = [start[axis], middle[axis], end[axis]];
+          return [Math.min(...three), Math.max(...three)];
+        });
+        if (right < -MARGIN || left > this.width + MARGIN
+          || bottom < -MARGIN || top > this.height + MARGIN) {
+          this.pen = false;
+        } else if (Math.max(right - left, bottom - top) > LONGEST) {
+          draw(u0, (u0 + u1) / 2);
+          draw((u0 + u1) / 2, u1);
+        } else {
+          if (!this.pen) this.context.moveTo(...start);
+          this.pen = true;
+          this.context.quadraticCurveTo(...middle, ...end);
+        }
+      };
+      draw(from, to);
     }
 
     /** Paths of all balls of an engine up to an instant: sliding ones wider and darker. */
@@ -310,32 +265,64 @@ globalThis.Ghostball ??= {};
 
     /** Balls where an engine has them: ours filled, others as outlines with their sign. */
     drawBalls(engine, t, { names = true, filled = engine.ours } = {}) {
-      const { context, theme } = this;
       const colour = this.colourOf(engine);
       engine.positions(t).forEach((place, ball) => {
         if (!place) return;
         const [x, y] = this.toPixels(...place);
         const radius = this.pixelRadius(ball);
-        context.beginPath();
-        context.arc(x, y, radius, 0, 2 * Math.PI);
-        if (filled) {
-          context.fillStyle = css(colour, 0.82);
-          context.fill();
-          if (names && radius > 7) this.drawName(ball, x, y, radius, colour);
-          return;
-        }
-        context.strokeStyle = context.fillStyle = css(colour);
-        context.lineWidth = 1.6;
-        context.setLineDash(engine.dash.map((part) => 1.2 * part));
-        context.stroke();
-        context.setLineDash([]);
-        if (radius > SMALLEST_BALL) {
-          // Each engine at its own hour of the clock: where all agree, every sign is still seen.
-          const angle = (2 * Math.PI * this.scene.engines.indexOf(engine)) / this.scene.engines.length;
-          const [dx, dy] = [radius * Math.sin(angle), -radius * Math.cos(angle)];
-          drawMarker(context, engine.marker, x + dx, y + dy, Math.min(4.5, 0.4 * radius));
-        }
+        // So close that its edge is out of sight: what differs is where its centre is.
+        const close = radius > Math.min(this.width, this.height) / 3;
+        if (radius < LONGEST) this.drawDisc(engine, x, y, radius, filled, close);
+        if (close) this.drawCentre(engine, x, y, filled);
+        else if (filled && names && radius > 7) this.drawName(ball, x, y, radius, colour);
+        else if (!filled && radius > SMALLEST_BALL) this.drawSign(engine, x, y, radius);
       });
+    }
+
+    drawDisc(engine, x, y, radius, filled, close) {
+      const { context } = this;
+      const colour = this.colourOf(engine);
+      context.beginPath();
+      context.arc(x, y, radius, 0, 2 * Math.PI);
+      if (filled) {
+        context.fillStyle = css(colour, close ? 0.12 : 0.82);
+        context.fill();
+        return;
+      }
+      context.strokeStyle = css(colour);
+      context.lineWidth = 1.6;
+      context.setLineDash(engine.dash.map((part) => 1.2 * part));
+      context.stroke();
+      context.setLineDash([]);
+    }
+
+    /** Each engine's sign at its own hour of the clock: where all agree, every one is still seen. */
+    drawSign(engine, x, y, radius) {
+      const { context } = this;
+      const { engines } = this.scene;
+      const angle = (2 * Math.PI * engines.indexOf(engine)) / engines.length;
+      const [dx, dy] = [radius * Math.sin(angle), -radius * Math.cos(angle)];
+      context.strokeStyle = context.fillStyle = css(this.colourOf(engine));
+      context.lineWidth = 1.6;
+      drawMarker(context, engine.marker, x + dx, y + dy, Math.min(4.5, 0.4 * radius));
+    }
+
+    /** The centre of a ball: ours as a ring with a cross through it, others as their sign. */
+    drawCentre(engine, x, y, filled) {
+      const { context } = this;
+      context.strokeStyle = context.fillStyle = css(this.colourOf(engine));
+      context.lineWidth = 1.6;
+      if (!filled) {
+        drawMarker(context, engine.marker, x, y, 6);
+        return;
+      }
+      context.beginPath();
+      context.arc(x, y, 9, 0, 2 * Math.PI);
+      for (const [dx, dy] of [[14, 0], [0, 14]]) {
+        context.moveTo(x - dx, y - dy);
+        context.lineTo(x + dx, y + dy);
+      }
+      context.stroke();
     }
 
     drawName(ball, x, y, radius, colour) {
@@ -370,6 +357,7 @@ globalThis.Ghostball ??= {};
 
     /** A ring around the ball whose numbers are read out. */
     drawChosen(place, ball) {
+      if (this.pixelRadius(ball) > LONGEST) return;
       const { context, theme } = this;
       context.strokeStyle = css(theme.accent);
       context.lineWidth = 2.5;
@@ -379,5 +367,5 @@ globalThis.Ghostball ??= {};
     }
   }
 
-  Object.assign(Ghostball, { Plate, lengthWords });
+  Object.assign(Ghostball, { Plate });
 })();
