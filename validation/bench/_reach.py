@@ -24,7 +24,7 @@ Steps that change a speed by the same amount again and again are all rounded the
 n steps may add n times that, and halving the step doubles it.
 """
 
-LIMIT_PART = 0.25
+LIMIT_PART = 0.5
 """The least part of the finest step's error by which a limit is surely beside the truth.
 
 One power of the step is fitted where there are others: they move a limit by less.
