@@ -25,7 +25,7 @@ from validation.bench._ladders import (
     start_of,
     work_of,
 )
-from validation.bench._reach import TARGETS, Level, Reach, order_of, reach_of
+from validation.bench._reach import NO_STEP, TARGETS, Level, Reach, order_of, reach_of
 from validation.bench.measurements import Measurement, measured_where
 from validation.bench.running import BenchError
 from validation.bench.timing import Clock, Progress, Samples, Task, take_turns
@@ -37,6 +37,7 @@ from validation.truth import Truth, collisions_of, truth_of
 
 __all__ = [
     "DEFAULT_SCENES",
+    "NO_STEP",
     "PRECISION_ENGINES",
     "QUICK_SCENES",
     "TARGETS",
