@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 WIDTH, ROW_HEIGHT, REST_HEIGHT = 9.6, 3.0, 1.5
 COLUMNS = 3
 
+LEGEND_CHARACTERS, HANDLE_CHARACTERS = 160, 9
+"""How many fit beside each other in the legend; what a line and its gaps take of them."""
+
 FLOOR = 1e-17
 """Where errors below it are drawn [m], 0 among them: a tenth of an ulp of a place on a table."""
 
@@ -101,7 +104,11 @@ def _draw(
         for engine in found
     }
     figure.legend(
-        [*found.values()], [names[engine] for engine in found], loc="outside lower center", ncols=3
+        [*found.values()],
+        [names[engine] for engine in found],
+        loc="outside lower center",
+        ncols=max(LEGEND_CHARACTERS // (max(map(len, names.values())) + HANDLE_CHARACTERS), 1),
+        fontsize=7.5,
     )
     style.set_title(figure, title)
     return figure

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from reports import style
 from validation.bench import PrecisionMeasurement
-from validation.bench.precision import PrecisionCurve, PrecisionPoint, Reach
+from validation.bench.precision import NO_STEP, PrecisionCurve, PrecisionPoint, Reach
 
 LEGEND = (
     "Times are of the simulation alone, the least of all samples. A time counts where all finer "
@@ -48,12 +48,12 @@ def best_text(points: Sequence[PrecisionPoint]) -> str:
 
 
 def legend_text(engine: str, curves: Sequence[PrecisionCurve]) -> str:
-    """Return an engine's name with the range of its orders, or why it has none in any scene."""
+    """Return an engine's name with the range of its orders, or that it has none."""
     orders = [curve.order for curve in curves if curve.order is not None]
     name = style.engine_name(engine)
     if not orders:
-        notes = {curve.order_note for curve in curves}
-        return f"{name}: {notes.pop()}" if len(notes) == 1 else f"{name}: no order"
+        exact = all(curve.order_note == NO_STEP for curve in curves)
+        return f"{name}: {NO_STEP if exact else 'no order'}"
     low, high = (f"{value:.2g}" for value in (min(orders), max(orders)))
     said = f"{name}: order {low}" if low == high else f"{name}: order {low} to {high}"
     beside = any(curve.limit_beside > 0.0 for curve in curves)

@@ -205,3 +205,26 @@ def test_the_gallery_draws_the_committed_measurement_if_there_is_one(
     save(MEASURED, tmp_path / "store" / "some-machine" / "precision.json", "--store")
     names = {path.name for path in write_gallery(results_folder, tmp_path / "with")}
     assert {"precision.png", "precision.svg"} <= names
+
+
+def test_a_legend_of_many_engines_is_within_the_figure():
+    curve = MEASURED.curves[1].model_copy(update={"limit_beside": 0.1, "order": 0.63})
+    labels = [f"pybullet:mode=landed,iterations={k}" for k in range(9)]
+    many = MEASURED.model_copy(
+        update={
+            "points": [
+                point(label, 1e-2, 1e-3, step=0.01, scene=scene)
+                for label in labels
+                for scene in ("a", "b", "c")
+            ],
+            "curves": [curve.model_copy(update={"engine": label}) for label in labels]
+            + [curve.model_copy(update={"engine": label, "order": 1.13}) for label in labels],
+        }
+    )
+    with style.drawing():
+        figure = draw_against_time(many)
+        figure.draw_without_rendering()
+        (legend,) = figure.legends
+        box = legend.get_window_extent()
+    assert box.x0 >= 0.0
+    assert box.x1 <= figure.bbox.width

@@ -24,7 +24,10 @@ Steps that change a speed by the same amount again and again are all rounded the
 n steps may add n times that, and halving the step doubles it.
 """
 
-LIMIT_PART = 0.25
+NO_STEP = "no step: a point"
+"""Why an exact engine has no order."""
+
+LIMIT_PART = 0.5
 """The least part of the finest step's error by which a limit is surely beside the truth.
 
 One power of the step is fitted where there are others: they move a limit by less.
@@ -112,7 +115,7 @@ def order_of(levels: Sequence[Level], truth: FloatArray) -> Order:
     truth : (n, 2) float64 [m]
     """
     if not levels or levels[0].step is None:
-        return Order("no step: a point")
+        return Order(NO_STEP)
     kept: list[Level] = []
     for level in reversed(levels):
         if not level.true_course:

@@ -25,7 +25,7 @@ from validation.bench._ladders import (
     start_of,
     work_of,
 )
-from validation.bench._reach import TARGETS, Level, Reach, order_of, reach_of
+from validation.bench._reach import NO_STEP, TARGETS, Level, Reach, order_of, reach_of
 from validation.bench.measurements import Measurement, measured_where
 from validation.bench.running import BenchError
 from validation.bench.timing import Clock, Progress, Samples, Task, take_turns
@@ -37,6 +37,7 @@ from validation.truth import Truth, collisions_of, truth_of
 
 __all__ = [
     "DEFAULT_SCENES",
+    "NO_STEP",
     "PRECISION_ENGINES",
     "QUICK_SCENES",
     "TARGETS",
@@ -75,8 +76,9 @@ PRECISION_ENGINES = (
 LEAST_SAMPLE, MOST_RUNS = 5e-3, 50
 """A sample is the least of several runs where one is so short [s]: at most so many."""
 
-LONGEST_RUN, FEW = 0.4, 2
-"""A run that takes longer [s] is sampled only so often, of which the start phases are even too."""
+MANY_STEPS, FEW = 5_000, 2
+"""A shot that takes more steps is sampled only so often; by steps, for time would make the phases,
+and with them the errors, differ from machine to machine."""
 
 
 class PrecisionPoint(BaseModel):
@@ -234,8 +236,13 @@ class _Place:
         return {"seconds": best}
 
     def _is_done(self) -> bool:
-        slow = len(self.samples) >= FEW and self.samples[0].seconds > LONGEST_RUN
-        return slow or bool(self.lost or self.course.lost)
+        enough = len(self.samples) >= FEW and self._takes_many_steps
+        return enough or bool(self.lost or self.course.lost)
+
+    @property
+    def _takes_many_steps(self) -> bool:
+        step, duration = self.rung.step, self.course.truth.rest_time
+        return step is not None and duration is not None and duration > MANY_STEPS * step
 
     def _measured(self, result: Result, seconds: float) -> _Sample:
         truth = self.course.truth

@@ -70,11 +70,11 @@ def test_a_time_is_extrapolated_by_the_order(order, target):
 
 
 def test_no_limit_beside_the_truth_is_passed():
-    levels = ladder(lambda h: 2e-4 + 0.3 * h)
+    levels = ladder(lambda h: 5e-4 + 0.3 * h)
     order = order_of(levels, TRUTH)
     assert order.value == pytest.approx(1.0, abs=0.02)
-    assert order.beside == pytest.approx(2e-4, rel=0.1)
-    assert reached(3e-4, levels).how == "extrapolated"
+    assert order.beside == pytest.approx(5e-4, rel=0.1)
+    assert reached(6e-4, levels).how == "extrapolated"
     reach = reached(1e-6, levels)
     assert (reach.how, reach.seconds) == ("never", None)
     assert "beside the truth" in reach.note
