@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.errors import GhostballError
+from engine.fingerprint import bits_hash
 from engine.scene import CUSHIONS, Scene
 from engine.trajectory import Energy, ExactTrajectory, Samples, Trajectory, energy_of
 
@@ -246,6 +247,7 @@ class Result:
             "collision_counts": dict(self.collision_counts),
             "energy": {"initial": float(start.total[0]), "final": float(end.total[0])},
             "work": dict(self.work),
+            "hash": None if self.events is None else bits_hash(self.events, self.rest_positions),
             "wall_time": self.wall_time,
         }
 

@@ -59,7 +59,9 @@ class Explained:
     ----------
     what, expected, found, reason, meaning : str
     command : str
-        The one that shows it again.
+        The one that does it again, to the hash.
+    why : str
+        The one that says where it leaves the true shot; "" where there is none.
     rests : list of (str, str, str)
         Ball, x and y [m] that it must give again, to the bit.
     bits : str
@@ -75,6 +77,7 @@ class Explained:
     reason: str
     meaning: str
     command: str
+    why: str
     rests: list[tuple[str, str, str]]
     more: int
     bits: str
@@ -129,6 +132,7 @@ def _explain(case: CaseRecord, check: Check | None, bits: str) -> Explained:
         reason=reason,
         meaning=meaning,
         command=command_of(case),
+        why=explaining(case),
         rests=rests[:SHOWN_BALLS],
         more=max(len(rests) - SHOWN_BALLS, 0),
         bits=bits,
@@ -137,14 +141,22 @@ def _explain(case: CaseRecord, check: Check | None, bits: str) -> Explained:
 
 
 def command_of(case: CaseRecord) -> str:
-    """Return the command that shows again what a case did, and where it leaves the true shot."""
-    # Where our engine, or none, has a run of its own there is nothing to part from.
+    """Return the command that does again what a case did; it prints the hash of that."""
+    return f"ghostball simulate {_asked(case)} --record events --json"
+
+
+def explaining(case: CaseRecord) -> str:
+    """Return the command that says where a case leaves the true shot, and why.
+
+    "" where our engine, or none, has a run: there is nothing to part from.
+    """
     explains = case.outcome == "ran" and case.engine != OUR_NAME
-    verb = "explain" if explains else "simulate"
+    return f"ghostball explain {_asked(case)}" if explains else ""
+
+
+def _asked(case: CaseRecord) -> str:
     name = case.scene if case.scene in scene_names() else f"./{case.scene}.toml"
-    return f"ghostball {verb} {shlex.quote(name)} --engine {shlex.quote(case.label)}" + (
-        "" if explains else " --record events --json"
-    )
+    return f"{shlex.quote(name)} --engine {shlex.quote(case.label)}"
 
 
 def _own_scenes(results: ResultsFolder) -> list[str]:

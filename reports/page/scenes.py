@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
+from engine.fingerprint import bits_hash
 from reports import style
 from reports.counted import work_text
 from reports.markdown_parts import quantity_text
@@ -19,7 +20,6 @@ from reports.page.replay_data import scene_data
 from reports.shots import Run, Shot, cell_text
 from validation.energy_ledger import ENTRIES, EnergyLedger, ledger_of
 from validation.predictability import Predictability
-from validation.regression.fingerprint import bits_hash
 from validation.regression.records import SceneChange
 from validation.store import INDEPENDENT, CaseRecord
 from validation.verdict import verdict_of

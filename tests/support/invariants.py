@@ -7,8 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from engine import EventKind, Result
-from validation.regression import fingerprint as fingerprint_module
-from validation.regression.fingerprint import bits_hash
+from engine import fingerprint as hashes
 from validation.stress.judges import FloatArray, energies, instants, overlaps
 
 __all__ = [
@@ -57,10 +56,10 @@ def state_bits(result: Result) -> tuple[bytes, ...]:
 def log_bits(result: Result) -> bytes:
     """Return the event log to the bit."""
     assert result.events is not None
-    return fingerprint_module.log_bits(result.events)
+    return hashes.log_bits(result.events)
 
 
 def fingerprint(result: Result) -> str:
     """Return the sha256 of the event log and the rest positions."""
     assert result.events is not None
-    return bits_hash(result.events, result.rest_positions)
+    return hashes.bits_hash(result.events, result.rest_positions)

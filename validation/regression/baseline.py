@@ -30,10 +30,11 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from pydantic_core import PydanticCustomError
 
 from engine import CUSHIONS, EventKind, GhostballError
+from engine.fingerprint import bits_hash, sequence_hash
 from engine.result import EVENT_DTYPE, Events, event_dict
 from validation.metric_table import METRICS
 from validation.regression.bands import Band, band_of_counter, band_of_metric
-from validation.regression.fingerprint import BLOCK, Block, bits_hash, blocks_of, sequence_hash
+from validation.regression.fingerprint import BLOCK, Block, blocks_of
 from validation.regression.observed import KEPT_EVENTS, Observed
 from validation.regression.records import Level
 

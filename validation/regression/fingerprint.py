@@ -1,26 +1,18 @@
-"""Hashes of what a run did: one of all bits, one of the order of its events alone.
-
-Ours hold on every platform: what feeds back into the dynamics is made of + - * / and square roots.
-"""
+"""Hashes of a log too long to be kept event by event, block by block: they say where to look."""
 
 from __future__ import annotations
 
 from hashlib import sha256
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from engine.fingerprint import log_bits, sequence_hash
 from engine.result import Events
 
 BLOCK = 256
-"""Events that share a hash, in a log too long to be kept event by event."""
+"""Events that share a hash."""
 
-_BLOCK_DIGITS = 16
-"""Hex digits that are kept of the hash of a block: it only says where to look."""
-
-_TIME = (("t", "<f8"),)
-_WHAT = (("kind", "u1"), ("a", "<i4"), ("b", "<i4"))
+_DIGITS = 16
+"""Hex digits that are kept of a hash."""
 
 
 class Block(NamedTuple):
@@ -30,36 +22,10 @@ class Block(NamedTuple):
     sequence: str
 
 
-def bits_hash(events: Events, rest_positions: NDArray[np.float64]) -> str:
-    """Return the SHA-256 of an event log and the rest positions, to the bit.
-
-    0.0 and -0.0 are one position.
-    """
-    digest = sha256(log_bits(events))
-    digest.update((rest_positions + 0.0).astype("<f8").tobytes())
-    return digest.hexdigest()
-
-
-def log_bits(events: Events) -> bytes:
-    """Return an event log as bytes: the same on every platform where its values are."""
-    return _columns(events, _TIME + _WHAT)
-
-
-def sequence_hash(events: Events) -> str:
-    """Return the SHA-256 of what happened in which order: kinds and balls, without instants."""
-    return sha256(_columns(events, _WHAT)).hexdigest()
-
-
 def blocks_of(events: Events) -> tuple[Block, ...]:
     """Return the hashes of the log, block by block."""
     parts = (events[start : start + BLOCK] for start in range(0, len(events), BLOCK))
     return tuple(
-        Block(
-            sha256(log_bits(part)).hexdigest()[:_BLOCK_DIGITS], sequence_hash(part)[:_BLOCK_DIGITS]
-        )
+        Block(sha256(log_bits(part)).hexdigest()[:_DIGITS], sequence_hash(part)[:_DIGITS])
         for part in parts
     )
-
-
-def _columns(events: Events, columns: tuple[tuple[str, str], ...]) -> bytes:
-    return b"".join(events[name].astype(kind).tobytes() for name, kind in columns)

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import GhostballError, Result
+from engine.fingerprint import bits_hash, sequence_hash
 from engine.result import Events
 from validation.metric_table import METRICS
 from validation.metrics import Value
 from validation.records import INDEPENDENT, CaseRecord, Motion, scene_hash, status_name
-from validation.regression.fingerprint import Block, bits_hash, blocks_of, sequence_hash
+from validation.regression.fingerprint import Block, blocks_of
 from validation.sampling import events_of
 
 FloatArray = NDArray[np.float64]

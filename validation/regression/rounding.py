@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import Scene
+from engine.fingerprint import bits_hash
 from engine.sensitivity import QUALITY, ROUNDING
 from validation.our_run import run_ours
 from validation.predictability.bifurcations import extent_of
-from validation.regression.fingerprint import bits_hash
 from validation.sampling import events_of
 
 FloatArray = NDArray[np.float64]
