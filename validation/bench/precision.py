@@ -6,11 +6,10 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from statistics import median
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 
 from engine import Result, Scene, Status, UnsupportedSceneError
 from reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
@@ -25,8 +24,14 @@ from validation.bench._ladders import (
     start_of,
     work_of,
 )
+from validation.bench._points import (
+    LeftOut,
+    PrecisionCurve,
+    PrecisionMeasurement,
+    PrecisionPoint,
+)
 from validation.bench._reach import NO_STEP, TARGETS, Level, Reach, order_of, reach_of
-from validation.bench.measurements import Measurement, measured_where
+from validation.bench.measurements import measured_where
 from validation.bench.running import BenchError
 from validation.bench.timing import Clock, Progress, Samples, Task, take_turns
 from validation.metrics import ball_errors
@@ -79,95 +84,6 @@ LEAST_SAMPLE, MOST_RUNS = 5e-3, 50
 MANY_STEPS, FEW = 5_000, 2
 """A shot that takes more steps is sampled only so often; by steps, for time would make the phases,
 and with them the errors, differ from machine to machine."""
-
-
-class PrecisionPoint(BaseModel):
-    """One engine with all of its settings on one scene.
-
-    Attributes
-    ----------
-    scene, title, truth : str
-        The scene, and which kind of truth it has.
-    engine : str
-        The engine as asked for: one curve.
-    label : str
-        The same with the step of this point.
-    step : float or None [s]
-    seconds, seconds_median : float [s]
-        The simulation alone: the least of all samples, and their median.
-    samples : int
-    error, error_low, error_high : float [m]
-        The largest distance of a ball from where it truly ends: median, least and greatest over
-        the samples, each of which begins the shot at another part of a step.
-    work_name : str
-        What `work` counts, such as "steps"; "" where the engine counts nothing.
-    work : int
-    exact : bool
-        Whether the engine has no step: a point, no ladder.
-    true_course : bool
-        Whether those balls and cushions met that meet in truth, from every phase.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    scene: str
-    title: str
-    truth: str
-    engine: str
-    label: str
-    step: float | None
-    seconds: float
-    seconds_median: float
-    samples: int
-    error: float
-    error_low: float
-    error_high: float
-    work_name: str
-    work: int
-    exact: bool
-    true_course: bool = True
-
-
-class PrecisionCurve(BaseModel):
-    """One engine on one scene: in which order its error falls with its step, and what it reaches.
-
-    `order` is None where there is none, and `order_note` says why; else which would fit as well.
-    `limit_beside` is how far at least it ends beside the truth at zero step [m]; 0 where that can't
-    be told from none.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    scene: str
-    engine: str
-    order: float | None
-    order_note: str
-    limit_beside: float = 0.0
-    reach: tuple[Reach, ...]
-
-
-class LeftOut(BaseModel):
-    """A point, or a whole curve, that is not there, and why."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    scene: str
-    engine: str
-    why: str
-
-
-class PrecisionMeasurement(Measurement):
-    """What `ghostball bench precision` measured."""
-
-    kind: Literal["precision"] = "precision"
-    points: tuple[PrecisionPoint, ...]
-    curves: tuple[PrecisionCurve, ...] = ()
-    left_out: tuple[LeftOut, ...] = ()
-
-    @property
-    def anything(self) -> bool:
-        """Whether any point was measured."""
-        return bool(self.points)
 
 
 @dataclass(frozen=True)
