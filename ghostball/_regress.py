@@ -36,6 +36,7 @@ from validation.regression import (
     time_scenes,
     times_path,
 )
+from validation.regression.gate import crowds
 from validation.regression.records import Change
 from validation.store import ResultsFolder
 from validation.suite import Outcome, criteria_beside_paths, run_suite
@@ -59,6 +60,13 @@ _WORDS: dict[Change, str] = {
     "worse": "worse against truth",
     "no-baseline": "no baseline",
     "not-comparable": "not comparable",
+}
+
+_VERDICTS = {
+    ExitStatus.PASSED: "[green]passed[/]",
+    ExitStatus.CHECK_FAILED: "[bold red]failed[/]",
+    ExitStatus.HARNESS_FAILED: "[bold red]failed[/]",
+    ExitStatus.NO_BASELINE: "[bold yellow]no baseline[/]",
 }
 
 
@@ -88,7 +96,8 @@ def run(
         check_writable(junit, "--junit")
     known = load_times(times_path(folder, describe_environment()))
     if against is None:
-        check_baselines(folder, [scene.name for scene in scenes])
+        made = () if names_or_tags else crowds()
+        check_baselines(folder, [scene.name for scene in (*scenes, *made)])
     started = time.perf_counter()
     with counting("running") as count:
 
@@ -114,7 +123,12 @@ def run(
         if against is not None:
             with counting("comparing") as count:
                 regression = compare_revisions(
-                    scenes, against, out, criteria=criteria, known=known, progress=count
+                    _played(outcome, scenes),
+                    against,
+                    out,
+                    criteria=criteria,
+                    known=known,
+                    progress=count,
                 )
         else:
             times = None
@@ -166,17 +180,18 @@ def _show(regression: Regression, outcome: Outcome, out: Path, seconds: float) -
         console.print(f"[yellow]warning:[/] {escape(warning)}", soft_wrap=True)
     counts = Counter(one.change for one in regression.scenes)
     parts = [f"{counts[name]} {words}" for name, words in _WORDS.items() if counts[name]]
+    if outcome.counts.failed:
+        parts.append(f"{outcome.counts.failed} did not finish")
     if outcome.counts.checks_failed:
         parts.append(f"{outcome.counts.checks_failed} limits of truth broken")
-    colour = {"passed": "green", "failed": "bold red", "no-baseline": "bold yellow"}
+    verdict = _VERDICTS[_status(regression, outcome)]
     against = (
         "the accepted baselines"
         if regression.against == "baselines"
         else f"revision {regression.against}"
     )
     console.print(
-        f"[{colour[regression.outcome]}]{regression.outcome.replace('-', ' ')}[/]: "
-        f"{', '.join(parts)}, against {escape(against)}, in {seconds:.0f} s",
+        f"{verdict}: {', '.join(parts) or 'nothing was compared'}, against {escape(against)}, in {seconds:.0f} s",
         soft_wrap=True,
     )
     if regression.against != "baselines":

@@ -20,6 +20,7 @@ from validation.regression.baseline import (
     FOLDER,
     Accepted,
     Baseline,
+    BaselineError,
     BaselineSchemaError,
     baseline_names,
     baseline_path,
@@ -34,7 +35,7 @@ from validation.store import ResultsFolder
 from validation.truth import OUR_NAME
 from validation.unchanged import hash_sources, source_folders
 
-CANDIDATES = "baselines"
+CANDIDATES = "candidates"
 """Folder in a results folder: the baselines that accepting it would write."""
 
 PENDING = "not accepted yet"
@@ -102,8 +103,14 @@ def compare_results(
     Raises
     ------
     GhostballError
-        Where a baseline is nonsense, or a motion can't be read.
+        Where a baseline is nonsense, a motion can't be read, or the baselines lie where candidates
+        are written to, and removed from.
     """
+    if folder.resolve() == (results.path / CANDIDATES).resolve():
+        raise BaselineError(
+            f"{folder}: holds what may be accepted, so it can't hold what was. Choose another "
+            "`--baselines`"
+        )
     names = baseline_names(folder)
     environment = describe_environment() | {"sources": hash_sources(source_folders())}
     changes: list[SceneChange] = []
@@ -111,6 +118,8 @@ def compare_results(
     accepted: dict[str, Any] = {}
     scenes: list[str] = []
     for scene, found in _observed(results, whole):
+        if isinstance(found, CaseRecord) and found.outcome != "failed" and scene.name not in names:
+            continue  # it never could
         scenes.append(scene.name)
         if isinstance(found, CaseRecord):
             changes.append(_not_run(found))
@@ -147,7 +156,7 @@ def _observed(results: ResultsFolder, whole: bool) -> Iterator[tuple[Scene, Obse
     """Yield each scene with what our engine did there, or with the case that did not run."""
     for name in results.scene_names:
         case = results.case(name, OUR_NAME)
-        if case is None or case.outcome in ("not-representable", "unavailable"):
+        if case is None:
             continue
         motion = results.motion(case)
         yield (
