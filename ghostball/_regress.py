@@ -191,7 +191,8 @@ def _show(regression: Regression, outcome: Outcome, out: Path, seconds: float) -
         else f"revision {regression.against}"
     )
     console.print(
-        f"{verdict}: {', '.join(parts) or 'nothing was compared'}, against {escape(against)}, in {seconds:.0f} s",
+        f"{verdict}: {', '.join(parts) or 'nothing was compared'}, "
+        f"against {escape(against)}, in {seconds:.0f} s",
         soft_wrap=True,
     )
     if regression.against != "baselines":
