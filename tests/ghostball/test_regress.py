@@ -15,12 +15,15 @@ import reference_adapters.ghostball_engine
 import validation.our_run
 from engine import simulate
 from ghostball.cli import app
+from validation.bench.measurements import measured_where
+from validation.environment import describe_environment
 from validation.regression import NotComparableError, RevisionError, load_regression
 from validation.regression.accept import CHANGES_FILE
 from validation.regression.baseline import FOLDER, baseline_path
+from validation.regression.calibrate import times_of
 from validation.regression.gate import CANDIDATES
-from validation.regression.records import REGRESSION_FILE, Regression
-from validation.regression.timing import times_path
+from validation.regression.records import REGRESSION_FILE, Regression, Timing
+from validation.regression.timing import MachineTimes, SceneTimes, save_times, times_path
 
 
 @pytest.fixture
@@ -69,6 +72,18 @@ def planted(monkeypatch):
         monkeypatch.setattr(module, "simulate", lossy)
 
 
+@pytest.fixture
+def busier(monkeypatch):
+    """Our engine counts an event more in the cut and in the shipped stop, and moves no bit."""
+
+    def count(scene, **options):
+        result = simulate(scene, **options)
+        more = {"events": result.work["events"] + (scene.name in ("cut", "stop"))}
+        return replace(result, work={**result.work, **more})
+
+    monkeypatch.setattr(reference_adapters.ghostball_engine, "simulate", count)
+
+
 def contents(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
 
@@ -102,13 +117,26 @@ def test_what_moved_is_told_and_fails(accepted, planted):
     assert (accepted / "out" / "regress" / CANDIDATES / "cut.toml").exists()
 
 
-def test_one_of_two_is_accepted_by_its_pattern(accepted, planted):
-    regress("--rerun")
+def test_one_of_two_is_accepted_by_its_pattern(accepted, busier):
+    assert regress("--rerun").exit_code == 1
     nothing = accept("--only", "x*")
     assert nothing.exit_code == 2
     assert 'nothing to accept matches "x*"; what there is to accept: cut' in nothing.stderr
-    assert accept("--only", "c*").exit_code == 0
+    done = accept("--only", "c*", reason="Counts one more.")
+    assert done.exit_code == 0
+    assert "accepted: cut" in done.stdout
     assert regress("--rerun").exit_code == 0
+    changelog = (accepted / "accepted" / CHANGES_FILE).read_text("utf-8")
+    assert changelog.index("Counts one more.") < changelog.index("It is right.")
+
+
+def test_what_broke_the_limits_of_truth_still_fails_once_it_is_accepted(accepted, planted):
+    regress("--rerun")
+    assert accept().exit_code == 0
+    result = regress("--rerun")
+    assert result.exit_code == 1
+    assert result.stdout.splitlines()[-1].startswith("failed: 2 identical")
+    assert "limits of truth broken" in result.stdout
 
 
 def test_json_is_one_object_and_all_else_is_on_stderr(accepted, planted):
@@ -127,12 +155,9 @@ def test_another_folder_is_named_in_the_advice(here):
 
 
 def test_times_are_taken_and_only_warn(accepted, monkeypatch):
-    from validation.regression.records import Timing
-    from validation.regression.timing import MachineTimes, SceneTimes, save_times
 
     was = SceneTimes(median=1e-9, low=1e-9, high=1e-9, samples=9, noise=1.0, threshold=1.1)
     known = MachineTimes(machine="m", environment={}, processes=2, scenes={"cut": was})
-    from validation.environment import describe_environment
 
     save_times(known, times_path(accepted / "accepted", describe_environment()))
     slow = Timing(median=1.0, low=1.0, high=1.0, samples=9)
@@ -194,7 +219,6 @@ def test_bad_input_is_refused(here, arguments, said):
 
 
 def test_damaged_times_of_a_machine_are_refused(accepted):
-    from validation.environment import describe_environment
 
     path = times_path(accepted / "accepted", describe_environment())
     path.parent.mkdir()
@@ -305,13 +329,10 @@ def test_calibrating_stores_the_times_of_this_machine(here, monkeypatch):
 
 
 def calibrated(scenes, *, processes, rounds, progress):
-    from validation.bench.measurements import measured_where
-    from validation.regression.calibrate import times_of
-    from validation.regression.timing import MachineTimes
 
     progress(1, 1, "round 1")
     assert (processes, rounds) == (5, 15)
-    environment = {"cpu": measured_where()["cpu"]}
+    environment = {name: measured_where()[name] for name in ("cpu", "cores")}
     times = {scene.name: times_of([[1e-5], [1.1e-5]]) for scene in scenes}
     return MachineTimes(machine="m", environment=environment, processes=processes, scenes=times)
 
@@ -332,12 +353,7 @@ def test_validate_compares_with_the_shipped_baselines(here):
     assert not (here / "out" / CANDIDATES).exists()
 
 
-def test_validate_says_what_moved_and_judges_by_truth_alone(here, monkeypatch):
-    def busier(scene, **options):
-        result = simulate(scene, **options)
-        return replace(result, work={**result.work, "events": result.work["events"] + 1})
-
-    monkeypatch.setattr(reference_adapters.ghostball_engine, "simulate", busier)
+def test_validate_says_what_moved_and_judges_by_truth_alone(here, busier):
     before = contents(FOLDER)
     result = validate()
     assert result.exit_code == 0, result.output

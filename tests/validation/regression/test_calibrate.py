@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from contextlib import contextmanager
 
 import gate
@@ -11,10 +12,12 @@ from hypothesis import strategies as st
 
 from validation.bench.measurements import measured_where
 from validation.environment import describe_environment
-from validation.regression import calibrate as calibrate_module
 from validation.regression.calibrate import LEAST_THRESHOLD, MARGIN, calibrate, times_of
 from validation.regression.player import NotComparableError
 from validation.regression.timing import load_times, save_times, times_path
+
+MODULE = sys.modules[calibrate.__module__]
+"""The module: in its package, the function is called like it."""
 
 SCENES = [gate.cut_shot(), gate.roll_shot()]
 
@@ -37,7 +40,7 @@ def processes(monkeypatch):
         assert (root / "engine").is_dir()
         yield Process(int(name.split()[-1]) - 1)
 
-    monkeypatch.setattr(calibrate_module, "playing", playing)
+    monkeypatch.setattr(MODULE, "playing", playing)
     return asked
 
 
@@ -94,7 +97,7 @@ def test_a_process_that_ends_leaves_no_half_calibration(monkeypatch):
 
         yield Process()
 
-    monkeypatch.setattr(calibrate_module, "playing", playing)
+    monkeypatch.setattr(MODULE, "playing", playing)
     with pytest.raises(NotComparableError, match="process 1 ended"):
         calibrate(SCENES)
 
