@@ -12,6 +12,11 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 OUT ?= out
 JOBS ?= 2
+SUITE ?= full
+# Names or tags, instead of a suite.
+SCENES ?=
+# Where the verdicts go as JUnit XML, if anywhere.
+JUNIT ?=
 PYTEST := $(BIN)/python -m pytest --quiet --numprocesses $(JOBS)
 
 .DEFAULT_GOAL := help
@@ -37,7 +42,8 @@ $(READY): pyproject.toml
 	@touch $@
 
 validate: $(READY)  ## run every scene on every engine, write the report, print the verdicts
-	$(BIN)/ghostball validate --suite full --jobs $(JOBS) --out $(OUT)
+	$(BIN)/ghostball validate $(or $(SCENES),--suite $(SUITE)) --jobs $(JOBS) --out $(OUT) \
+		$(if $(JUNIT),--junit $(JUNIT))
 
 stress: $(READY)  ## try to break every engine: what CI has time for
 	$(BIN)/ghostball stress --suite quick --jobs $(JOBS) --out $(OUT)/stress-quick

@@ -1,4 +1,4 @@
-"""`ghostball bench`: how quick our engine is, and how exact."""
+"""`ghostball bench`: how quick our engine is, how exact, and what others take for that."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ghostball._options import engines_option
 from ghostball._terminal import ExitStatus, command, say, stdout
 
 if TYPE_CHECKING:
@@ -190,6 +191,60 @@ def accuracy(
         raise typer.Exit(ExitStatus.CHECK_FAILED)
 
 
+@app.command()
+@command
+def precision(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="SCENE|TAG",
+            help="Names or tags of shipped scenes, or TOML files, each with a closed form or "
+            "proved to its end (default: six with closed forms).",
+        ),
+    ] = None,
+    engines: Annotated[
+        str | None,
+        engines_option("pymunk in four ways and pybullet in three, and the proof"),
+    ] = None,
+    repeats: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            help="Rounds: each begins the shot at another part of a step, and the least time "
+            "counts; what takes long is run twice.",
+        ),
+    ] = 4,
+    quick: Quick = False,
+    out: Out = None,
+    store: Store = False,
+) -> None:
+    """Measure each engine's error against its time, from long steps to short ones.
+
+    The error is the largest distance of a ball from where it truly ends. Some minutes. With --out
+    RESULTS, a folder that `validate` wrote, it joins that folder's report.
+    """
+    from ghostball._precision_tables import precision_tables  # noqa: PLC0415
+    from ghostball._progress import counting  # noqa: PLC0415
+    from reference_adapters import split_specs  # noqa: PLC0415
+    from validation import bench  # noqa: PLC0415
+    from validation.bench.precision import TINY, WIDE  # noqa: PLC0415
+    from validation.library import select  # noqa: PLC0415
+
+    asked = bench.PRECISION_ENGINES if engines is None else split_specs(engines)
+    chosen = select(scenes or (bench.QUICK_SCENES if quick else bench.DEFAULT_SCENES))
+    paths = _paths("precision", out, store, part=bool(scenes) or engines is not None or quick)
+    with counting("measuring") as count:
+        measured = bench.measure_precision(
+            chosen,
+            asked,
+            rounds=1 if quick else repeats,
+            extent=TINY if quick else WIDE,
+            progress=count,
+        )
+    stdout().print(precision_tables(measured))
+    _finish(measured, paths)
+
+
 @contextmanager
 def _peers(names: str | None, python: Path | None) -> Iterator[Sequence[Peer]]:
     """Hand out the peers that are asked for, and close them whatever happens."""
@@ -213,7 +268,8 @@ def _paths(kind: str, out: Path | None, store: bool, *, part: bool) -> dict[str,
         if part:
             raise BenchError(
                 "`--store` keeps whole measurements only, so it can't go with `--only`, `--quick`, "
-                "`--first`, fewer `--shots` than by default, or single scenes. Use `--out FILE`"
+                "`--first`, fewer `--shots` than by default, `--engines`, or single scenes. Use "
+                "`--out FILE`"
             )
         paths["--store"] = measurements.store_path(describe_environment(), kind)
     if out is not None:

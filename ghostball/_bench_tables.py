@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from engine.skips import Skip
-from reports.style import format_time
+from reports.style import format_quantity, format_time
 from validation.bench import (
     AccuracyMeasurement,
     PeerRow,
@@ -164,16 +164,6 @@ def _skips_summary(measured: SkipsMeasurement) -> Table:
     return table
 
 
-def value_text(value: float, unit: str) -> str:
-    """Return a quantity to three digits, with a unit that suits it."""
-    if unit == "s":
-        return f"-{format_time(-value)}" if value < 0.0 else format_time(value)
-    if unit == "1/s":
-        scale, prefix = (1e6, " million/s") if value >= 1e6 else (1e3, " thousand/s")
-        return f"{value / scale:.3g}{prefix}"
-    return f"{value:.3g}" + ("" if unit == "1" else f" {unit}")
-
-
 def verdict_text(target: Target, median: float, met: bool | None) -> str:
     """Return met or missed, and by how much of the limit; nothing where it isn't judged."""
     if met is None:
@@ -198,12 +188,12 @@ def _ours(rows: Sequence[Row]) -> Table:
         limit, verdict = "", ""
         if target is not None:
             sign = "≤" if target.kind == "at_most" else "≥"
-            limit = f"{sign} {value_text(target.limit, row.unit)}"
+            limit = f"{sign} {format_quantity(target.limit, row.unit)}"
             verdict = verdict_text(target, row.median, row.met)
         table.add_row(
             escape(row.workload) if row.workload != before else "",
             MEANINGS[row.quantity],
-            *(value_text(value, row.unit) for value in (row.median, row.least, row.greatest)),
+            *(format_quantity(value, row.unit) for value in (row.median, row.least, row.greatest)),
             limit,
             verdict,
         )

@@ -17,7 +17,7 @@ from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from validation.environment import describe_environment
 from validation.library import select
-from validation.records import CaseRecord
+from validation.records import COMPLETE_STATUSES, CaseRecord
 from validation.regression import (
     REGRESSION_FILE,
     NotComparableError,
@@ -37,6 +37,7 @@ from validation.regression import (
     times_path,
 )
 from validation.regression.gate import crowds
+from validation.regression.junit import write_regression_junit
 from validation.regression.records import Change
 from validation.store import ResultsFolder
 from validation.suite import Outcome, criteria_beside_paths, run_suite
@@ -123,7 +124,7 @@ def run(
         if against is not None:
             with counting("comparing") as count:
                 regression = compare_revisions(
-                    _played(outcome, scenes),
+                    _ran(outcome, scenes),
                     against,
                     out,
                     criteria=criteria,
@@ -142,15 +143,22 @@ def run(
         say(f"[bold red]error:[/] {escape(str(error))}")
         return ExitStatus.NO_BASELINE
     save_regression(regression, out)
+    if junit is not None:
+        write_regression_junit(regression, junit)
     if as_json:
         print(regression.model_dump_json(by_alias=True))
     else:
-        _show(regression, outcome, out, time.perf_counter() - started)
+        _show(regression, outcome, out, baselines, time.perf_counter() - started)
     return _status(regression, outcome)
 
 
-def _played(outcome: Outcome, scenes: Sequence[Scene]) -> list[Scene]:
+def _ran(outcome: Outcome, scenes: Sequence[Scene]) -> list[Scene]:
     ran = {case.scene for case in outcome.cases if case.outcome == "ran"}
+    return [scene for scene in scenes if scene.name in ran]
+
+
+def _played(outcome: Outcome, scenes: Sequence[Scene]) -> list[Scene]:
+    ran = {case.scene for case in outcome.cases if case.status in COMPLETE_STATUSES}
     return [scene for scene in scenes if scene.name in ran]
 
 
@@ -164,7 +172,9 @@ def _status(regression: Regression, outcome: Outcome) -> ExitStatus:
     return ExitStatus.PASSED
 
 
-def _show(regression: Regression, outcome: Outcome, out: Path, seconds: float) -> None:
+def _show(
+    regression: Regression, outcome: Outcome, out: Path, baselines: Path | None, seconds: float
+) -> None:
     console = stdout()
     new = [one.scene for one in regression.scenes if one.change == "no-baseline"]
     changed = [
@@ -202,6 +212,7 @@ def _show(regression: Regression, outcome: Outcome, out: Path, seconds: float) -
         say(f"`ghostball report {folder}` shows it, old and new side by side")
         if regression.against == "baselines":
             given = "" if out == Path("out/regress") else f" --from {folder}"
+            given += "" if baselines is None else f" --baselines {escape(str(baselines))}"
             say(f'Where it is right: `ghostball accept{given} --reason "..."`')
 
 

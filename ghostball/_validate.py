@@ -15,16 +15,22 @@ from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
-from reports import write_report
+from reports import PAGE, write_report
 from validation.attribution import attribute_results
+from validation.environment import describe_environment
 from validation.junit import write_junit
 from validation.library import Suite, select
 from validation.predictability import predictability_of, save_predictability
+from validation.records import COMPLETE_STATUSES
 from validation.regression import (
     REGRESSION_FILE,
+    MachineTimes,
     check_baselines,
     compare_results,
+    load_times,
     save_regression,
+    time_scenes,
+    times_path,
 )
 from validation.regression.baseline import FOLDER
 from validation.store import CaseRecord, ResultsFolder, is_results_folder, read_earlier
@@ -65,6 +71,7 @@ def run(
             make_engine(spec)
     scenes, criteria = select(names_or_tags, suite), criteria_beside_paths(names_or_tags)
     check_baselines(FOLDER, [scene.name for scene in scenes])
+    known = load_times(times_path(FOLDER, describe_environment()))
     patterns = None if metrics is None else [name.strip() for name in metrics.split(",")]
     request = None
     if ensemble is not None:
@@ -99,11 +106,15 @@ def run(
     results = ResultsFolder.load(out)
     if junit is not None:
         write_junit(results.cases, junit)
-    changed = _compare(results)
-    written = None
+    changed, written = "", None
     interrupted, beyond = outcome.interrupted, ExitStatus.PASSED
     if not interrupted:
         interrupted = not _predict(scenes, out)
+    if not interrupted:
+        try:
+            changed = _compare(results, scenes, known, whole=patterns is None)
+        except KeyboardInterrupt:
+            interrupted = True
     if request is not None and not interrupted:
         beyond = _ensembles.run(
             request, scenes, specs, out, jobs=jobs, rerun=rerun, time_limit=time_limit
@@ -131,6 +142,7 @@ def run(
     if not any(check.passed is not None for case in outcome.cases for check in case.checks):
         say(f"[bold yellow]warning:[/] {escape(_nothing_judged(outcome))}")
     if written is not None:
+        console.print(f"page: {written.with_name(PAGE)}", soft_wrap=True, markup=False)
         console.print(f"report: {written}", soft_wrap=True, markup=False)
     if request is not None and not interrupted:
         beyond = max(beyond, _ensembles.show(out))
@@ -145,23 +157,37 @@ def run(
     return max(outcome.exit_status, beyond)
 
 
-def _compare(results: ResultsFolder) -> str:
+def _compare(
+    results: ResultsFolder, scenes: Sequence[Scene], known: MachineTimes | None, *, whole: bool
+) -> str:
     """Compare our engine with its baselines where it ran; store that, and return it in words.
 
-    It is shown, not judged: `ghostball regress` is the gate.
+    It is shown, not judged: `ghostball regress` is the gate. Nothing is compared where not the
+    `whole` of the metrics was computed.
+
+    Raises
+    ------
+    KeyboardInterrupt
     """
-    (results.path / REGRESSION_FILE).unlink(missing_ok=True)
-    if not any(case.label == OUR_NAME and case.outcome == "ran" for case in results.cases):
+    (results.path / REGRESSION_FILE).unlink(missing_ok=True)  # of an earlier run in this folder
+    ran = {
+        case.scene
+        for case in results.cases
+        if case.label == OUR_NAME and case.status in COMPLETE_STATUSES
+    }
+    if not whole or not ran:
         return ""
-    regression = compare_results(results, whole=False, candidates=False)
+    with counting("timing") as count:
+        times = time_scenes([scene for scene in scenes if scene.name in ran], progress=count)
+    regression = compare_results(results, whole=False, candidates=False, times=times, known=known)
     save_regression(regression, results.path)
     moved = [one.scene for one in regression.scenes if one.failed]
-    if moved:
-        return (
-            f"[yellow]our engine moved since its baselines were accepted:[/] "
-            f"{escape(', '.join(moved))}; `ghostball regress` says how"
-        )
-    return ""
+    if not moved:
+        return ""
+    return (
+        "[yellow]our engine moved since its baselines were accepted:[/] "
+        f"{escape(', '.join(moved))}; `ghostball regress` says how"
+    )
 
 
 def _predict(scenes: Sequence[Scene], out: Path) -> bool:

@@ -159,7 +159,7 @@ def validate(
         ),
     ] = 600.0,
     report: Annotated[
-        bool, typer.Option(help="Write report.md and its figures after the run.")
+        bool, typer.Option(help="Write report.html, report.md and figures after the run.")
     ] = True,
     ensemble: Annotated[
         int | None,
@@ -455,10 +455,34 @@ def report(
         Path, typer.Argument(metavar="DIR", help="A folder that `validate` or `stress` wrote.")
     ],
     jobs: Annotated[int, jobs_option("draw")] = 1,
+    summary: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help='Instead, add a summary in Markdown to FILE, such as "$GITHUB_STEP_SUMMARY": the '
+            "verdict, what changed, what failed, all verdicts. - is stdout.",
+        ),
+    ] = None,
+    text: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Instead, write what is wrong to FILE in plain text, a line each: "
+            "`SCENE: LEVEL: MESSAGE`. - is stdout.",
+        ),
+    ] = None,
 ) -> None:
-    """Write report.md, or stress.md, and its figures again from stored results."""
+    """Write report.html and report.md, or stress.md, and figures again from stored results.
+
+    With --summary or --text only these are written, for a CI to show.
+    """
+    if summary is not None or text is not None:
+        from ghostball._summary import write  # noqa: PLC0415
+
+        write(folder, summary=summary, text=text)
+        return
     from ghostball._progress import counting  # noqa: PLC0415
-    from reports import write_report, write_stress_report  # noqa: PLC0415
+    from reports import PAGE, write_report, write_stress_report  # noqa: PLC0415
     from validation.stress.records import FINDINGS_FILE  # noqa: PLC0415
 
     if (folder / FINDINGS_FILE).exists():
@@ -466,7 +490,39 @@ def report(
         return
     with counting("drawing") as count:
         written = write_report(folder, progress=count, jobs=jobs)
+    typer.echo(written.with_name(PAGE))
     typer.echo(written)
+
+
+@app.command()
+@command
+def history(
+    kind: Annotated[
+        str,
+        typer.Argument(
+            metavar="KIND",
+            help="Which measurement: targets, scaling, skips, accuracy, precision or stress.",
+        ),
+    ] = "targets",
+    quantity: Annotated[
+        str | None,
+        typer.Option(metavar="GLOB", help="Only quantities that match, such as 'break-*/kernel'."),
+    ] = None,
+    plot: Annotated[
+        Path | None, plot_option("Draw a panel for each quantity, over the revisions")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show committed measurements (benchmarks/results) over the revisions they were made at.
+
+    Each committed version of each machine's file is read from git. × is the ratio to the version
+    before, = the same to the bit.
+    """
+    if plot is not None:
+        check_plot(plot)
+    from ghostball._history import run  # noqa: PLC0415
+
+    raise typer.Exit(run(kind, pattern=quantity, plot=plot, as_json=as_json))
 
 
 @app.command()

@@ -12,6 +12,8 @@ from reference_adapters.registry import (
     engine_class,
     engine_names,
     make_engine,
+    make_engine_of_class,
+    names_class,
     parse_spec,
     split_specs,
 )
@@ -25,6 +27,8 @@ __all__ = [
     "engine_class",
     "engine_names",
     "make_engine",
+    "make_engine_of_class",
+    "names_class",
     "parse_spec",
     "split_specs",
 ]

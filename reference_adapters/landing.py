@@ -9,12 +9,13 @@ the decorator: with so few balls numpy would cost its calls.
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine import Table
-from engine._jit import kernel
+from engine._jit import compiling, kernel
 from reference_adapters.slowing_kernels import slow, stop
 
 FloatArray = NDArray[np.float64]
@@ -93,14 +94,14 @@ def time_to_contact(
     x, v, a = map(np.ascontiguousarray, (positions, velocities, accelerations))
     dt = np.inf
     if table is not None:
+        noses = {
+            "left": (0, 1.0, 0.0),
+            "right": (0, -1.0, table.length),
+            "bottom": (1, 1.0, 0.0),
+            "top": (1, -1.0, table.width),
+        }
         for name in table.cushions:
-            axis, inward, nose = {
-                "left": (0, 1.0, 0.0),
-                "right": (0, -1.0, table.length),
-                "bottom": (1, 1.0, 0.0),
-                "top": (1, -1.0, table.width),
-            }[name]
-            dt = min(dt, _to_cushion(x, v, a, radii, axis, inward, nose, gap))
+            dt = min(dt, _to_cushion(x, v, a, radii, *noses[name], gap))
     dt = min(dt, _to_ball(x, v, a, radii, gap, min(horizon, dt)))
     return float(dt) if dt <= horizon else math.inf
 
@@ -118,8 +119,9 @@ def rolling_accelerations(velocities: FloatArray, decelerations: FloatArray) -> 
     -------
     (n, 2) float64 [m/s^2]
     """
-    accelerations = np.empty_like(velocities)
-    slow(velocities, decelerations, accelerations)
+    v = np.ascontiguousarray(velocities)
+    accelerations = np.empty_like(v)
+    slow(v, decelerations, accelerations)
     return accelerations
 
 
@@ -129,8 +131,20 @@ def time_to_rest(velocities: FloatArray, decelerations: FloatArray) -> FloatArra
     Parameters are those of `rolling_accelerations`: a ball at v rolls for |v| / (mu g).
     """
     times = np.empty(len(velocities))
-    stop(velocities, decelerations, times)
+    stop(np.ascontiguousarray(velocities), decelerations, times)
     return times
+
+
+@cache
+def warm_up() -> None:
+    """Compile all that is compiled here, once in a process: no run's time should hold it."""
+    places, velocities = np.array([[0.1, 0.1], [0.2, 0.1]]), np.array([[1.0, 0.0], [0.0, 0.0]])
+    radii, decelerations = np.full(2, 0.03), np.full(2, 0.2)
+    with compiling("landed steps"):
+        accelerations = rolling_accelerations(velocities, decelerations)
+        horizon = float(np.max(time_to_rest(velocities, decelerations)))
+        table = Table(length=1.0, width=1.0)
+        time_to_contact(places, velocities, accelerations, radii, table, horizon=horizon)
 
 
 @kernel

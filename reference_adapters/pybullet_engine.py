@@ -24,7 +24,7 @@ from engine import Record, Result, Scene, Status
 from engine.features import EXACT, Capabilities, Capability, Feature
 from engine.result import initial_state
 from engine.trajectory import Samples, energy_of
-from reference_adapters import pybullet_world
+from reference_adapters import landing, pybullet_world
 from reference_adapters.base import (
     EngineBase,
     EngineSettings,
@@ -243,6 +243,8 @@ class PybulletEngine(EngineBase):
         with World(
             scene, planar=planar, config=settings.config, iterations=settings.iterations
         ) as world:
+            if settings.mode == "landed":
+                landing.warm_up()
             recorder.start()
             run: PlanarRun | SlidingRun
             if planar:

@@ -7,10 +7,13 @@ applied from here, between the steps.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, Samples, Scene
+from engine import Ball, EventKind, Physics, Samples, Scene
+from engine._jit import compiling
 from engine.scene import rolling_angular_velocity
 from reference_adapters.slowing_kernels import accelerate, last, move, turn
 
@@ -144,7 +147,8 @@ class ClosedFormCloth:
                 self._radii,
                 sliding,
                 self._spins_by,
-                ending[:, 1],
+                # One layout, whatever the number of balls, or each would be compiled for.
+                np.ascontiguousarray(ending[:, 1]),
             )
             self.rolling |= grips
         changes += [(EventKind.SLIDE_TO_ROLL, int(i)) for i in np.flatnonzero(grips)]
@@ -196,6 +200,17 @@ class ClosedFormCloth:
         tied = rolling_angular_velocity(_in_space(velocities), self._radii)
         tied[:, 2] = self._angular_velocities[:, 2]
         return np.where(self.rolling[:, np.newaxis], tied, self._angular_velocities)
+
+
+@cache
+def warm_up() -> None:
+    """Compile all that is compiled here, once in a process: no run's time should hold it."""
+    ball = Ball(
+        id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0), angular_velocity=(0.0, 0.0, 1.0)
+    )
+    sliding = Scene(name="warm-up", balls=[ball], physics=Physics(preset="pool"))
+    with compiling("cloth between steps"):
+        ClosedFormCloth(sliding).advance(1e-3)
 
 
 def _in_space(vectors: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from engine import EventKind, Samples, Scene
 from engine.scene import rolling_angular_velocity
+from reference_adapters import landing, pymunk_cloth
 from reference_adapters.landing import time_to_contact
 from reference_adapters.pymunk_cloth import ClosedFormCloth
 
@@ -152,6 +153,7 @@ class _ClosedForm(Stepper):
 
     def __init__(self, scene: Scene, world: World) -> None:
         super().__init__(scene, world)
+        pymunk_cloth.warm_up()
         self._cloth = ClosedFormCloth(scene)
         self._solved = 0
 
@@ -201,6 +203,7 @@ class Landed(_ClosedForm):
 
     def __init__(self, scene: Scene, world: World, dt: float, t_end: float) -> None:
         super().__init__(scene, world)
+        landing.warm_up()
         self._longest = dt
         self._t_end = t_end
         self._table = scene.table

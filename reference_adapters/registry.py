@@ -9,7 +9,9 @@ import sys
 from collections.abc import Mapping
 from difflib import get_close_matches
 from functools import cache
+from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
+from operator import attrgetter
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -54,12 +56,10 @@ def engine_class(name: str) -> type[ReferenceEngine]:
             f"engine `{name}` can't be imported from `{point.value}`{_package(point)}: "
             f"{type(error).__name__}: {error}. Mend or reinstall that package"
         ) from error
-    missing = [member for member in _REQUIRED if not hasattr(loaded, member)]
-    if missing:
+    lacks = _lacks(loaded)
+    if lacks:
         raise EngineUnavailableError(
-            f"engine `{name}`: `{point.value}`{_package(point)} isn't an engine: it lacks "
-            f"{', '.join(f'`{member}`' for member in missing)}. "
-            "See `ReferenceEngine` in reference_adapters/base.py"
+            f"engine `{name}`: `{point.value}`{_package(point)} isn't an engine: {lacks}"
         )
     called = getattr(loaded, "name", None)
     if called != name:  # results, colours and pass criteria are keyed by this name
@@ -140,7 +140,65 @@ def make_engine(spec: str) -> ReferenceEngine:
         Where the engine can't run here.
     """
     name, texts = parse_spec(spec)
-    engine = engine_class(name)
+    return _made(engine_class(name), name, texts)
+
+
+def make_engine_of_class(spec: str) -> ReferenceEngine:
+    """Make an engine that needn't be installed: its class is named by where it is.
+
+    Parameters
+    ----------
+    spec : str
+        `MODULE:CLASS` or `MODULE:CLASS:key=value,...`.
+
+    Raises
+    ------
+    EngineError
+        Where it isn't of that form, or as `make_engine`.
+    EngineUnavailableError
+        Where the module can't be imported, or what is there isn't an engine.
+    """
+    module, _, rest = spec.partition(":")
+    attribute, colon, settings = rest.partition(":")
+    if not names_class(spec):
+        raise EngineError(
+            f"a class must be given as `MODULE:CLASS`, got {spec!r}, such as my_package:MyEngine"
+        )
+    where = f"{module}:{attribute}"
+    try:
+        loaded: Any = attrgetter(attribute)(import_module(module))
+    # Anyone's module may raise anything, and even exit: name it, don't die of it.
+    except (Exception, SystemExit) as error:
+        raise EngineUnavailableError(
+            f"engine `{where}` can't be imported: {type(error).__name__}: {error}. It must be "
+            "importable from here: install its package, or put its folder on the path"
+        ) from error
+    lacks = _lacks(loaded)
+    if not lacks and not isinstance(getattr(loaded, "name", None), str):
+        lacks = "its `name` must be a text"
+    if lacks:
+        raise EngineUnavailableError(f"`{where}` isn't an engine: {lacks}")
+    name, texts = parse_spec(f"{loaded.name}{colon}{settings}")
+    return _made(loaded, name, texts)
+
+
+def names_class(spec: str) -> bool:
+    """Whether a spec names an engine's class by where it is, `MODULE:CLASS`, not by its name."""
+    module, _, rest = spec.partition(":")
+    attribute = rest.partition(":")[0]
+    return all(part.isidentifier() for part in (*module.split("."), *attribute.split(".")))
+
+
+def _lacks(loaded: object) -> str:
+    """Say what a loaded object lacks to be an engine; "" where that is nothing."""
+    missing = [member for member in _REQUIRED if not hasattr(loaded, member)]
+    if not missing:
+        return ""
+    named = ", ".join(f"`{member}`" for member in missing)
+    return f"it lacks {named}. See `ReferenceEngine` in reference_adapters/base.py"
+
+
+def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) -> ReferenceEngine:
     reason = engine.unavailable()
     if reason is not None:
         raise EngineUnavailableError(f"engine `{name}` is unavailable: {reason}")

@@ -61,6 +61,16 @@ def _slip_of(v: FloatArray, w: FloatArray, radii: FloatArray, i: int) -> tuple[f
 
 
 @kernel
+def _slowed(
+    v: FloatArray, w: FloatArray, radii: FloatArray, rolling: BoolArray, i: int
+) -> tuple[float, float]:
+    """Return what the cloth works against: the velocity of a rolling ball, the slip of others."""
+    if rolling[i]:
+        return v[i, 0], v[i, 1]
+    return _slip_of(v, w, radii, i)
+
+
+@kernel
 def accelerate(
     v: FloatArray,
     w: FloatArray,
@@ -72,12 +82,8 @@ def accelerate(
 ) -> None:
     """Write the accelerations of balls that roll, or slide; against the motion, or the slip."""
     for i in range(len(radii)):
-        if rolling[i]:
-            u0, u1, by = v[i, 0], v[i, 1], rolls_by[i]
-        else:
-            u0, u1 = _slip_of(v, w, radii, i)
-            by = slides_by[i]
-        factor = _slowing(math.hypot(u0, u1), by)
+        u0, u1 = _slowed(v, w, radii, rolling, i)
+        factor = _slowing(math.hypot(u0, u1), rolls_by[i] if rolling[i] else slides_by[i])
         accelerations[i, 0], accelerations[i, 1] = u0 * factor, u1 * factor
 
 
@@ -94,11 +100,9 @@ def last(
 ) -> None:
     """Write how long balls roll, or slide, and how long they spin about the vertical [s]."""
     for i in range(len(radii)):
-        if rolling[i]:
-            durations[i, 0] = _duration(math.hypot(v[i, 0], v[i, 1]), rolls_by[i])
-        else:
-            u0, u1 = _slip_of(v, w, radii, i)
-            durations[i, 0] = _duration(math.hypot(u0, u1), 3.5 * slides_by[i])
+        u0, u1 = _slowed(v, w, radii, rolling, i)
+        by = rolls_by[i] if rolling[i] else 3.5 * slides_by[i]
+        durations[i, 0] = _duration(math.hypot(u0, u1), by)
         durations[i, 1] = _duration(abs(w[i, 2]), spins_by[i])
 
 

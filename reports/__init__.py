@@ -4,23 +4,29 @@
     >>> write_report("out")
     PosixPath('out/report.md')
 
+`report.html` lies beside it, one file to be opened in a browser.
 Importing this package loads no matplotlib: that waits for the first figure.
 """
 
 from reports.gallery_pictures import write_gallery
 from reports.parting_figure import plot_explanation
 from reports.plot import plot_result
-from reports.report import ReportError, write_report
+from reports.report import PAGE, ReportError, write_report
 from reports.stress_report import write_stress_report
 from reports.style import EngineStyle, engine_style
+from reports.summary import summary_markdown, summary_text, write_summary
 
 __all__ = [
+    "PAGE",
     "EngineStyle",
     "ReportError",
     "engine_style",
     "plot_explanation",
     "plot_result",
+    "summary_markdown",
+    "summary_text",
     "write_gallery",
     "write_report",
     "write_stress_report",
+    "write_summary",
 ]

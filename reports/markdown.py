@@ -22,6 +22,7 @@ from reports.markdown_parts import (
     table_of,
     taken_over_text,
 )
+from reports.markdown_precision import precision_section
 from reports.markdown_predictability import predictability_section
 from reports.markdown_scaling import scaling_section
 from reports.markdown_scene import scene_section
@@ -51,7 +52,7 @@ STATES = {
 """What became of a run that isn't complete, where its state alone doesn't say it."""
 
 
-_TRUTH = """\
+TRUTH_TEXT = """\
 **Closed form**: rest positions, rest time and order of collisions come from formulas, evaluated to
 50 digits, that share nothing with any engine; a rest error there is an error.
 
@@ -94,18 +95,18 @@ def report_text(
     """
     parts = [
         "# Validation report",
-        _headline(results),
-        _metrics_text(results),
+        headline(results),
+        metrics_text(results),
         taken_over_text(results),
         "## Verdicts",
         _verdict_table(results),
         figure_link("Verdict and largest rest error", whole.get("verdicts")),
         "### Engines over all scenes",
-        _engine_table(results),
+        engine_table(results),
         figure_link("Rest errors in the closed-form scenes", whole.get("accuracy")),
         "## What is true here",
-        _TRUTH,
-        _counted_section(results),
+        TRUTH_TEXT,
+        counted_section(results),
         "## Scenes",
     ]
     for scene in results.scene_names:
@@ -120,11 +121,13 @@ def report_text(
         parts += ["## The paper's figures, remade"]
         parts += [figure_link(PAPER_CAPTIONS[kind], path) for kind, path in paper.items()]
     parts += scaling_section(results, whole.get("scaling"))
-    parts += ["## Environment", _environment_table(results)]
+    parts += precision_section(results, whole)
+    parts += ["## Environment", environment_table(results)]
     return "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
 
 
-def _headline(results: ResultsFolder) -> str:
+def headline(results: ResultsFolder) -> str:
+    """Return what became of all cases in numbers, with those that are not right by name."""
     verdicts = [verdict_of(case) for case in results.cases]
     passed, failed = verdicts.count(Verdict.PASS), verdicts.count(Verdict.FAIL)
     holding = verdicts.count(Verdict.LIMITS_HOLD)
@@ -157,7 +160,7 @@ def _headline(results: ResultsFolder) -> str:
     return "\n".join(lines) + f"\n\n{counts}"
 
 
-def _metrics_text(results: ResultsFolder) -> str:
+def metrics_text(results: ResultsFolder) -> str:
     """Say which metrics were measured, where it isn't all, and what that leaves unjudged."""
     measured = results.environment.get("metrics", list(METRICS))
     if len(measured) == len(METRICS):
@@ -186,10 +189,11 @@ def _verdict_table(results: ResultsFolder) -> str:
         [f"[{scene}](#{scene})", *(_verdict_cell(results.case(scene, e)) for e in results.labels)]
         for scene in results.scene_names
     ]
-    return f"{table_of(header, rows)}\n\n{_key(results.cases)}"
+    return f"{table_of(header, rows)}\n\n{key_text(results.cases)}"
 
 
-def _key(cases: Iterable[CaseRecord]) -> str:
+def key_text(cases: Iterable[CaseRecord]) -> str:
+    """Return what the signs and numbers of a table of verdicts mean."""
     return f"{legend_text(map(verdict_of, cases))}. {NUMBERS_KEY}."
 
 
@@ -198,7 +202,8 @@ def _verdict_cell(case: CaseRecord | None) -> str:
     return f"**{text}**" if verdict_of(case) in BAD else text
 
 
-def _engine_table(results: ResultsFolder) -> str:
+def engine_table(results: ResultsFolder) -> str:
+    """Return how each engine did over all scenes."""
     header = [
         "engine",
         "✓",
@@ -265,7 +270,7 @@ def _median_metric(cases: Sequence[CaseRecord], name: str) -> float | None:
     return median(values) if values else None
 
 
-def _counted_section(results: ResultsFolder) -> str:
+def counted_section(results: ResultsFolder) -> str:
     """Say by engine what runs did beyond exact events."""
     rows = [
         [f"`{label}`", words, str(total), where]
@@ -277,15 +282,25 @@ def _counted_section(results: ResultsFolder) -> str:
     return f"## What the runs counted\n\n{COUNTED_MEANS}\n\n{table_of(header, rows)}"
 
 
-def _environment_table(results: ResultsFolder) -> str:
-    # Settings as used: `env.json` has them as asked for, where a step may be left to the engine.
+def environment_table(results: ResultsFolder) -> str:
+    """Return where and with what a run was made."""
+    environment = results.environment | {"engine_settings": engine_settings(results)}
+    return table_of(
+        ["what", "value"], [[f"`{k}`", one_line(v)] for k, v in flat_values(environment)]
+    )
+
+
+def engine_settings(results: ResultsFolder) -> dict[str, Any]:
+    """Return the settings of each engine as used, by its label.
+
+    `env.json` has them as asked for, where a step may be left to the engine.
+    """
     used = {case.label: case.settings for case in reversed(results.cases) if case.outcome == "ran"}
-    asked = results.environment.get("engine_settings", {})
-    environment = results.environment | {"engine_settings": asked | used}
-    return table_of(["what", "value"], [[f"`{k}`", one_line(v)] for k, v in _flat(environment)])
+    asked: dict[str, Any] = results.environment.get("engine_settings", {})
+    return asked | used
 
 
-def _flat(values: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
+def flat_values(values: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
     """Yield a row for each value, for a mapping one for each of its entries."""
     for key, value in values.items():
         if isinstance(value, Mapping):

@@ -44,9 +44,9 @@ def scene_section(results: ResultsFolder, scene: str, drawn: Drawn) -> list[str]
     parts = [
         f"### {scene}",
         f"{one_line(cases[0].title)}. Truth: {truth}." + (f" Tags: {tags}." if tags else ""),
-        _collision_text(cases),
-        _number_table(cases),
-        _remarks(cases),
+        collision_text(cases),
+        number_table(cases),
+        remarks(cases),
         _checks_table(cases),
         _work_table(cases),
     ]
@@ -56,7 +56,7 @@ def scene_section(results: ResultsFolder, scene: str, drawn: Drawn) -> list[str]
     return parts + [figure_link(titles[kind], path) for kind, path in drawn.items()]
 
 
-def _collision_text(cases: Sequence[CaseRecord]) -> str:
+def collision_text(cases: Sequence[CaseRecord]) -> str:
     """Say how many collisions there are in truth, and who counts them."""
     truth = next((case for case in cases if case.truth_counts is not None), None)
     if truth is None or truth.truth_counts is None:
@@ -89,7 +89,8 @@ def _counts(counts: Mapping[str, int]) -> str:
     return f"{sum(counts.values())} ({', '.join(kinds)})"
 
 
-def _number_table(cases: Sequence[CaseRecord]) -> str:
+def number_table(cases: Sequence[CaseRecord]) -> str:
+    """Return what was measured of each engine."""
     # Where a scene ends at its `t_max` nothing rests.
     end = "end" if any(case.status == "t-max" for case in cases) else "rest"
     header = [
@@ -136,14 +137,15 @@ def _rest_time_error_text(case: CaseRecord) -> str:
     return style.format_time(metric_of(case, "rest_time_error"))
 
 
-def _remarks(cases: Sequence[CaseRecord]) -> str:
+def remarks(cases: Sequence[CaseRecord]) -> str:
+    """Return why engines did not run, what failed, what they approximate or count, as a list."""
     lines = []
     for case in cases:
         if case.outcome != "ran":
             lines.append(f"- `{case.label}` {verdict_of(case).words}: {one_line(case.reason)}")
         elif case.reason:
             lines.append(f"- `{case.label}` stopped early ({case.status}): {one_line(case.reason)}")
-        lines += [_failure(case, check) for check in case.checks if check.passed is False]
+        lines += [failure_text(case, check) for check in case.checks if check.passed is False]
         if case.approximations:
             lines.append(
                 f"- `{case.label}` approximates: {one_line('; '.join(case.approximations))}"
@@ -153,7 +155,8 @@ def _remarks(cases: Sequence[CaseRecord]) -> str:
     return "\n".join(lines)
 
 
-def _failure(case: CaseRecord, check: Check) -> str:
+def failure_text(case: CaseRecord, check: Check) -> str:
+    """Return a check that failed as an item of a list: what was found, the limit and its reason."""
     unit = "" if check.unit == "1" else f" {check.unit}"
     got = "has no value" if check.value is None else f"is {number_text(check.value)}{unit}"
     limit = f"must be {COMPARISONS[check.limit_kind]} {number_text(check.limit)}{unit}"

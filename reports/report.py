@@ -1,4 +1,4 @@
-"""Write the report of a results folder: every figure as PNG and SVG, and `report.md`."""
+"""Write the report of a results folder: figures as PNG and SVG, `report.md` and `report.html`."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import logging
 import multiprocessing
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
@@ -17,11 +18,15 @@ from reports.chaos_figure import draw_chaos
 from reports.figures import SCENE_FIGURES, draw_accuracy, draw_ensemble, draw_verdicts
 from reports.markdown import report_text
 from reports.markdown_parts import Drawn
+from reports.page import ScenePart, page_text, scene_part
 from reports.paper_figures import PAPER_FIGURES
 from reports.physics_figures import PHYSICS_FIGURES
+from reports.precision_figure import draw_precision, draw_precision_work
 from reports.scaling_figure import draw_scaling
 from reports.shots import load_shot
 from validation.ensembles import Ensembles
+from validation.predictability import Predictability, predictability_in
+from validation.regression import Regression, load_regression
 from validation.store import ResultsFolder
 
 if TYPE_CHECKING:
@@ -31,6 +36,7 @@ _LOGGER = logging.getLogger("ghostball.reports")
 
 FIGURES = "figures"
 REPORT = "report.md"
+PAGE = "report.html"
 ENDINGS = tuple(f".{ending}" for ending in style.FORMATS)
 
 WHOLE = "the whole run"
@@ -47,6 +53,8 @@ WHOLE_FIGURES: dict[str, Callable[[ResultsFolder], Figure | None]] = {
     "accuracy": draw_accuracy,
     "chaos": draw_chaos,
     "scaling": draw_scaling,
+    "precision": draw_precision,
+    "precision-work": draw_precision_work,
     "attribution": draw_attribution,
     **PHYSICS_FIGURES,
     **PAPER_FIGURES,
@@ -57,10 +65,26 @@ class ReportError(GhostballError):
     """A report that can't be written."""
 
 
+@dataclass(frozen=True)
+class Source:
+    """What a report is made of: the cases, how far shots can be predicted, and what changed."""
+
+    results: ResultsFolder
+    predictability: dict[str, Predictability]
+    regression: Regression | None
+
+    @classmethod
+    def load(cls, path: str | Path) -> Source:
+        """Read a results folder; errors are those of its parts."""
+        results = ResultsFolder.load(path)
+        known = {one.scene: one for one in predictability_in(results)}
+        return cls(results, known, load_regression(results.path))
+
+
 def write_report(
     results_dir: str | Path, *, progress: Progress | None = None, jobs: int = 1
 ) -> Path:
-    """Write `report.md` and `figures/` into a results folder, from what is stored there alone.
+    """Write `report.html`, `report.md` and `figures/`, from what a results folder holds alone.
 
     Parameters
     ----------
@@ -74,14 +98,15 @@ def write_report(
     Returns
     -------
     Path
-        The report, replaced only once every figure is there.
+        Of `report.md`; `report.html` lies beside it. Both are replaced only once all is made.
 
     Raises
     ------
     GhostballError
         Where the folder holds no results, they are damaged, or nothing can be written.
     """
-    results = ResultsFolder.load(results_dir)
+    source = Source.load(results_dir)
+    results = source.results
     if not results.cases:
         raise ReportError(
             f"{results.path}: holds no case, so there is nothing to report. Run the suite again"
@@ -95,10 +120,13 @@ def write_report(
     perturbed = [] if ensembles is None else [ENSEMBLE + name for name in ensembles.run.scenes]
     tasks = [WHOLE, *results.scene_names, *perturbed]
     drawn: dict[str, Drawn] = {}
+    parts: dict[str, ScenePart] = {}
     try:
         (results.path / FIGURES).mkdir(exist_ok=True)
-        for done, (task, figures) in enumerate(_draw_all(results, tasks, jobs), start=1):
+        for done, (task, figures, part) in enumerate(_draw_all(source, tasks, jobs), start=1):
             drawn[task] = figures
+            if part is not None:
+                parts[task] = part
             if progress is not None:
                 progress(done, len(tasks), task)
         whole = drawn.pop(WHOLE)
@@ -112,10 +140,13 @@ def write_report(
             for path in drawn.pop(task).values()
         }
         text = report_text(results, whole, drawn, physics, paper, clouds)
+        page = page_text(results, parts, source.regression)
         report = results.path / REPORT
-        part = report.with_name(REPORT + ".part")
-        part.write_text(text, encoding="utf-8")
-        part.replace(report)
+        made = {report.with_name(PAGE): page, report: text}
+        for path, content in made.items():
+            path.with_name(path.name + ".part").write_text(content, encoding="utf-8")
+        for path in made:
+            path.with_name(path.name + ".part").replace(path)
         _remove_stale(results.path, [whole, clouds, *drawn.values()])
     except OSError as error:
         raise ReportError(
@@ -125,47 +156,52 @@ def write_report(
     return report
 
 
-def _draw_all(results: ResultsFolder, tasks: list[str], jobs: int) -> Iterator[tuple[str, Drawn]]:
-    """Draw the figures of every task; yield each as it is done."""
+def _draw_all(
+    source: Source, tasks: list[str], jobs: int
+) -> Iterator[tuple[str, Drawn, ScenePart | None]]:
+    """Draw every task, of a scene also its part of the page; yield each as it is done."""
     if jobs <= 1:
         for task in tasks:
-            yield task, _draw_task(results, task)
+            yield task, *_draw_task(source, task)
         return
     # Not fork: whoever calls may have threads, and a progress bar is one.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(jobs, len(tasks)), mp_context=context) as pool:
-        waiting = {pool.submit(_draw_in_worker, results.path, task): task for task in tasks}
+        waiting = {pool.submit(_draw_in_worker, source.results.path, task): task for task in tasks}
         try:
             for future in as_completed(waiting):
-                yield waiting[future], future.result()
+                yield waiting[future], *future.result()
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _draw_in_worker(path: Path, task: str) -> Drawn:
+def _draw_in_worker(path: Path, task: str) -> tuple[Drawn, ScenePart | None]:
     return _draw_task(_load_once(path), task)
 
 
 @lru_cache(maxsize=1)
-def _load_once(path: Path) -> ResultsFolder:
-    return ResultsFolder.load(path)
+def _load_once(path: Path) -> Source:
+    return Source.load(path)
 
 
-def _draw_task(results: ResultsFolder, task: str) -> Drawn:
+def _draw_task(source: Source, task: str) -> tuple[Drawn, ScenePart | None]:
+    results = source.results
     if task == WHOLE:
         made = ((kind, draw, results) for kind, draw in WHOLE_FIGURES.items())
-        return _save_all(results.path, "", made)
+        return _save_all(results.path, "", made), None
     if task.startswith(ENSEMBLE):
         name = task.removeprefix(ENSEMBLE)
         ensembles = Ensembles.load(results.path)
         assert ensembles is not None  # they gave the task its name
-        return _save_all(
+        drawn = _save_all(
             results.path, f"{name}-", [("ensemble", partial(draw_ensemble, ensembles), name)]
         )
+        return drawn, None
     shot = load_shot(results, task)
-    return _save_all(
-        results.path, f"{task}-", ((kind, draw, shot) for kind, draw in SCENE_FIGURES.items())
-    )
+    figures = ((kind, draw, shot) for kind, draw in SCENE_FIGURES.items())
+    change = None if source.regression is None else source.regression.scene(task)
+    part = scene_part(shot, source.predictability.get(task), change)
+    return _save_all(results.path, f"{task}-", figures), part
 
 
 def _save_all(

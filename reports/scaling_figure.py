@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from reports import style
+from reports.stored import committed, stored_in
 from validation.bench import ScalingMeasurement
-from validation.bench.measurements import Physics, Point, load, machine_name, stored_paths
-from validation.environment import describe_environment
+from validation.bench.measurements import Physics, Point
 from validation.store import ResultsFolder
 
 if TYPE_CHECKING:
@@ -16,24 +16,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SCALING_FILE = "scaling.json"
-"""Of a results folder: where `ghostball bench scaling --out FOLDER` writes."""
-
 WIDTH, HEIGHT = 8.8, 4.6
 NAMES: dict[Physics, str] = {"gas": "elastic gas", "cloth": "pool's physics"}
 
 
 def measured_scaling(results: ResultsFolder) -> ScalingMeasurement | None:
     """Return the measurement of a results folder, or None where it has none."""
-    path = results.path / SCALING_FILE
-    return load(path, ScalingMeasurement) if path.exists() else None
-
-
-def committed_scaling() -> ScalingMeasurement | None:
-    """Return the committed measurement of this machine, else of the first; None without any."""
-    paths = stored_paths("scaling")
-    mine = [path for path in paths if path.parent.name == machine_name(describe_environment())]
-    return load((mine or paths)[0], ScalingMeasurement) if paths else None
+    return stored_in(results, ScalingMeasurement)
 
 
 def draw_scaling(results: ResultsFolder) -> Figure | None:
@@ -44,7 +33,7 @@ def draw_scaling(results: ResultsFolder) -> Figure | None:
 
 def draw_scaling_or_committed(results: ResultsFolder) -> Figure | None:
     """Draw the measurement of a results folder, else the committed one; None without either."""
-    measured = measured_scaling(results) or committed_scaling()
+    measured = measured_scaling(results) or committed(ScalingMeasurement)
     return None if measured is None else draw_measured(measured)
 
 

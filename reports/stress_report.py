@@ -107,12 +107,13 @@ def _draw(folder: StressFolder) -> Drawn:
 
 def report_text(folder: StressFolder, drawn: Drawn) -> str:
     """Return the report as Markdown."""
-    parts = ["# Stress: what engines survive", _about(folder), "## Survival", _survival(folder)]
+    parts = ["# Stress: what engines survive", about_text(folder)]
+    parts += ["## Survival", survival_table(folder)]
     for name, (heading, text) in _FIGURE_TEXTS.items():
         if name in drawn:
             parts += [f"## {heading}", text, figure_link(heading, drawn[name])]
             parts += {"storms": _storms, "cliffs": _cliffs}.get(name, _nothing)(folder)
-    parts += _worst_cases(folder)
+    parts += worst_cases(folder)
     parts += ["## What is asked", *_asked(folder)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -121,7 +122,8 @@ def _nothing(folder: StressFolder) -> list[str]:  # noqa: ARG001
     return []
 
 
-def _about(folder: StressFolder) -> str:
+def about_text(folder: StressFolder) -> str:
+    """Return which run it is, how much of it is done, where and when."""
     run = folder.run
     environment = run.environment
     done = many(len(folder.findings), "trial")
@@ -132,7 +134,8 @@ def _about(folder: StressFolder) -> str:
     return one_line(text)
 
 
-def _survival(folder: StressFolder) -> str:
+def survival_table(folder: StressFolder) -> str:
+    """Return what each engine survived, by family."""
     labels = folder.run.labels
     rows = []
     for family in folder.run.families:
@@ -155,7 +158,7 @@ def _title(family: str) -> str:
     return family if known is None else known.title
 
 
-def _worst_cases(folder: StressFolder) -> list[str]:
+def worst_cases(folder: StressFolder) -> list[str]:
     """Return the worst case of each family and engine that broke, and how to see it again."""
     rows = [
         [

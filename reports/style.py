@@ -164,6 +164,18 @@ def format_time(seconds: float | None) -> str:
     return _scaled(seconds, "s")
 
 
+def format_quantity(value: float, unit: str) -> str:
+    """Return a quantity to three digits, with a unit that suits it; whole numbers whole."""
+    if unit in ("s", "m"):
+        text = format_time(abs(value)) if unit == "s" else format_length(abs(value))
+        return f"-{text}" if value < 0.0 else text
+    if unit == "1/s" and value >= 1e3:
+        scale, name = (1e6, " million/s") if value >= 1e6 else (1e3, " thousand/s")
+        return f"{value / scale:.3g}{name}"
+    number = f"{value:.0f}" if float(value).is_integer() and abs(value) < 1e9 else f"{value:.3g}"
+    return number if unit == "1" else f"{number} {unit}"
+
+
 SMALLEST = 1e-16
 """Below this size a number gets a power of ten: few know the prefixes past femto."""
 

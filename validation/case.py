@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -58,8 +58,16 @@ class Case:
     left_out: tuple[str, ...] = ()
 
 
-def run_case(case: Case) -> tuple[CaseRecord, Motion | None]:
+def run_case(
+    case: Case, make: Callable[[str], ReferenceEngine] = make_engine
+) -> tuple[CaseRecord, Motion | None]:
     """Run a case; whatever goes wrong becomes part of the record.
+
+    Parameters
+    ----------
+    case : Case
+    make : callable
+        Makes the engine of the case's label: an installed one, unless told.
 
     Raises
     ------
@@ -71,7 +79,7 @@ def run_case(case: Case) -> tuple[CaseRecord, Motion | None]:
         reason = f"the truth of the scene could not be computed: {case.truth.reason}"
         return failed(record, reason, case.truth.traceback), None
     try:
-        engine = make_engine(case.label)
+        engine = make(case.label)
         record = replace(
             record,
             settings=plain_settings(engine),

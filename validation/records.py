@@ -31,6 +31,8 @@ INDEPENDENT: Final = frozenset({CLOSED_FORM, CERTIFIED})
 CaseOutcome = Literal["ran", "not-representable", "unavailable", "failed"]
 LimitKind = Literal["at_most", "at_least", "equals"]
 
+_SIGNS: Final[Mapping[LimitKind, str]] = {"at_most": "<=", "at_least": ">=", "equals": "=="}
+
 
 def _array_from_json(value: Any) -> NDArray[np.float64]:
     return np.array(value, dtype=np.float64)  # null, which stands for "not finite", becomes nan
@@ -81,6 +83,10 @@ def status_name(status: Status) -> str:
     return status.name.lower().replace("_", "-")
 
 
+COMPLETE_STATUSES = frozenset(status_name(status) for status in Status if status.complete)
+"""How runs end by themselves, as records name it."""
+
+
 @dataclass(frozen=True)
 class Check:
     """One metric against its limit.
@@ -109,6 +115,20 @@ class Check:
     passed: bool | None
     reason: str
     note: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """The limit and the value in one sentence, with the unit."""
+        limit = f"{_SIGNS[self.limit_kind]} {number_with_unit(self.limit, self.unit)}"
+        if self.value is None:
+            return f"{self.metric} must be {limit}, but has no value: {self.note}"
+        return f"{self.metric} must be {limit}, got {number_with_unit(self.value, self.unit)}"
+
+
+def number_with_unit(value: float | int | None, unit: str) -> str:
+    """Return a value as messages of checks have it; a pure number, unit "1", is alone."""
+    number = "nothing" if value is None else f"{value:.6g}"
+    return number if unit == "1" else f"{number} {unit}"
 
 
 @dataclass(frozen=True, eq=False)

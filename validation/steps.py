@@ -16,6 +16,18 @@ def step_setting(engine: ReferenceEngine) -> str | None:
     return next((name for name in STEP_SETTINGS if name in fields), None)
 
 
+def step_of(engine: ReferenceEngine) -> float | None:
+    """Return the engine's step [s], or None where it has none.
+
+    A setting that is left out may stand for a step: the settings' property `step` then says which.
+    """
+    name = step_setting(engine)
+    if name is None:
+        return None
+    value = getattr(engine.settings, name)
+    return getattr(engine.settings, "step", None) if value is None else float(value)
+
+
 def with_step(engine: ReferenceEngine, step: float) -> ReferenceEngine:
     """Return the same engine with another step [s]."""
     name = step_setting(engine)

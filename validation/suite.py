@@ -38,7 +38,7 @@ from validation.library import FOLDER, find_scene, paths_among, scene_names
 from validation.metric_table import METRICS, choose_metrics
 from validation.records import CaseRecord
 from validation.store import ResultsFolder, ResultsWriter, RunState, read_earlier
-from validation.truth import Truth, TruthPart, check_truth, truth_of
+from validation.truth import PARTS, Truth, TruthPart, check_truth, truth_of
 from validation.unchanged import (
     Code,
     Pair,
@@ -357,7 +357,7 @@ class _Plan:
         computed = METRICS if self.metrics is None else self.metrics
         parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
         for scene in self.scenes_of(pairs):
-            truth = _truth_or_failure(scene, self.criteria[scene.name], parts)
+            truth = truth_or_failure(scene, self.criteria[scene.name], parts)
             for pair in pairs:
                 if pair[0] == scene.name:
                     yield Case(
@@ -438,9 +438,10 @@ def _settings_of(label: str) -> dict[str, Any] | None:
         return None
 
 
-def _truth_or_failure(
-    scene: Scene, criteria: Criteria, parts: frozenset[TruthPart]
+def truth_or_failure(
+    scene: Scene, criteria: Criteria, parts: frozenset[TruthPart] = PARTS
 ) -> Truth | TruthFailure:
+    """Return the truth of a scene, or why it could not be computed."""
     try:
         return truth_of(scene, criteria.truth, parts)
     except Exception as error:  # a fault of ours; the run goes on and reports it

@@ -37,12 +37,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from engine import _IMPORTED_NS, GhostballError, Scene, Status
+from engine import _IMPORTED_NS, GhostballError, Scene
 from reference_adapters.registry import engine_class, parse_spec
 from validation.criteria import Criterion
 from validation.environment import cpu_flags, cpu_name
 from validation.files import hash_of_file
-from validation.records import SCHEMA, CaseRecord, status_name
+from validation.records import COMPLETE_STATUSES, SCHEMA, CaseRecord
 
 OUR_PACKAGES = ("engine", "reference_adapters", "validation")
 """Packages whose every line may decide a result."""
@@ -73,8 +73,6 @@ HARMLESS = frozenset(
 
 PYTHONPATH decides which files are imported; these are hashed themselves.
 """
-
-_COMPLETE = frozenset(status_name(status) for status in Status if status.complete)
 
 Pair = tuple[str, str]
 """A scene's name and an engine's label."""
@@ -184,7 +182,7 @@ def find_unchanged(
 def may_be_taken_over(case: CaseRecord) -> bool:
     """Whether a case came to an end that it would come to again: not to a failure or a limit."""
     return case.outcome == "not-representable" or (
-        case.outcome == "ran" and case.status in _COMPLETE
+        case.outcome == "ran" and case.status in COMPLETE_STATUSES
     )
 
 

@@ -8,8 +8,10 @@ from typer.testing import CliRunner
 
 from ghostball import _bench_tables
 from ghostball.cli import app
+from reports import style
 from validation.bench import (
     AccuracyMeasurement,
+    PrecisionMeasurement,
     ScalingMeasurement,
     SkipsMeasurement,
     TargetsMeasurement,
@@ -181,10 +183,13 @@ def test_scaling_prints_both_tables_and_writes(bench, tmp_path, monkeypatch):
         (4.5e5, "1/s", "450 thousand/s"),
         (351.2, "B", "351 B"),
         (0.0512, "1", "0.0512"),
+        (2010.0, "1", "2010"),
+        (-2e-9, "m", "-2 nm"),
+        (500.0, "1/s", "500 1/s"),
     ],
 )
 def test_values_have_units_that_suit_them(value, unit, text):
-    assert _bench_tables.value_text(value, unit) == text
+    assert style.format_quantity(value, unit) == text
 
 
 def test_a_margin_is_told_in_words():
@@ -258,3 +263,40 @@ def test_few_random_shots_are_not_stored():
     for part in (["--shots", "10"], ["--first", "3"]):
         result = CliRunner().invoke(app, ["bench", "accuracy", *part, "--store"])
         assert refused(result, "fewer `--shots` than by default")
+
+
+def precision(monkeypatch, *arguments):
+    monkeypatch.setenv("COLUMNS", "200")
+    return CliRunner().invoke(app, ["bench", "precision", *map(str, arguments)])
+
+
+def test_precision_tables_what_is_reached_and_writes(monkeypatch, tmp_path):
+    shot = ["half-ball-cut", "--engines", "ghostball,paper-continuous,pymunk:mode=landed"]
+    result = precision(monkeypatch, *shot, "--quick", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert "these times mean nothing" in result.stdout
+    assert "half-ball-cut (closed form)" in result.stdout
+    assert "to 1 mm" in result.stdout
+    assert "never" in result.stdout
+    assert "no step: a point" in result.stdout
+    kept = measurements.load(tmp_path / "precision.json", PrecisionMeasurement)
+    assert kept.quick
+    assert {point.engine for point in kept.points} == set(shot[2].split(","))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (["nosuch"], ['unknown scene or tag "nosuch"']),
+        (["mathavan-cut"], ['"mathavan-cut" has no truth', "no closed form", "Leave it out"]),
+        (["--engines", "pymunk:dt=-1"], ["`dt` of engine `pymunk`", "-1"]),
+        (["--engines", "nosuch"], ["nosuch"]),
+        (["--engines", "ghostball,,pymunk"], ["between commas"]),
+        (["--repeats", "0"], ["--repeats"]),
+        (["--store", "--quick"], ["`--store`", "--quick"]),
+        (["--store", "--engines", "ghostball"], ["`--store`", "--engines"]),
+        (["--store", "half-ball-cut"], ["`--store`", "single scenes"]),
+    ],
+)
+def test_bad_input_to_precision_is_refused(monkeypatch, arguments, parts):
+    assert refused(precision(monkeypatch, *arguments), *parts)

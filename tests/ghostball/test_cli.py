@@ -288,13 +288,16 @@ def test_validate_writes_the_report_and_report_writes_it_again(cli, tmp_path):
     result = cli("validate", "stop", "--engines", "ghostball", "--out", out)
     assert result.exit_code == 0, result.output
     report = out / "report.md"
-    assert f"report: {report}" in result.stdout
-    written = report.read_text()
+    page = out / "report.html"
+    assert f"page: {page}\nreport: {report}\n" in result.stdout
+    written, shown = report.read_text(), page.read_text()
     report.unlink()
+    page.unlink()
     again = cli("report", out)
     assert again.exit_code == 0, again.output
-    assert again.stdout == f"{report}\n"
+    assert again.stdout == f"{page}\n{report}\n"
     assert report.read_text() == written
+    assert page.read_text() == shown
 
 
 def test_a_second_run_takes_over_what_is_unchanged_and_says_so(cli, tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import gate
 import pytest
@@ -96,7 +97,7 @@ def test_no_baseline_then_accepted_then_passed(here):
     assert first.exit_code == 4, first.output
     assert "without a baseline: cut, roll" in first.stdout
     assert first.stdout.splitlines()[-1].startswith("no baseline: 2 no baseline, against the acc")
-    assert 'Where it is right: `ghostball accept --reason "..."`' in first.stderr
+    assert '`ghostball accept --baselines accepted --reason "..."`' in first.stderr
     assert not (here / "accepted").exists()
     done = accept()
     assert done.exit_code == 0, done.output
@@ -148,9 +149,19 @@ def test_json_is_one_object_and_all_else_is_on_stderr(accepted, planted):
     assert printed.scene("cut").failed
 
 
+def test_what_changed_is_written_as_junit(accepted, planted):
+    result = regress("--rerun", "--junit", "changed.xml")
+    assert result.exit_code == 1
+    suites = ElementTree.parse(accepted / "changed.xml").getroot().findall("testsuite")
+    assert {one.get("name"): int(one.get("failures")) > 0 for one in suites} == {
+        "cut": True,
+        "roll": False,
+    }
+
+
 def test_another_folder_is_named_in_the_advice(here):
     result = regress("--out", "other")
-    assert "`ghostball accept --from other" in result.stderr
+    assert "`ghostball accept --from other --baselines accepted" in result.stderr
     assert accept("--from", "other").exit_code == 0
 
 
@@ -361,6 +372,14 @@ def test_validate_says_what_moved_and_judges_by_truth_alone(here, busier):
     assert "`ghostball regress` says how" in result.stdout
     assert load_regression(here / "out").scene("stop").failed
     assert contents(FOLDER) == before
+
+
+def test_validate_refuses_nonsense_before_anything_runs(here, monkeypatch):
+    damaged = here / "machine.toml"
+    damaged.write_text("schema = ", "utf-8")
+    monkeypatch.setattr("ghostball._validate.times_path", lambda *_: damaged)
+    assert refused(validate(), "machine.toml", "`ghostball calibrate`")
+    assert not (here / "out").exists()
 
 
 def test_validate_without_our_engine_compares_nothing(here):

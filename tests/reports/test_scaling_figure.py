@@ -5,7 +5,7 @@ import json
 import pytest
 
 from engine import GhostballError
-from reports import scaling_figure, style, write_gallery, write_report
+from reports import stored, style, write_gallery, write_report
 from reports.scaling_figure import draw_measured, draw_scaling, draw_scaling_or_committed
 from validation.bench import measurements
 from validation.bench.measurements import Curve, Point, ScalingMeasurement, save
@@ -122,10 +122,10 @@ def test_the_gallery_draws_the_committed_measurement_if_there_is_one(
 
 def test_this_machines_measurement_wins_over_anothers(tmp_path, monkeypatch, small_folder):
     monkeypatch.setattr(measurements, "STORE", tmp_path)
-    monkeypatch.setattr(scaling_figure, "describe_environment", lambda: ENVIRONMENT)
+    monkeypatch.setattr(stored, "describe_environment", lambda: ENVIRONMENT)
     save(MEASURED.model_copy(update={"rounds": 9}), tmp_path / "a-a" / "scaling.json", "--store")
-    assert scaling_figure.committed_scaling().rounds == 9
+    assert stored.committed(ScalingMeasurement).rounds == 9
     save(MEASURED, tmp_path / "a-b-2-cores" / "scaling.json", "--store")
-    assert scaling_figure.committed_scaling().rounds == 3
+    assert stored.committed(ScalingMeasurement).rounds == 3
     with style.drawing():
         assert draw_scaling_or_committed(ResultsFolder.load(small_folder)) is not None

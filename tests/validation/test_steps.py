@@ -6,7 +6,7 @@ import pytest
 from pydantic import ValidationError
 
 from reference_adapters.registry import make_engine
-from validation.steps import step_setting, with_setting, with_step
+from validation.steps import step_of, step_setting, with_setting, with_step
 
 
 @pytest.mark.parametrize(
@@ -36,3 +36,17 @@ def test_a_setting_that_is_not_there_or_breaks_its_rule_is_refused():
         with_step(make_engine("pymunk"), -1.0)
     with pytest.raises(ValidationError):
         with_setting(make_engine("ghostball"), "dt", 1.0)
+
+
+@pytest.mark.parametrize(
+    ("label", "step"),
+    [
+        ("ghostball", None),
+        ("pymunk", 1e-3),
+        ("pymunk:mode=landed", 0.02),
+        ("pymunk:dt=2e-3", 2e-3),
+        ("paper-continuous", 0.02),
+    ],
+)
+def test_a_step_that_is_left_out_is_the_one_that_it_stands_for(label, step):
+    assert step_of(make_engine(label)) == step

@@ -1,4 +1,4 @@
-"""Measurements: our engine's speed, against targets and beside peers, and its accuracy."""
+"""Measurements: our engine's speed, against targets and beside peers, its accuracy, and both."""
 
 from validation.bench.accuracy import AccuracyMeasurement, measure_accuracy
 from validation.bench.measure import measure_targets
@@ -10,6 +10,13 @@ from validation.bench.measurements import (
     TargetsMeasurement,
 )
 from validation.bench.peer_engines import DEFAULT_PEERS, make_peers
+from validation.bench.precision import (
+    DEFAULT_SCENES,
+    PRECISION_ENGINES,
+    QUICK_SCENES,
+    PrecisionMeasurement,
+    measure_precision,
+)
 from validation.bench.running import BenchError
 from validation.bench.scaling import TINY, WIDE, measure_scaling
 from validation.bench.skips import SkipRow, SkipsMeasurement, many_balls, measure_skips
@@ -18,8 +25,11 @@ from validation.bench.workloads import FULL, QUICK, WORKLOADS
 
 __all__ = [
     "DEFAULT_PEERS",
+    "DEFAULT_SCENES",
     "FULL",
+    "PRECISION_ENGINES",
     "QUICK",
+    "QUICK_SCENES",
     "TARGETS",
     "TINY",
     "WIDE",
@@ -28,6 +38,7 @@ __all__ = [
     "BenchError",
     "Measurement",
     "PeerRow",
+    "PrecisionMeasurement",
     "Row",
     "ScalingMeasurement",
     "SkipRow",
@@ -38,6 +49,7 @@ __all__ = [
     "make_peers",
     "many_balls",
     "measure_accuracy",
+    "measure_precision",
     "measure_scaling",
     "measure_skips",
     "measure_targets",

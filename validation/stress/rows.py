@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from engine import Ball
 
-R = 2.0**-5
+RADIUS = 2.0**-5
 """Radius [m]: with it, contacts along an axis are closed to the bit, and gaps what they say."""
 
 Plane = tuple[float, float]
@@ -12,15 +12,15 @@ Spin = tuple[float, float, float]
 
 
 def ball(name: str, place: Plane, velocity: Plane = (0.0, 0.0), spin: Spin | None = None) -> Ball:
-    """Return a ball of radius `R` at a place [m], with a velocity [m/s] and a spin [rad/s]."""
-    return Ball(id=name, radius=R, position=place, velocity=velocity, angular_velocity=spin)
+    """Return a ball of radius `RADIUS` at a place [m], with velocity [m/s] and spin [rad/s]."""
+    return Ball(id=name, radius=RADIUS, position=place, velocity=velocity, angular_velocity=spin)
 
 
 def row(count: int, gap: float, first: float = 0.0) -> list[float]:
     """Return the places of a row's balls [m]; each gap [m] is what the doubles have."""
     places = [first]
     for _ in range(count - 1):
-        places.append(places[-1] + (2.0 * R + gap))
+        places.append(places[-1] + (2.0 * RADIUS + gap))
     return places
 
 

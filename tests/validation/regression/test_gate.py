@@ -248,6 +248,16 @@ def test_a_scene_that_our_engine_never_represented_is_left_out(shop, monkeypatch
     assert changes(shop.compare()) == {"cut": "no-baseline"}
 
 
+def test_a_shot_without_a_file_is_run_again_with_all_others(accepted, monkeypatch):
+    # Its name is none that the command knows.
+    crowd = gate.cut_shot(name="crowd")
+    monkeypatch.setattr(gate_module, "crowds", lambda: (crowd,))
+    found = accepted.compare(whole=True)
+    assert found.scene("crowd").command == "ghostball regress"
+    assert found.scene("crowd").change == "no-baseline"
+    assert found.scene("cut").command == "ghostball regress cut"
+
+
 def test_nothing_that_was_compared_is_no_pass():
     assert outcome_of([]) == "no-baseline"
 

@@ -13,8 +13,8 @@ from engine import simulate
 from validation.stress.families.touching import (
     EVENTS_PER_BALL,
     FAMILY,
+    RADIUS,
     STEPS_PER_BALL,
-    R,
     images_of,
     triangle,
 )
@@ -31,7 +31,7 @@ def test_the_full_suite_has_every_number_and_gap():
 @pytest.mark.parametrize("gap", ["0", "1e-15", "1e-09"])
 def test_a_gap_on_an_axis_is_what_it_says(gap):
     a, b = scene_trial(FAMILY, f"pair-elastic-into-gap-{gap}-turned-0.0").scene.balls
-    opened = Fraction(b.position[0]) - Fraction(a.position[0]) - 2 * Fraction(R)
+    opened = Fraction(b.position[0]) - Fraction(a.position[0]) - 2 * Fraction(RADIUS)
     assert abs(opened - Fraction(float(gap))) <= Fraction(2) ** -57  # an ulp of the place
     assert (opened == 0) == (gap == "0")
 
@@ -41,7 +41,7 @@ def test_a_triangle_is_its_own_image():
     assert len(places) == 120
     order = images_of(places)
     assert [order[k] for k in order] == list(range(120))
-    assert np.hypot(*np.subtract(places[1], places[0])) >= 2 * R
+    assert np.hypot(*np.subtract(places[1], places[0])) >= 2 * RADIUS
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from itertools import product
 from engine import Ball, Physics, Scene, Table
 from validation.stress.exact_line import play_line
 from validation.stress.family import Family
-from validation.stress.rows import R, row
+from validation.stress.rows import RADIUS, row
 from validation.stress.sound import Both, Ends, Sound
 from validation.stress.trial import SceneTrial, Suite, Trial, size
 
@@ -48,7 +48,7 @@ def _scene(
         table=table,
         t_max=t_max,
         balls=[
-            Ball(id=f"b{k}", radius=R, mass=m, position=(x, y), velocity=(v, 0.0))
+            Ball(id=f"b{k}", radius=RADIUS, mass=m, position=(x, y), velocity=(v, 0.0))
             for k, (x, v, m) in enumerate(zip(places, speeds, masses, strict=True))
         ],
     )
@@ -64,7 +64,7 @@ def _one_in_one_out(suite: Suite) -> Iterator[Trial]:
     for n, k, gap in product(rows, (1, 2, 3), _gaps(suite)):
         if k > n:
             continue
-        apart = [-(2.0 * R + WAY) - i * (2.0 * R + 2.0**-6) for i in range(k)]
+        apart = [-(2.0 * RADIUS + WAY) - i * (2.0 * RADIUS + 2.0**-6) for i in range(k)]
         places = [*reversed(apart), *row(n, gap)]
         name = f"{k}-into-{n}-gap-{size(gap)}"
         scene = _scene(name, places, [SPEED] * k + [0.0] * n, ELASTIC, T_MAX)
@@ -81,18 +81,18 @@ def _lossy(suite: Suite) -> Iterator[Trial]:
     gaps = (
         (2.0**-40, 2.0**-10) if suite == "quick" else tuple(2.0**-k for k in (50, 40, 30, 20, 10))
     )
-    for n, gap, e in product(rows, gaps, (1.0, 0.75, 0.5)):
+    for n, gap, restitution in product(rows, gaps, (1.0, 0.75, 0.5)):
         for word, ratio in (("equal", 1.0), ("lighter", 0.5), ("heavier", 2.0)):
-            if e == ratio == 1.0:
+            if restitution == ratio == 1.0:
                 continue  # above
-            places = [-(2.0 * R + WAY), *row(n, gap)]
+            places = [-(2.0 * RADIUS + WAY), *row(n, gap)]
             speeds = [SPEED] + [0.0] * n
             masses = [MASS * ratio**i for i in range(n + 1)]
-            end = play_line(places, speeds, masses, R, e, T_MAX)
+            end = play_line(places, speeds, masses, RADIUS, restitution, T_MAX)
             if end.least_gap < TELLING:
                 continue
-            name = f"row-of-{n}-{word}-gap-{size(gap)}-restitution-{e:g}"
-            physics = Physics(rolling_friction=0.0, ball_restitution=e)
+            name = f"row-of-{n}-{word}-gap-{size(gap)}-restitution-{restitution:g}"
+            physics = Physics(rolling_friction=0.0, ball_restitution=restitution)
             scene = _scene(name, places, speeds, physics, T_MAX, masses)
             ends = Ends(
                 tuple((float(v), 0.0) for v in end.velocities),
@@ -115,15 +115,15 @@ def _touching_with_losses(suite: Suite) -> Iterator[Trial]:
     of n / 2 impacts, and so down to rounding in n^3 ln(1 / EPS) / pi^2 < 4 n^3 of them.
     """
     rows = (3,) if suite == "quick" else (2, 3, 5, 8, 15)
-    for n, e, together in product(rows, (0.9, 0.5, 0.0), (True, False)):
+    for n, restitution, together in product(rows, (0.9, 0.5, 0.0), (True, False)):
         word = "simultaneous" if together else "sequential"
-        name = f"row-of-{n}-gap-0-restitution-{e:g}-{word}"
+        name = f"row-of-{n}-gap-0-restitution-{restitution:g}-{word}"
         physics = Physics(
             rolling_friction=0.0,
-            ball_restitution=e,
+            ball_restitution=restitution,
             impacts="simultaneous" if together else "sequential",
         )
-        places = [-(2.0 * R + WAY), *row(n, 0.0)]
+        places = [-(2.0 * RADIUS + WAY), *row(n, 0.0)]
         scene = _scene(name, places, [SPEED] + [0.0] * n, physics, T_MAX)
         most = 4 * (n + 1) ** 3
         sound = Sound(most_events=most, isolated=True, images=tuple(range(n + 1)))
@@ -135,8 +135,8 @@ def _from_both_sides(suite: Suite) -> Iterator[Trial]:
     rows = (1, 2, 5) if suite == "quick" else range(1, 12)
     for n, gap in product(rows, _gaps(suite)):
         half = 0.5 * (n - 1)
-        inner = [(k - half) * (2.0 * R + gap) for k in range(n)]
-        far = half * (2.0 * R + gap) + 2.0 * R + WAY
+        inner = [(k - half) * (2.0 * RADIUS + gap) for k in range(n)]
+        far = half * (2.0 * RADIUS + gap) + 2.0 * RADIUS + WAY
         name = f"both-sides-of-{n}-gap-{size(gap)}"
         scene = _scene(name, [-far, *inner, far], [SPEED, *[0.0] * n, -SPEED], ELASTIC, T_MAX)
         ends = Ends(((-SPEED, 0.0), *[(0.0, 0.0)] * n, (SPEED, 0.0)))
@@ -149,10 +149,10 @@ def _between_cushions(suite: Suite) -> Iterator[Trial]:
     table = Table(length=2.0, width=1.0, cushions=("right",))
     rows = (1, 3) if suite == "quick" else (1, 2, 3, 5, 8)
     for n, gap in product(rows, _gaps(suite)):
-        places = [2.0 - R - gap]
+        places = [2.0 - RADIUS - gap]
         for _ in range(n - 1):
-            places.insert(0, places[0] - (2.0 * R + gap))
-        places.insert(0, places[0] - 2.0 * R - WAY)
+            places.insert(0, places[0] - (2.0 * RADIUS + gap))
+        places.insert(0, places[0] - 2.0 * RADIUS - WAY)
         name = f"at-cushion-{n}-gap-{size(gap)}"
         speeds = [SPEED] + [0.0] * n
         scene = _scene(name, places, speeds, ELASTIC, T_MAX, table=table, y=0.5)

@@ -185,27 +185,27 @@ def _far_end(away: float) -> Scene:
 
 def _frictions(suite: Suite) -> Iterator[Trial]:
     pool = KINDS[SLIDING]
-    for mu in (10.0,) if suite == "quick" else (0.0, 1e-6, 1e-3, 0.1, 1.0, 3.0, 10.0):
-        scene = cut("rough", Physics(rolling_friction=mu), speed=8.0)
-        yield ProvedTrial(f"friction-rolling-{mu:g}", scene)
+    for friction in (10.0,) if suite == "quick" else (0.0, 1e-6, 1e-3, 0.1, 1.0, 3.0, 10.0):
+        scene = cut("rough", Physics(rolling_friction=friction), speed=8.0)
+        yield ProvedTrial(f"friction-rolling-{friction:g}", scene)
         for what in ("rolling", "sliding", "ball", "cushion"):
-            scene = bank("rough", Physics(**(pool | {f"{what}_friction": mu})))
-            yield ProvedTrial(f"friction-pool-{what}-{mu:g}", scene)
-        physics = Physics(**(pool | {"cushion": "frictional", "cushion_friction": mu}))
-        yield ProvedTrial(f"friction-flat-cushion-{mu:g}", bank("rough", physics))
+            scene = bank("rough", Physics(**(pool | {f"{what}_friction": friction})))
+            yield ProvedTrial(f"friction-pool-{what}-{friction:g}", scene)
+        physics = Physics(**(pool | {"cushion": "frictional", "cushion_friction": friction}))
+        yield ProvedTrial(f"friction-flat-cushion-{friction:g}", bank("rough", physics))
 
 
 def _restitutions(suite: Suite) -> Iterator[Trial]:
     values = (0.0,) if suite == "quick" else (0.0, 1e-12, 0.5, 1.0 - 1e-12, 1.0)
-    for e in values:
+    for restitution in values:
         for kind, fields in KINDS.items():
-            scene = cut("e", Physics(**(fields | {"ball_restitution": e})))
-            yield ProvedTrial(f"restitution-balls-{kind}-{e:.13g}", scene)
-            laws: dict[str, Any] = {"cushion_restitution": e}
+            scene = cut("e", Physics(**(fields | {"ball_restitution": restitution})))
+            yield ProvedTrial(f"restitution-balls-{kind}-{restitution:.13g}", scene)
+            laws: dict[str, Any] = {"cushion_restitution": restitution}
             if kind != SLIDING:
                 laws["cushion"] = "restitution"
             scene = bank("e", Physics(**(fields | laws)))
-            yield ProvedTrial(f"restitution-cushions-{kind}-{e:.13g}", scene)
+            yield ProvedTrial(f"restitution-cushions-{kind}-{restitution:.13g}", scene)
 
 
 def _tiny(suite: Suite) -> Iterator[Trial]:

@@ -10,7 +10,7 @@ from engine import Ball, Physics, Scene
 from engine._tolerances import CAPTURE_HEIGHT
 from validation.stress.family import Family
 from validation.stress.proved import AsProved
-from validation.stress.rows import R
+from validation.stress.rows import RADIUS
 from validation.stress.sound import Both, Ends, Sound
 from validation.stress.trial import SceneTrial, Suite, Trial, size
 
@@ -40,7 +40,7 @@ def _pair(
     c, s = math.cos(turn), math.sin(turn)
     if physics.motion == "sliding":
         front["angular_velocity"] = (0.0, 0.0, 0.0)
-    apart = 2.0 * R + gap
+    apart = 2.0 * RADIUS + gap
     return Scene(
         name=name,
         physics=physics,
@@ -48,14 +48,14 @@ def _pair(
         balls=[
             Ball(
                 id="behind",
-                radius=R,
+                radius=RADIUS,
                 position=(0.0, 0.0),
                 velocity=(c * behind[0] - s * behind[1], s * behind[0] + c * behind[1]),
                 angular_velocity=front.get("angular_velocity"),
             ),
             Ball(
                 id="ahead",
-                radius=R,
+                radius=RADIUS,
                 position=(c * apart, s * apart),
                 velocity=(c * ahead[0] - s * ahead[1], s * ahead[0] + c * ahead[1]),
                 **front,
@@ -86,12 +86,12 @@ def _slowed_alike(suite: Suite) -> Iterator[Trial]:
     The gap is what closes by the difference, mu g t^2 / 2, in half the time that the run has; or
     twice what closes in all of it.
     """
-    mu = 0.02
+    friction = 0.02
     more = (0.0, 1e-3, 1e-9) if suite == "quick" else (0.0, *(10.0**-k for k in range(1, 14)))
     for part in more:
-        own = mu * (1.0 + part)
+        own = friction * (1.0 + part)
         for reach, word in ((0.25, "met"), (2.0, "missed")):
-            gap = 0.5 * (own - mu) * 9.81 * (2.0 * T_CATCH) ** 2 * reach
+            gap = 0.5 * (own - friction) * 9.81 * (2.0 * T_CATCH) ** 2 * reach
             if part == 0.0:
                 gap = 1e-6 * reach
             name = f"rolling-slowed-more-by-{size(part)}-{word}"
@@ -104,9 +104,11 @@ def _slowed_alike(suite: Suite) -> Iterator[Trial]:
                 rolling_friction=own,
             )
             sound = Sound(most_events=40, most_steps=200)
-            hop = scene.positions[1, 0] - 2.0 * R  # as high as one that bounced would rise again
-            pressed = word == "met" and part > 0.0 and hop <= CAPTURE_HEIGHT * 2.0 * R
-            right = _pressed(hop, mu, own) if pressed else AsProved(cached=False)
+            hop = (
+                scene.positions[1, 0] - 2.0 * RADIUS
+            )  # as high as one that bounced would rise again
+            pressed = word == "met" and part > 0.0 and hop <= CAPTURE_HEIGHT * 2.0 * RADIUS
+            right = _pressed(hop, friction, own) if pressed else AsProved(cached=False)
             yield SceneTrial(name, scene, Both(sound, right))
 
 
@@ -120,11 +122,11 @@ def _pressed(hop: float, behind: float, ahead: float) -> Ends:
     """
     t_max = 2.0 * T_CATCH
     mean = 0.5 * (behind + ahead) * 9.81
-    centre = R + 0.5 * hop + (SPEED - 0.5 * mean * t_max) * t_max
+    centre = RADIUS + 0.5 * hop + (SPEED - 0.5 * mean * t_max) * t_max
     met = (ahead - behind) * 9.81 * T_CATCH
     return Ends(
         ((SPEED - mean * t_max, 0.0),) * 2,
-        positions=((centre - R, 0.0), (centre + R, 0.0)),
+        positions=((centre - RADIUS, 0.0), (centre + RADIUS, 0.0)),
         slack=(0.5 * hop, 0.5 * met),
     )
 

@@ -15,7 +15,7 @@ from engine import Ball, Physics, Scene, Table
 from reference_adapters import ReferenceEngine
 from validation.steps import with_setting
 from validation.stress.family import Family
-from validation.stress.rows import Plane, R, Spin, ball, resting_row
+from validation.stress.rows import RADIUS, Plane, Spin, ball, resting_row
 from validation.stress.sound import Sound
 from validation.stress.trial import LongTrial, Suite, Trial, Verdict
 
@@ -89,7 +89,7 @@ def _restitutions(suite: Suite) -> tuple[float, ...]:
 
 def _topspin(course: Plane, surface: float) -> Spin:
     """Return the spin [rad/s] of a ball that rolls along (cos, sin) at that speed [m/s]."""
-    return (-course[1] * surface / R, course[0] * surface / R, 0.0)
+    return (-course[1] * surface / RADIUS, course[0] * surface / RADIUS, 0.0)
 
 
 def _bounds(balls: int, t_max: float, *, symmetric: bool = False) -> Sound:
@@ -105,11 +105,11 @@ def _follow(suite: Suite) -> Iterator[Trial]:
     t_max = T_QUICK if suite == "quick" else T_FULL
     lines = (1, 4) if suite == "quick" else (1, 2, 4, 8)
     offsets = (0.0, 0.3) if suite == "quick" else (0.0, 1e-9, 1e-3, 0.3, 0.9)
-    for n, offset, e in product(lines, offsets, _restitutions(suite)):
+    for n, offset, restitution in product(lines, offsets, _restitutions(suite)):
         line = resting_row(n, 0.0)
-        cue = ball("cue", (-0.125, offset * R), (1.5, 0.0), _topspin((1.0, 0.0), 3.0))
-        name = f"follow-{n}-offset-{offset:g}-restitution-{e:g}"
-        scene = Scene(name=name, physics=_physics(e), t_max=t_max, balls=[cue, *line])
+        cue = ball("cue", (-0.125, offset * RADIUS), (1.5, 0.0), _topspin((1.0, 0.0), 3.0))
+        name = f"follow-{n}-offset-{offset:g}-restitution-{restitution:g}"
+        scene = Scene(name=name, physics=_physics(restitution), t_max=t_max, balls=[cue, *line])
         yield _trial(scene, _bounds(n + 1, t_max, symmetric=offset == 0.0))
 
 
@@ -117,27 +117,29 @@ def _pressed(suite: Suite) -> Iterator[Trial]:
     """Yield a ball that spins behind touching ones, or rolls behind slower ones of its course."""
     t_max = T_QUICK if suite == "quick" else T_FULL
     lines = (3,) if suite == "quick" else (1, 2, 3, 6)
-    for n, e, angle in product(lines, _restitutions(suite), (0.0, 0.4)):
+    for n, restitution, angle in product(lines, _restitutions(suite), (0.0, 0.4)):
         line = resting_row(n, 0.0)
         spinning = ball(
-            "cue", (-2.0 * R, 0.0), spin=_topspin((math.cos(angle), math.sin(angle)), 2.0)
+            "cue", (-2.0 * RADIUS, 0.0), spin=_topspin((math.cos(angle), math.sin(angle)), 2.0)
         )
-        name = f"spinning-behind-{n}-angle-{angle:g}-restitution-{e:g}"
-        scene = Scene(name=name, physics=_physics(e), t_max=t_max, balls=[spinning, *line])
+        name = f"spinning-behind-{n}-angle-{angle:g}-restitution-{restitution:g}"
+        scene = Scene(
+            name=name, physics=_physics(restitution), t_max=t_max, balls=[spinning, *line]
+        )
         yield _trial(scene, _bounds(n + 1, t_max, symmetric=angle == 0.0))
         # The one behind is slowed less: it presses from the first instant on.
         rolling = [
             Ball(
                 id=f"b{k}",
-                radius=R,
-                position=(2.0 * R * k, 0.0),
+                radius=RADIUS,
+                position=(2.0 * RADIUS * k, 0.0),
                 velocity=(0.3, 0.3 * math.tan(angle) if k == 0 else 0.0),
                 rolling_friction=0.01 * (k + 1),
             )
             for k in range(n + 1)
         ]
-        name = f"rolling-behind-{n}-angle-{angle:g}-restitution-{e:g}"
-        physics = Physics(ball_restitution=e)
+        name = f"rolling-behind-{n}-angle-{angle:g}-restitution-{restitution:g}"
+        physics = Physics(ball_restitution=restitution)
         scene = Scene(name=name, physics=physics, t_max=t_max, balls=rolling)
         yield _trial(scene, _bounds(n + 1, t_max, symmetric=angle == 0.0))
 
@@ -147,15 +149,21 @@ def _at_cushion(suite: Suite) -> Iterator[Trial]:
     t_max = T_QUICK if suite == "quick" else T_FULL
     table = Table(length=2.0, width=2.0, cushions=("left",))
     angles = (0.0, 0.5) if suite == "quick" else (0.0, 1e-6, 0.1, 0.5, 1.2)
-    for away, angle, e, speed in product((0.0, 0.0625), angles, _restitutions(suite), (0.0, 1.0)):
+    for away, angle, restitution, speed in product(
+        (0.0, 0.0625), angles, _restitutions(suite), (0.0, 1.0)
+    ):
         if speed == 0.0 and away > 0.0:
             continue
         course = (-math.cos(angle), -math.sin(angle))
         velocity = (speed * course[0], speed * course[1])
-        pressed = ball("a", (R + away, 0.0), velocity, _topspin(course, 3.0))
-        name = f"cushion-away-{away:g}-angle-{angle:g}-restitution-{e:g}-speed-{speed:g}"
+        pressed = ball("a", (RADIUS + away, 0.0), velocity, _topspin(course, 3.0))
+        name = f"cushion-away-{away:g}-angle-{angle:g}-restitution-{restitution:g}-speed-{speed:g}"
         scene = Scene(
-            name=name, physics=_physics(0.95, cushion=e), table=table, t_max=t_max, balls=[pressed]
+            name=name,
+            physics=_physics(0.95, cushion=restitution),
+            table=table,
+            t_max=t_max,
+            balls=[pressed],
         )
         yield _trial(scene, _bounds(1, t_max, symmetric=angle == 0.0))
 
@@ -167,30 +175,38 @@ def _squeezed(suite: Suite) -> Iterator[Trial]:
     square = Table(length=2.0, width=2.0)
     counts = (2,) if suite == "quick" else (1, 2, 4)
     offsets = (0.0, 0.3) if suite == "quick" else (0.0, 1e-6, 0.1, 0.9)
-    for n, offset, e, away in product(counts, offsets, _restitutions(suite), (0.0, 0.0625)):
-        if away == 0.0 and e != 0.5:
+    for n, offset, restitution, away in product(
+        counts, offsets, _restitutions(suite), (0.0, 0.0625)
+    ):
+        if away == 0.0 and restitution != 0.5:
             continue  # nothing bounces
-        still = resting_row(n, 0.0, R)
-        last = R + 2.0 * R * (n - 1)
-        reach = 2.0 * R * math.sqrt(1.0 - 0.25 * offset**2) if away == 0.0 else 2.0 * R + away
-        speed = 0.0 if away == 0.0 else -1.0
-        cue = ball("cue", (last + reach, offset * R), (speed, 0.0), _topspin((-1.0, 0.0), 3.0))
-        name = f"squeezed-{n}-offset-{offset:g}-restitution-{e:g}-away-{away:g}"
-        scene = Scene(
-            name=name, physics=_physics(e, cushion=e), table=left, t_max=t_max, balls=[cue, *still]
+        still = resting_row(n, 0.0, RADIUS)
+        last = RADIUS + 2.0 * RADIUS * (n - 1)
+        reach = (
+            2.0 * RADIUS * math.sqrt(1.0 - 0.25 * offset**2) if away == 0.0 else 2.0 * RADIUS + away
         )
-        yield _trial(scene, _bounds(n + 1, t_max, symmetric=offset == 0.0))
-    for e, friction in product(_restitutions(suite), (0.0, 0.3)):
-        diagonal = 2.0 * R / math.sqrt(2.0)
-        place = (R + diagonal, R + diagonal)
-        cue = ball("cue", place, spin=_topspin((-math.sqrt(0.5), -math.sqrt(0.5)), 3.0))
-        name = f"cornered-restitution-{e:g}-friction-{friction:g}"
+        speed = 0.0 if away == 0.0 else -1.0
+        cue = ball("cue", (last + reach, offset * RADIUS), (speed, 0.0), _topspin((-1.0, 0.0), 3.0))
+        name = f"squeezed-{n}-offset-{offset:g}-restitution-{restitution:g}-away-{away:g}"
         scene = Scene(
             name=name,
-            physics=_physics(e, friction=friction),
+            physics=_physics(restitution, cushion=restitution),
+            table=left,
+            t_max=t_max,
+            balls=[cue, *still],
+        )
+        yield _trial(scene, _bounds(n + 1, t_max, symmetric=offset == 0.0))
+    for restitution, friction in product(_restitutions(suite), (0.0, 0.3)):
+        diagonal = 2.0 * RADIUS / math.sqrt(2.0)
+        place = (RADIUS + diagonal, RADIUS + diagonal)
+        cue = ball("cue", place, spin=_topspin((-math.sqrt(0.5), -math.sqrt(0.5)), 3.0))
+        name = f"cornered-restitution-{restitution:g}-friction-{friction:g}"
+        scene = Scene(
+            name=name,
+            physics=_physics(restitution, friction=friction),
             table=square,
             t_max=t_max,
-            balls=[cue, ball("b", (R, R))],
+            balls=[cue, ball("b", (RADIUS, RADIUS))],
         )
         sound = Sound(
             most_events=2 * EVENTS_PER_BALL,

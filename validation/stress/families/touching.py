@@ -11,7 +11,7 @@ from engine import Physics, Scene, Table
 from validation.stress.family import Family
 from validation.stress.judges import VISIBLE
 from validation.stress.proved import AsProved
-from validation.stress.rows import Plane, R, ball, resting_row
+from validation.stress.rows import RADIUS, Plane, ball, resting_row
 from validation.stress.sound import Both, Ends, Sound
 from validation.stress.trial import SceneTrial, Suite, Trial, size
 
@@ -66,7 +66,7 @@ def _pairs(suite: Suite) -> Iterator[Trial]:
         KINDS.items(), _gaps(suite), DIRECTIONS.items(), turns
     ):
         c, s = math.cos(turn), math.sin(turn)
-        apart = 2.0 * R + gap
+        apart = 2.0 * RADIUS + gap
         name = f"pair-{kind}-{word}-gap-{size(gap)}-turned-{turn:.1f}"
         scene = Scene(
             name=name,
@@ -96,7 +96,10 @@ def _on_cushions(suite: Suite) -> Iterator[Trial]:
     for (kind, physics), gap, (word, course) in product(
         KINDS.items(), _gaps(suite), DIRECTIONS.items()
     ):
-        for place, where in (((R + gap, 0.5), "cushion"), ((R + gap, R + gap), "corner")):
+        for place, where in (
+            ((RADIUS + gap, 0.5), "cushion"),
+            ((RADIUS + gap, RADIUS + gap), "corner"),
+        ):
             velocity = (-course[0], -course[1])
             name = f"{where}-{kind}-{word}-gap-{size(gap)}"
             scene = Scene(
@@ -134,7 +137,7 @@ def _into_corners(suite: Suite) -> Iterator[Trial]:
     """Yield a ball that runs into a corner along its bisector: it comes back as it came."""
     ways = (0.0, 0.25) if suite == "quick" else (0.0, 1e-15, 1e-6, 0.01, 0.1, 0.25, 0.37)
     for corner, far in product(((0, 0), (1, 0), (0, 1), (1, 1)), ways):
-        start = R + far
+        start = RADIUS + far
         x, y = (start if end == 0 else 1.0 - start for end in corner)
         velocity = tuple(-1.0 if end == 0 else 1.0 for end in corner)
         name = f"bisector-to-{corner[0]}-{corner[1]}-from-{size(far)}"
@@ -166,7 +169,7 @@ def _lines(suite: Suite) -> Iterator[Trial]:
     """Yield a ball that hits a line of frozen ones off its middle, and lines that nothing hits."""
     numbers = (5,) if suite == "quick" else range(2, 16)
     for (kind, physics), n, gap in product(KINDS.items(), numbers, _few_gaps(suite)):
-        cue = ball("cue", (-0.125, 0.25 * R), (1.5, 0.0))
+        cue = ball("cue", (-0.125, 0.25 * RADIUS), (1.5, 0.0))
         name = f"line-of-{n}-{kind}-gap-{size(gap)}"
         scene = Scene(name=name, physics=physics, t_max=0.1, balls=[cue, *resting_row(n, gap)])
         yield SceneTrial(name, scene, _bounds(scene, kind))
@@ -174,7 +177,7 @@ def _lines(suite: Suite) -> Iterator[Trial]:
 
 def triangle(rows: int, gap: float) -> list[Plane]:
     """Return the places of frozen balls in rows of 1, 2, 3 ..., their own mirror image in y = 0."""
-    spacing = 2.0 * R + gap
+    spacing = 2.0 * RADIUS + gap
     return [
         (row * spacing * (0.5 * ROOT3), (k - 0.5 * row) * spacing)
         for row in range(rows)
@@ -210,13 +213,17 @@ def _triangles(suite: Suite) -> Iterator[Trial]:
 def _wedged(suite: Suite) -> Iterator[Trial]:
     """Yield balls that touch each other and a cushion, or lie in a corner, and are pushed there."""
     for (kind, physics), gap in product(KINDS.items(), _few_gaps(suite)):
-        spacing = 2.0 * R + gap
+        spacing = 2.0 * RADIUS + gap
         places = {
-            "pair": [(R, 0.5 * spacing), (R, -0.5 * spacing), (R + 0.5 * ROOT3 * spacing, 0.0)],
-            "column": [(R + gap, 0.0), (R + gap + spacing, 0.0)],
+            "pair": [
+                (RADIUS, 0.5 * spacing),
+                (RADIUS, -0.5 * spacing),
+                (RADIUS + 0.5 * ROOT3 * spacing, 0.0),
+            ],
+            "column": [(RADIUS + gap, 0.0), (RADIUS + gap + spacing, 0.0)],
         }
         for word, still in places.items():
-            ahead = max(x for x, _ in still) + 2.0 * R
+            ahead = max(x for x, _ in still) + 2.0 * RADIUS
             for start, how in ((ahead, "pushed"), (ahead + 0.0625, "hit")):
                 every = [(start, 0.0), *still]
                 name = f"wedged-{word}-{how}-{kind}-gap-{size(gap)}"
@@ -230,7 +237,7 @@ def _wedged(suite: Suite) -> Iterator[Trial]:
                 )
                 bounds = _bounds(scene, kind)
                 yield SceneTrial(name, scene, replace(bounds, images=images_of(every)))
-        corner = [(0.25, 0.25), (R + gap, R + gap)]
+        corner = [(0.25, 0.25), (RADIUS + gap, RADIUS + gap)]
         name = f"wedged-corner-{kind}-gap-{size(gap)}"
         scene = Scene(
             name=name,

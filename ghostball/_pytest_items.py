@@ -1,0 +1,254 @@
+"""The tests that `pytest --ghostball` adds: which there are, what they run, what they say."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import pytest
+
+from engine import GhostballError, Scene
+from ghostball.pytest_plugin import PREFIX
+from reference_adapters import names_class
+from reports.style import format_length
+from validation.conformance import (
+    COMPLETES,
+    Asked,
+    EngineUnderTest,
+    Finding,
+    SceneRun,
+    asked_of,
+    check_names,
+    engine_under_test,
+    run_scene,
+)
+from validation.criteria import Criteria
+from validation.library import scene_names, select
+from validation.metric_table import METRICS
+from validation.suite import criteria_beside_paths, shipped_criteria
+
+DEFAULT_SCENES = "smoke"
+
+
+def collect(session: pytest.Session, picked: Sequence[str]) -> list[pytest.Item]:
+    """Return the tests; no engine runs.
+
+    Parameters
+    ----------
+    session : pytest.Session
+    picked : sequence of str
+        Tests on the command line, `ghostball::SCENE::METRIC`, or a part of that; empty is all.
+
+    Raises
+    ------
+    pytest.UsageError
+        Where an option is wrong, or one that is picked isn't there.
+    """
+    try:
+        plan = _Plan.of(session.config, picked)
+        root = _Node.from_parent(session, name="ghostball", nodeid="ghostball")
+        nodes = [
+            _SceneNode.from_parent(
+                root, name=scene.name, nodeid=f"{PREFIX}{scene.name}", plan=plan, scene=scene
+            )
+            for scene in plan.scenes
+        ]
+    except GhostballError as error:
+        raise pytest.UsageError(f"ghostball: {error}") from None
+    _pick(nodes, picked)
+    return [item for node in nodes for item in _collected(node)]
+
+
+def _collected(node: _SceneNode) -> Iterable[pytest.Item]:
+    """Collect as pytest does, so that whoever counts and reports what is collected hears of it."""
+    node.ihook.pytest_collectstart(collector=node)
+    report = node.ihook.pytest_make_collect_report(collector=node)
+    node.ihook.pytest_collectreport(report=report)
+    found: list[pytest.Item] = report.result
+    return found
+
+
+def summary_lines(reports: Iterable[Any]) -> list[str]:
+    """Return what the rest errors were, from the reports of tests that ran, in any process."""
+    errors: dict[str, float] = {}
+    for report in reports:
+        properties = dict(getattr(report, "user_properties", ()))
+        scene, value = properties.get("ghostball_scene"), properties.get("rest_error_max")
+        if scene is not None and value is not None:
+            errors[scene] = value
+    if not errors:
+        return []
+    worst = max(errors, key=errors.__getitem__)
+    return [
+        f"rest errors in {len(errors)} scenes: median {format_length(median(errors.values()))}, "
+        f"largest {format_length(errors[worst])} in {worst}",
+        "Where no limit names the engine they are not judged: give some with --ghostball-criteria.",
+    ]
+
+
+def _pick(nodes: Sequence[_SceneNode], picked: Sequence[str]) -> None:
+    """Leave the scenes no tests but those that are picked, where any are."""
+    if not picked:
+        return
+    wanted: dict[str, set[str]] = {node.name: set() for node in nodes}
+    for pick in picked:
+        _, scene, metric, *more = *pick.split("::"), "", ""
+        fitting = [node for node in nodes if scene in ("", node.name)]
+        found = [(node.name, m) for node in fitting for m in node.metrics if metric in ("", m)]
+        if not found or any(more):
+            known = ", ".join(m for node in fitting for m in node.metrics) if scene else ""
+            hint = f"Of this scene there are: {known}" if known else "See --ghostball-scenes"
+            raise pytest.UsageError(f"ghostball: there is no test `{pick}`. {hint}")
+        for name, of_scene in found:
+            wanted[name].add(of_scene)
+    for node in nodes:
+        node.metrics = tuple(metric for metric in node.metrics if metric in wanted[node.name])
+
+
+@dataclass(frozen=True, eq=False)
+class _Plan:
+    """What the options ask for, checked."""
+
+    engine: EngineUnderTest
+    scenes: tuple[Scene, ...]
+    own: dict[str, Criteria]  # by scene name
+    for_all: Criteria | None
+    options: tuple[str, ...]  # of the command that runs one of these tests again
+
+    @classmethod
+    def of(cls, config: pytest.Config, picked: Sequence[str]) -> _Plan:
+        option = config.option
+        engine = engine_under_test(option.ghostball_engine, option.ghostball_as)
+        names = _asked_scenes(option.ghostball_scenes, picked)
+        scenes = select([] if "full" in names else names)
+        beside = criteria_beside_paths([name for name in names if name != "full"])
+        own = {
+            scene.name: beside[scene.name] if scene.name in beside else shipped_criteria(scene)
+            for scene in scenes
+        }
+        for name, criteria in own.items():
+            check_names(criteria, engine, f'criteria of scene "{name}"')
+        for_all = None
+        options = ["--ghostball-engine", option.ghostball_engine]
+        if option.ghostball_as is not None:
+            options += ["--ghostball-as", option.ghostball_as]
+        if option.ghostball_criteria is not None:
+            for_all = Criteria.load(option.ghostball_criteria)
+            check_names(for_all, engine, option.ghostball_criteria)
+            if for_all.truth is not None:
+                raise GhostballError(
+                    f"{option.ghostball_criteria}: `truth` must be left out, since scenes differ "
+                    "in what truth they have. Remove it"
+                )
+            options += ["--ghostball-criteria", option.ghostball_criteria]
+        if any(scene.name not in scene_names() for scene in scenes):
+            options += ["--ghostball-scenes", option.ghostball_scenes]
+        return cls(engine, tuple(scenes), own, for_all, tuple(options))
+
+    def asked(self, scene: Scene) -> Asked:
+        return asked_of(self.engine, scene, self.own[scene.name], self.for_all)
+
+    def run(self, scene: Scene, asked: Asked) -> SceneRun:
+        return run_scene(self.engine, scene, self.own[scene.name], asked)
+
+    def commands(self, nodeid: str, scene: Scene) -> Iterator[str]:
+        """Yield what runs a test again, and what shows where the shot parts from the true one."""
+        yield shlex.join(["pytest", nodeid, *self.options])
+        if not names_class(self.engine.spec) and scene.name in scene_names():
+            yield shlex.join(["ghostball", "explain", scene.name, "--engine", self.engine.spec])
+
+
+def _asked_scenes(text: str | None, picked: Sequence[str]) -> list[str]:
+    """Return names, tags and paths; tests that are picked name their scenes themselves."""
+    if text is None:
+        named = [pick.split("::")[1] for pick in picked]
+        return list(dict.fromkeys(named)) if all(named) and named else [DEFAULT_SCENES]
+    return [piece.strip() for piece in text.split(",")]
+
+
+class _Node(pytest.Collector):
+    """What holds the tests in pytest's tree: they are in no file."""
+
+    def collect(self) -> Iterable[pytest.Item | pytest.Collector]:
+        return ()
+
+
+class _SceneNode(_Node):
+    """A scene: it runs when the first of its tests does, and once."""
+
+    def __init__(self, *, plan: _Plan, scene: Scene, **node: Any) -> None:
+        super().__init__(**node)
+        self.plan, self.scene = plan, scene
+        self.asked = plan.asked(scene)
+        self.metrics = self.asked.metrics
+        self.traceback_shown = False
+
+    @cached_property
+    def outcome(self) -> SceneRun:
+        """What came of the scene."""
+        return self.plan.run(self.scene, self.asked)
+
+    def collect(self) -> list[pytest.Item]:
+        return [
+            MetricItem.from_parent(self, name=metric, nodeid=f"{self.nodeid}::{metric}")
+            for metric in self.metrics
+        ]
+
+
+class MetricItem(pytest.Item):
+    """One metric of a scene."""
+
+    parent: _SceneNode
+
+    def runtest(self) -> None:
+        """Pass, fail or skip as the metric was found."""
+        outcome = self.parent.outcome
+        if self.name == COMPLETES:
+            self._report_all(outcome)
+        finding = outcome.finding(self.name)
+        if finding.outcome == "skipped":
+            pytest.skip(finding.words)
+        if finding.outcome == "failed":
+            pytest.fail(self._message(outcome, finding), pytrace=False)
+
+    def reportinfo(self) -> tuple[Path, None, str]:
+        """Return how reports call the test."""
+        return self.path, None, f"{self.parent.scene.name}: {self.name}"
+
+    def _report_all(self, outcome: SceneRun) -> None:
+        """Note every metric, for `--junitxml` and the summary."""
+        record = outcome.record
+        self.user_properties += [("ghostball_scene", record.scene), ("engine", record.label)]
+        self.user_properties += [
+            (name, value) for name, value in record.metrics.items() if value is not None
+        ]
+
+    def _message(self, outcome: SceneRun, finding: Finding) -> str:
+        record = outcome.record
+        lines = [finding.words, f"  scene     {record.scene}: {record.title}"]
+        lines.append(f"  engine    {record.label}")
+        for check in finding.checks:
+            metric = METRICS[check.metric]
+            lines.append(f"  measured  {metric.name}: {metric.meaning}")
+            if metric.compares is not None:
+                lines.append(f"  truth     {record.truth}")
+            lines.append(f"  limit     {check.reason}")
+        for what, command in zip(
+            ("again", "explain"),
+            self.parent.plan.commands(self.nodeid, self.parent.scene),
+            strict=False,
+        ):
+            lines.append(f"  {what:<8}  {command}")
+        if record.traceback:
+            # Every test of the scene fails of it; once is enough to read.
+            if self.parent.traceback_shown:
+                lines.append("  (its traceback is with the first test of this scene)")
+            else:
+                self.parent.traceback_shown = True
+                lines += ["", record.traceback.rstrip()]
+        return "\n".join(lines)

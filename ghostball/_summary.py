@@ -1,0 +1,42 @@
+"""What `ghostball report --summary` and `--text` do: say shortly what stored results came to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from ghostball._terminal import check_writable
+from reports import summary_markdown, summary_text, write_summary
+from validation.regression import load_regression
+from validation.store import ResultsFolder, is_results_folder
+
+STDOUT = Path("-")
+
+
+def write(folder: Path, *, summary: Path | None, text: Path | None) -> None:
+    """Write the summary of a results folder, with what changed where it holds a comparison.
+
+    Raises
+    ------
+    GhostballError
+        Where the folder holds neither, or a file can't be written.
+    """
+    for path, option in ((summary, "--summary"), (text, "--text")):
+        if path not in (None, STDOUT):
+            check_writable(path, option)
+    regression = load_regression(folder) if folder.is_dir() else None
+    # A comparison may lie in a folder of its own; what is no folder of ours says so as it is read.
+    alone = regression is not None and not is_results_folder(folder)
+    results = None if alone else ResultsFolder.load(folder)
+    if summary is not None:
+        _put(summary_markdown(results, regression), summary)
+    if text is not None:
+        _put(summary_text(results, regression), text)
+
+
+def _put(text: str, path: Path) -> None:
+    if path == STDOUT:
+        typer.echo(text, nl=False)
+    else:
+        write_summary(text, path)

@@ -1,0 +1,113 @@
+"""`pytest --ghostball`: anyone's engine through the suite, one test for each scene and metric.
+
+    pytest --ghostball --ghostball-engine my_package:MyEngine
+    pytest 'ghostball::half-ball-cut::overlap_max' --ghostball-engine my_package:MyEngine
+
+A test is called `ghostball::SCENE::METRIC`; the first of a scene, `completes`, asks that the run
+ends by itself with finite numbers. Tests can be named on the command line like any other;
+`ghostball::` is all of them, and none of yours. A scene runs once for all its tests, also under
+pytest-xdist.
+
+What is asked: limits that name the engine, of the scene, of the file of `--ghostball-criteria`, and
+the common ones, in this order for each metric; and, where the scene doesn't name the engine, what
+no engine may break (`validation.conformance.asked_of_any`). What an engine doesn't represent is
+skipped, and so is the end of a shot that errors of its size make unpredictable.
+
+Every pytest in the environment loads this module: without the option it does nothing, and it
+imports nothing but pytest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from xdist.scheduler import LoadScopeScheduling
+
+PREFIX = "ghostball::"
+"""What the ids of all these tests begin with."""
+
+_PICKED = pytest.StashKey[Sequence[str]]()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Declare the options; those beside `--ghostball` may stand in `addopts`."""
+    group = parser.getgroup("ghostball", "billiards engines, by ghostball's suite")
+    group.addoption(
+        "--ghostball",
+        action="store_true",
+        help="Run an engine through ghostball's scenes, one test for each scene and metric.",
+    )
+    group.addoption(
+        "--ghostball-engine",
+        metavar="NAME|MODULE:CLASS[:KEY=VALUE,...]",
+        default="ghostball",
+        help="Which engine: an installed one's name, or where its class is, and settings "
+        "(default: ghostball).",
+    )
+    group.addoption(
+        "--ghostball-scenes",
+        metavar="full|SCENE|TAG|FILE,...",
+        help="Which scenes: names, tags, TOML files, or full for all that are shipped "
+        "(default: smoke).",
+    )
+    group.addoption(
+        "--ghostball-criteria",
+        metavar="FILE",
+        help="Limits for all scenes, such as on rest errors, as in a scene's NAME.expect.toml.",
+    )
+    group.addoption(
+        "--ghostball-as",
+        metavar="NAME[:KEY=VALUE,...]",
+        help="Judge the engine by the limits of another, such as ghostball or pymunk:mode=landed.",
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Take a test of ours on the command line for `--ghostball`."""
+    if any(argument.startswith(PREFIX) for argument in config.args):
+        config.option.ghostball = True
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session: pytest.Session) -> None:
+    """Take tests of ours out of the arguments, which pytest takes for files."""
+    config = session.config
+    config.stash[_PICKED] = [one for one in config.args if one.startswith(PREFIX)]
+    config.args[:] = [one for one in config.args if not one.startswith(PREFIX)]
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(
+    session: pytest.Session, config: pytest.Config, items: list[pytest.Item]
+) -> None:
+    """Add the tests, before `-k` and its like choose among all."""
+    if config.option.ghostball:
+        from ghostball._pytest_items import collect  # noqa: PLC0415
+
+        items.extend(collect(session, config.stash.get(_PICKED, ())))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeScheduling | None:
+    """Keep the tests of a scene together, so that it runs once, where xdist would spread them."""
+    if not config.option.ghostball or config.getvalue("dist") != "load":
+        return None
+    from ghostball._pytest_xdist import SceneScheduling  # noqa: PLC0415
+
+    return SceneScheduling(config, log)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say what the rest errors were, which are measured also where no limit judges them."""
+    if terminalreporter.config.option.ghostball:
+        from ghostball._pytest_items import summary_lines  # noqa: PLC0415
+
+        reports = [report for found in terminalreporter.stats.values() for report in found]
+        if lines := summary_lines(reports):
+            terminalreporter.section("ghostball")
+            for line in lines:
+                terminalreporter.line(line)

@@ -1,0 +1,143 @@
+// The page around the replays: one scene at a time, found by name, linked by its fragment.
+"use strict";
+(() => {
+  const PREFIX = "#scene=";
+  const scenes = [...document.querySelectorAll(".scene")];
+  const links = new Map(
+    [...document.querySelectorAll(".scene-list a")].map((link) => [
+      link.getAttribute("href").slice(PREFIX.length),
+      link,
+    ]),
+  );
+  const filter = document.getElementById("scene-filter");
+  const found = document.querySelector(".picker .found");
+  const steps = [...document.querySelectorAll(".picker [data-step]")];
+  let open = null;
+  let replay = null;
+
+  const dataOf = (id) => JSON.parse(document.getElementById(id).textContent);
+
+  // Nothing of a scene's motion is decoded before it comes into view.
+  const whenSeen = (element, act) => {
+    const observer = new IntersectionObserver((entries) => {
+      if (entries.some((entry) => entry.isIntersecting)) {
+        observer.disconnect();
+        act();
+      }
+    }, { rootMargin: "200px" });
+    observer.observe(element);
+    return observer;
+  };
+
+  const show = (name) => {
+    const scene = scenes.find((one) => one.dataset.scene === name);
+    if (!scene || scene === open) return scene;
+    if (open) {
+      open.classList.remove("open");
+      replay?.observer?.disconnect();
+      replay?.mounted?.destroy();
+    }
+    for (const [of, link] of links) {
+      if (of === name) link.setAttribute("aria-current", "true");
+      else link.removeAttribute("aria-current");
+    }
+    const link = links.get(name);
+    const list = link.closest("ul");
+    // Not scrollIntoView: that would move the page, too.
+    const top = link.offsetTop - list.offsetTop;
+    if (top < list.scrollTop || top > list.scrollTop + list.clientHeight - 30) list.scrollTop = top - 40;
+    scene.classList.add("open");
+    open = scene;
+    const element = scene.querySelector("[data-replay]");
+    const mine = { observer: null, mounted: null };
+    replay = mine;
+    if (element && window.Ghostball?.mountReplay) {
+      mine.observer = whenSeen(element, () => {
+        mine.mounted = window.Ghostball.mountReplay(element, dataOf(element.dataset.replay));
+      });
+    }
+    update();
+    return scene;
+  };
+
+  const shown = () => [...links.keys()].filter((name) => !links.get(name).parentElement.hidden);
+
+  const update = () => {
+    const names = shown();
+    const at = open ? names.indexOf(open.dataset.scene) : -1;
+    for (const button of steps) {
+      const to = at + Number(button.dataset.step);
+      button.disabled = at < 0 ? names.length === 0 : to < 0 || to >= names.length;
+    }
+    found.textContent = `${names.length} of ${links.size} scenes`;
+  };
+
+  const follow = () => {
+    const name = decodeURIComponent(location.hash);
+    if (!name.startsWith(PREFIX)) return;
+    const scene = show(name.slice(PREFIX.length));
+    if (!scene) return;
+    scene.scrollIntoView();
+    scene.focus({ preventScroll: true });
+  };
+
+  filter.addEventListener("input", () => {
+    const words = filter.value.toLowerCase().split(/\s+/).filter(Boolean);
+    for (const [name, link] of links) {
+      const title = document.getElementById(PREFIX.slice(1) + name).querySelector(".lead").textContent;
+      const text = `${name} ${link.dataset.words} ${title}`.toLowerCase();
+      link.parentElement.hidden = !words.every((word) => text.includes(word));
+    }
+    update();
+  });
+  filter.addEventListener("keydown", (event) => {
+    const first = shown()[0];
+    if (event.key === "Enter" && first) location.hash = PREFIX + first;
+  });
+  for (const button of steps) {
+    button.addEventListener("click", () => {
+      const names = shown();
+      const at = open ? names.indexOf(open.dataset.scene) : -1;
+      const name = names[at < 0 ? 0 : at + Number(button.dataset.step)];
+      if (!name) return;
+      // The button keeps the focus, so that one can go on stepping.
+      history.replaceState(null, "", PREFIX + name);
+      show(name);
+    });
+  }
+  window.addEventListener("hashchange", follow);
+
+  for (const element of document.querySelectorAll("[data-compare]")) {
+    whenSeen(element, () => {
+      const { replay: id, ...data } = dataOf(element.dataset.compare);
+      // Where the base has no motion, the scene comes from its replay.
+      window.Ghostball?.mountCompare?.(element, id ? { scene: dataOf(id), ...data } : data);
+    });
+  }
+
+  if (navigator.clipboard) {
+    for (const button of document.querySelectorAll(".copy")) {
+      button.hidden = false;
+      button.addEventListener("click", async () => {
+        await navigator.clipboard.writeText(button.dataset.copy);
+        button.textContent = "Copied";
+        setTimeout(() => { button.textContent = "Copy"; }, 1500);
+      });
+    }
+  }
+
+  let folded = [];
+  window.addEventListener("beforeprint", () => {
+    folded = [...document.querySelectorAll("details:not([open])")];
+    for (const one of folded) one.open = true;
+  });
+  window.addEventListener("afterprint", () => {
+    for (const one of folded) one.open = false;
+    folded = [];
+  });
+
+  document.querySelector(".picker").hidden = false;
+  if (scenes.length) show(scenes[0].dataset.scene);
+  update();
+  follow();
+})();

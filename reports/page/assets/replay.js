@@ -1,0 +1,424 @@
+"use strict";
+// The replay of one scene: all engines over each other, at any instant.
+globalThis.Ghostball ??= {};
+
+(() => {
+  const {
+    EventList, PHASE, Plate, Player, Readout, Timeline, choice, css, decode, drawKind, drawSmall,
+    iconButton, lengthWords, make, tick, timeWords,
+  } = Ghostball;
+  const SPEEDS = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4];
+  const CROWD = 5; // from this many balls on, paths of all engines over each other are a scribble
+  const TAIL = 1; // [s]
+  const QUIET = 600; // [ms] that nothing changes before the status is said
+  const READOUT_EVERY = 100; // [ms] while it plays: nobody reads faster
+  const SAID = 4; // events of one instant that are said aloud
+  const KIND_WORDS = ["balls collide", "cushion", "starts to roll", "comes to rest"];
+  const KEYS = [
+    ["Space", "play or pause"],
+    ["← →", "a hundredth of the run back, on; with Shift a thousandth"],
+    ["Home End", "start, end"],
+    ["p n", "event before, next event"],
+    ["d", "first divergence"],
+    ["[ ]", "slower, faster"],
+    ["+ - 0", "closer, farther, whole table"],
+    ["b", "look at the chosen ball"],
+    ["drag, wheel, pinch", "move and zoom; the wheel once the replay has the focus"],
+  ];
+
+  class Replay {
+    constructor(root, scene) {
+      this.root = root;
+      this.scene = scene;
+      this.ran = scene.engines.filter((engine) => engine.motion);
+      this.player = new Player(scene.duration, () => this.update());
+      this.ball = 0;
+      this.trails = scene.balls.length < CROWD ? "all" : "tails";
+      this.names = true;
+      this.reference = this.ran.find((engine) => engine.ours) ?? this.ran[0];
+      this.build();
+      this.gone = new AbortController();
+      root.addEventListener("keydown", (event) => this.key(event), { signal: this.gone.signal });
+      this.chooseLog(this.reference);
+      this.player.seek(0);
+    }
+
+    get time() {
+      return this.player.time;
+    }
+
+    build() {
+      const { scene, root } = this;
+      const stage = make("div", { className: "gb-stage", tabIndex: 0, role: "group" });
+      stage.setAttribute(
+        "aria-label",
+        `Replay of ${scene.scene}: ${scene.balls.length} balls, ${this.ran.length} engines. ` +
+          "Space plays; arrows move in time; n and p go to events.",
+      );
+      this.plate = new Plate(stage, scene, (plate) => this.paint(plate));
+      this.plate.onview = () => this.zoomed();
+      stage.append(this.zoomButtons());
+      this.clock = make("span", { className: "gb-clock" });
+      const line = make("div", { className: "gb-line" });
+      this.timeline = new Timeline(line, this.plate, scene.duration, (t) => this.player.go(t));
+      this.events = new EventList(scene, this.ran, {
+        onchoose: (engine) => this.chooseLog(engine),
+        onjump: (t) => this.player.go(t),
+      });
+      const controls = this.controlRow();
+      this.status = make("p", { className: "gb-said", role: "status" });
+      this.status.setAttribute("aria-live", "polite");
+      root.replaceChildren(
+        stage, line, this.legend(), controls, this.status, this.jumps(),
+        this.readoutBox(),
+        make("div", { className: "gb-panels" }, this.events.element, this.help()),
+      );
+      this.sizes = new ResizeObserver(() => this.timeline.drawMarks());
+      this.sizes.observe(line);
+      this.plate.resize();
+    }
+
+    zoomButtons() {
+      this.whole = iconButton("whole", "Whole table", () => this.plate.reset(), "0");
+      this.whole.disabled = true;
+      return make("div", { className: "gb-zoom" },
+        iconButton("closer", "Closer", () => this.plate.zoom(1.6), "+"),
+        iconButton("farther", "Farther", () => this.plate.zoom(1 / 1.6), "-"),
+        this.whole,
+        iconButton("ball", "Look at the chosen ball", () => this.lookAtBall(), "b"));
+    }
+
+    controlRow() {
+      const speeds = SPEEDS.map((speed) => [speed, `${speed}×`]);
+      const [speedLabel, speedList] = choice("Speed", speeds, 1, (value) => this.setSpeed(Number(value)));
+      this.speeds = speedList;
+      const draw = () => this.plate.draw();
+      const kinds = [
+        ["all", "all"], ["tails", "the last second"], ["one", "of one engine"], ["none", "none"],
+      ];
+      const [trailLabel] = choice("Trails", kinds, this.trails, (value) => {
+        this.trails = value;
+        draw();
+      });
+      return make("div", { className: "gb-controls" },
+        iconButton("start", "To the start", () => this.player.go(0), "Home"),
+        iconButton("back", "Event before", () => this.step(-1), "p"),
+        this.player.button,
+        iconButton("next", "Next event", () => this.step(1), "n"),
+        iconButton("end", "To the end", () => this.player.go(this.scene.duration), "End"),
+        this.clock, speedLabel, trailLabel,
+        tick("Names", this.names, (on) => {
+          this.names = on;
+          draw();
+        }));
+    }
+
+    button(text, label, act) {
+      const button = make("button", { type: "button", textContent: text });
+      if (label) button.setAttribute("aria-label", label);
+      button.addEventListener("click", act);
+      return button;
+    }
+
+    /** Buttons to where engines first part from the truth, and to the horizon. */
+    jumps() {
+      const jumps = make("div", { className: "gb-jumps" });
+      const parted = this.ran
+        .filter((engine) => engine.divergence !== null)
+        .sort((p, q) => p.divergence - q.divergence);
+      this.firstParting = parted[0]?.divergence ?? null;
+      if (parted.length) {
+        const first = parted[0];
+        jumps.append(this.button(
+          `Jump to first divergence: ${first.name}, ${timeWords(first.divergence)}`,
+          `Jump to the first divergence, of ${first.name} at ${timeWords(first.divergence)}`,
+          () => this.jump(first)));
+      }
+      if (this.scene.horizon !== null && this.scene.horizon <= this.scene.duration) {
+        jumps.append(this.button(
+          `Horizon of double precision: ${timeWords(this.scene.horizon)}`,
+          "Jump to the horizon: past it, double precision can't say where the balls are",
+          () => this.player.go(this.scene.horizon)));
+      }
+      const rest = parted.slice(1).map((engine) => {
+        const button = this.button(
+          `${engine.name} ${timeWords(engine.divergence)}`,
+          `Jump to the divergence of ${engine.name} at ${timeWords(engine.divergence)}`,
+          () => this.jump(engine));
+        return make("li", {}, button);
+      });
+      if (rest.length) {
+        jumps.append(make("details", {},
+          make("summary", {}, rest.length === 1
+            ? "1 more engine parts from the true sequence of collisions"
+            : `${rest.length} more engines part from the true sequence of collisions`),
+          make("ul", {}, ...rest)));
+      }
+      jumps.hidden = jumps.childElementCount === 0;
+      return jumps;
+    }
+
+    jump(engine) {
+      this.showEngine(engine, true);
+      this.chooseLog(engine);
+      this.player.go(engine.divergence);
+    }
+
+    showEngine(engine, shown) {
+      this.readout.setShown(engine, shown);
+      this.plate.draw();
+      this.mark();
+    }
+
+    readoutBox() {
+      this.readout = new Readout(this.scene, (engine, shown) => this.showEngine(engine, shown));
+      const balls = this.scene.balls.map((ball, i) => [i, ball.id]);
+      const [ballLabel, ballList] = choice("Ball", balls, 0, (value) => this.chooseBall(Number(value)));
+      this.balls = ballList;
+      const engines = this.ran.map((engine, i) => [i, engine.name]);
+      const [againstLabel] = choice("against", engines, this.ran.indexOf(this.reference), (value) => {
+        this.reference = this.ran[Number(value)];
+        this.update();
+      });
+      const showAll = (wanted) => {
+        for (const engine of this.ran) this.readout.setShown(engine, wanted(engine));
+        this.plate.draw();
+        this.mark();
+      };
+      const scroll = make("div", { className: "gb-scroll", tabIndex: 0, role: "region" }, this.readout.element);
+      scroll.setAttribute("aria-label", "Engines, and where they have the chosen ball");
+      return make("fieldset", { className: "gb-numbers" }, make("legend", { textContent: "Engines" }),
+        make("div", { className: "gb-choices" }, ballLabel, againstLabel,
+          this.button("Show all", "", () => showAll(() => true)),
+          this.button("Only this one", "Show only the engine that is compared against",
+            () => showAll((engine) => engine === this.reference))),
+        scroll);
+    }
+
+    chooseBall(ball) {
+      this.ball = ball;
+      this.balls.value = ball;
+      this.update();
+    }
+
+    legend() {
+      const item = (draw, text) => {
+        const sign = make("canvas", { className: "gb-sign" });
+        sign.setAttribute("aria-hidden", "true");
+        this.signs.push([sign, draw]);
+        return make("li", {}, sign, text);
+      };
+      this.signs = [];
+      const list = make("ul", { className: "gb-legend" });
+      KIND_WORDS.forEach((text, lane) => list.append(
+        item((context) => drawKind(context, lane, 14, 8), text)));
+      const slides = (track) => track.phase.includes(PHASE.SLIDING);
+      if (this.ran.some((engine) => engine.tracks.some(slides))) {
+        const stroke = (width, alpha) => (context, theme) => {
+          context.strokeStyle = css(theme.ink, alpha);
+          context.lineWidth = width;
+          context.beginPath();
+          context.moveTo(2, 8);
+          context.lineTo(26, 8);
+          context.stroke();
+        };
+        list.append(item(stroke(4.5, 0.3), "rolls (ours)"), item(stroke(7, 0.6), "slides (ours)"));
+      }
+      if (this.scene.truth) {
+        list.append(item((context, theme) => {
+          context.strokeStyle = css(theme.accent);
+          context.lineWidth = 1.5;
+          context.beginPath();
+          context.moveTo(8, 8);
+          context.lineTo(20, 8);
+          context.moveTo(14, 2);
+          context.lineTo(14, 14);
+          context.stroke();
+        }, `end in truth (${this.scene.truth.kind})`));
+      }
+      return list;
+    }
+
+    help() {
+      const list = make("dl");
+      for (const [key, what] of KEYS) {
+        list.append(make("div", {}, make("dt", { textContent: key }), make("dd", { textContent: what })));
+      }
+      return make("fieldset", { className: "gb-help" },
+        make("legend", { textContent: "Keys, and how exact this is" }), list,
+        make("p", { textContent:
+          `Paths run within ${lengthWords(this.scene.tolerance)} of the stored samples; between them ` +
+          "they are drawn, not computed. " +
+          "Times of events and positions at the end are exact. Height is left out." }));
+    }
+
+    /** Small pictures of lines and signs, in the colours of the moment. */
+    drawSigns() {
+      const { theme } = this.plate;
+      for (const [canvas, paint] of this.signs) drawSmall(canvas, 28, theme, paint);
+      this.readout.drawSwatches(this.plate, (canvas, width, paint) =>
+        drawSmall(canvas, width, theme, paint));
+    }
+
+    paint(plate) {
+      if (this.drawnTheme !== plate.theme) {
+        this.drawnTheme = plate.theme;
+        this.drawSigns();
+        this.timeline.drawMarks();
+      }
+      const shown = this.ran.filter((engine) => engine.shown);
+      const order = [...shown].sort((p, q) => Number(q.ours) - Number(p.ours)); // ours beneath
+      for (const engine of order) {
+        if (this.trails === "none" || (this.trails === "one" && engine !== this.reference)) continue;
+        plate.drawTrails(engine, this.time, this.trails === "tails" ? this.time - TAIL : 0);
+      }
+      if (this.scene.truth) plate.drawTruth(this.scene.truth.rest);
+      for (const engine of order) plate.drawBalls(engine, this.time, { names: this.names });
+      const place = this.reference.tracks[this.ball].at(this.time);
+      if (place) plate.drawChosen(place, this.ball);
+    }
+
+    zoomed() {
+      this.whole.disabled = this.plate.fitted;
+    }
+
+    lookAtBall() {
+      const place = this.reference.tracks[this.ball].at(this.time);
+      const ball = 8 * this.scene.balls[this.ball].radius;
+      if (place) this.plate.lookAt(place, Math.min(ball, this.plate.span));
+    }
+
+    chooseLog(engine) {
+      this.events.show(engine);
+      this.mark();
+      this.update();
+    }
+
+    /** Marks the log, where shown engines part from the truth, and the horizon. */
+    mark() {
+      const flags = this.ran
+        .filter((engine) => engine.shown && engine.divergence !== null)
+        .map((engine) => ({ t: engine.divergence, engine }))
+        .sort((p, q) => q.t - p.t); // the first one last, on top
+      if (flags.length) flags[flags.length - 1].text = "first divergence";
+      const { horizon, duration } = this.scene;
+      if (horizon !== null && horizon <= duration) flags.push({ t: horizon, text: "horizon" });
+      this.timeline.show(this.scene.kinds, this.events.engine.log, flags);
+    }
+
+    update() {
+      this.timeline.setTime(this.time);
+      this.clock.textContent = `${timeWords(this.time)} of ${timeWords(this.scene.duration)}`;
+      this.plate.draw();
+      const now = performance.now();
+      if (this.player.playing && now - (this.readAt ?? 0) < READOUT_EVERY) return;
+      this.readAt = now;
+      this.readout.show(this.time, this.ball, this.reference);
+      this.events.choose(this.time);
+      clearTimeout(this.saying);
+      if (!this.player.playing) this.saying = setTimeout(() => this.say(), QUIET);
+    }
+
+    say() {
+      const happens = this.events.wordsAt(this.time).slice(0, SAID);
+      const what = happens.length ? `: ${happens.join(", ")}` : "";
+      // All digits: this is what somebody copies.
+      this.status.textContent = `t = ${this.time} s${what} (${this.events.engine.name})`;
+    }
+
+    /** To the next instant with an event of the chosen log, or the one before. */
+    step(direction) {
+      const t = this.events.beside(this.time, direction);
+      if (t !== undefined) this.player.go(t);
+    }
+
+    setSpeed(speed) {
+      this.player.speed = speed;
+      this.speeds.value = speed;
+    }
+
+    key(event) {
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      const tag = event.target.tagName;
+      const typing = tag === "SELECT";
+      const little = event.shiftKey ? 1e-3 : 1e-2;
+      const speedAt = SPEEDS.indexOf(this.player.speed);
+      const acts = {
+        " ": () => this.player.toggle(),
+        ArrowLeft: () => this.player.go(this.time - little * this.scene.duration),
+        ArrowRight: () => this.player.go(this.time + little * this.scene.duration),
+        Home: () => this.player.go(0),
+        End: () => this.player.go(this.scene.duration),
+        n: () => this.step(1),
+        p: () => this.step(-1),
+        d: () => this.firstParting !== null && this.player.go(this.firstParting),
+        "[": () => this.setSpeed(SPEEDS[Math.max(speedAt - 1, 0)]),
+        "]": () => this.setSpeed(SPEEDS[Math.min(speedAt + 1, SPEEDS.length - 1)]),
+        "+": () => this.plate.zoom(1.6),
+        "=": () => this.plate.zoom(1.6),
+        "-": () => this.plate.zoom(1 / 1.6),
+        0: () => this.plate.reset(),
+        b: () => this.lookAtBall(),
+      };
+      const act = acts[event.key];
+      // Lists take their keys themselves; a button or a box, its Space.
+      if (!act || typing) return;
+      if (event.key === " " && (tag === "BUTTON" || tag === "SUMMARY" || event.target.type === "checkbox")) return;
+      event.preventDefault();
+      act();
+    }
+
+    destroy() {
+      this.player.stop();
+      clearTimeout(this.saying);
+      this.gone.abort();
+      this.sizes.disconnect();
+      this.plate.destroy();
+      this.root.replaceChildren();
+    }
+  }
+
+  /**
+   * Puts the replay of a scene into an element; decodes its data only now.
+   *
+   * `element.ghostball.ready` is kept once it is there: {seek(t), time, positions(label),
+   * engines, duration}.
+   */
+  Ghostball.mountReplay = function mountReplay(element, data) {
+    element.classList.add("gb-replay");
+    let replay = null;
+    let gone = false;
+    const handle = {
+      seek: (t) => replay?.player.go(t),
+      get time() { return replay?.time ?? 0; },
+      get duration() { return replay?.scene.duration ?? 0; },
+      get playing() { return replay?.player.playing ?? false; },
+      engines: data.engines.map((engine) => engine.label),
+      positions: (label) => replay?.ran
+        .find((engine) => engine.label === label)
+        ?.positions(replay.time) ?? null,
+      destroy() {
+        gone = true;
+        replay?.destroy();
+        element.classList.remove("gb-replay");
+        delete element.ghostball;
+      },
+    };
+    element.ghostball = handle;
+    if (!data.engines.some((engine) => engine.motion)) {
+      element.replaceChildren(make("p", { textContent:
+        "No engine has a recorded motion of this scene, so there is nothing to replay." }));
+      handle.ready = Promise.resolve();
+      return handle;
+    }
+    element.replaceChildren(make("p", { textContent: "Reading the motion …" }));
+    handle.ready = decode(data).then(
+      (scene) => {
+        if (!gone) replay = new Replay(element, scene);
+      },
+      (error) => element.replaceChildren(make("p", { textContent:
+        `This motion can't be replayed: ${error.message}.` })),
+    );
+    return handle;
+  };
+})();

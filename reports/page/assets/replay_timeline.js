@@ -1,0 +1,152 @@
+"use strict";
+// The time line: a native slider under a strip of marks, one shape for each kind of event.
+globalThis.Ghostball ??= {};
+
+(() => {
+  const { css, drawMarker, timeWords } = Ghostball;
+  const INSET = 8; // [px], half the slider's thumb: its middle is where the time is
+  const LANES = ["ball-ball", "ball-cushion", "slide-to-roll", "roll-to-rest"];
+  const LANE_HEIGHT = 11; // [px]
+  const FLAGS_HEIGHT = 16; // [px]
+  const APART = 3; // [px]: marks nearer than this are one
+
+  /** Draws the sign of a kind of event. */
+  function drawKind(context, lane, x, y) {
+    const size = 3.2;
+    context.beginPath();
+    if (lane === 0) context.arc(x, y, size, 0, 2 * Math.PI);
+    else if (lane === 1) context.rect(x - size + 0.4, y - size + 0.4, 2 * size - 0.8, 2 * size - 0.8);
+    else if (lane === 2) {
+      context.moveTo(x, y - size - 0.6);
+      context.lineTo(x + size + 0.4, y + size);
+      context.lineTo(x - size - 0.4, y + size);
+      context.closePath();
+    } else context.rect(x - 1, y - size - 0.8, 2, 2 * size + 1.6);
+    context.fill();
+  }
+
+  /** Slider and marks; `onseek(t)` is called as it is dragged. */
+  class Timeline {
+    constructor(host, plate, duration, onseek) {
+      this.plate = plate;
+      this.duration = duration;
+      this.time = 0;
+      this.kinds = [];
+      this.log = null;
+      this.flags = [];
+      this.canvas = document.createElement("canvas");
+      this.canvas.className = "gb-marks";
+      this.canvas.setAttribute("aria-hidden", "true"); // the list of events says it in words
+      this.slider = document.createElement("input");
+      Object.assign(this.slider, { type: "range", min: 0, max: duration, step: "any", value: 0 });
+      this.slider.className = "gb-slider";
+      this.slider.setAttribute("aria-label", "Time");
+      this.slider.addEventListener("input", () => onseek(Number(this.slider.value)));
+      this.host = host;
+      host.append(this.canvas, this.slider);
+      this.canvas.addEventListener("pointerdown", (event) => {
+        const left = this.canvas.getBoundingClientRect().left;
+        onseek(this.timeAt(event.clientX - left));
+        this.slider.focus();
+      });
+    }
+
+    get width() {
+      return this.host.clientWidth;
+    }
+
+    placeOf(t) {
+      return INSET + (this.duration > 0 ? t / this.duration : 0) * (this.width - 2 * INSET);
+    }
+
+    timeAt(x) {
+      const part = (x - INSET) / Math.max(this.width - 2 * INSET, 1);
+      return Math.min(Math.max(part, 0), 1) * this.duration;
+    }
+
+    /** Which log is marked, and which instants have a flag: [{t, engine, text}]. */
+    show(kinds, log, flags) {
+      Object.assign(this, { kinds, log, flags });
+      this.drawMarks();
+    }
+
+    setTime(t) {
+      this.time = t;
+      this.slider.value = t;
+      this.slider.setAttribute(
+        "aria-valuetext", `${timeWords(t, 3)} of ${timeWords(this.duration, 3)}`);
+      this.drawMarks();
+    }
+
+    drawMarks() {
+      const { plate, width, canvas } = this;
+      if (!plate.theme || !width) return;
+      const height = FLAGS_HEIGHT + LANES.length * LANE_HEIGHT;
+      const ratio = globalThis.devicePixelRatio || 1;
+      if (canvas.width !== Math.round(width * ratio)) {
+        canvas.width = Math.round(width * ratio);
+        canvas.height = Math.round(height * ratio);
+        canvas.style.height = `${height}px`;
+      }
+      const context = canvas.getContext("2d");
+      context.setTransform(ratio, 0, 0, ratio, 0, 0);
+      context.clearRect(0, 0, width, height);
+      context.strokeStyle = css(plate.theme.muted, 0.35);
+      context.lineWidth = 1;
+      context.beginPath();
+      for (let lane = 0; lane < LANES.length; lane++) {
+        const y = FLAGS_HEIGHT + (lane + 0.5) * LANE_HEIGHT;
+        context.moveTo(INSET, y);
+        context.lineTo(width - INSET, y);
+      }
+      context.stroke();
+      this.drawEvents(context);
+      for (const flag of this.flags) this.drawFlag(context, flag, height);
+      const now = this.placeOf(this.time);
+      context.strokeStyle = css(plate.theme.accent);
+      context.lineWidth = 1.5;
+      context.beginPath();
+      context.moveTo(now, 0);
+      context.lineTo(now, height);
+      context.stroke();
+    }
+
+    drawEvents(context) {
+      const { log, plate } = this;
+      if (!log) return;
+      context.fillStyle = css(plate.theme.ink);
+      const last = LANES.map(() => -Infinity);
+      for (let i = 0; i < log.count; i++) {
+        const lane = LANES.indexOf(this.kinds[log.kind[i]]);
+        const x = this.placeOf(log.t[i]);
+        if (lane < 0 || x - last[lane] < APART) continue;
+        last[lane] = x;
+        drawKind(context, lane, x, FLAGS_HEIGHT + (lane + 0.5) * LANE_HEIGHT);
+      }
+    }
+
+    /** A flag with the sign of its engine, or dashed where it is of none, and its name. */
+    drawFlag(context, { t, engine, text }, height) {
+      const x = this.placeOf(t);
+      const colour = engine ? this.plate.colourOf(engine) : this.plate.theme.ink;
+      context.strokeStyle = context.fillStyle = css(colour);
+      context.lineWidth = 1.5;
+      context.setLineDash(engine ? [] : [3, 3]);
+      context.beginPath();
+      context.moveTo(x, engine ? 12 : 2);
+      context.lineTo(x, height);
+      context.stroke();
+      context.setLineDash([]);
+      if (engine) drawMarker(context, engine.marker, x, 7, 5);
+      if (!text) return;
+      context.font = "12px system-ui, sans-serif";
+      context.fillStyle = css(this.plate.theme.ink);
+      context.textBaseline = "middle";
+      const left = x + 10 + context.measureText(text).width > this.width;
+      context.textAlign = left ? "right" : "left";
+      context.fillText(text, left ? x - 8 : x + 8, 7);
+    }
+  }
+
+  Object.assign(Ghostball, { Timeline, drawKind });
+})();

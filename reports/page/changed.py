@@ -1,0 +1,135 @@
+"""Each scene that changed: base and head side by side, and what differs in numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+from markupsafe import Markup
+
+from reports import style
+from reports.markdown_parts import quantity_text
+from reports.page.rendering import embedded_json, render
+from reports.page.replay_data import motion_data
+from reports.page.scenes import REPLAY_ID
+from validation.regression import Regression
+from validation.regression.records import Quantity, SceneChange
+from validation.store import CaseRecord, Motion, ResultsFolder
+
+COMPARE_ID = "compare-"
+"""What stands before a scene's name in the id of its comparison's data."""
+
+SHOWN = ("worse", "results-changed", "better")
+"""Changes that get a view of their own; the others moved nothing that can be seen."""
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A number on both sides: what was expected, what is there, by how much they differ."""
+
+    name: str
+    base: str
+    head: str
+    difference: str
+    band: str = ""
+    sign: str = ""
+    why: str = ""
+
+
+def changed_html(results: ResultsFolder, regression: Regression | None) -> Markup:
+    """Return each changed scene with base and head; "" where nothing changed."""
+    if regression is None:
+        return Markup()
+    return Markup("").join(
+        _changed(results, one) for one in regression.scenes if one.change in SHOWN
+    )
+
+
+def _changed(results: ResultsFolder, change: SceneChange) -> Markup:
+    case = next((one for one in results.cases if one.scene == change.scene), None)
+    data = None if case is None else _compared(results, case, change)
+    quantities = [*change.metrics, *change.counters]
+    moved = [_moved(one) for one in quantities if one.base != one.head or not one.within]
+    return render(
+        "changed.html",
+        change=change,
+        rests=_rests(case, change),
+        moved=moved,
+        still=len(quantities) - len(moved),
+        compare_id=COMPARE_ID + change.scene,
+        data=None if data is None else embedded_json(data),
+    )
+
+
+def _compared(
+    results: ResultsFolder, case: CaseRecord, change: SceneChange
+) -> dict[str, Any] | None:
+    """Return what the comparison shows: both motions, else where the balls end in both."""
+    scene = case.load_scene()
+    base, head = (
+        None if name is None else _motion(results, case, name)
+        for name in (change.base_motion, change.head_motion)
+    )
+    if base is not None and head is not None:
+        return {
+            side: motion_data(scene, motion, horizon=change.horizon)
+            for side, motion in (("base", base), ("head", head))
+        }
+    if change.rest_base is None or change.rest_head is None:
+        return None
+    # The scene itself is in the page already, with its replay.
+    return {
+        "replay": REPLAY_ID + change.scene,
+        "rest_base": [list(place[:2]) for place in change.rest_base],
+        "rest_head": [list(place[:2]) for place in change.rest_head],
+    }
+
+
+def _motion(results: ResultsFolder, case: CaseRecord, name: str) -> Motion | None:
+    return results.motion(replace(case, motion=name))
+
+
+def _rests(case: CaseRecord | None, change: SceneChange) -> list[Moved]:
+    if change.rest_base is None or change.rest_head is None:
+        return []
+    names = [str(k) for k in range(len(change.rest_head))]
+    if case is not None:
+        names = [str(ball["id"]) for ball in case.definition["balls"]]
+    return [
+        Moved(
+            f"ball {name}",
+            _place(base),
+            _place(head),
+            style.format_length(math.dist(base, head)),
+        )
+        for name, base, head in zip(names, change.rest_base, change.rest_head, strict=True)
+    ]
+
+
+def _place(position: tuple[float, float, float]) -> str:
+    return f"({position[0]!r}, {position[1]!r}) m"
+
+
+def _moved(one: Quantity) -> Moved:
+    difference = "–"
+    if one.base is not None and one.head is not None:
+        signed = one.head - one.base
+        difference = ("+" if signed >= 0 else "−") + quantity_text(abs(signed), one.unit)
+    low = "" if one.low is None else f"from {quantity_text(one.low, one.unit)}"
+    high = "" if one.high is None else f"to {quantity_text(one.high, one.unit)}"
+    band = " ".join(part for part in (low, high) if part)
+    sign = "✓" if one.within else {"error": "✗", "warn": "!", "off": "○"}[one.level]
+    return Moved(
+        one.name,
+        _value(one.base, one.unit),
+        _value(one.head, one.unit),
+        difference,
+        band,
+        sign,
+        one.why,
+    )
+
+
+def _value(value: float | None, unit: str) -> str:
+    return "–" if value is None else quantity_text(value, unit)

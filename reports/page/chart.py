@@ -1,0 +1,217 @@
+"""Charts as inline SVG: small, sharp at any size, in the colours of the page's scheme.
+
+What is drawn is a curve with no more points than can be seen.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from reports import style
+from reports.page.rendering import render
+
+FloatArray = NDArray[np.float64]
+Scale = Literal["linear", "log"]
+
+WIDTH, HEIGHT = 560.0, 250.0
+LEFT, RIGHT, TOP, BOTTOM = 72.0, 10.0, 10.0, 36.0
+"""Size of a chart and its margins, in units of its view box, which are pixels at full width."""
+
+DEVIATION = 0.4
+"""How far a curve that is drawn may run beside the one that was given [pixels]."""
+
+MOST_DECADES = 6
+"""More decades than this get a tick at every second, third ... one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """One curve, or points without a line.
+
+    Attributes
+    ----------
+    name : str
+    colour : str
+        As in CSS, such as "var(--engine-0)".
+    x, y : (k,) float64
+        Where y is nan the curve has a gap.
+    dash : str
+        As SVG's `stroke-dasharray`; "" is a whole line.
+    broad : bool
+        Whether it lies beneath the others as a broad band.
+    marker : str
+        Sign at each point; "" draws none.
+    line : bool
+        Whether the points are joined.
+    titles : sequence of str
+        What is said of each point; none, or one for each.
+    low, high : (k,) float64 or None
+        Ends of an upright bar at each point; None draws none.
+    """
+
+    name: str
+    colour: str
+    x: FloatArray
+    y: FloatArray
+    dash: str = ""
+    broad: bool = False
+    marker: str = ""
+    line: bool = True
+    titles: Sequence[str] = ()
+    low: FloatArray | None = None
+    high: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What an axis shows: its label, scale and range; ticks are (value, text)."""
+
+    label: str
+    low: float
+    high: float
+    scale: Scale = "linear"
+    ticks: tuple[tuple[float, str], ...] = ()
+
+    def place(self, values: FloatArray) -> FloatArray:
+        """Return where values lie between the ends of the axis, 0 to 1; outside of it too."""
+        if self.scale == "log":
+            with np.errstate(divide="ignore", invalid="ignore"):
+                low, high = math.log10(self.low), math.log10(self.high)
+                placed: FloatArray = (np.log10(values) - low) / (high - low)
+                return placed
+        return (values - self.low) / (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class Mark:
+    """An upright line at x with a word beside it."""
+
+    x: float
+    text: str
+    colour: str = "var(--muted)"
+
+
+def linear_axis(label: str, high: float, low: float = 0.0) -> Axis:
+    """Return an axis with about five ticks at round numbers."""
+    high = high if high > low else low + 1.0
+    step = 10.0 ** math.floor(math.log10((high - low) / 4))
+    step *= next(k for k in (1, 2, 2.5, 5, 10) if (high - low) / (k * step) <= 6)
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    ticks = tuple((k * step, f"{k * step:.6g}") for k in range(first, last + 1))
+    return Axis(label, low, high, "linear", ticks)
+
+
+def log_axis(label: str, low: float, high: float, unit: Literal["m", "s", ""] = "") -> Axis:
+    """Return an axis of whole decades; lengths and times are ticked in the unit that suits them."""
+    first = math.floor(math.log10(low) + 1e-9)
+    last = max(math.ceil(math.log10(high) - 1e-9), first + 1)
+    step = math.ceil((last - first) / MOST_DECADES)
+    text = {"m": style.format_length, "s": style.format_time}.get(unit)
+    ticks = tuple(
+        (10.0**k, style.power_of_ten(k) if text is None else text(float(f"1e{k}")))
+        for k in range(first, last + 1)
+        if (k - first) % step == 0
+    )
+    return Axis(label, 10.0**first, 10.0**last, "log", ticks)
+
+
+def draw(
+    title: str, series: Iterable[Series], x: Axis, y: Axis, marks: Sequence[Mark] = ()
+) -> Markup:
+    """Return a chart as SVG.
+
+    Parameters
+    ----------
+    title : str
+        What it shows, for those who don't see it.
+    series : iterable of Series
+        What lies outside of the axes is drawn at their edge.
+    """
+    wide, high = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
+
+    def across(values: FloatArray) -> FloatArray:
+        return LEFT + wide * np.clip(x.place(values), 0.0, 1.0)
+
+    def down(values: FloatArray) -> FloatArray:
+        return TOP + high * (1.0 - np.clip(y.place(values), 0.0, 1.0))
+
+    curves = []
+    for one in series:
+        at = np.column_stack([across(one.x), down(one.y)])
+        bars = ""
+        if one.low is not None and one.high is not None:
+            ends = zip(at[:, 0], down(one.low), down(one.high), strict=True)
+            bars = "".join(f"M{px:.1f} {low:.1f}V{top:.1f}" for px, low, top in ends)
+        curves.append((one, _path(at) if one.line else "", _points(one, at), bars))
+    return render(
+        "chart.html",
+        title=title,
+        width=WIDTH,
+        height=HEIGHT,
+        box=(LEFT, TOP, wide, high),
+        curves=curves,
+        x_ticks=[(LEFT + wide * float(x.place(np.array(v))), text) for v, text in x.ticks],
+        y_ticks=[(TOP + high * (1.0 - float(y.place(np.array(v)))), text) for v, text in y.ticks],
+        x_label=x.label,
+        y_label=y.label,
+        marks=[
+            (LEFT + wide * float(x.place(np.array(mark.x))), mark)
+            for mark in marks
+            if x.low <= mark.x <= x.high
+        ],
+    )
+
+
+def thinned(points: FloatArray, deviation: float) -> FloatArray:
+    """Return those of a curve's points that draw it, (m, 2), from its (k, 2).
+
+    No point that is left out lies farther from the curve that is left than `deviation`.
+
+    Notes
+    -----
+    Douglas and Peucker (1973), without recursion.
+    """
+    keep = np.zeros(len(points), dtype=bool)
+    keep[[0, -1]] = True
+    open_spans = [(0, len(points) - 1)]
+    while open_spans:
+        first, last = open_spans.pop()
+        if last - first < 2:
+            continue
+        chord = points[last] - points[first]
+        inner = points[first + 1 : last] - points[first]
+        length2 = float(chord @ chord)
+        part = np.clip(inner @ chord / length2, 0.0, 1.0) if length2 > 0.0 else np.zeros(len(inner))
+        apart = np.linalg.norm(inner - part[:, np.newaxis] * chord, axis=1)
+        worst = int(np.argmax(apart))
+        if apart[worst] > deviation:
+            keep[first + 1 + worst] = True
+            open_spans += [(first, first + 1 + worst), (first + 1 + worst, last)]
+    return points[keep]
+
+
+def _path(at: FloatArray) -> str:
+    """Return the `d` of a path through points, with gaps where they aren't finite."""
+    finite = np.all(np.isfinite(at), axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], finite, [False]]).astype(int)))
+    parts = []
+    for first, after in zip(edges[::2], edges[1::2], strict=True):
+        piece = thinned(at[first:after], DEVIATION)
+        parts.append("M" + "L".join(f"{px:.1f} {py:.1f}" for px, py in piece))
+    return "".join(parts)
+
+
+def _points(one: Series, at: FloatArray) -> list[tuple[float, float, str]]:
+    titles = one.titles or [""] * len(at)
+    return [
+        (float(px), float(py), said)
+        for (px, py), said in zip(at, titles, strict=True)
+        if one.marker and math.isfinite(px) and math.isfinite(py)
+    ]

@@ -1,0 +1,152 @@
+"""Every failure explained: what was expected and found, why, what it may mean, how to see it."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from reports.markdown import BAD
+from reports.markdown_parts import number_text, quantity_text
+from reports.markdown_scene import COMPARISONS
+from reports.page.rendering import render
+from reports.page.scenes import ScenePart
+from validation.library import scene_names
+from validation.store import CaseRecord, Check, ResultsFolder
+from validation.truth import OUR_NAME
+from validation.verdict import verdict_of
+
+MEANINGS = {
+    "rest_error_max": "a contact seen too late or too early, an impact law or a friction that "
+    "differs, or a collision that is missing: the first other event tells them apart",
+    "rest_error_rms": "as the largest rest error, but of many balls rather than of one",
+    "rest_error_ulps": "more than rounding: a formula or its order of operations is not exact",
+    "rest_time_error": "friction, or the speed after an impact, differs",
+    "rest_time_error_ulps": "more than rounding in the time of rest",
+    "ball_ball_count": "a collision of two balls was missed, counted twice, or invented",
+    "ball_ball_count_error": "a collision of two balls was missed, counted twice, or invented",
+    "ball_cushion_count": "a cushion was passed through, or counted twice",
+    "ball_cushion_count_error": "a cushion was passed through, or counted twice",
+    "collision_count": "collisions were missed, counted twice, or invented",
+    "matching_events": "the shot takes another course from some collision on",
+    "events_missing": "a proved event was passed over: tunnelling, or a root that was not found",
+    "events_invented": "an event that is proved not to happen: overlap, or a root that is none",
+    "event_time_error_ulps": "events come at the wrong instant",
+    "quality_factor": "errors larger than rounding are made at events",
+    "energy_difference_max": "energy is lost or gained where it should not be",
+    "energy_drift": "a motion that should keep its energy does not",
+    "energy_rise": "energy was made from nothing: an impulse too large, or overlap pushed apart",
+    "overlap_max": "balls went into each other before the contact was seen",
+    "wall_time": "it got slower; single samples vary with what else the machine does",
+}
+"""What a broken limit on a metric may mean: where to look first."""
+
+CRASHED = (
+    "an exception, a crash of the engine's process, or the limit of time; the reason says which"
+)
+
+SHOWN_BALLS = 3
+"""Of a shot with more, where the others are in the scene's table."""
+
+
+@dataclass(frozen=True)
+class Explained:
+    """One failure, in words.
+
+    Attributes
+    ----------
+    what, expected, found, reason, meaning : str
+    command : str
+        The one that shows it again.
+    rests : list of (str, str, str)
+        Ball, x and y [m] that it must give again, to the bit.
+    bits : str
+        Hash of the events and rest positions that it must give, to the bit; "" where it didn't run.
+    traceback : str
+    """
+
+    scene: str
+    label: str
+    what: str
+    expected: str
+    found: str
+    reason: str
+    meaning: str
+    command: str
+    rests: list[tuple[str, str, str]]
+    more: int
+    bits: str
+    traceback: str
+
+
+def failures_html(results: ResultsFolder, scenes: Mapping[str, ScenePart]) -> Markup:
+    """Return every failed check and every case that did not finish, explained."""
+    failures = list(explained(results, scenes))
+    return render("failures.html", failures=failures, own=_own_scenes(results))
+
+
+def explained(results: ResultsFolder, scenes: Mapping[str, ScenePart]) -> Iterator[Explained]:
+    """Yield every failure of a run, in the order of its cases."""
+    for case in results.cases:
+        if verdict_of(case) not in BAD:
+            continue
+        bits = scenes[case.scene].hashes.get(case.label, "")
+        if case.outcome != "ran":
+            yield _explain(case, None, bits)
+        for check in case.checks:
+            if check.passed is False:
+                yield _explain(case, check, bits)
+
+
+def _explain(case: CaseRecord, check: Check | None, bits: str) -> Explained:
+    rests = []
+    if case.rest_positions is not None:
+        ids = [ball["id"] for ball in case.definition["balls"]]
+        rests = [
+            (str(name), repr(float(x)), repr(float(y)))
+            for name, (x, y, _) in zip(ids, case.rest_positions, strict=True)
+        ]
+    unit = "" if check is None or check.unit == "1" else f" {check.unit}"
+    if check is None:
+        what, expected, found = "did not finish", "a run to its end", case.reason
+        reason, meaning = "", CRASHED
+    else:
+        what = check.metric
+        expected = f"{COMPARISONS[check.limit_kind]} {quantity_text(check.limit, check.unit)}"
+        exactly = "" if check.value is None else f" ({number_text(check.value)}{unit})"
+        found = check.note if check.value is None else quantity_text(check.value, check.unit)
+        found = f"no value: {found}" if check.value is None else found + exactly * bool(unit)
+        reason = check.reason
+        meaning = MEANINGS.get(check.metric, "what its metric says; see its reason")
+    return Explained(
+        scene=case.scene,
+        label=case.label,
+        what=what,
+        expected=expected,
+        found=found,
+        reason=reason,
+        meaning=meaning,
+        command=command_of(case),
+        rests=rests[:SHOWN_BALLS],
+        more=max(len(rests) - SHOWN_BALLS, 0),
+        bits=bits,
+        traceback=case.traceback,
+    )
+
+
+def command_of(case: CaseRecord) -> str:
+    """Return the command that shows again what a case did, and where it leaves the true shot."""
+    # Where our engine, or none, has a run of its own there is nothing to part from.
+    explains = case.outcome == "ran" and case.engine != OUR_NAME
+    verb = "explain" if explains else "simulate"
+    name = case.scene if case.scene in scene_names() else f"./{case.scene}.toml"
+    return f"ghostball {verb} {shlex.quote(name)} --engine {shlex.quote(case.label)}" + (
+        "" if explains else " --record events --json"
+    )
+
+
+def _own_scenes(results: ResultsFolder) -> list[str]:
+    """Return the scenes that aren't shipped: their commands need their files."""
+    return [name for name in results.scene_names if name not in scene_names()]

@@ -1,0 +1,149 @@
+"""Sections of numbers: closed forms in ulps, run times, energy ledgers, hashes, horizons."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from markupsafe import Markup
+
+from reports import style
+from reports.markdown_parts import metric_of, run_time_text
+from reports.markdown_predictability import predictability_section
+from reports.page.chart import Series, draw, log_axis
+from reports.page.precision import MARKERS, SMALLEST_ERROR, precision_html
+from reports.page.rendering import render
+from reports.page.scenes import ScenePart
+from reports.shots import rest_error
+from reports.stored import stored_in
+from validation.bench import PrecisionMeasurement
+from validation.energy_ledger import ENTRIES, EnergyLedger
+from validation.regression import Regression
+from validation.store import CLOSED_FORM, CaseRecord, ResultsFolder
+from validation.verdict import RestError, rest_error_standing
+
+
+def closed_forms_html(results: ResultsFolder) -> Markup:
+    """Return the errors in the scenes of closed form, in units of what rounding makes of them."""
+    rows = [
+        (scene, [_ulps(results.case(scene, label)) for label in results.labels])
+        for scene in results.scene_names
+        if any(case.scene == scene and case.truth == CLOSED_FORM for case in results.cases)
+    ]
+    return render("closed_forms.html", labels=results.labels, rows=rows)
+
+
+def cost_html(results: ResultsFolder) -> Markup:
+    """Return run time against error: over ladders of steps where that was measured.
+
+    Else of the cases of this run, which no ladder makes.
+    """
+    measured = stored_in(results, PrecisionMeasurement)
+    if measured is not None:
+        return precision_html(results, measured)
+    series, least, most = [], math.inf, 0.0
+    for k, label in enumerate(results.labels):
+        points = [
+            (time, max(error, SMALLEST_ERROR), case.scene)
+            for case in results.cases
+            if case.label == label
+            and rest_error_standing(case) in (RestError.JUDGED, RestError.UNJUDGED)
+            and (error := rest_error(case)) is not None
+            and (time := metric_of(case, "wall_time"))
+        ]
+        if not points:
+            continue
+        seconds = np.array([point[0] for point in points])
+        errors = np.array([point[1] for point in points])
+        least, most = min(least, float(seconds.min())), max(most, float(seconds.max()))
+        look = style.engine_style(label)
+        titles = [
+            f"{look.name} in {s}: {style.format_time(t)}, {style.format_length(e)}"
+            for t, e, s in points
+        ]
+        series.append(
+            Series(
+                look.name,
+                f"var(--engine-{k})",
+                seconds,
+                errors,
+                marker=MARKERS.get(look.marker, "●"),
+                line=False,
+                titles=titles,
+            )
+        )
+    chart = Markup()
+    if series:
+        largest = max(float(np.max(one.y)) for one in series)
+        chart = draw(
+            "Run time of every case against its largest rest error",
+            series,
+            log_axis("run time", least, most, "s"),
+            log_axis("largest rest error", SMALLEST_ERROR, largest, "m"),
+        )
+    return render("cost.html", chart=chart, series=series)
+
+
+def horizons_html(results: ResultsFolder) -> Markup:
+    """Return how far the shots can be predicted, as the report in Markdown says it."""
+    parts = predictability_section(results, None)
+    return render("horizons.html", parts=parts[1:])
+
+
+def ledgers_html(ledgers: Mapping[str, EnergyLedger]) -> Markup:
+    """Return where the energy went in each scene, by our engine."""
+    told = {scene: one for scene, one in ledgers.items() if one.entries is not None}
+    present = [e for e in ENTRIES if any(e in (one.entries or {}) for one in told.values())]
+    return render("ledgers.html", ledgers=told, entries=present)
+
+
+def hashes_html(
+    results: ResultsFolder, scenes: Mapping[str, ScenePart], regression: Regression | None
+) -> Markup:
+    """Return the hash of what our engine did in each scene, and whether it is that of the base."""
+    rows = []
+    for case in _ours(results):
+        change = None if regression is None else regression.scene(case.scene)
+        base = "" if change is None else change.base_hash
+        head = "" if change is None else change.head_hash
+        rows.append((case.scene, head or scenes[case.scene].hashes.get(case.label, ""), base))
+    return render("hashes.html", rows=rows, compared=any(base for _, _, base in rows))
+
+
+def timing_html(results: ResultsFolder, regression: Regression | None) -> Markup:
+    """Return run times: with intervals where they were measured for that, else single samples."""
+    timed = [] if regression is None else [one for one in regression.scenes if one.time is not None]
+    single = [
+        (
+            scene,
+            [
+                "–" if (case := results.case(scene, label)) is None else run_time_text(case)
+                for label in results.labels
+            ],
+        )
+        for scene in results.scene_names
+    ]
+    return render("timing.html", timed=timed, labels=results.labels, single=single)
+
+
+def _ulps(case: CaseRecord | None) -> tuple[str, str]:
+    """Return the errors of position and of time, as the table shows them."""
+    if case is None or case.outcome != "ran":
+        return "", ""
+    return _ulps_text(case, "rest_error_ulps"), _ulps_text(case, "rest_time_error_ulps")
+
+
+def _ulps_text(case: CaseRecord, name: str) -> str:
+    value = metric_of(case, name)
+    if value is None:
+        return "–"
+    return f"{value:.2f}" if value < 1e3 else f"{value:.1e}"
+
+
+def _ours(results: ResultsFolder) -> Iterator[CaseRecord]:
+    for scene in results.scene_names:
+        for case in results.cases:
+            ours = style.engine_style(case.label).ours
+            if case.scene == scene and ours and case.outcome == "ran":
+                yield case

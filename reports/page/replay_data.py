@@ -1,0 +1,195 @@
+"""What the replay of one scene shows, as compact plain values for JSON.
+
+The scene's table and balls, each engine with its look and what became of it, and, in one compressed
+string, the event logs and the motions (`reports.page.replay_tracks`). The scripts that draw it are
+in `assets/`, put together by `reports.page.replay_assets`.
+"""
+
+from __future__ import annotations
+
+import base64
+import math
+import zlib
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import CUSHIONS, EventKind, Scene
+from engine.result import Events
+from reports.figures._table import view_of
+from reports.page.replay_tracks import FARTHEST, QUANTUM, TOLERANCE, packed_motion
+from reports.shots import Run, Shot
+from validation.records import Motion
+
+FloatArray = NDArray[np.float64]
+
+SCHEMA: Final = 1
+"""Version of the data; the script refuses another one."""
+
+MAX_EVENTS = 1500
+"""Events kept of an engine's log: more can't be told apart on a time line, nor stepped through."""
+
+FAR_OFF = 2.0
+"""Times the size of what is shown: a ball that ends farther off than this isn't waited for."""
+
+_LINES: Final = {"-": [], "--": [5.0, 2.5], ":": [1.2, 1.6], "-.": [6.0, 2.0, 1.2, 2.0]}
+"""Dashes of matplotlib's names for lines [pt]; none: solid."""
+
+
+def scene_data(shot: Shot, *, horizon: float | None = None) -> dict[str, Any]:
+    """Return what the replay of a scene shows, all engines over each other.
+
+    Parameters
+    ----------
+    shot : Shot
+    horizon : float [s], optional
+        Until when double precision can say where the balls are (`Predictability.horizon`).
+
+    Returns
+    -------
+    dict
+        Plain values: no nan, no inf.
+    """
+    truth = shot.truth_positions
+    return _data(
+        shot.scene,
+        shot.runs,
+        horizon=horizon,
+        truth=None if truth is None else {"kind": shot.truth, "rest": _points(truth)},
+    )
+
+
+def motion_data(
+    scene: Scene, motion: Motion, *, label: str = "ghostball", horizon: float | None = None
+) -> dict[str, Any]:
+    """Return what the replay of one motion shows, such as one side of a comparison.
+
+    Parameters
+    ----------
+    scene : Scene
+    motion : Motion
+    label : str
+        Of the engine that it is of.
+    horizon : float [s], optional
+    """
+    return _data(scene, (Run(label, None, motion),), horizon=horizon, truth=None)
+
+
+def _data(
+    scene: Scene, runs: Sequence[Run], *, horizon: float | None, truth: dict[str, Any] | None
+) -> dict[str, Any]:
+    parts: list[bytes] = []
+    engines = [_engine(run, parts) for run in runs]
+    table = scene.table
+    return {
+        "schema": SCHEMA,
+        "scene": scene.name,
+        "title": scene.title,
+        "table": None
+        if table is None
+        else {
+            "length": table.length,
+            "width": table.width,
+            "cushions": list(table.cushions),
+        },
+        "cushions": list(CUSHIONS),
+        "kinds": [kind.label for kind in EventKind],
+        "balls": [{"id": ball.id, "radius": ball.radius} for ball in scene.balls],
+        "view": [round(edge, 6) for edge in _view(scene, runs)],
+        "tolerance": TOLERANCE,
+        "quantum": QUANTUM,
+        "horizon": _finite(horizon),
+        "truth": truth,
+        "engines": engines,
+        "packed": _compressed(b"".join(parts)),
+    }
+
+
+def _engine(run: Run, parts: list[bytes]) -> dict[str, Any]:
+    case, look = run.case, run.style
+    line = look.line
+    said: dict[str, Any] = {
+        "label": run.label,
+        "name": look.name,
+        "colour": look.colour,
+        "dash": _LINES[line] if isinstance(line, str) else list(line[1]),
+        "marker": look.marker,
+        "ours": look.ours,
+        "outcome": "ran" if case is None else case.outcome,
+        "status": None if case is None else case.status,
+        "reason": "not asked for" if case is None and run.motion is None else "",
+        "verdict": "" if case is None else run.verdict.words,
+        "horizon": None if case is None else _finite(case.horizon),
+        "divergence": run.metric("first_divergence_time"),
+        # What the distance of its end from the truth is worth: past its horizon it is no error.
+        "standing": run.standing.name.lower(),
+        "rest": None,
+        "motion": None,
+    }
+    if case is not None:
+        said["reason"] = case.reason
+        if case.rest_positions is not None:
+            said["rest"] = _points(case.rest_positions)
+    if run.motion is not None and len(run.motion.times):
+        kept = _kept(run.motion.events)
+        content, tick, lost = packed_motion(run.motion, kept)
+        parts.append(content)
+        said["motion"] = {
+            "end": float(run.motion.times[-1]),
+            "tick": tick,
+            "phases": run.motion.phases is not None,
+            "events": len(kept),
+            "of": len(run.motion.events),
+            "lost": [[ball, t] for ball, t in lost.items()],
+        }
+    return said
+
+
+def _kept(events: Events) -> Events:
+    """Return at most `MAX_EVENTS` events with a finite time, evenly chosen."""
+    events = events[np.isfinite(events["t"])]
+    if len(events) <= MAX_EVENTS:
+        return events
+    chosen: Events = events[np.linspace(0, len(events) - 1, MAX_EVENTS).astype(np.intp)]
+    return chosen
+
+
+def _view(scene: Scene, runs: Sequence[Run]) -> tuple[float, float, float, float]:
+    moved = [run for run in runs if run.motion is not None]
+    if not moved:
+        return view_of(scene)
+    # What our engine says is seen whole; what another one lost far off isn't.
+    ours = next((run.motion for run in moved if run.style.ours), None)
+    needed = [scene.positions] if ours is None else [scene.positions, _near(ours.positions)]
+    whole = np.concatenate(needed)
+    low, high = whole.min(axis=0), whole.max(axis=0)
+    reach = FAR_OFF * max(float((high - low).max()), float(scene.radii.max()))
+    ends = (run.motion.positions[-1] for run in moved if run.motion is not None)
+    shown = [end[((low - reach <= end) & (end <= high + reach)).all(axis=1)] for end in ends]
+    return view_of(scene, *shown, needed=whole)
+
+
+def _near(positions: FloatArray) -> FloatArray:
+    """Return the centres that are anywhere, (m, 3) [m]."""
+    centres = positions.reshape(-1, positions.shape[-1])
+    return centres[(np.abs(centres) <= FARTHEST).all(axis=1)]
+
+
+def _points(positions: FloatArray) -> list[list[float] | None]:
+    """Return x and y of each centre [m], or None where it isn't known."""
+    return [
+        [float(x), float(y)] if math.isfinite(x) and math.isfinite(y) else None
+        for x, y in positions[:, :2]
+    ]
+
+
+def _finite(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(value)
+
+
+def _compressed(content: bytes) -> str:
+    """Return bytes as raw deflate (RFC 1951), which browsers read, in base64."""
+    deflate = zlib.compressobj(9, zlib.DEFLATED, -15, 9)
+    return base64.b64encode(deflate.compress(content) + deflate.flush()).decode("ascii")

@@ -1,0 +1,234 @@
+"""A ball's sampled path as few parabolas, and as bytes: what the replay of a scene is made of.
+
+Between its events a ball moves with constant acceleration, or nearly so, and a parabola is drawn
+without loss by any browser. A path is therefore kept as *pieces*: the position where each ends, and
+by how much it bulges from the straight line in its middle. Numbers are whole: positions in
+micrometres, times in ticks. `packed` writes them so that small ones take one byte; they are then
+compressed with all others of the scene.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.result import Events
+from validation.records import Motion
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+TOLERANCE = 1e-5
+"""How far a path may run beside the stored samples [m]: 0.01 mm, a tenth of what is read off."""
+
+QUANTUM = 1e-6
+"""Unit of positions [m]."""
+
+TICK = 1e-7
+"""Unit of times, at most [s]: a ball at 10 m/s moves a micrometre meanwhile."""
+
+FARTHEST = 1e5
+"""A ball farther off than this [m] is lost: an engine that blows up makes numbers without end."""
+
+UNKNOWN_PHASE = 3
+"""Stands for the phase of a piece whose engine records frames, which have none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """The path of one ball in pieces.
+
+    Attributes
+    ----------
+    knots : (m + 1,) int64
+        Samples at which the pieces begin and end; none where no position is known at all.
+    ends : (m + 1, 2) int64 [quantum]
+        Where.
+    bulges : (m, 2) int64 [quantum]
+        Off the chord, in the middle of each piece's time.
+    phases : (m,) int64
+        `engine.trajectory.Phase`, or `UNKNOWN_PHASE`.
+    lost : float [s] or None
+        From when on no finite position is known.
+    """
+
+    knots: IntArray
+    ends: IntArray
+    bulges: IntArray
+    phases: IntArray
+    lost: float | None
+
+
+def tick_of(motion: Motion) -> float:
+    """Return the unit of times of a motion [s]: so short that no ball moves by a quantum in one."""
+    speeds = np.abs(motion.velocities[..., :2])
+    speed = np.max(speeds, initial=0.0, where=np.isfinite(speeds) & (speeds < 1e9))
+    return float(min(TICK, QUANTUM / speed)) if speed > 0.0 else TICK
+
+
+def track_of(motion: Motion, ball: int, tick: float) -> Track:
+    """Return the path of one ball in as few parabolas as keep within `TOLERANCE` of its samples.
+
+    Notes
+    -----
+    A piece is tried up to the ball's next event, where its motion changes, and beyond; where that
+    is too long, it is halved until it fits. No piece spans a change of phase.
+    """
+    xy = motion.positions[:, ball, :2]
+    # Of nan, `<=` is false.
+    bad = np.flatnonzero(~(np.abs(xy) <= FARTHEST).all(axis=1))
+    known = int(bad[0]) if len(bad) else len(xy)
+    lost = None if known == len(xy) else float(motion.times[known])
+    if known == 0:
+        nothing = np.zeros((0, 2), dtype=np.int64)
+        return Track(nothing[:, 0], nothing, nothing, nothing[:, 0], lost)
+    xy = xy[:known]
+    times = np.round(motion.times[:known] / tick) * tick
+    ends = np.round(xy / QUANTUM).astype(np.int64)
+    phases = (
+        np.full(known, UNKNOWN_PHASE)
+        if motion.phases is None
+        else motion.phases[:known, ball].astype(np.int64)
+    )
+    knots, bulges = [0], []
+    stops = _stops(motion, ball, known, phases)
+    while knots[-1] < known - 1:
+        start = knots[-1]
+        end, bulge = _longest_piece(times, xy, ends, start, stops)
+        knots.append(end)
+        bulges.append(bulge)
+    at = np.array(knots, dtype=np.int64)
+    return Track(
+        at,
+        ends[at],
+        np.array(bulges, dtype=np.int64).reshape(-1, 2),
+        phases[at[:-1]],
+        lost,
+    )
+
+
+def _stops(motion: Motion, ball: int, known: int, phases: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the samples where the ball's motion may change, and those where its phase does."""
+    events = motion.events
+    own = (events["a"] == ball) | ((events["b"] == ball) & (events["kind"] == 0))
+    at = np.searchsorted(motion.times[:known], events["t"][own])
+    hard = np.append(np.flatnonzero(np.diff(phases)) + 1, known - 1)
+    return np.unique(np.concatenate((at[at < known], hard))), hard
+
+
+def _longest_piece(
+    times: FloatArray, xy: FloatArray, ends: IntArray, start: int, stops: tuple[IntArray, IntArray]
+) -> tuple[int, IntArray]:
+    soft, hard = stops
+    last = int(hard[np.searchsorted(hard, start, side="right")])
+    ahead = soft[np.searchsorted(soft, start, side="right") :]
+    best: tuple[int, IntArray] | None = None
+    step = 0
+    while step < len(ahead) and ahead[step] <= last:
+        bulge = _fitted(times, xy, ends, start, int(ahead[step]))
+        if bulge is None:
+            break
+        best = int(ahead[step]), bulge
+        step = 2 * step + 1
+    if best is not None:
+        return best
+    # Neighbours always fit: a piece between two samples has none within.
+    low, high = start + 1, int(ahead[0])
+    bulge = np.zeros(2, dtype=np.int64)
+    while high - low > 1:
+        middle = (low + high) // 2
+        fitted = _fitted(times, xy, ends, start, middle)
+        low, high, bulge = (low, middle, bulge) if fitted is None else (middle, high, fitted)
+    return low, bulge
+
+
+def _fitted(
+    times: FloatArray, xy: FloatArray, ends: IntArray, start: int, end: int
+) -> IntArray | None:
+    """Return the bulge of the piece between two samples, (2,), or None where none fits."""
+    dt = times[end] - times[start]
+    if end - start < 2:
+        return np.zeros(2, dtype=np.int64)
+    if dt == 0.0:
+        return None
+    u = ((times[start : end + 1] - times[start]) / dt)[:, None]
+    first, last = ends[start] * QUANTUM, ends[end] * QUANTUM
+    off = xy[start : end + 1] - (first + u * (last - first))
+    bow = 4.0 * u * (1.0 - u)
+    # Samples within a tick of an end, such as those just before an event, say nothing of the bow.
+    weight = (bow * bow).sum()
+    bulge = np.round((bow * off).sum(axis=0) / max(weight, 1e-9) / QUANTUM)
+    off -= bow * (bulge * QUANTUM)
+    return bulge.astype(np.int64) if np.hypot(*off.T).max() <= TOLERANCE else None
+
+
+def packed_motion(motion: Motion, events: Events) -> tuple[bytes, float, dict[int, float]]:
+    """Return a motion and its event log as bytes, its tick [s], and when which ball is lost [s].
+
+    Parameters
+    ----------
+    motion : Motion
+    events : structured array (`engine.EVENT_DTYPE`)
+        Those of its events that are to be kept.
+
+    Notes
+    -----
+    In this order: number of events, the bytes of their times (all first bytes, then all second
+    ones, ...: neighbours are alike), kinds, a, b; number of knots of all balls, their times in
+    ticks; for each ball its number of knots, which of them, the phases of the pieces between them,
+    ends and bulges. Whole numbers are differences to the one before, except for bulges.
+    """
+    tick = tick_of(motion)
+    tracks = [track_of(motion, ball, tick) for ball in range(motion.positions.shape[1])]
+    used = np.unique(np.concatenate([track.knots for track in tracks]))
+    ticks = np.round(motion.times[used] / tick).astype(np.int64)
+    planes = np.ascontiguousarray(events["t"], dtype="<f8").view(np.uint8).reshape(-1, 8).T
+    parts = [
+        packed([len(events)]),
+        planes.tobytes(),
+        events["kind"].astype(np.uint8).tobytes(),
+        packed(_steps(events["a"])),
+        packed(_steps(events["b"])),
+        packed([len(used)]),
+        packed(_steps(ticks)),
+    ]
+    for track in tracks:
+        parts += [
+            packed([len(track.knots)]),
+            packed(_steps(np.searchsorted(used, track.knots))),
+            track.phases.astype(np.uint8).tobytes(),
+            packed(_steps(track.ends[:, 0])),
+            packed(_steps(track.ends[:, 1])),
+            packed(track.bulges[:, 0]),
+            packed(track.bulges[:, 1]),
+        ]
+    lost_at = {i: track.lost for i, track in enumerate(tracks) if track.lost is not None}
+    return b"".join(parts), tick, lost_at
+
+
+def packed(numbers: Iterable[int] | IntArray) -> bytes:
+    """Return whole numbers as bytes: zigzag, then seven bits a byte, the low ones first."""
+    values = np.asarray(numbers, dtype=np.int64)
+    folded = ((values << 1) ^ (values >> 63)).view(np.uint64)
+    sizes = np.maximum((_bit_lengths(folded) + 6) // 7, 1)
+    out = np.zeros(int(sizes.sum()), dtype=np.uint8)
+    place = np.cumsum(sizes) - sizes
+    for k in range(int(sizes.max(initial=0))):
+        here = sizes > k
+        low = (folded[here] >> np.uint64(7 * k)) & np.uint64(127)
+        more = (sizes[here] > k + 1).astype(np.uint64) << np.uint64(7)
+        out[place[here] + k] = (low | more).astype(np.uint8)
+    return out.tobytes()
+
+
+def _bit_lengths(values: NDArray[np.uint64]) -> IntArray:
+    return np.array([int(value).bit_length() for value in values], dtype=np.int64)
+
+
+def _steps(values: NDArray[np.integer]) -> IntArray:
+    """Return the differences to the one before; of the first, to 0."""
+    whole = values.astype(np.int64)
+    return whole - np.concatenate(([0], whole[:-1]))[: len(whole)]

@@ -1,0 +1,205 @@
+"""One scene of the page: its replay, charts and tables."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup
+
+from reports import style
+from reports.counted import work_text
+from reports.markdown_parts import quantity_text
+from reports.markdown_scene import COMPARISONS, collision_text, number_table, remarks
+from reports.page.curves import colour_of, dash_of, energy_chart, error_chart
+from reports.page.rendering import embedded_json, render
+from reports.page.replay_data import scene_data
+from reports.shots import Run, Shot, cell_text
+from validation.energy_ledger import ENTRIES, EnergyLedger, ledger_of
+from validation.predictability import Predictability
+from validation.regression.fingerprint import bits_hash
+from validation.regression.records import SceneChange
+from validation.store import INDEPENDENT, CaseRecord
+from validation.verdict import verdict_of
+
+REPLAY_ID = "replay-"
+"""What stands before a scene's name in the id of its replay's data."""
+
+
+@dataclass(frozen=True)
+class RestRow:
+    """Where a ball ends in one run: exact numbers, and how far that is from the truth."""
+
+    who: str
+    x: str
+    y: str
+    error: str
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit with the engines that it judges: sign, label and value of each."""
+
+    metric: str
+    limit: str
+    reason: str
+    judged: tuple[tuple[str, str, str], ...]
+
+
+@dataclass(frozen=True)
+class Course:
+    """How many collisions an engine counts, and until where it plays the true shot.
+
+    `counts` holds, for balls and for cushions, those counted and those in truth.
+    """
+
+    label: str
+    counts: tuple[tuple[int, int | None], ...]
+    matching: str
+    parted: str
+    horizon: str
+
+
+@dataclass(frozen=True)
+class ScenePart:
+    """What the page holds of one scene, and what sections of all scenes need of its motions.
+
+    Attributes
+    ----------
+    html : Markup
+        Its section.
+    ledger : EnergyLedger or None
+        Of our engine's run.
+    hashes : dict of str to str
+        Of the events and rest positions of each run, to the bit, by label.
+    """
+
+    html: Markup
+    ledger: EnergyLedger | None
+    hashes: dict[str, str]
+
+
+def scene_part(
+    shot: Shot, predictability: Predictability | None = None, change: SceneChange | None = None
+) -> ScenePart:
+    """Return a scene's part of the page; it takes its motions, so that the page needs none.
+
+    Parameters
+    ----------
+    shot : Shot
+    predictability : Predictability, optional
+        How far the shot can be predicted, where that was asked.
+    change : SceneChange, optional
+        What became of the scene since the baselines.
+    """
+    cases = [run.case for run in shot.runs if run.case is not None]
+    horizon = None if predictability is None else predictability.horizon
+    data = scene_data(shot, horizon=horizon)
+    ledgers = _ledgers(shot)
+    html = render(
+        "scene.html",
+        name=shot.scene.name,
+        title=shot.scene.title,
+        tags=shot.scene.tags,
+        truth=shot.truth or "none",
+        engines=[
+            (run.label, run.style.name, colour_of(shot, run), dash_of(run.style), run)
+            for run in shot.runs
+            if run.case is not None
+        ],
+        cell_text=cell_text,
+        verdict_of=verdict_of,
+        collisions=collision_text(cases),
+        numbers=number_table(cases),
+        remarks=remarks(cases),
+        limits=list(_limits(cases)),
+        rest=list(_rest(shot)),
+        courses=list(_courses(cases)),
+        horizon=horizon,
+        ledgers=ledgers,
+        entries=[e for e in ENTRIES if any(one.entries and e in one.entries for _, one in ledgers)],
+        pressed=[case.label for case in cases if case.work.get("contact_steps")],
+        work=[(case.label, work_text(case)) for case in cases if case.work],
+        energy=energy_chart(shot),
+        error=error_chart(shot, horizon),
+        change=change,
+        replay_id=REPLAY_ID + shot.scene.name,
+        data=embedded_json(data),
+    )
+    ours = shot.ours
+    hashes = {
+        run.label: bits_hash(run.motion.events, run.case.rest_positions)
+        for run in shot.runs
+        if run.motion is not None and run.case is not None and run.case.rest_positions is not None
+    }
+    return ScenePart(html, None if ours is None else dict(ledgers).get(ours.label), hashes)
+
+
+def _rest(shot: Shot) -> Iterator[tuple[str, list[RestRow]]]:
+    """Yield each ball with where it ends in truth and in each run."""
+    truth = shot.truth_positions
+    ran = [run for run in shot.runs if run.case is not None]
+    for k, ball in enumerate(shot.scene.balls):
+        rows = []
+        if truth is not None:
+            known = "truth" if shot.truth in INDEPENDENT else "our engine, as the truth"
+            rows.append(RestRow(known, repr(float(truth[k, 0])), repr(float(truth[k, 1])), ""))
+        rows += [row for run in ran if (row := _rest_row(run, k)) is not None]
+        if rows:
+            yield ball.id, rows
+
+
+def _rest_row(run: Run, ball: int) -> RestRow | None:
+    case = run.case
+    if case is None or case.rest_positions is None:
+        return None
+    x, y = (float(value) for value in case.rest_positions[ball, :2])
+    error = "–"
+    if case.ball_errors is not None:
+        error = style.format_length(float(case.ball_errors[ball]))
+    elif case.horizon is not None:
+        error = "past its horizon"
+    return RestRow(run.label, repr(x), repr(y), error)
+
+
+def _limits(cases: Sequence[CaseRecord]) -> Iterator[Limit]:
+    """Yield each limit once, with all that it judges: the same reason needs no repeating."""
+    judged: dict[tuple[str, str, str], list[tuple[str, str, str]]] = defaultdict(list)
+    for case in cases:
+        for check in case.checks:
+            limit = f"{COMPARISONS[check.limit_kind]} {quantity_text(check.limit, check.unit)}"
+            value = "–" if check.value is None else quantity_text(check.value, check.unit)
+            sign = {True: "✓", False: "✗", None: "ref"}[check.passed]
+            judged[check.metric, limit, check.reason].append((sign, case.label, value))
+    for (metric, limit, reason), values in judged.items():
+        yield Limit(metric, limit, reason, tuple(values))
+
+
+def _courses(cases: Sequence[CaseRecord]) -> Iterator[Course]:
+    for case in cases:
+        if case.outcome != "ran":
+            continue
+        matching = case.metrics.get("matching_events")
+        parted = case.metrics.get("first_divergence_time")
+        why = case.notes.get("first_divergence_time", "not measured")
+        true = case.truth_counts
+        yield Course(
+            case.label,
+            tuple(
+                (case.collision_counts.get(kind, 0), None if true is None else true.get(kind, 0))
+                for kind in ("ball-ball", "ball-cushion")
+            ),
+            "–" if matching is None else str(matching),
+            why if parted is None else f"{parted:.6g} s",
+            "to its end" if case.horizon is None else f"{case.horizon:.6g} s",
+        )
+
+
+def _ledgers(shot: Shot) -> list[tuple[str, EnergyLedger]]:
+    return [
+        (run.label, ledger_of(shot.scene, run.motion))
+        for run in shot.runs
+        if run.motion is not None and len(run.motion.times) and np.size(run.motion.positions)
+    ]

@@ -1,0 +1,34 @@
+"""Measurements that a results folder holds, or else the committed one of this machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TypeVar
+
+from validation.bench import Measurement
+from validation.bench.measurements import load, machine_name, stored_paths
+from validation.environment import describe_environment
+from validation.store import ResultsFolder
+
+Measured = TypeVar("Measured", bound=Measurement)
+
+
+def stored_in(results: ResultsFolder, kind: type[Measured]) -> Measured | None:
+    """Return the measurement that `ghostball bench ... --out FOLDER` put there, or None."""
+    path = results.path / f"{_name_of(kind)}.json"
+    return load(path, kind) if path.exists() else None
+
+
+def committed(kind: type[Measured]) -> Measured | None:
+    """Return the committed measurement of this machine, else of the first; None without any."""
+    paths = stored_paths(_name_of(kind))
+    mine = [path for path in paths if _machine_of(path) == machine_name(describe_environment())]
+    return load((mine or paths)[0], kind) if paths else None
+
+
+def _machine_of(path: Path) -> str:
+    return path.parent.name
+
+
+def _name_of(kind: type[Measurement]) -> str:
+    return str(kind.model_fields["kind"].default)

@@ -1,0 +1,336 @@
+"""What a CI shows of a run: Markdown for a page of GitHub Actions, plain lines for any other.
+
+    >>> from reports import summary_markdown
+    >>> print(summary_markdown(ResultsFolder.load("out"), load_regression(Path("out"))))
+
+Made from stored results alone, like the report.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from engine import GhostballError
+from reports.markdown_parts import many, one_line, table_of
+from reports.shots import NUMBERS_KEY, cell_text, legend_text
+from validation.regression.junit import UNCOMPARED, moved_text
+from validation.regression.records import Quantity, Regression, SceneChange
+from validation.store import CaseRecord, ResultsFolder
+from validation.verdict import Verdict, verdict_of
+
+LIMIT = 200_000
+"""Bytes that a summary stays below; GitHub refuses a step's summary above 1 MiB."""
+
+CELL = 400
+"""Characters of a cell: an error message may be a whole page."""
+
+_BAD = (Verdict.FAIL, Verdict.CRASHED)
+_UNMOVED = ("identical", "rounding-only")
+
+
+def summary_markdown(
+    results: ResultsFolder | None, regression: Regression | None, *, limit: int = LIMIT
+) -> str:
+    """Return the summary as Markdown: the verdict, what changed, what failed, all verdicts.
+
+    Parameters
+    ----------
+    results : ResultsFolder or None
+        None where only a comparison was made.
+    regression : Regression or None
+    limit : int
+        Bytes (UTF-8) that it stays below. Rows that don't fit are left out, and counted.
+    """
+    blocks = [_Block("\n\n".join(_headlines(results, regression)))]
+    if regression is not None:
+        blocks += _changes(regression)
+    if results is not None:
+        blocks += _failures(results)
+        blocks.append(_matrix(results))
+    return _fitted(blocks, limit)
+
+
+def summary_text(results: ResultsFolder | None, regression: Regression | None) -> str:
+    """Return the summary as lines `SCENE: LEVEL: MESSAGE`, errors and warnings first.
+
+    The level is "error", "warning" or "note"; the last lines, of `ghostball`, are the verdicts.
+    """
+    lines = [] if results is None else list(_case_lines(results))
+    if regression is not None:
+        lines += _change_lines(regression)
+    lines += [
+        ("ghostball", "error" if bad else "note", words)
+        for bad, words in _verdicts(results, regression)
+    ]
+    return "".join(
+        f"{place}: {level}: {' '.join(words.split())}\n" for place, level, words in lines
+    )
+
+
+def write_summary(text: str, path: str | Path) -> None:
+    """Add a summary to a file, which others may have begun, as GitHub's steps do to theirs.
+
+    Raises
+    ------
+    GhostballError
+        Where it can't be written.
+    """
+    target = Path(path)
+    try:
+        # One write: what reads meanwhile, or a full disk, finds all of it or an error.
+        file = os.open(target, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+        with os.fdopen(file, "ab") as opened:
+            opened.write(text.encode())
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise GhostballError(
+            f"{target}: can't write the summary: {reason}. Choose another file"
+        ) from error
+
+
+@dataclass(frozen=True)
+class _Block:
+    """A part of the page: its head whole, then as many lines as fit; `noun` is what a line is."""
+
+    head: str
+    lines: Sequence[str] = ()
+    noun: str = "line"
+    where: str = ""
+
+
+def _fitted(blocks: Sequence[_Block], limit: int) -> str:
+    """Put blocks together below a limit of bytes, never cutting within a line.
+
+    A block takes at most half of what is left where others follow, so that a thousand failures
+    don't hide what changed.
+    """
+    parts: list[str] = []
+    left = limit - 2  # the last newline is one, and below is less than
+    for k, block in enumerate(blocks):
+        last = k == len(blocks) - 1
+        room = (left if last else left // 2) - _size(_left_out(block, len(block.lines)))
+        kept = [block.head]
+        room -= _size(block.head) + 2
+        for line in block.lines:
+            room -= _size(line) + 1
+            if room < 0:
+                break
+            kept.append(line)
+        text = "\n".join(kept)
+        missing = len(block.lines) - (len(kept) - 1)
+        if missing:
+            text += f"\n\n{_left_out(block, missing)}"
+        parts.append(text)
+        left -= _size(text) + 2
+    return "\n\n".join(parts) + "\n"
+
+
+def _left_out(block: _Block, count: int) -> str:
+    where = f" {block.where}" if block.where else ""
+    return f"*{many(count, f'more {block.noun}')} left out here, for want of room.{where}*"
+
+
+def _size(text: str) -> int:
+    return len(text.encode())
+
+
+def _headlines(results: ResultsFolder | None, regression: Regression | None) -> Iterator[str]:
+    (wrong, first), *others = _verdicts(results, regression)
+    yield f"## {'✗' if wrong else '✓'} Ghostball: {first}"
+    yield from (f"{'✗' if bad else '✓'} {words}" for bad, words in others)
+
+
+def _verdicts(
+    results: ResultsFolder | None, regression: Regression | None
+) -> list[tuple[bool, str]]:
+    """Return what came of it all, a sentence each, and whether it is bad; the bad ones first."""
+    said = []
+    if regression is not None:
+        said.append((regression.outcome != "passed", _change_verdict(regression)))
+    if results is not None:
+        said.append((bool(_bad(results)), _case_verdict(results)))
+        if results.state != "complete":
+            done = f"{len(results.cases)} of {many(results.planned, 'case')} are done"
+            said.append((True, f"the run is not complete ({results.state}): {done}"))
+    return sorted(said, key=lambda one: not one[0])
+
+
+def _change_verdict(regression: Regression) -> str:
+    against = _against(regression)
+    if regression.outcome == "no-baseline":
+        return f"nothing to compare with in {against}: no verdict on what changed"
+    moved = sum(change.change not in _UNMOVED for change in regression.scenes)
+    failed = sum(change.failed for change in regression.scenes)
+    warned = f", {many(len(regression.warnings), 'warning')}" if regression.warnings else ""
+    return (
+        f"{moved} of {many(len(regression.scenes), 'scene')} changed against {against}, "
+        f"{failed} beyond what is accepted{warned}"
+    )
+
+
+def _against(regression: Regression) -> str:
+    if regression.against == "baselines":
+        return "the accepted baselines"
+    return f"revision `{regression.against}`"
+
+
+def _case_verdict(results: ResultsFolder) -> str:
+    verdicts = [verdict_of(case) for case in results.cases]
+    failed, crashed = verdicts.count(Verdict.FAIL), verdicts.count(Verdict.CRASHED)
+    crashes = f", {crashed} did not finish" if crashed else ""
+    return (
+        f"{many(len(results.scene_names), 'scene')} on {many(len(results.labels), 'engine')}: "
+        f"{verdicts.count(Verdict.PASS)} cases passed, {failed} failed{crashes}, "
+        f"{verdicts.count(Verdict.LIMITS_HOLD)} keep their limits without a verdict on the outcome"
+    )
+
+
+def _bad(results: ResultsFolder) -> list[CaseRecord]:
+    return [case for case in results.cases if verdict_of(case) in _BAD]
+
+
+def _changes(regression: Regression) -> Iterator[_Block]:
+    moved = _in_order(
+        [one for one in regression.scenes if one.change not in _UNMOVED or one.failed]
+    )
+    counted = {kind: sum(one.change == kind for one in regression.scenes) for kind in _UNMOVED}
+    same = ", ".join(f"{count} {kind}" for kind, count in counted.items() if count)
+    heading = f"### What changed against {_against(regression)}"
+    rest = f"\n\n{many(sum(counted.values()), 'scene')} as before: {same}." if same else ""
+    if moved:
+        header = ["scene", "change", "what", "first difference", "command"]
+        head = f"{heading}{rest}\n\n{_table_head(header)}"
+        rows = [_row(_change_cells(change)) for change in moved]
+        where = "`ghostball regress` lists them all."
+        yield _Block(head, rows, "scene", where)
+    elif regression.outcome != "no-baseline":
+        yield _Block(f"{heading}\n\nNothing.{rest}")
+    notes = [*regression.warnings, *map(_stale, regression.stale)]
+    if notes:
+        yield _Block("### Warnings\n", [f"- {_cell(note)}" for note in notes], "warning")
+
+
+def _in_order(changes: Sequence[SceneChange]) -> list[SceneChange]:
+    return sorted(changes, key=lambda change: not change.failed)
+
+
+def _stale(scene: str) -> str:
+    return f"{scene}: baseline of a scene that is no more"
+
+
+def _change_cells(change: SceneChange) -> list[str]:
+    sign = "✗" if change.failed else "?" if change.change in UNCOMPARED else "≈"
+    words = [change.summary, *map(moved_text, _left_band(change))]
+    first = "" if change.first_difference is None else change.first_difference.words
+    command = _code(change.command)
+    kind = f"{sign} {change.change}"
+    return [_cell(change.scene), kind, _cell("; ".join(words)), _cell(first), command]
+
+
+def _left_band(change: SceneChange, level: str = "error") -> list[Quantity]:
+    quantities = (*change.metrics, *change.counters)
+    return [one for one in quantities if not one.within and one.level == level]
+
+
+def _failures(results: ResultsFolder) -> Iterator[_Block]:
+    bad = _bad(results)
+    if not bad:
+        return
+    header = ["scene", "engine", "what", "why it is asked", "command"]
+    rows = [_row(cells) for case in bad for cells in _failure_cells(case)]
+    head = (
+        "### Not right\n\n`ghostball explain SCENE --engine ENGINE` says where a shot leaves the "
+        f"true one.\n\n{_table_head(header)}"
+    )
+    yield _Block(head, rows, "failure", "`report.md` of the results has them all.")
+
+
+def _failure_cells(case: CaseRecord) -> Iterator[list[str]]:
+    where = [_cell(case.scene), _code(case.label)]
+    command = _code(_command(case))
+    if case.outcome == "failed":
+        yield [*where, _cell(f"did not finish: {case.reason}"), "", command]
+    for check in case.checks:
+        if check.passed is False:
+            yield [*where, _cell(check.sentence), _cell(check.reason), command]
+
+
+def _command(case: CaseRecord) -> str:
+    """Return what runs a case again, wherever the results came from."""
+    return shlex.join(
+        ["ghostball", "validate", case.scene, "--engines", case.label, "--out", "out/again"]
+    )
+
+
+def _matrix(results: ResultsFolder) -> _Block:
+    rows, present = [], []
+    for scene in results.scene_names:
+        cases = [results.case(scene, label) for label in results.labels]
+        present += [verdict_of(case) for case in cases]
+        rows.append(_row([_cell(scene), *(_cell(cell_text(case)) for case in cases)]))
+    labels = [_code(label) for label in results.labels]
+    legend = f"{legend_text(present)}. {NUMBERS_KEY}."
+    head = f"### Verdicts\n\n{legend}\n\n{_table_head(['scene', *labels])}"
+    return _Block(head, rows, "scene", "`report.md` of the results has them all.")
+
+
+def _case_lines(results: ResultsFolder) -> Iterator[tuple[str, str, str]]:
+    for case in _bad(results):
+        again = f"[{_command(case)}]"
+        if case.outcome == "failed":
+            yield case.scene, "error", f"{case.label}: did not finish: {case.reason} {again}"
+        for check in case.checks:
+            if check.passed is False:
+                reason = f"({check.reason})"
+                yield case.scene, "error", f"{case.label}: {check.sentence} {reason} {again}"
+    for case in results.cases:
+        if case.outcome == "unavailable":
+            yield case.scene, "warning", f"{case.label}: unavailable: {case.reason}"
+    if results.state != "complete":
+        yield str(results.path), "error", f"the run is not complete: {results.state}"
+
+
+def _change_lines(regression: Regression) -> Iterator[tuple[str, str, str]]:
+    for change in _in_order(regression.scenes):
+        again = f"[{change.command}]" if change.command else ""
+        if change.failed or change.change not in _UNMOVED:
+            uncompared = change.change in UNCOMPARED
+            level = "error" if change.failed or uncompared else "warning"
+            yield change.scene, level, f"{change.change}: {change.summary} {again}"
+        if change.failed and change.first_difference is not None:
+            yield change.scene, "note", f"first difference: {change.first_difference.words}"
+        for asked, level in (
+            ("error", "error" if change.failed else "warning"),
+            ("warn", "warning"),
+        ):
+            for quantity in _left_band(change, asked):
+                yield change.scene, level, f"{moved_text(quantity)} ({quantity.why})"
+    for warning in regression.warnings:
+        yield "regression", "warning", warning
+    for scene in regression.stale:
+        yield scene, "warning", "baseline of a scene that is no more"
+
+
+def _table_head(header: Sequence[str]) -> str:
+    return table_of(header, [])
+
+
+def _row(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _cell(text: str) -> str:
+    """Return a text for a cell: one line, not too long, and no HTML."""
+    plain = " ".join(text.split())
+    if len(plain) > CELL:
+        plain = f"{plain[: CELL - 1]}…"
+    return one_line(plain.replace("<", "&lt;"))
+
+
+def _code(text: str) -> str:
+    """Return a text for a cell as code, whole: half a command is none."""
+    return f"`{one_line(text)}`" if text else ""

@@ -1,0 +1,46 @@
+"""The report's page in a browser: it opens whole, finds its scenes, and asks for nothing else."""
+
+import pytest
+from replay_run import HOSTILE
+
+CUT, DRAW = "half-ball-cut", "draw-shot"
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+
+# `open_page` fails a test whose page says anything on the console, or asks for another file.
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [{}, PHONE])
+def test_the_whole_page_fits_the_screen(open_page, scheme, size):
+    page = open_page(color_scheme=scheme, **size)
+    wide = page.evaluate(
+        """() => [...document.querySelectorAll("main *, nav *")].filter((one) => {
+            const box = one.getBoundingClientRect();
+            const scrolls = (up) => up && (getComputedStyle(up).overflowX !== "visible"
+                || scrolls(up.parentElement));
+            return box.width && box.right > innerWidth + 1 && !scrolls(one.parentElement);
+        }).map((one) => `${one.tagName}.${one.className}`)"""
+    )
+    assert wide == []
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_a_link_opens_its_scene_and_steps_go_on(open_page, results):
+    page = open_page(DRAW)
+    assert page.locator(f"#scene\\={DRAW}").is_visible()
+    page.evaluate("name => { location.hash = `#scene=${name}`; }", CUT)
+    page.locator(f"#scene\\={CUT}").wait_for(state="visible")
+    assert page.locator(f"#scene\\={DRAW}").is_hidden()
+
+
+def test_what_scenes_are_called_never_runs(open_page):
+    page = open_page("hostile")
+    assert page.evaluate("typeof pwned") == "undefined"
+    assert HOSTILE in page.locator("#scene\\=hostile").inner_text()
+
+
+def test_without_scripts_every_scene_is_there_to_read(open_page, results):
+    page = open_page(java_script_enabled=False)
+    for name in results.scene_names:
+        heading = page.get_by_role("heading", name=name, exact=True)
+        assert heading.first.is_visible()

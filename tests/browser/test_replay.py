@@ -1,0 +1,334 @@
+"""The replay in a browser: what it shows is what was stored, however it is asked."""
+
+import re
+
+import numpy as np
+import pytest
+from replay_run import BREAKS_AT, BROKEN, ENGINES
+
+from reports.page.replay_tracks import TOLERANCE
+
+CUT, DRAW, CHAIN = "half-ball-cut", "draw-shot", "three-ball-chain"
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+
+
+def replay_of(page, scene=CUT):
+    return page.locator(f"[data-replay='replay-{scene}']")
+
+
+def state(page, scene=CUT, what="time"):
+    return replay_of(page, scene).evaluate(f"element => element.ghostball.{what}")
+
+
+def seek(page, t, scene=CUT):
+    replay_of(page, scene).evaluate("(element, t) => element.ghostball.seek(t)", t)
+
+
+def shown(page, label, scene=CUT):
+    return replay_of(page, scene).evaluate(
+        "(element, label) => element.ghostball.positions(label)", label
+    )
+
+
+def shown_at(page, label, times, scene):
+    """Positions at several times, (k, n, 2) [m], each after a seek."""
+    places = replay_of(page, scene).evaluate(
+        """(element, [label, times]) => times.map((t) => {
+            element.ghostball.seek(t);
+            return element.ghostball.positions(label);
+        })""",
+        [label, times.tolist()],
+    )
+    return np.array(places)
+
+
+def interpolated(motion, times, axis):
+    """One coordinate of every ball between the stored samples, (k, n) [m]."""
+    columns = motion.positions[:, :, axis].T
+    return np.column_stack([np.interp(times, motion.times, column) for column in columns])
+
+
+def picture(page, scene=CUT):
+    """What is drawn on the table, once the next frame is."""
+    return replay_of(page, scene).evaluate(
+        """element => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(
+            () => done(element.querySelector("canvas.gb-canvas").toDataURL()))))"""
+    )
+
+
+def test_nothing_is_decoded_before_a_scene_is_opened(open_page):
+    page = open_page()
+    assert page.evaluate("Ghostball.decoded") == 0
+    page.evaluate("location.hash = '#scene=draw-shot'")
+    page.wait_for_function("Ghostball.decoded === 1")
+
+
+@pytest.mark.parametrize("scene", [CUT, DRAW])
+def test_shown_positions_are_the_stored_ones(open_page, results, scene):
+    # Broken by any error in packing, in reading, or in which engine is which.
+    page = open_page(scene)
+    for label in ENGINES:
+        case = results.case(scene, label)
+        motion = results.motion(case)
+        if motion is None:
+            assert shown(page, label, scene) is None
+            continue
+        stored = motion.times[::7]
+        off = shown_at(page, label, stored, scene) - motion.positions[::7, :, :2]
+        assert np.hypot(off[..., 0], off[..., 1]).max() <= TOLERANCE + 2e-6
+        # Between the samples, which lines join here and parabolas there.
+        times = np.linspace(0.0, motion.times[-1], 97)
+        straight = np.dstack([interpolated(motion, times, k) for k in (0, 1)])
+        dt = np.max(np.diff(motion.times))
+        bend = 0.5 * 0.2 * 9.81 * (dt / 2) ** 2
+        assert np.abs(shown_at(page, label, times, scene) - straight).max() < TOLERANCE + bend
+
+
+def test_a_jump_to_an_event_is_to_its_exact_time(open_page, results):
+    page = open_page(CUT)
+    times = results.motion(results.case(CUT, "ghostball")).events["t"].tolist()
+    events = replay_of(page).locator("select.gb-events")
+    assert events.locator("option").count() == len(times)
+    for i, t in enumerate(times):
+        events.select_option(str(i))
+        assert state(page) == t
+        replay_of(page).get_by_role("status").filter(has_text=f"t = {t!r} s").wait_for()
+
+
+def test_steps_go_from_event_to_event(open_page, results):
+    page = open_page(CUT)
+    times = results.motion(results.case(CUT, "ghostball")).events["t"].tolist()
+    for t in times:
+        replay_of(page).get_by_role("button", name="Next event").click()
+        assert state(page) == t
+    for t in times[-2::-1]:
+        replay_of(page).get_by_role("button", name="Event before").click()
+        assert state(page) == t
+
+
+def test_the_log_of_another_engine_can_be_chosen(open_page, results):
+    page = open_page(CUT)
+    replay_of(page).locator(".gb-log select").first.select_option(label="pymunk")
+    first = results.motion(results.case(CUT, "pymunk")).events["t"][0]
+    page.keyboard.press("Escape")
+    replay_of(page).locator(".gb-stage").focus()
+    page.keyboard.press("n")
+    assert state(page) == first
+
+
+def test_a_jump_to_the_first_divergence(open_page, results):
+    case = results.case(CHAIN, "paper-discrete")
+    page = open_page(CHAIN)
+    button = replay_of(page, CHAIN).get_by_role("button", name="Jump to the first divergence")
+    assert "paper-discrete" in button.inner_text()
+    button.click()
+    assert state(page, CHAIN) == case.metrics["first_divergence_time"]
+    page.keyboard.press("Home")
+    page.keyboard.press("d")
+    assert state(page, CHAIN) == case.metrics["first_divergence_time"]
+
+
+def test_keys(open_page):
+    page = open_page(CUT)
+    duration = state(page, what="duration")
+    replay_of(page).locator(".gb-stage").focus()
+    page.keyboard.press("End")
+    assert state(page) == duration
+    page.keyboard.press("ArrowLeft")
+    assert state(page) == pytest.approx(0.99 * duration)
+    page.keyboard.press("Shift+ArrowRight")
+    assert state(page) == pytest.approx(0.991 * duration)
+    page.keyboard.press("Home")
+    assert state(page) == 0
+    page.keyboard.press("n")
+    first = state(page)
+    assert first > 0
+    page.keyboard.press("n")
+    page.keyboard.press("p")
+    assert state(page) == first
+    speed = replay_of(page).get_by_label("Speed")
+    page.keyboard.press("]")
+    assert speed.input_value() == "2"
+    page.keyboard.press("[")
+    page.keyboard.press("[")
+    assert speed.input_value() == "0.5"
+    page.keyboard.press(" ")
+    assert state(page, what="playing")
+    replay_of(page).evaluate(
+        """(element, t) => new Promise((done) => {
+            const look = () => (element.ghostball.time > t ? done() : requestAnimationFrame(look));
+            look();
+        })""",
+        first,
+    )
+    page.keyboard.press(" ")
+    assert not state(page, what="playing")
+
+
+def test_keys_of_a_list_stay_its_own(open_page):
+    page = open_page(CUT)
+    replay_of(page).get_by_label("Speed").focus()
+    page.keyboard.press("End")
+    assert state(page) == 0
+
+
+def test_the_slider_says_its_value_in_seconds(open_page):
+    page = open_page(CUT)
+    slider = replay_of(page).get_by_role("slider", name="Time")
+    slider.focus()
+    page.keyboard.press("End")
+    text = slider.get_attribute("aria-valuetext")
+    assert re.fullmatch(r"3\.\d{3} s of 3\.\d{3} s", text)
+    slider.evaluate("(input) => { input.value = 1; input.dispatchEvent(new Event('input')); }")
+    assert state(page) == 1
+
+
+def test_nothing_plays_before_it_is_asked_to(open_page):
+    page = open_page(CUT, reduced_motion="reduce")
+    before = picture(page)
+    assert not state(page, what="playing")
+    assert (state(page), picture(page)) == (0, before)
+
+
+def test_only_one_thing_is_said_aloud(open_page):
+    # A clock that is a live region would talk without end while it plays.
+    page = open_page(CUT)
+    assert replay_of(page).get_by_role("status").count() == 1
+    assert replay_of(page).locator("[aria-live]").count() == 1
+
+
+def test_engines_can_be_hidden(open_page):
+    page = open_page(CUT)
+    seek(page, 1.5)
+    before = picture(page)
+    box = replay_of(page).get_by_role("checkbox", name="paper-discrete")
+    box.uncheck()
+    assert picture(page) != before
+    box.check()
+    assert picture(page) == before
+
+
+def test_zoom_and_back(open_page):
+    page = open_page(CUT)
+    before = picture(page)
+    replay_of(page).get_by_role("button", name="Closer").click()
+    assert picture(page) != before
+    replay_of(page).get_by_role("button", name="Whole table").click()
+    assert picture(page) == before
+
+
+def test_the_readout_says_what_is_stored(open_page, results):
+    page = open_page(CUT)
+    motion = results.motion(results.case(CUT, "ghostball"))
+    k = len(motion.times) // 2
+    seek(page, float(motion.times[k]))
+    row = replay_of(page).locator(".gb-readout tbody tr").first
+    _, off, x, y, *_ = row.locator("th, td").all_inner_texts()
+    assert off == "–"
+    assert [float(x), float(y)] == pytest.approx(1e3 * motion.positions[k, 0, :2], abs=0.02)
+
+
+def test_an_engine_that_could_not_run_says_why(open_page, results):
+    page = open_page(DRAW)
+    reason = results.case(DRAW, "paper-discrete").reason
+    row = replay_of(page, DRAW).locator(".gb-readout tr").filter(has_text="paper-discrete")
+    assert reason in row.inner_text()
+    assert row.get_by_role("checkbox").is_disabled()
+
+
+def test_a_ball_that_is_lost_is_absent_and_said_so(open_page):
+    page = open_page(CUT)
+    seek(page, BREAKS_AT - 0.1)
+    assert None not in shown(page, BROKEN)
+    seek(page, BREAKS_AT + 0.1)
+    first, second = shown(page, BROKEN)
+    assert first is None
+    assert second is not None
+    row = replay_of(page).locator(".gb-readout tbody tr").last
+    assert "ball cue is lost from 0.5" in row.inner_text()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            "data.engines.forEach((one) => { one.motion = null; })",
+            "No engine has a recorded motion of this scene, so there is nothing to replay.",
+        ),
+        (
+            "data.schema = 99",
+            "This motion can't be replayed: its data are of version 99, and this page reads 1.",
+        ),
+        (
+            "data.engines[0].motion.tick = 1e-7; data.balls.push(data.balls[0])",
+            "This motion can't be replayed: its motion is cut short.",
+        ),
+    ],
+)
+def test_what_cannot_be_replayed_says_so(open_page, change, words):
+    page = open_page()
+    said = page.evaluate(
+        f"""async () => {{
+            const text = document.getElementById("replay-{CUT}").textContent;
+            const data = JSON.parse(text);
+            {change};
+            const element = document.createElement("div");
+            document.body.append(element);
+            await Ghostball.mountReplay(element, data).ready;
+            return element.textContent;
+        }}"""
+    )
+    assert said == words
+
+
+def test_a_replay_can_be_taken_away_and_put_back(open_page):
+    # The page does so as another scene is opened, perhaps before this one's data are read.
+    page = open_page(CUT)
+    left = replay_of(page).evaluate(
+        """async (element) => {
+            const data = JSON.parse(document.getElementById(element.dataset.replay).textContent);
+            element.ghostball.destroy();
+            const early = Ghostball.mountReplay(element, data);
+            early.destroy();
+            await early.ready;
+            const left = element.querySelectorAll("canvas").length;
+            await Ghostball.mountReplay(element, data).ready;
+            return left;
+        }"""
+    )
+    assert left == 0
+    seek(page, 1.0)
+    assert state(page) == 1
+
+
+def test_names_are_text_whatever_they_hold(open_page):
+    page = open_page("hostile")
+    assert page.evaluate("typeof pwned") == "undefined"
+    assert replay_of(page, "hostile").locator("img").count() == 0
+    assert "<img" in replay_of(page, "hostile").locator(".gb-log").inner_text()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [{}, PHONE])
+def test_nothing_is_wider_than_the_screen(open_page, scheme, size):
+    page = open_page(CUT, color_scheme=scheme, **size)
+    seek(page, 1.5)
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_dark_and_light_differ_and_change_while_it_is_open(open_page):
+    page = open_page(CUT, color_scheme="light")
+    light = picture(page)
+    page.emulate_media(color_scheme="dark")
+    page.wait_for_timeout(50)
+    dark = picture(page)
+    assert dark != light
+    page.emulate_media(color_scheme="light")
+    page.wait_for_timeout(50)
+    assert picture(page) == light
+
+
+def test_on_paper_there_are_no_controls(open_page):
+    page = open_page(CUT, color_scheme="dark")
+    page.emulate_media(media="print")
+    assert not replay_of(page).get_by_role("button", name="Play").is_visible()

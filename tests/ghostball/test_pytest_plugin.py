@@ -1,0 +1,282 @@
+"""`pytest --ghostball`, run for real in scratch repositories."""
+
+import inspect
+import re
+import shlex
+import subprocess
+import sys
+from importlib.metadata import entry_points
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+# Loaded before pytest runs within pytest: that drops what it imports, and numpy can't come twice.
+import ghostball._pytest_items
+import ghostball._pytest_xdist  # noqa: F401
+from ghostball import pytest_plugin
+from validation.examples import stepper
+
+pytest_plugins = ["pytester"]
+
+STEPPER = "--ghostball-engine=validation.examples.stepper:Stepper"
+HEADER = "from dataclasses import replace\nimport numpy as np\nfrom engine import simulate\n"
+
+
+def engine(pytester, body: str, *, header: str = "") -> str:
+    """Write an engine into the scratch repository; return the option that names it."""
+    pytester.syspathinsert()
+    source = inspect.getsource(stepper).replace("Stepper", "Mine").replace('"stepper"', '"mine"')
+    pytester.makepyfile(
+        base=source, mine=f"{header}from base import *\n\n\nclass Mine(Mine):\n{body}"
+    )
+    for name in ("base", "mine"):
+        sys.modules.pop(name, None)
+    return "--ghostball-engine=mine:Mine"
+
+
+def outcomes(result) -> dict[str, str]:
+    """Return the outcome of each test by its id, from the lines of `-v`."""
+    lines = re.findall(r"^(\S+) (PASSED|FAILED|SKIPPED)", result.stdout.str(), re.MULTILINE)
+    return {name.removeprefix("ghostball::"): outcome for name, outcome in lines}
+
+
+def run(pytester, *arguments):
+    return plain(pytester, "-v", "-rs", *arguments)
+
+
+def plain(pytester, *arguments):
+    # Hypothesis' plugin would load all of it anew each time, for seconds.
+    without = ("cacheprovider", "hypothesispytest")
+    return pytester.runpytest_inprocess(*(f"-pno:{name}" for name in without), *arguments)
+
+
+def test_it_is_installed():
+    # Where it isn't, the installation is older than `pyproject.toml`: `make venv`.
+    (point,) = entry_points(group="pytest11", name="ghostball")
+    assert point.load() is pytest_plugin
+
+
+def test_loading_it_loads_nothing_else():
+    # It is part of every pytest of the environment, whatever that tests.
+    code = (
+        "import sys, pytest; before = set(sys.modules); import ghostball.pytest_plugin; "
+        "print(*sorted(set(sys.modules) - before))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["ghostball", "ghostball.pytest_plugin"]
+
+
+def test_without_the_option_there_is_nothing(pytester):
+    pytester.makepyfile("def test_own(): pass")
+    result = run(pytester, "--ghostball-engine=no-such-engine")  # may stand in addopts
+    result.assert_outcomes(passed=1)
+    assert "ghostball" not in outcomes(result)
+
+
+def test_our_engine_passes_by_its_own_limits(pytester):
+    result = run(pytester, "--ghostball", "--ghostball-scenes=half-ball-cut")
+    found = outcomes(result)
+    assert set(found.values()) == {"PASSED"}
+    assert {"half-ball-cut::completes", "half-ball-cut::rest_error_ulps"} <= set(found)
+    assert result.ret == 0
+
+
+def test_the_example_fails_what_it_claims_and_does_not_keep(pytester):
+    result = run(
+        pytester, STEPPER, "ghostball::stop", "ghostball::half-ball-cut", "ghostball::draw-shot"
+    )
+    found = outcomes(result)
+    assert [name for name, outcome in found.items() if outcome == "FAILED"] == [
+        "half-ball-cut::overlap_max"
+    ]
+    assert {found[name] for name in found if name.startswith("stop::")} == {"PASSED"}
+    assert {found[name] for name in found if name.startswith("draw-shot::")} == {"SKIPPED"}
+    text = result.stdout.str()
+    assert "overlap_max must be <= 1e-12 m, got 0.000216527 m" in text
+    assert "states no `resolution` above 0" in text  # why that is the limit
+    assert "not representable: no sliding that turns into rolling" in text
+    # What the message says to run runs that test alone, with the same outcome.
+    command = shlex.split(re.search(r"again +pytest (.*)", text)[1])
+    again = run(pytester, *command)
+    assert outcomes(again) == {"half-ball-cut::overlap_max": "FAILED"}
+
+
+def test_an_engine_that_states_its_resolution_is_held_against_it(pytester):
+    # A step of 1 ms at 0.8 m/s; without the method the limit is rounding alone.
+    option = engine(pytester, "    def resolution(self, scene): return 1e-3 * 0.8\n")
+    result = run(pytester, option, "ghostball::half-ball-cut")
+    assert set(outcomes(result).values()) == {"PASSED"}
+    assert "half-ball-cut::ball_ball_count_error" not in outcomes(result)  # it claims no exactness
+    lying = engine(pytester, "    def resolution(self, scene): return 1e-5\n")
+    result = run(pytester, lying, "ghostball::half-ball-cut::overlap_max")
+    assert "overlap_max must be <= 2e-05 m, got 0.000216527 m" in result.stdout.str()
+    assert "states that a ball is off by at most 1e-05 m" in result.stdout.str()
+
+
+def test_a_repository_says_how_far_off_its_engine_may_end(pytester):
+    limit = '[[criteria]]\nengines = ["stepper"]\nmetric = "rest_error_max"\nat_most = {}\n'
+    pytester.makefile(".toml", limits=limit.format("5e-3") + 'reason = "a step, grown"\n')
+    options = (STEPPER, "--ghostball-criteria=limits.toml")
+    result = run(pytester, *options, "ghostball::half-ball-cut::rest_error_max")
+    result.assert_outcomes(passed=1)
+    pytester.makefile(".toml", limits=limit.format("1e-9") + 'reason = "none at all"\n')
+    result = run(pytester, *options, "ghostball::half-ball-cut::rest_error_max")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(
+        ["rest_error_max must be <= 1e-09 m, got * m", "*truth *closed form", "*limit *none at all"]
+    )
+
+
+def test_past_the_horizon_nothing_is_expected_of_the_end(pytester):
+    option = engine(pytester, "    def resolution(self, scene): return 2e-3\n")
+    limits = '[[criteria]]\nengines = ["mine"]\nmetric = "rest_error_max"\nat_most = 1e-3\n'
+    pytester.makefile(".toml", limits=limits + 'reason = "a millimetre"\n')
+    result = run(pytester, option, "--ghostball-criteria=limits.toml", "ghostball::break-7")
+    assert outcomes(result)["break-7::rest_error_max"] == "SKIPPED"
+    assert "break-7: past the horizon: from t = " in result.stdout.str()
+    assert outcomes(result)["break-7::energy_rise"] == "PASSED"
+
+
+def test_judged_as_another_engine(pytester):
+    result = run(pytester, STEPPER, "--ghostball-as=ghostball", "ghostball::half-ball-cut")
+    found = outcomes(result)
+    assert found["half-ball-cut::rest_error_ulps"] == "FAILED"
+    assert found["half-ball-cut::matching_events"] == "PASSED"
+    assert "--ghostball-as ghostball" in result.stdout.str()  # in the command that repeats it
+    result = run(pytester, STEPPER, "--ghostball-as=pymunk", "ghostball::half-ball-cut")
+    assert set(outcomes(result).values()) == {"PASSED"}
+
+
+def test_an_engine_that_raises_fails_with_its_traceback_once(pytester):
+    option = engine(pytester, "    def simulate(self, scene, *, record): return 1 / 0\n")
+    result = run(pytester, option, "ghostball::stop")
+    assert set(outcomes(result).values()) == {"FAILED"}
+    text = result.stdout.str()
+    assert "mine failed: ZeroDivisionError: division by zero" in text
+    assert text.count("Traceback (most recent call last)") == 1
+    assert "def simulate(self, scene, *, record): return 1 / 0" in text
+
+
+BROKEN = {
+    "early": ("status=Status.STEP_LIMIT, reason='tired'", "ended early: step-limit: tired"),
+    "no result": ("engine='other'", "`engine` of the result must be 'mine', got 'other'"),
+    "not finite": (
+        "trajectory=replace(r.trajectory, velocities=np.nan * r.trajectory.velocities)",
+        "the motion must be finite, got nan for the velocity of ball 0 at t = 0 s",
+    ),
+}
+
+
+@pytest.mark.parametrize(("change", "words"), BROKEN.values(), ids=BROKEN)
+def test_what_no_engine_may_hand_back(pytester, change, words):
+    body = (
+        "    def simulate(self, scene, *, record):\n"
+        f"        r = super().simulate(scene, record=record)\n        return replace(r, {change})\n"
+    )
+    result = run(pytester, engine(pytester, body, header=HEADER), "ghostball::stop::completes")
+    result.assert_outcomes(failed=1)
+    assert words in result.stdout.str()
+
+
+def test_energy_from_nowhere_is_seen(pytester):
+    body = (
+        "    def simulate(self, scene, *, record):\n"
+        "        r = super().simulate(scene, record=record)\n"
+        "        faster = replace(r.trajectory, velocities=r.trajectory.velocities.copy())\n"
+        "        faster.velocities[len(faster.velocities) // 2] *= 1.1\n"
+        "        return replace(r, trajectory=faster)\n"
+    )
+    result = run(pytester, engine(pytester, body, header=HEADER), "ghostball::stop::energy_rise")
+    result.assert_outcomes(failed=1)
+    assert "energy_rise must be <= 1e-06, got " in result.stdout.str()
+
+
+COUNTING = (
+    "    def simulate(self, scene, *, record):\n"
+    "        with open('runs.txt', 'a') as file: print(scene.name, file=file)\n"
+    "        return super().simulate(scene, record=record)\n"
+)
+
+
+def test_collecting_runs_nothing_and_a_scene_runs_once(pytester):
+    option = engine(pytester, COUNTING)
+    scenes = "--ghostball-scenes=stop,half-ball-cut"
+    result = plain(pytester, "--ghostball", option, scenes, "--collect-only", "-q")
+    result.stdout.fnmatch_lines(["ghostball::half-ball-cut::completes", "* tests collected in *"])
+    assert not Path("runs.txt").exists()
+    run(pytester, "--ghostball", option, scenes, "-k", "half-ball-cut and not overlap_max")
+    assert Path("runs.txt").read_text(encoding="utf-8").split() == ["half-ball-cut"]
+
+
+@pytest.mark.slow
+def test_a_scene_runs_once_in_several_processes_too(pytester):
+    option = engine(pytester, COUNTING)
+    pytester.makepyfile(test_own="def test_own(): pass")
+    scenes = "--ghostball-scenes=stop,half-ball-cut,head-on"
+    result = pytester.runpytest_subprocess("--ghostball", option, scenes, "-n", "2")
+    result.assert_outcomes(passed=19, failed=2)
+    ran = Path("runs.txt").read_text(encoding="utf-8").split()
+    assert sorted(ran) == ["half-ball-cut", "head-on", "stop"]
+    result.stdout.fnmatch_lines(["rest errors in 3 scenes: median * largest * in *"])
+
+
+def test_ours_beside_those_of_the_repository(pytester):
+    pytester.makepyfile("def test_own(): pass")
+    result = run(pytester, "--ghostball", "--ghostball-scenes=stop", STEPPER)
+    assert "test_ours_beside_those_of_the_repository.py::test_own" in outcomes(result)
+    assert "stop::completes" in outcomes(result)
+    result = run(pytester, "ghostball::", "--ghostball-scenes=stop", STEPPER)
+    assert {name.split("::")[0] for name in outcomes(result)} == {"stop"}
+
+
+def test_every_metric_is_in_the_junit_file(pytester):
+    run(pytester, STEPPER, "ghostball::half-ball-cut", "--junitxml=junit.xml", "-x")
+    root = ElementTree.parse("junit.xml").getroot()
+    cases = {case.get("name"): case for case in root.iter("testcase")}
+    assert cases["completes"].get("classname") == "ghostball.half-ball-cut"
+    named = {one.get("name"): one.get("value") for one in cases["completes"].iter("property")}
+    assert 0.0 < float(named["rest_error_max"]) < 0.01
+    assert cases["overlap_max"].find("failure") is not None
+    assert list(cases)[-1] == "overlap_max"  # -x
+
+
+WRONG = {
+    "scene": (["--ghostball", "--ghostball-scenes=half-ball-cur"], "Did you mean half-ball-cut"),
+    "engine": (["--ghostball", "--ghostball-engine=pymonk"], "Did you mean `pymunk`"),
+    "setting": (["--ghostball", "--ghostball-engine=pymunk:dt=fast"], "`dt` of engine `pymunk`"),
+    "module": (
+        ["--ghostball", "--ghostball-engine=no_such_module:Engine"],
+        "engine `no_such_module:Engine` can't be imported: ModuleNotFoundError",
+    ),
+    "class": (["--ghostball", "--ghostball-engine=pathlib:Path"], "isn't an engine: it lacks"),
+    "other": (["--ghostball", "--ghostball-as=nobody"], "engine must be an installed one"),
+    "criteria": (["--ghostball", "--ghostball-criteria=no.toml"], "no.toml: can't read"),
+    "picked metric": (["ghostball::stop::rest_error"], "there is no test `ghostball::stop::rest_e"),
+    "picked scene": (["ghostball::half-ball-cur"], "Did you mean half-ball-cut"),
+    "picked elsewhere": (["ghostball::stop", "--ghostball-scenes=head-on"], "See --ghostball-sce"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "words"), WRONG.values(), ids=WRONG)
+def test_wrong_input_is_refused_by_name(pytester, arguments, words):
+    result = plain(pytester, *arguments)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    assert words in result.stderr.str()
+    assert "Traceback" not in result.stderr.str() + result.stdout.str()
+
+
+def test_criteria_for_all_scenes_choose_no_truth_and_name_engines_that_there_are(pytester):
+    pytester.makefile(".toml", limits='truth = "engine"\n')
+    options = ("--ghostball", STEPPER, "--ghostball-criteria=limits.toml")
+    assert "`truth` must be left out" in plain(pytester, *options).stderr.str()
+    limit = (
+        '[[criteria]]\nengines = ["steper"]\nmetric = "overlap_max"\nat_most = 1\nreason = "x"\n'
+    )
+    pytester.makefile(".toml", limits=limit)
+    assert "Did you mean `stepper`" in plain(pytester, *options).stderr.str()
+
+
+def test_the_example_in_contributing_is_the_one_that_is_tested():
+    text = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    assert inspect.getsource(stepper.Stepper) in text

@@ -1,0 +1,61 @@
+"""What an adapter compiles it compiles before its run is timed."""
+
+import subprocess
+import sys
+
+import pytest
+
+# In a process of its own, where no earlier test has compiled what this one is about.
+CODE = """
+import sys
+from reference_adapters import landing, slowing_kernels
+from reference_adapters.recording import Recorder
+from reference_adapters import make_engine
+from validation.library import find_scene
+
+kernels = {
+    f"{module.__name__}.{name}": kernel
+    for module in (landing, slowing_kernels)
+    for name, kernel in vars(module).items()
+    if hasattr(kernel, "signatures")
+}
+assert len(kernels) > 8
+before = {}
+start, result = Recorder.start, Recorder.result
+
+def started(self):
+    before.update({name: set(kernel.signatures) for name, kernel in kernels.items()})
+    start(self)
+
+def ended(self, **arguments):
+    for name, kernel in kernels.items():
+        for signature in set(kernel.signatures) - before[name]:
+            print(f"{scene} compiles {name} for {signature}")
+    return result(self, **arguments)
+
+Recorder.start, Recorder.result = started, ended
+engine = make_engine(sys.argv[1])
+for scene in sys.argv[2:]:
+    engine.simulate(find_scene(scene), record="trajectory")
+"""
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    ("spec", "scenes"),
+    [
+        ("pymunk:mode=landed", ["stop", "break-7"]),  # one ball, whose arrays are all contiguous
+        ("pymunk:mode=landed", ["sliding-swerve", "follow-shot"]),
+        ("pymunk", ["sliding-swerve", "follow-shot"]),
+        ("pybullet:mode=landed", ["stop", "break-7"]),
+        ("pybullet:mode=landed", ["break-7", "stop"]),
+    ],
+)
+def test_no_kernel_is_compiled_while_a_run_is_timed(spec, scenes):
+    # A layout of arrays that the warm-up doesn't have breaks it, and so does a new kernel.
+    if spec.startswith("pybullet"):
+        pytest.importorskip("pybullet")
+    done = subprocess.run(
+        [sys.executable, "-c", CODE, spec, *scenes], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == ""

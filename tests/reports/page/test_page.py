@@ -1,0 +1,420 @@
+"""Fails where the page lacks a part, hides a failure, asks a network, or lets text be markup."""
+
+import json
+import re
+from collections import Counter
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from engine import GhostballError
+from reports import PAGE, write_report
+from reports.page import scene_part
+from reports.shots import load_shot
+from validation.regression import (
+    FirstDifference,
+    LoggedEvent,
+    Quantity,
+    Regression,
+    SceneChange,
+    TimeChange,
+    Timing,
+    save_regression,
+)
+from validation.store import ResultsFolder
+from validation.stress.records import Finding, StressRun, StressWriter
+
+SECTIONS = [
+    "verdict",
+    "matrix",
+    "scenes",
+    "closed-forms",
+    "cost",
+    "horizons",
+    "energy",
+    "hashes",
+    "timing",
+    "stress",
+    "failures",
+    "environment",
+    "truth",
+]
+EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(1)>"
+VOID = {"meta", "link", "br", "wbr", "input", "hr", "img"}
+OPTIONAL = {"li", "dt", "dd", "tr", "td", "th", "thead", "tbody", "p"}
+
+
+class Reader(HTMLParser):
+    """Collects elements; says where one is closed that isn't open."""
+
+    def __init__(self):
+        super().__init__()
+        self.elements, self.open, self.wrong, self.texts = [], [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        while self.open and self.open[-1] != tag and self.open[-1] in OPTIONAL:
+            self.open.pop()
+        if not self.open or self.open[-1] != tag:
+            self.wrong.append((tag, self.getpos()))
+        else:
+            self.open.pop()
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] not in ("script", "style"):
+            self.texts.append(data)
+
+    def all(self, tag):
+        return [attrs for name, attrs in self.elements if name == tag]
+
+
+def read(html):
+    reader = Reader()
+    reader.feed(html)
+    reader.close()
+    return reader
+
+
+def page_of(folder):
+    write_report(folder)
+    return (folder / PAGE).read_text(encoding="utf-8")
+
+
+def section(html, name):
+    start = html.index(f'<section id="{name}"')
+    following = SECTIONS[SECTIONS.index(name) + 1 :]
+    end = html.index(f'<section id="{following[0]}"') if following else len(html)
+    return html[start:end]
+
+
+@pytest.fixture(scope="module")
+def html(module_folder):
+    """Three scenes on seven engines: some pass, some fail, one crashed, one can't represent."""
+    return page_of(module_folder)
+
+
+def test_sections_come_in_order_and_each_is_in_the_navigation(html):
+    places = [html.index(f'<section id="{name}"') for name in SECTIONS]
+    assert places == sorted(places)
+    navigation = html[html.index('<nav class="sections"') : html.index("<main>")]
+    assert re.findall(r'href="#([\w-]+)"', navigation) == SECTIONS
+
+
+def test_the_markup_is_whole(html):
+    reader = read(html)
+    assert reader.wrong == []
+    assert [tag for tag in reader.open if tag not in OPTIONAL] == []
+    ids = Counter(attrs["id"] for _, attrs in reader.elements if "id" in attrs)
+    assert [name for name, count in ids.items() if count > 1] == []
+    targets = {a["href"][1:] for a in reader.all("a")}
+    assert targets - set(ids) == set()
+    assert {ref for _, attrs in reader.elements if (ref := attrs.get("aria-labelledby"))} <= set(
+        ids
+    )
+
+
+def test_nothing_is_asked_of_a_network(html):
+    reader = read(html)
+    for _, attrs in reader.elements:
+        for name in ("src", "href", "srcset", "data", "action", "poster", "xlink:href"):
+            value = attrs.get(name, "#")
+            assert value.startswith(("#", "data:")), (name, value)
+    shown = re.sub(r'<script type="application/json".*?</script>', "", html, flags=re.DOTALL)
+    assert not re.search(r"@import|url\((?!['\"]?data:)", shown)
+    assert not re.search(r"\b(fetch|XMLHttpRequest|WebSocket|importScripts|sendBeacon)\b", shown)
+    assert "//" not in re.sub(r"(?m)^\s*//.*$|\s// .*$", "", shown).replace(
+        "http://www.w3.org/2000/svg", ""
+    )
+
+
+def test_tables_have_captions_and_scopes_and_can_be_scrolled_by_keys(html):
+    tables = re.findall(r"<table.*?</table>", html, flags=re.DOTALL)
+    assert len(tables) > 20
+    for table in tables:
+        assert "<caption>" in table
+        assert re.findall(r"<th(?! scope=)[ >]", table) == []
+    for region in re.findall(r'<div class="wide"[^>]*>', html):
+        assert 'role="region"' in region
+        assert 'aria-label="' in region
+        assert 'tabindex="0"' in region
+
+
+def test_the_verdict_comes_first_with_what_failed(html):
+    text = section(html, "verdict")
+    assert "Of 21 cases, 6 failed, 1 did not finish." in text
+    assert "<strong>8 passed, 6 failed</strong>" in text
+    assert '<a href="#scene=stop">stop</a> on <code>paper-discrete</code>' in text
+    assert "No comparison was made" in text
+    assert "ghostball regress" in text
+
+
+def test_the_matrix_says_why_without_colour_and_without_a_pointer(html):
+    text = section(html, "matrix")
+    assert '<td class="fail"><a href="#scene=stop">✗ 90 mm<span class="why">' in text
+    assert "stop on pymunk:config=default: fail: rest_error_max breaks its limit" in text
+    assert "<code>pybullet</code> not representable: no table | with legs" in text
+    assert "did not finish: division by zero" in text
+
+
+def test_every_scene_has_its_section_and_its_data(html):
+    for name in ("stop", "head-on", "break-7"):
+        assert f'<section class="scene" id="scene={name}"' in html
+        data = re.search(
+            f'<script type="application/json" id="replay-{name}">(.*?)</script>', html, re.DOTALL
+        )
+        assert json.loads(data[1])["scene"] == name
+        assert f'data-replay="replay-{name}"' in html
+
+
+def test_rest_positions_are_exact(html):
+    start = html.index('id="scene=stop"')
+    text = html[start : html.index("</section>", start)]
+    assert '<tr><th scope="row">truth<td>1.5<td>0.8<td>' in text
+    assert '<tr><th scope="row">pymunk<td>1.498<td>0.8<td>2 mm' in text
+
+
+def test_a_limit_is_said_once_with_all_that_it_judges(html):
+    start = html.index('id="scene=stop"')
+    text = html[start : html.index("</section>", start)]
+    assert text.count("a tenth of a ball") == 1 + 2  # in its table, and with each that breaks it
+    assert "<li>✓ <code>pymunk</code> 2 mm</li>" in text
+    assert "<li>✗ <code>paper-discrete</code> 30 mm</li>" in text
+
+
+def test_every_failure_is_explained_with_its_command_and_what_it_must_give(html):
+    text = section(html, "failures")
+    assert text.count('<article class="failure">') == 7
+    assert "<dt>Expected<dd>at most 5 mm" in text
+    assert "<dt>Found<dd>30 mm (0.03 m)" in text
+    assert "ghostball explain stop --engine paper-discrete" in text
+    assert "ghostball simulate head-on --engine newcomer:dt=1e-3" in text
+    assert re.search(r'SHA-256 <code class="hash">[0-9a-f]{64}</code>', text)
+    assert "<code>cue</code> at (1.47, 0.8) m" in text
+
+
+def test_what_is_missing_says_so_and_how_to_get_it(html):
+    for name, words in {
+        "closed-forms": "One unit is what rounding",
+        "cost": "ghostball bench precision --out DIR",
+        "horizons": "was not measured",
+        "energy": "No motion of an engine that records it exactly is stored",
+        "hashes": "No comparison was made",
+        "timing": "so there are no intervals",
+        "stress": "No stress run lies in this folder",
+    }.items():
+        assert words in section(html, name), name
+
+
+def test_the_environment_is_shown(html):
+    text = section(html, "environment")
+    assert '<tr><th scope="row">cpu<td>a | b' in text
+    assert '<tr><th scope="row">versions.numpy<td>2.0' in text
+
+
+def test_without_a_script_everything_but_replays_is_there(html):
+    # Breaks where a scene is hidden by anything but the class that the script sets.
+    assert "hidden" not in {
+        name
+        for tag, attrs in read(html).elements
+        if tag == "section"
+        for name in attrs
+    }  # fmt: skip
+    assert ".js .scene:not(.open) { display: none; }" in html
+    assert "<noscript>" in html
+
+
+def test_text_of_scenes_and_engines_is_inert(small_folder):
+    path = small_folder / "results.jsonl"
+    evil = json.dumps(EVIL)[1:-1]
+    text = path.read_text().replace("One ball rolls to rest", evil)
+    text = text.replace("a tenth of a ball", evil).replace('"reason":""', f'"reason":"{evil}"')
+    path.write_text(text)
+    html = page_of(small_folder)
+    reader = read(html)
+    assert reader.wrong == []
+    assert reader.all("img") == []
+    assert all("onerror" not in attrs for _, attrs in reader.elements)
+    assert "alert(1)" in "".join(reader.texts)  # shown, not dropped
+    scripts = re.findall(r"<script(?![^>]*application/json)[^>]*>(.*?)</script>", html, re.DOTALL)
+    assert len(scripts) == 2
+    assert all("alert(1)" not in script for script in scripts)
+
+
+def test_a_run_that_was_killed_says_so(small_folder):
+    path = small_folder / "results.jsonl"
+    path.write_bytes(path.read_bytes()[:-40])
+    text = section(page_of(small_folder), "verdict")
+    assert "Not complete" in text
+    assert "<strong>This run is not complete</strong>" in text
+
+
+def test_a_damaged_motion_leaves_the_old_page(small_folder):
+    (small_folder / PAGE).write_text("old")
+    next((small_folder / "motion").iterdir()).unlink()
+    with pytest.raises(GhostballError, match="can't read the motion"):
+        write_report(small_folder)
+    assert (small_folder / PAGE).read_text() == "old"
+
+
+def test_a_damaged_comparison_leaves_the_old_page(small_folder):
+    (small_folder / PAGE).write_text("old")
+    (small_folder / "regression.json").write_text('{"schema": 99}')
+    with pytest.raises(GhostballError, match="`schema` must be 1, got 99"):
+        write_report(small_folder)
+    assert (small_folder / PAGE).read_text() == "old"
+
+
+def test_two_processes_write_the_same_page(small_folder):
+    one = page_of(small_folder)
+    write_report(small_folder, jobs=2)
+    assert (small_folder / PAGE).read_text(encoding="utf-8") == one
+    assert list(small_folder.glob("*.part")) == []
+
+
+def test_the_page_stays_small(html):
+    assert len(html.encode()) < 600_000
+
+
+def regression(**changes):
+    event = LoggedEvent(t=1.25, kind="ball-ball", a=0, b=1)
+    fields = {
+        "scene": "stop",
+        "title": "One ball rolls to rest",
+        "change": "worse",
+        "failed": True,
+        "summary": f"the cue ball ends 3 mm farther {EVIL}",
+        "first_difference": FirstDifference(
+            index=4, base=event, head=None, before_horizon=True, words="cue hits 1 no more"
+        ),
+        "metrics": (
+            Quantity(
+                name="rest_error_max", unit="m", base=1e-16, head=3e-3, high=1e-15,
+                level="error", within=False, why="a few roundings",
+            ),
+        ),
+        "counters": (
+            Quantity(
+                name="events", unit="1", base=9, head=9, level="warn", within=True, why="exact"
+            ),
+        ),
+        "base_hash": "a" * 64,
+        "head_hash": "b" * 64,
+        "rest_base": ((1.5, 0.8, 0.028575),),
+        "rest_head": ((1.503, 0.8, 0.028575),),
+        "time": TimeChange(
+            base=Timing(median=1e-3, low=0.9e-3, high=1.1e-3, samples=30),
+            head=Timing(median=2e-3, low=1.9e-3, high=2.2e-3, samples=30),
+            ratio=2.0, ratio_low=1.8, ratio_high=2.2, threshold=1.2, slower=True,
+        ),
+        "command": "ghostball regress stop",
+    }  # fmt: skip
+    change = SceneChange(**(fields | changes))
+    return Regression(against="baselines", base={}, head={}, outcome="failed", scenes=(change,))
+
+
+def test_what_changed_is_shown_with_both_sides(small_folder):
+    save_regression(regression(), small_folder)
+    html = page_of(small_folder)
+    text = section(html, "verdict")
+    assert "✗ failed" in text
+    assert "worse than what was accepted: 1" in text
+    assert "(1.5, 0.8) m<td>(1.503, 0.8) m<td>3 mm" in text
+    assert "<code>rest_error_max</code><td>0.1 fm<td>3 mm<td>+3 mm<td>to 1 fm<td>✗" in text
+    assert "cue hits 1 no more" in text
+    assert "1 did not" in text
+    data = re.search(r'id="compare-stop">(.*?)</script>', text, re.DOTALL)
+    assert json.loads(data[1])["rest_head"] == [[1.503, 0.8]]
+    assert "≠ not equal" in section(html, "hashes")
+    timing = section(html, "timing")
+    assert "<td>2 ms<td>1.9 ms to 2.2 ms<td>30<td>1 ms<td>2<td>1.8 to 2.2<td>✗ slower" in timing
+    assert read(html).wrong == []
+    assert "<img" not in html
+
+
+def test_both_motions_are_compared_where_there_are_both(small_folder):
+    motion = next(p for p in (small_folder / "motion").iterdir() if "ghostball" in p.name)
+    name = f"motion/{motion.name}"
+    save_regression(regression(base_motion=name, head_motion=name), small_folder)
+    data = re.search(r'id="compare-stop">(.*?)</script>', page_of(small_folder), re.DOTALL)
+    assert {side: one["scene"] for side, one in json.loads(data[1]).items()} == {
+        "base": "stop",
+        "head": "stop",
+    }
+
+
+def test_a_comparison_without_a_baseline_is_no_pass(small_folder):
+    found = regression(change="no-baseline", failed=False, base_hash="", rest_base=None)
+    save_regression(found.model_copy(update={"outcome": "no-baseline"}), small_folder)
+    text = section(page_of(small_folder), "verdict")
+    assert "? there is no baseline to compare with" in text
+    assert "worse" not in text
+
+
+def test_a_change_for_the_worse_fails_though_every_limit_holds(small_folder):
+    path = small_folder / "results.jsonl"
+    kept = [line for line in path.read_text().splitlines() if '"passed":false' not in line]
+    path.write_text("".join(f"{line}\n" for line in kept))
+    save_regression(regression(), small_folder)
+    text = section(page_of(small_folder), "verdict")
+    assert "Every limit holds. Against the accepted baselines, 1 scene fails." in text
+
+
+def test_stress_is_shown_where_it_lies_in_the_folder(small_folder):
+    findings = [
+        Finding("grazing", "hit-1", "ghostball", "survived"),
+        Finding("grazing", "hit-1", "pymunk", "broken", (EVIL,), shots=4, broken=3, severity=2.0),
+    ]
+    run = StressRun("quick", ("grazing",), ("ghostball", "pymunk"), {"cpu": "c", "date": "2026"})
+    writer = StressWriter(small_folder / "stress-quick")
+    with writer.reserved():
+        writer.finish(run, findings)
+    html = page_of(small_folder)
+    text = section(html, "stress")
+    assert "<td>1/1</td>" in text
+    assert "<strong>0/1</strong>" in text
+    assert "3 of 4" in text
+    assert read(html).all("img") == []
+
+
+def change_motion(folder, label, **changed):
+    """Store other numbers as the motion of an engine."""
+    path = next(p for p in (folder / "motion").iterdir() if p.name == f"stop--{label}.npz")
+    with np.load(path) as stored:
+        parts = dict(stored)
+    np.savez(path, **(parts | {name: change(parts[name]) for name, change in changed.items()}))
+
+
+@pytest.mark.parametrize("label", ["ghostball", "pymunk"])
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_an_engine_that_blew_up_does_not_break_the_page(small_folder, label, bad):
+    def blown_up(values):
+        return np.where(np.arange(len(values)) < len(values) // 2, values.T, bad).T
+
+    names = ("positions", "velocities", "angular_velocities")
+    energies = ("energy_translation", "energy_rotation", "energy_height")
+    change_motion(small_folder, label, **dict.fromkeys(names + energies, blown_up))
+    html = page_part(small_folder)
+    assert "nan" not in "".join(re.findall(r'<path[^>]* d="([^"]*)"', html))
+    assert "Energy of all balls against time" in html
+
+
+def test_a_shot_in_which_nothing_moves(small_folder):
+    for label in ("ghostball", "pymunk"):
+        stored = next(p for p in (small_folder / "motion").iterdir() if f"--{label}." in p.name)
+        with np.load(stored) as parts:
+            names = [name for name in parts if name != "events"]
+        change_motion(small_folder, label, **dict.fromkeys(names, lambda values: values[:1]))
+    assert 'id="scene=stop"' in page_part(small_folder)
+
+
+def page_part(folder):
+    """The scene's part alone: the figures of the report have tests of their own."""
+    return scene_part(load_shot(ResultsFolder.load(folder), "stop")).html

@@ -1,0 +1,190 @@
+"""The data of a replay: a parabola per stretch loses nothing that a screen could show."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from replay_decoder import Packed, decoded, place_at
+
+from engine import EVENT_DTYPE, Ball, Scene, Table, simulate
+from engine.trajectory import Phase
+from reports.page.replay_data import MAX_EVENTS, motion_data, scene_data
+from reports.page.replay_tracks import FARTHEST, TOLERANCE, packed, tick_of, track_of
+from reports.shots import load_shot
+from validation.library import find_scene
+from validation.records import Motion
+from validation.sampling import motion_of
+from validation.store import ResultsFolder
+
+
+def motion_of_path(times, xy, events=()) -> Motion:
+    """A ball for each of `xy`, (k, n, 2) [m], with its speeds."""
+    xy = np.asarray(xy, dtype=float)
+    k, n, _ = xy.shape
+    positions = np.dstack([xy, np.full((k, n), 0.03)])
+    with np.errstate(invalid="ignore"):
+        velocities = np.gradient(positions, times, axis=0)
+    nothing, spin = np.zeros(k), np.zeros_like(velocities)
+    log = np.array(list(events), dtype=EVENT_DTYPE)
+    return Motion(log, np.asarray(times), positions, velocities, spin, nothing, nothing, nothing)
+
+
+def two_balls(**changes) -> Scene:
+    balls = [
+        Ball(id="cue", position=(0.5, 0.6), velocity=(1.0, 0.0)),
+        Ball(id="object", position=(1.0, 0.628)),
+    ]
+    return Scene(
+        **{"name": "cut", "table": Table(length=2.54, width=1.27), "balls": balls} | changes
+    )
+
+
+@pytest.mark.parametrize("name", ["half-ball-cut", "draw-shot", "masse", "break-8"])
+def test_paths_stay_within_the_tolerance_of_every_stored_sample(name):
+    # Broken by a piece that is too long, a bulge of the wrong sign, or times rounded too far.
+    scene = find_scene(name)
+    motion = motion_of(simulate(scene, record="trajectory"))
+    data = motion_data(scene, motion)
+    _, tracks = decoded(data)["ghostball"]
+    for ball, track in enumerate(tracks):
+        off = [
+            np.hypot(*(place_at(track, t, data["quantum"]) - xy))
+            for t, xy in zip(motion.times, motion.positions[:, ball, :2], strict=True)
+        ]
+        assert max(off) <= TOLERANCE + 2e-6  # the time of a knot is a tick off, too
+
+
+def test_a_ball_that_rolls_is_one_parabola_until_it_is_hit():
+    scene = find_scene("half-ball-cut")
+    motion = motion_of(simulate(scene, record="trajectory"))
+    for ball in (0, 1):
+        own = (motion.events["a"] == ball) | (motion.events["b"] == ball)
+        track = track_of(motion, ball, tick_of(motion))
+        assert len(track.bulges) <= own.sum() + 1
+
+
+def test_phases_are_those_of_the_motion():
+    # Broken by a piece that spans a change of phase.
+    scene = find_scene("draw-shot")
+    motion = motion_of(simulate(scene, record="trajectory"))
+    _, tracks = decoded(motion_data(scene, motion))["ghostball"]
+    for ball, track in enumerate(tracks):
+        piece = np.searchsorted(track["t"], motion.times + 1e-7, side="right") - 1
+        said = np.array(track["phases"])[np.clip(piece, 0, len(track["phases"]) - 1)]
+        # An instant just before an event is within a tick of it, and at the end there is no piece.
+        clear = np.append(np.diff(motion.times) > 2e-7, False)
+        assert (said[clear] == motion.phases[clear, ball]).all()
+    assert {Phase.SLIDING, Phase.ROLLING, Phase.RESTING} <= {
+        phase for track in tracks for phase in track["phases"]
+    }
+
+
+def test_event_times_are_exact():
+    scene = find_scene("break-8")
+    motion = motion_of(simulate(scene, record="trajectory"))
+    (times, kinds, a, b), _ = decoded(motion_data(scene, motion))["ghostball"]
+    assert times == motion.events["t"].tolist()
+    assert kinds == motion.events["kind"].tolist()
+    assert (a, b) == (motion.events["a"].tolist(), motion.events["b"].tolist())
+
+
+def test_a_long_log_is_thinned_and_says_so():
+    times = np.linspace(0.0, 1.0, 5 * MAX_EVENTS)
+    xy = np.stack([times, 0 * times], axis=1)[:, None]
+    motion = motion_of_path(times, xy, [(t, 1, 0, 0) for t in times])
+    data = motion_data(two_balls(balls=two_balls().balls[:1]), motion)
+    said = data["engines"][0]["motion"]
+    assert (said["events"], said["of"]) == (MAX_EVENTS, len(times))
+    (kept, *_), _ = decoded(data)["ghostball"]
+    assert (kept[0], kept[-1], len(kept)) == (0.0, 1.0, MAX_EVENTS)
+
+
+def test_a_ball_may_jump_at_an_instant():
+    # Engines pull balls apart that they let overlap: no parabola goes through both places.
+    before = np.nextafter(0.5, 0.0)
+    times = np.array([0.0, 0.25, before, 0.5, 0.75, 1.0])
+    x = np.where(times < 0.5, times, times + 0.003)
+    motion = motion_of_path(times, np.stack([x, 0 * x], axis=1)[:, None], [(0.5, 0, 0, 1)])
+    motion = replace(motion, velocities=np.ones_like(motion.velocities))
+    _, (track,) = decoded(motion_data(two_balls(balls=two_balls().balls[:1]), motion))["ghostball"]
+    assert place_at(track, 0.5, 1e-6)[0] == pytest.approx(0.503, abs=TOLERANCE)
+    assert place_at(track, 0.4999, 1e-6)[0] == pytest.approx(0.4999, abs=TOLERANCE)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 10 * FARTHEST])
+def test_a_ball_without_a_finite_position_is_absent_from_there_on(wrong):
+    times = np.linspace(0.0, 1.0, 11)
+    xy = np.zeros((11, 2, 2))
+    xy[:, :, 0] = times[:, None]
+    xy[6:, 1, 1] = wrong
+    motion = motion_of_path(times, xy)
+    data = motion_data(two_balls(), motion)
+    assert data["engines"][0]["motion"]["lost"] == [[1, times[6]]]
+    json.dumps(data, allow_nan=False)
+    _, (first, second) = decoded(data)["ghostball"]
+    assert first["t"][-1] == pytest.approx(1.0)
+    assert second["t"][-1] == pytest.approx(0.5)
+
+
+def test_a_ball_that_never_had_a_position_has_no_path():
+    motion = motion_of_path(np.linspace(0, 1, 5), np.full((5, 2, 2), np.nan))
+    data = motion_data(two_balls(), motion)
+    assert data["engines"][0]["motion"]["lost"] == [[0, 0.0], [1, 0.0]]
+    _, tracks = decoded(data)["ghostball"]
+    assert [len(track["t"]) for track in tracks] == [0, 0]
+
+
+def test_speeds_beyond_all_sense_make_ticks_shorter():
+    motion = motion_of_path([0.0, 1e-4, 2e-4], [[[0, 0]], [[1, 0]], [[2, 0]]])
+    assert tick_of(motion) <= 1e-10
+
+
+def test_numbers_of_every_size_are_packed():
+    numbers = [0, -1, 1, 63, 64, -64, -65, 2**31, -(2**40), 2**52]
+    reader = Packed.__new__(Packed)
+    reader.bytes, reader.at = packed(numbers), 0
+    assert reader.numbers(len(numbers)) == numbers
+    assert len(packed([63])) == 1
+
+
+def test_a_scene_holds_every_engine_that_was_asked_for(results_folder):
+    results = ResultsFolder.load(results_folder)
+    data = scene_data(load_shot(results, "head-on"), horizon=float("inf"))
+    json.dumps(data, allow_nan=False)
+    engines = {engine["label"]: engine for engine in data["engines"]}
+    assert list(engines) == results.labels
+    assert engines["pybullet"]["motion"] is None
+    assert engines["pybullet"]["reason"] == "no table | with legs"
+    assert engines["newcomer:dt=1e-3"]["outcome"] == "failed"
+    assert engines["ghostball"]["ours"]
+    assert data["horizon"] is None
+    assert data["truth"]["rest"][0] == pytest.approx([1.25715 - 0.0, 0.635], abs=1)
+    looks = {(e["colour"], tuple(e["dash"]), e["marker"]) for e in data["engines"]}
+    assert len(looks) == len(engines)  # told apart without knowing their order
+
+
+def test_a_scene_that_no_engine_could_run_has_data_too(results_folder):
+    shot = load_shot(ResultsFolder.load(results_folder), "stop")
+    none = replace(shot, runs=tuple(run for run in shot.runs if run.motion is None))
+    data = scene_data(none)
+    assert all(engine["motion"] is None for engine in data["engines"])
+    assert decoded(data) == {}
+
+
+def test_what_an_engine_lost_far_off_leaves_the_view_on_the_table():
+    times = np.linspace(0.0, 1.0, 11)
+    xy = np.zeros((11, 2, 2))
+    xy[:, 1, 0] = 900.0 * times
+    own = motion_data(two_balls(), motion_of_path(times, 0 * xy + 0.5), label="ghostball")
+    lost = motion_data(two_balls(), motion_of_path(times, xy), label="pymunk")
+    assert own["view"][1] < 3.0
+    cloth = motion_data(two_balls(table=None), motion_of_path(times, xy), label="pymunk")
+    assert cloth["view"][1] < 5.0
+    assert lost["view"][1] < 3.0
+
+
+def test_the_data_of_a_break_are_small():
+    scene = find_scene("break-16")
+    motion = motion_of(simulate(scene, record="trajectory"))
+    assert len(json.dumps(motion_data(scene, motion))) < 12_000

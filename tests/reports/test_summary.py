@@ -1,0 +1,186 @@
+"""What a CI shows of a run: the verdict first, nothing left out in silence, never too long."""
+
+import re
+from dataclasses import replace
+
+import pytest
+from regressions import identical, regression, uncompared, worse
+from typer.testing import CliRunner
+
+from engine import GhostballError
+from ghostball.cli import app
+from reports.summary import summary_markdown, summary_text, write_summary
+from validation.regression import save_regression
+from validation.store import ResultsFolder
+
+
+@pytest.fixture(scope="module")
+def results(results_folder):
+    return ResultsFolder.load(results_folder)
+
+
+def with_cases(results, cases, **environment):
+    return ResultsFolder(results.path, cases, results.environment | environment)
+
+
+def rows_of(text: str, heading: str) -> list[list[str]]:
+    """Return the cells of each row of a section's table; every line of it must be one."""
+    section = text.partition(f"### {heading}")[2].partition("\n### ")[0]
+    lines = [line for line in section.splitlines() if line.startswith("|")]
+    rows = [re.split(r"(?<!\\)\|", line)[1:-1] for line in lines]
+    assert len({len(row) for row in rows}) <= 1
+    return [[cell.strip() for cell in row] for row in rows[2:]]
+
+
+def test_the_verdict_comes_first(results):
+    text = summary_markdown(results, regression(worse(), identical()))
+    assert text.startswith("## ✗ Ghostball: 1 of 2 scenes changed against the accepted baselines")
+    assert "\n✗ 9 scenes on 7 engines: " in text
+    order = [text.index(f"### {part}") for part in ("What changed", "Not right", "Verdicts")]
+    assert order == sorted(order)
+
+
+def test_a_run_in_which_all_is_right_says_so(results):
+    good = [case for case in results.cases if case.passed is not False and case.outcome == "ran"]
+    text = summary_markdown(with_cases(results, good), regression(identical(), outcome="passed"))
+    assert text.startswith("## ✓ Ghostball: 0 of 1 scene changed")
+    assert "✗" not in text.partition("### Verdicts")[0]
+    assert "### Not right" not in text
+    assert "Nothing.\n\n1 scene as before: 1 identical." in text
+
+
+def test_what_changed_comes_with_where_and_how_to_see_it(results):
+    (row,) = rows_of(summary_markdown(results, regression(worse(), identical())), "What changed")
+    assert row[0] == "break-7"
+    assert row[1] == "✗ worse"
+    assert "rest error 3 mm, was 7 fm; rest_error_max must be at most 1e-12, got 0.003" in row[2]
+    assert "which is missing now" in row[3]
+    assert row[4] == "`ghostball simulate break-7`"
+
+
+def test_what_failed_comes_with_its_limit_its_reason_and_a_command(results):
+    rows = rows_of(summary_markdown(results, None), "Not right")
+    assert [
+        "stop",
+        "`paper-discrete`",
+        "rest_error_max must be &lt;= 0.005 m, got 0.03 m",
+        "a tenth of a ball",
+        "`ghostball validate stop --engines paper-discrete --out out/again`",
+    ] in rows
+    assert ["head-on", "`newcomer:dt=1e-3`", "did not finish: division by zero"] in [
+        row[:3] for row in rows
+    ]
+
+
+def test_warnings_and_stale_baselines_are_shown(results):
+    text = summary_markdown(
+        results, regression(identical(), outcome="passed", warnings=("slower | <b>",), stale=("x",))
+    )
+    assert "### Warnings\n\n- slower \\| &lt;b>\n- x: baseline of a scene that is no more" in text
+
+
+def test_nothing_to_compare_with_is_no_pass(results):
+    text = summary_markdown(None, regression(uncompared(), outcome="no-baseline"))
+    assert text.startswith("## ✗ Ghostball: nothing to compare with in the accepted baselines")
+    assert rows_of(text, "What changed")[0][1] == "✗ no-baseline"
+
+
+def test_a_run_that_was_cut_short_is_no_pass(results):
+    good = [case for case in results.cases if case.passed]
+    text = summary_markdown(with_cases(results, good, state="interrupted"), None)
+    assert text.startswith("## ✗ Ghostball: the run is not complete (interrupted): ")
+
+
+@pytest.mark.parametrize("limit", [3_000, 20_000, 200_000])
+def test_it_stays_below_its_limit_and_says_what_it_leaves_out(results, limit):
+    # 2000 failures, each with a reason of pages; and as many changes.
+    bad = next(case for case in results.cases if case.outcome == "failed")
+    cases = [replace(bad, scene=f"scene-{k}", reason="why | <x>\n" * 500) for k in range(2000)]
+    many = regression(*(worse(f"scene-{k}", summary="so much\n" * 200) for k in range(2000)))
+    text = summary_markdown(with_cases(results, cases, scenes=[]), many, limit=limit)
+    assert len(text.encode()) < limit
+    for heading in ("What changed", "Not right", "Verdicts"):
+        shown = len(rows_of(text, heading))  # each a whole row
+        section = text.partition(f"### {heading}")[2].partition("\n### ")[0]
+        left = re.search(r"\*(\d+) more \w+ left out here", section)
+        assert shown + (0 if left is None else int(left[1])) == 2000
+
+
+def test_a_command_is_never_cut(results):
+    command = "ghostball regress " + " ".join(f"scene-{k}" for k in range(200))
+    (row,) = rows_of(summary_markdown(None, regression(worse(command=command))), "What changed")
+    assert row[4] == f"`{command}`"
+
+
+LINE = re.compile(r"[^:\n]+: (error|warning|note): .+")
+
+
+def test_plain_text_is_a_line_for_each_thing(results):
+    text = summary_text(results, regression(worse(), uncompared(), warnings=("slow",)))
+    lines = text.splitlines()
+    assert all(LINE.fullmatch(line) for line in lines)
+    assert (
+        "stop: error: paper-discrete: rest_error_max must be <= 0.005 m, got 0.03 m "
+        "(a tenth of a ball) [ghostball validate stop --engines paper-discrete --out out/again]"
+    ) in lines
+    assert (
+        "head-on: error: no-baseline: no baseline was accepted [ghostball accept head-on]" in lines
+    )
+    assert (
+        "break-7: warning: roots must be within [10, 10], got 12 (before: 10) (as accepted)"
+        in lines
+    )
+    assert "regression: warning: slow" in lines
+    assert [line.split(": ")[0] for line in lines[-2:]] == ["ghostball", "ghostball"]
+
+
+def test_plain_text_has_no_error_where_all_is_right(results):
+    good = [case for case in results.cases if case.passed]
+    text = summary_text(with_cases(results, good), regression(identical(), outcome="passed"))
+    assert ": error:" not in text
+    assert text.count("ghostball: note: ") == 2
+
+
+def test_what_moved_and_may_is_a_warning():
+    moved = worse(change="better", failed=False)
+    lines = summary_text(None, regression(moved, outcome="passed")).splitlines()
+    assert "break-7: warning: better: rest error 3 mm" in lines[0]
+    assert not [line for line in lines if ": error: " in line]
+
+
+def test_a_file_that_others_began_is_added_to(tmp_path):
+    page = tmp_path / "summary.md"
+    page.write_text("an earlier step\n")
+    write_summary("## ✓\n", page)
+    assert page.read_text(encoding="utf-8") == "an earlier step\n## ✓\n"
+    with pytest.raises(GhostballError, match="can't write the summary"):
+        write_summary("", tmp_path)
+
+
+def invoke(*arguments):
+    return CliRunner().invoke(app, ["report", *map(str, arguments)])
+
+
+def test_the_command_writes_both_and_no_report(small_folder, tmp_path):
+    save_regression(regression(worse()), small_folder)
+    page = tmp_path / "page.md"
+    done = invoke(small_folder, "--summary", page, "--text", "-")
+    assert done.exit_code == 0
+    assert "### What changed" in page.read_text(encoding="utf-8")
+    assert done.stdout.startswith("break-7: error: worse: ")
+    assert not (small_folder / "report.md").exists()
+
+
+def test_a_folder_may_hold_a_comparison_alone(tmp_path):
+    save_regression(regression(worse(), against="main"), tmp_path)
+    done = invoke(tmp_path, "--summary", "-")
+    assert done.exit_code == 0
+    assert done.stdout.startswith("## ✗ Ghostball: 1 of 1 scene changed against revision `main`")
+
+
+def test_bad_input_is_refused(tmp_path, small_folder):
+    assert "no such results folder" in invoke(tmp_path / "none", "--text", "-").stderr
+    assert "not a results folder" in invoke(tmp_path, "--text", "-").stderr
+    done = invoke(small_folder, "--summary", tmp_path / "none/page.md")
+    assert done.exit_code == 2
+    assert "can't write the file of `--summary`" in done.stderr

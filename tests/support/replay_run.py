@@ -1,0 +1,57 @@
+"""A small run of the suite, with all that a replay must cope with."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from engine import Ball, Scene, Table
+from validation.library import find_scene
+from validation.store import ResultsFolder, ResultsWriter
+from validation.suite import run_suite
+
+ENGINES = ["ghostball", "pymunk", "paper-discrete"]
+BROKEN = "pymunk:config=default"
+"""The engine whose motion is made to blow up."""
+
+BREAKS_AT = 0.5
+"""From when on its first ball is nowhere [s]."""
+
+SCRIPT = "<img src=x onerror=pwned=1>"
+HOSTILE = "</script><script>pwned=1</script>" + SCRIPT
+
+
+def hostile_scene() -> Scene:
+    """Two balls with names, and a title, that would run if they were taken for HTML."""
+    return Scene(
+        name="hostile",
+        title=HOSTILE,
+        table=Table(length=2.54, width=1.27),
+        balls=[
+            Ball(id=SCRIPT, position=(0.5, 0.6), velocity=(1.0, 0.0)),
+            Ball(id="&lt;b&gt;", position=(1.0, 0.628)),
+        ],
+    )
+
+
+def small_run(within: Path) -> Path:
+    """Four scenes on three engines; in the first, a fourth one whose ball is lost midway."""
+    first, folder = within / "first", within / "page"
+    names = ("half-ball-cut", "draw-shot", "three-ball-chain")
+    scenes = [*map(find_scene, names), hostile_scene()]
+    run_suite(scenes, ENGINES, first)
+    ran = ResultsFolder.load(first)
+    writer = ResultsWriter(folder)
+    writer.begin(ran.environment | {"engines": [*ENGINES, BROKEN]})
+    for case in ran.cases:
+        motion = ran.motion(case)
+        writer.write(case, motion)
+        if case.scene == "half-ball-cut" and case.label == "pymunk":
+            assert motion is not None
+            positions = motion.positions.copy()
+            positions[motion.times >= BREAKS_AT, 0] = np.nan
+            rest = np.where([[True], [False]], np.nan, case.rest_positions)
+            blown_up = replace(case, label=BROKEN, rest_positions=rest)
+            writer.write(blown_up, replace(motion, positions=positions))
+    writer.finish("complete")
+    return folder

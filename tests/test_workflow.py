@@ -1,0 +1,127 @@
+"""The workflow of GitHub Actions: what it may do, and that its commands do what they are for."""
+
+import os
+import re
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from ghostball.cli import app
+
+ROOT = Path(__file__).parent.parent
+WORKFLOW = yaml.safe_load((ROOT / ".github/workflows/ghostball.yml").read_text(encoding="utf-8"))
+SETUP = yaml.safe_load((ROOT / ".github/actions/setup/action.yml").read_text(encoding="utf-8"))
+JOBS = WORKFLOW["jobs"]
+STEPS = [step for job in JOBS.values() for step in job["steps"]] + SETUP["runs"]["steps"]
+COMMANDS = {command.name or command.callback.__name__ for command in app.registered_commands}
+
+
+def test_it_runs_for_pushes_and_pull_requests():
+    on = WORKFLOW[True]  # YAML 1.1 reads `on` as a truth value
+    assert on["push"] == {"branches": ["main"]}
+    assert "pull_request" in on
+    assert "pull_request_target" not in on  # would run a fork's code with rights to write
+
+
+def test_it_may_read_and_nothing_else():
+    assert WORKFLOW["permissions"] == {"contents": "read"}
+    assert not any("permissions" in job for job in JOBS.values())
+    checkouts = [step for step in STEPS if step.get("uses", "").startswith("actions/checkout")]
+    assert checkouts
+    assert all(step["with"]["persist-credentials"] is False for step in checkouts)
+
+
+def test_every_job_ends():
+    assert all(0 < job["timeout-minutes"] <= 180 for job in JOBS.values())
+    assert "pull_request.number" in WORKFLOW["concurrency"]["group"]
+
+
+def test_actions_are_pinned_to_a_major_version():
+    used = [step["uses"] for step in STEPS if "uses" in step]
+    assert used
+    foreign = [action for action in used if not action.startswith("./")]
+    assert all(re.fullmatch(r"actions/[a-z-]+@v\d+", action) for action in foreign), foreign
+    assert all((ROOT / action / "action.yml").exists() for action in set(used) - set(foreign))
+
+
+def test_no_expression_is_pasted_into_a_command():
+    # A branch's name may be a command: what comes from outside goes through the environment.
+    assert not [step["run"] for step in STEPS if "${{" in step.get("run", "")]
+
+
+def test_all_that_is_checked_is_checked():
+    assert [step["run"] for step in JOBS["check"]["steps"] if "run" in step] == [".ci/run"]
+
+
+def test_what_failed_is_shown_and_kept():
+    steps = JOBS["validate"]["steps"]
+    start = next(k for k, step in enumerate(steps) if step.get("name") == "Validate")
+    for step in steps[start + 1 :]:
+        assert step["if"].startswith("${{ !cancelled()"), step["name"]
+
+
+def test_the_revision_to_compare_with_is_there():
+    checkout = JOBS["validate"]["steps"][0]
+    assert checkout["with"]["fetch-depth"] == 0
+
+
+@pytest.fixture
+def clone(tmp_path):
+    """A clone of what is committed, whose environment is that of the tests."""
+    scratch = tmp_path / "clone"
+    subprocess.run(["git", "clone", "--quiet", ROOT, scratch], check=True)
+    git = ["git", "-C", str(scratch)]
+    subprocess.run([*git, "update-ref", "refs/remotes/origin/base", "HEAD"], check=True)
+    binaries = scratch / ".venv/bin"
+    binaries.mkdir(parents=True)
+    for name, command in {"python": "", "ghostball": "-m ghostball"}.items():
+        script = binaries / name
+        script.write_text(f'#!/bin/sh\nexec "{sys.executable}" {command} "$@"\n')
+        script.chmod(script.stat().st_mode | stat.S_IXUSR)
+    (scratch / ".venv/.ready").touch()
+    return scratch
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_job_do_what_they_are_there_for(clone, tmp_path):
+    # A command that is gone, an option that is renamed, a folder that isn't there break it.
+    page = tmp_path / "summary.md"
+    given = {
+        "SUITE": "smoke",
+        "SCENES": "stop half-ball-cut",
+        "OUT": JOBS["validate"]["env"]["OUT"],
+        "GITHUB_STEP_SUMMARY": str(page),
+        "GITHUB_BASE_REF": "base",
+        "PYTHONPATH": str(clone),
+    }
+    said = {}
+    for step in JOBS["validate"]["steps"]:
+        if "run" not in step or ("regress" in step["run"] and "regress" not in COMMANDS):
+            continue
+        done = subprocess.run(
+            ["bash", "-e", "-o", "pipefail", "-c", step["run"]],
+            cwd=clone,
+            env=os.environ | given,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, f"{step['name']}\n{done.stdout}{done.stderr}"
+        said[step["name"]] = done.stdout
+    results = clone / given["OUT"]
+    assert {"results.jsonl", "report.md"} <= {path.name for path in results.iterdir()}
+    assert "<testsuites" in (clone / "out/validate.xml").read_text(encoding="utf-8")
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("## ✓ Ghostball: ")
+    assert "| half-ball-cut | ✓" in text
+    assert "around-the-table" not in text  # neither the suite
+    assert "| head-on |" not in text  # nor the smoke test, but the scenes that were asked for
+    assert "ghostball: note: " in said["Say what came of it"]
+    if "regress" in COMMANDS:
+        assert "What changed against the accepted baselines" in text
+        assert "What changed against revision `origin/base`" in text
+        assert "<testsuites" in (clone / "out/baselines.xml").read_text(encoding="utf-8")

@@ -1,0 +1,1 @@
+"""Short engines to begin from; they aren't installed as engines."""
