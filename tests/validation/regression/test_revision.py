@@ -170,5 +170,9 @@ def test_an_installed_package_has_no_other_revisions(tmp_path, monkeypatch):
         repository()
 
 
-def test_this_checkout_is_found():
-    assert (repository() / "validation" / "regression").is_dir()
+def test_a_checkout_is_found(tmp_path, monkeypatch):
+    module = tmp_path / "validation" / "__init__.py"
+    monkeypatch.setattr(revision_module.validation, "__file__", str(module))
+    (tmp_path / "pyproject.toml").write_text("")
+    (tmp_path / ".git").write_text("gitdir: elsewhere")  # a worktree has a file there
+    assert repository() == tmp_path
