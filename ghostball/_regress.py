@@ -36,6 +36,7 @@ from validation.regression import (
     time_scenes,
     times_path,
 )
+from validation.regression.gate import crowds
 from validation.regression.junit import write_regression_junit
 from validation.regression.records import Change
 from validation.store import ResultsFolder
@@ -60,6 +61,13 @@ _WORDS: dict[Change, str] = {
     "worse": "worse against truth",
     "no-baseline": "no baseline",
     "not-comparable": "not comparable",
+}
+
+_VERDICTS = {
+    ExitStatus.PASSED: "[green]passed[/]",
+    ExitStatus.CHECK_FAILED: "[bold red]failed[/]",
+    ExitStatus.HARNESS_FAILED: "[bold red]failed[/]",
+    ExitStatus.NO_BASELINE: "[bold yellow]no baseline[/]",
 }
 
 
@@ -89,7 +97,8 @@ def run(
         check_writable(junit, "--junit")
     known = load_times(times_path(folder, describe_environment()))
     if against is None:
-        check_baselines(folder, [scene.name for scene in scenes])
+        made = () if names_or_tags else crowds()
+        check_baselines(folder, [scene.name for scene in (*scenes, *made)])
     started = time.perf_counter()
     with counting("running") as count:
 
@@ -115,7 +124,12 @@ def run(
         if against is not None:
             with counting("comparing") as count:
                 regression = compare_revisions(
-                    scenes, against, out, criteria=criteria, known=known, progress=count
+                    _ran(outcome, scenes),
+                    against,
+                    out,
+                    criteria=criteria,
+                    known=known,
+                    progress=count,
                 )
         else:
             times = None
@@ -134,8 +148,13 @@ def run(
     if as_json:
         print(regression.model_dump_json(by_alias=True))
     else:
-        _show(regression, outcome, out, time.perf_counter() - started)
+        _show(regression, outcome, out, baselines, time.perf_counter() - started)
     return _status(regression, outcome)
+
+
+def _ran(outcome: Outcome, scenes: Sequence[Scene]) -> list[Scene]:
+    ran = {case.scene for case in outcome.cases if case.outcome == "ran"}
+    return [scene for scene in scenes if scene.name in ran]
 
 
 def _played(outcome: Outcome, scenes: Sequence[Scene]) -> list[Scene]:
@@ -153,7 +172,9 @@ def _status(regression: Regression, outcome: Outcome) -> ExitStatus:
     return ExitStatus.PASSED
 
 
-def _show(regression: Regression, outcome: Outcome, out: Path, seconds: float) -> None:
+def _show(
+    regression: Regression, outcome: Outcome, out: Path, baselines: Path | None, seconds: float
+) -> None:
     console = stdout()
     new = [one.scene for one in regression.scenes if one.change == "no-baseline"]
     changed = [
@@ -169,17 +190,19 @@ def _show(regression: Regression, outcome: Outcome, out: Path, seconds: float) -
         console.print(f"[yellow]warning:[/] {escape(warning)}", soft_wrap=True)
     counts = Counter(one.change for one in regression.scenes)
     parts = [f"{counts[name]} {words}" for name, words in _WORDS.items() if counts[name]]
+    if outcome.counts.failed:
+        parts.append(f"{outcome.counts.failed} did not finish")
     if outcome.counts.checks_failed:
         parts.append(f"{outcome.counts.checks_failed} limits of truth broken")
-    colour = {"passed": "green", "failed": "bold red", "no-baseline": "bold yellow"}
+    verdict = _VERDICTS[_status(regression, outcome)]
     against = (
         "the accepted baselines"
         if regression.against == "baselines"
         else f"revision {regression.against}"
     )
     console.print(
-        f"[{colour[regression.outcome]}]{regression.outcome.replace('-', ' ')}[/]: "
-        f"{', '.join(parts)}, against {escape(against)}, in {seconds:.0f} s",
+        f"{verdict}: {', '.join(parts) or 'nothing was compared'}, "
+        f"against {escape(against)}, in {seconds:.0f} s",
         soft_wrap=True,
     )
     if regression.against != "baselines":
@@ -189,6 +212,7 @@ def _show(regression: Regression, outcome: Outcome, out: Path, seconds: float) -
         say(f"`ghostball report {folder}` shows it, old and new side by side")
         if regression.against == "baselines":
             given = "" if out == Path("out/regress") else f" --from {folder}"
+            given += "" if baselines is None else f" --baselines {escape(str(baselines))}"
             say(f'Where it is right: `ghostball accept{given} --reason "..."`')
 
 

@@ -24,6 +24,7 @@ from validation.predictability import predictability_of, save_predictability
 from validation.records import COMPLETE_STATUSES
 from validation.regression import (
     REGRESSION_FILE,
+    MachineTimes,
     check_baselines,
     compare_results,
     load_times,
@@ -70,6 +71,7 @@ def run(
             make_engine(spec)
     scenes, criteria = select(names_or_tags, suite), criteria_beside_paths(names_or_tags)
     check_baselines(FOLDER, [scene.name for scene in scenes])
+    known = load_times(times_path(FOLDER, describe_environment()))
     patterns = None if metrics is None else [name.strip() for name in metrics.split(",")]
     request = None
     if ensemble is not None:
@@ -110,7 +112,7 @@ def run(
         interrupted = not _predict(scenes, out)
     if not interrupted:
         try:
-            changed = _compare(results, scenes, whole=patterns is None)
+            changed = _compare(results, scenes, known, whole=patterns is None)
         except KeyboardInterrupt:
             interrupted = True
     if request is not None and not interrupted:
@@ -155,7 +157,9 @@ def run(
     return max(outcome.exit_status, beyond)
 
 
-def _compare(results: ResultsFolder, scenes: Sequence[Scene], *, whole: bool) -> str:
+def _compare(
+    results: ResultsFolder, scenes: Sequence[Scene], known: MachineTimes | None, *, whole: bool
+) -> str:
     """Compare our engine with its baselines where it ran; store that, and return it in words.
 
     It is shown, not judged: `ghostball regress` is the gate. Nothing is compared where not the
@@ -175,7 +179,6 @@ def _compare(results: ResultsFolder, scenes: Sequence[Scene], *, whole: bool) ->
         return ""
     with counting("timing") as count:
         times = time_scenes([scene for scene in scenes if scene.name in ran], progress=count)
-    known = load_times(times_path(FOLDER, describe_environment()))
     regression = compare_results(results, whole=False, candidates=False, times=times, known=known)
     save_regression(regression, results.path)
     moved = [one.scene for one in regression.scenes if one.failed]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
@@ -13,6 +14,7 @@ from validation.regression.baseline import (
     FOLDER,
     Accepted,
     Baseline,
+    BaselineSchemaError,
     baseline_path,
     load_baseline,
 )
@@ -95,12 +97,13 @@ def accept(results: Path, reason: str, *, only: str = "*", folder: Path = FOLDER
             "would be accepted. Run `ghostball regress` again, and look at what it says"
         )
     accepted = _accepted(regression, reason)
-    candidates = _candidates(regression, results)
+    candidates = _candidates(regression, results, folder)
     chosen = [one for one in candidates if fnmatchcase(one.scene, only)]
-    stale = [name for name in regression.stale if fnmatchcase(name, only)]
+    left = [name for name in regression.stale if baseline_path(folder, name).exists()]
+    stale = [name for name in left if fnmatchcase(name, only)]
     if not chosen and not stale:
-        moved = ", ".join(one.scene for one in candidates) or "nothing moved"
-        raise AcceptError(f'nothing to accept matches "{only}"; what moved: {moved}')
+        there = ", ".join([*(one.scene for one in candidates), *left]) or "nothing"
+        raise AcceptError(f'nothing to accept matches "{only}"; what there is to accept: {there}')
     entry = _entry(regression, accepted, [one.scene for one in chosen], stale)
     changelog = folder / CHANGES_FILE
     texts = {
@@ -126,8 +129,8 @@ def _accepted(regression: Regression, reason: str) -> Accepted:
     )
 
 
-def _candidates(regression: Regression, results: Path) -> list[Baseline]:
-    """Read what would be accepted, checked as any baseline is."""
+def _candidates(regression: Regression, results: Path, folder: Path) -> list[Baseline]:
+    """Read what would be accepted, checked as any baseline is, but for what was accepted before."""
     found = []
     for change in regression.scenes:
         path = baseline_path(results / CANDIDATES, change.scene)
@@ -138,10 +141,30 @@ def _candidates(regression: Regression, results: Path) -> list[Baseline]:
                     f"{path}: isn't what the comparison found: it was edited, or is of another "
                     "run. Run `ghostball regress` again"
                 )
-            found.append(candidate)
+            if not _was_accepted(change, candidate, folder):
+                found.append(candidate)
         elif _needs_one(change):
             raise AcceptError(f"{path}: missing. Run `ghostball regress` again")
     return found
+
+
+def _was_accepted(change: SceneChange, candidate: Baseline, folder: Path) -> bool:
+    """Whether a candidate is the baseline already, but for when and why it was accepted."""
+    path, before = baseline_path(folder, change.scene), ""
+    if path.exists():
+        try:
+            now = load_baseline(path)
+        except BaselineSchemaError:
+            return False
+        if now.model_copy(update={"accepted": candidate.accepted}) == candidate:
+            return True
+        before = now.hash.bits
+    if change.base_hash != before:
+        raise AcceptError(
+            f"{path}: isn't what was compared with: it was accepted, restored or removed since, or "
+            "`--baselines` was another folder. Run `ghostball regress` again"
+        )
+    return False
 
 
 def _needs_one(change: SceneChange) -> bool:
@@ -200,10 +223,11 @@ def _write(texts: dict[Path, str], stale: Sequence[Path]) -> None:
         for part, path in parts:
             part.replace(path)
         for path in stale:
-            path.unlink()
+            path.unlink(missing_ok=True)
     except OSError as error:
         for part, _ in parts:
-            part.unlink(missing_ok=True)
+            with suppress(OSError):  # the first error is the one to tell
+                part.unlink(missing_ok=True)
         reason = error.strerror or type(error).__name__
         raise AcceptError(
             f"{error.filename or next(iter(texts)).parent}: can't be written: {reason}. Choose "

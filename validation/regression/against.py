@@ -106,7 +106,7 @@ def compare_revisions(
             shots.append(_play(scene, place, base, head, (criteria or {}).get(scene.name)))
             one_more(scene.name)
         comparable = [shot for shot in shots if isinstance(shot.base, Result)]
-        if not comparable:
+        if shots and not comparable:
             raise NotComparableError(
                 f"revision {commit[:12]} can play none of these scenes: {shots[0].base}"
             )

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -59,9 +60,11 @@ class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
 
 
-Number = Annotated[int, Field(strict=True)] | Annotated[float, Field(allow_inf_nan=False)]
+Number = (
+    Annotated[int, Field(strict=True)] | Annotated[float, Field(strict=True, allow_inf_nan=False)]
+)
 Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
-Coordinate = Annotated[float, Field(allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Name = Annotated[str, Field(pattern=r"\S")]
 
 
@@ -146,6 +149,19 @@ class Baseline(_Model):
         if unknown:
             raise PydanticCustomError(
                 "metric", "`metrics` holds `{name}`, which is no metric", {"name": unknown[0]}
+            )
+        broken = [name for name, one in self.work.items() if isinstance(one.value, float)]
+        if broken:
+            raise PydanticCustomError(
+                "count",
+                "`work.{name}.value` must be an integer, got {value}",
+                {"name": broken[0], "value": self.work[broken[0]].value},
+            )
+        if len(self.end.balls) != len(self.end.rest_positions):
+            raise PydanticCustomError(
+                "balls",
+                "`end` must hold a rest position for each ball, got {places} for {balls} balls",
+                {"places": len(self.end.rest_positions), "balls": len(self.end.balls)},
             )
         log, kept = self.events, min(self.events.count, KEPT_EVENTS)
         if len(log.first) != kept or len(log.blocks) != math.ceil(log.count / BLOCK):
@@ -276,19 +292,17 @@ def load_baseline(path: Path) -> Baseline:
         raise BaselineError(f"{path}: can't read the baseline: {error}") from None
     except tomllib.TOMLDecodeError as error:
         raise BaselineError(f"{path}: not valid TOML: {error}. {_RESTORE}") from None
-    if data.get("schema") != SCHEMA:
+    if "schema" not in data:
+        raise BaselineError(f"{path}: holds no `schema`: cut short, or no baseline. {_RESTORE}")
+    if data["schema"] != SCHEMA:
         raise BaselineSchemaError(
-            f"{path}: `schema` must be {SCHEMA}, got {data.get('schema')!r}: another version of "
+            f"{path}: `schema` must be {SCHEMA}, got {data['schema']!r}: another version of "
             "ghostball wrote it. Use that version, or accept anew"
         )
     try:
         baseline = Baseline.model_validate(data)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"] if part not in ("int", "float"))
-        said = first["msg"].replace("Input should", "must", 1)
-        field = f"`{where}`: " if where else ""
-        raise BaselineError(f"{path}: {field}{said}. {_RESTORE}") from None
+        raise BaselineError(f"{path}: {_told(error)}. {_RESTORE}") from None
     if baseline.scene != path.name.removesuffix(ENDING):
         raise BaselineError(
             f'{path}: `scene` must be the name of its file, got "{baseline.scene}". {_RESTORE}'
@@ -320,6 +334,23 @@ def baseline_names(folder: Path) -> tuple[str, ...]:
     return tuple(sorted(path.name.removesuffix(ENDING) for path in folder.glob(f"*{ENDING}")))
 
 
+def _told(error: ValidationError) -> str:
+    """Return what is wrong with a baseline: field, rule and value."""
+    # A number may be an integer or a float: what is neither is told by the rule of the latter.
+    errors = error.errors()
+    first = next(one for one in errors if one["loc"][-1:] != ("int",))
+    where = ".".join(str(part) for part in first["loc"] if part != "float")
+    field = f"`{where}`: " if where else ""
+    if first["type"] == "missing":
+        return f"`{where}` is missing"
+    if first["type"] == "extra_forbidden":
+        return f"`{where}` is no field of a baseline"
+    said = re.sub(r"^\w+ should", "must", first["msg"])
+    shown = repr(first["input"])
+    got = "" if ", got " in said or len(shown) > 80 else f", got {shown}"
+    return f"{field}{said}{got}"
+
+
 _RESTORE = "Restore it (git checkout), or remove it and accept anew"
 
 
@@ -334,9 +365,12 @@ _NOTHING = _Nothing()
 
 
 def _value(earlier: Value | None, value: int | float, band: Band, unit: str) -> Value:
-    """Return a number with its band: the earlier one where that holds it."""
-    if earlier is not None and earlier.band.holds(value) and earlier.value == value:
-        return earlier
+    """Return a number with its band: the earlier one where that holds it.
+
+    So a number that drifts a little with each change leaves its band one day.
+    """
+    if earlier is not None and earlier.band.holds(value):
+        return earlier.model_copy(update={"value": value})
     if earlier is not None and earlier.level != band.level:
         band = band._replace(level=earlier.level)
     return Value(value=value, unit=unit, **band._asdict())
@@ -367,7 +401,7 @@ def _events(lines: tuple[str, ...]) -> Events:
             elif kind is EventKind.BALL_CUSHION:
                 b = CUSHIONS.index(rest[0])
             events[i] = (float(t), int(kind), int(a), b)
-        except (ValueError, KeyError):
+        except (ValueError, KeyError, OverflowError):
             raise PydanticCustomError(
                 "event",
                 "`events.first[{i}]` must be an event such as '0.5 ball-ball 0 1', got {line}",

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from engine import GhostballError
 from engine.result import EventKind, Events, event_dict
 from validation.alignment import align, found_log
 from validation.metric_table import METRICS
@@ -55,6 +56,11 @@ def classify(
         Returns what rounding explains in `head`; called only where bits differ.
     command : str
         What shows the scene again, for the record.
+
+    Raises
+    ------
+    GhostballError
+        Where the allowance is of a run with other bits than `head`: the engine isn't deterministic.
     """
     common = {"scene": head.scene, "title": head.title, "command": command}
     if base.scene_hash != head.scene_hash:
@@ -71,8 +77,17 @@ def classify(
     moved = [one for one in (*metrics, *counters) if not one.within and one.level != "off"]
     change: Change = "identical"
     horizon, first, words = None, None, ""
-    if base.bits != head.bits:
+    same = base.bits == head.bits
+    if same and (base.status, base.rest_time) != (head.status, head.rest_time):
+        same, change, words = False, "results-changed", _end_words(base, head)
+    elif not same:
         explained = allowance()
+        if explained.bits != head.bits:
+            raise GhostballError(
+                f'scene "{head.scene}" has other bits when our engine runs it again, so nothing '
+                "can be compared. It must be deterministic: look for what a kernel reads before "
+                "it is written"
+            )
         horizon = explained.horizon if math.isfinite(explained.horizon) else None
         parted = _parted(base, head, explained)
         first = parted or _first_bits(base, head, explained.horizon)
@@ -87,13 +102,14 @@ def classify(
                 f"; what rounding explains is known up to {explained.map_end:.3g} s only, where "
                 "collisions tie or balls press each other"
             )
-    directions = [direction(one) for one in metrics]
+    # Where the truth is another one, it says nothing of which side is nearer.
+    directions = [direction(one) for one in metrics if base.truth == head.truth]
     if -1 in directions:
         change = "worse"
     elif 1 in directions and change == "results-changed":
         change = "better"
     failed = any(one.level == "error" for one in moved) or (
-        base.bits != head.bits and bands.hash_level == "error"
+        not same and bands.hash_level == "error"
     )
     return SceneChange(
         **common,
@@ -112,20 +128,16 @@ def classify(
 
 
 def _metrics(base: Observed, head: Observed, bands: Bands) -> tuple[Quantity, ...]:
-    # What was measured against another truth can't be compared.
-    comparable = base.truth == head.truth
     names = [name for name in METRICS if name in base.metrics or name in head.metrics]
-    return tuple(
-        _quantity(
-            name,
-            METRICS[name].unit,
-            base.metrics.get(name),
-            head.metrics.get(name),
-            bands.metrics.get(name),
-        )
-        for name in names
-        if comparable or METRICS[name].compares in (None, "proof")
-    )
+    found = []
+    for name in names:
+        unit, before, after = METRICS[name].unit, base.metrics.get(name), head.metrics.get(name)
+        one = _quantity(name, unit, before, after, bands.metrics.get(name))
+        if base.truth != head.truth and METRICS[name].compares not in (None, "proof"):
+            why = f"can't be compared: the truth was {base.truth}, and is {head.truth} now"
+            one = one.model_copy(update={"level": "warn", "within": False, "why": why})
+        found.append(one)
+    return tuple(found)
 
 
 def _counters(base: Observed, head: Observed, bands: Bands) -> tuple[Quantity, ...]:
@@ -159,18 +171,20 @@ def _quantity(
 
 def _parted(base: Observed, head: Observed, explained: Allowance) -> FirstDifference | None:
     """Return the first event up to the horizon that rounding doesn't explain."""
-    cut = len(base.events) < base.event_count or len(head.events) < head.event_count
-    kept = min(len(base.events), len(head.events)) if cut else None
-    ours, theirs = base.events[:kept], head.events[:kept]
+    # A baseline may hold the first events only: then as many are compared.
+    ours = base.events[: len(head.events)] if _is_cut(head) else base.events
+    theirs = head.events[: len(base.events)] if _is_cut(base) else head.events
     pairs = align(found_log(ours), found_log(theirs))
+    # What has no partner after the last one of the other log may have it beyond the cut.
+    ours_end = ours["t"][-1] if len(ours) < base.event_count else math.inf
+    theirs_end = theirs["t"][-1] if len(theirs) < head.event_count else math.inf
     found: list[tuple[float, int | None, int | None]] = []
     for i in pairs.missing.tolist():
-        found.append((float(ours["t"][i]), i, None))
+        if ours["t"][i] < theirs_end:
+            found.append((float(ours["t"][i]), i, None))
     for j in pairs.invented.tolist():
-        found.append((float(theirs["t"][j]), None, j))
-    if cut and kept:  # what has no partner at the very end may have it beyond the cut
-        end = min(float(ours["t"][-1]), float(theirs["t"][-1]))
-        found = [one for one in found if one[0] < end]
+        if theirs["t"][j] < ours_end:
+            found.append((float(theirs["t"][j]), None, j))
     late = np.abs(ours["t"][pairs.proved] - theirs["t"][pairs.found])
     beyond = late > explained.event_times[pairs.found]
     for i, j in zip(pairs.proved[beyond].tolist(), pairs.found[beyond].tolist(), strict=True):
@@ -179,26 +193,47 @@ def _parted(base: Observed, head: Observed, explained: Allowance) -> FirstDiffer
     if found:
         _, i, j = min(found, key=lambda one: one[0])
         return _difference(base, head, i, j, explained.horizon)
+    cut = _is_cut(base) or _is_cut(head)
     return _parted_later(base, head, explained) if cut else None
+
+
+def _is_cut(one: Observed) -> bool:
+    return len(one.events) < one.event_count
 
 
 def _parted_later(base: Observed, head: Observed, explained: Allowance) -> FirstDifference | None:
     """Look beyond the events that a baseline keeps, at the order of events block by block."""
-    if math.isfinite(explained.horizon):
-        return None  # past what is kept, and a chaotic shot: far past its horizon
-    sequences = [[block.sequence for block in one.blocks] for one in (base, head)]
-    if sequences[0] == sequences[1]:
-        return None
-    block = next(
-        (k for k, (a, b) in enumerate(zip(*sequences, strict=False)) if a != b),
-        min(map(len, sequences)),
+    block = _other_block(
+        [one.sequence for one in base.blocks], [one.sequence for one in head.blocks]
     )
+    if block is None:
+        return None
+    # A block that reaches beyond the horizon may differ there.
+    last = head.events[block * BLOCK : (block + 1) * BLOCK]["t"][-1:]
+    if math.isfinite(explained.horizon) and not np.any(last <= explained.horizon):
+        return None
+    return _block_difference(base, head, block, "come in another order", before_horizon=True)
+
+
+def _other_block(base: Sequence[object], head: Sequence[object]) -> int | None:
+    """Return the first block that differs; None where none does, and neither has more of them."""
+    if base == head:
+        return None
+    pairs = zip(base, head, strict=False)
+    return next((k for k, (a, b) in enumerate(pairs) if a != b), min(len(base), len(head)))
+
+
+def _block_difference(
+    base: Observed, head: Observed, block: int, how: str, *, before_horizon: bool
+) -> FirstDifference:
     start = block * BLOCK
     words = (
-        f"events {start} to {start + BLOCK - 1} come in another order "
-        f"({base.event_count} events were accepted, {head.event_count} are there now)"
+        f"events {start} to {start + BLOCK - 1} {how} "
+        f"(there were {base.event_count} events, and are {head.event_count} now)"
     )
-    return FirstDifference(index=start, base=None, head=None, before_horizon=True, words=words)
+    return FirstDifference(
+        index=start, base=None, head=None, before_horizon=before_horizon, words=words
+    )
 
 
 def _end_moved(base: Observed, head: Observed, explained: Allowance) -> bool:
@@ -218,24 +253,15 @@ def _first_bits(base: Observed, head: Observed, horizon: float) -> FirstDifferen
     if differs.any():
         first = int(np.argmax(differs))
         return _difference(base, head, first, first, horizon)
-    if base.event_count == head.event_count == shorter:
+    i = shorter if len(base.events) > shorter else None
+    j = shorter if len(head.events) > shorter else None
+    if (i is not None and not _is_cut(head)) or (j is not None and not _is_cut(base)):
+        return _difference(base, head, i, j, horizon)
+    block = _other_block(base.blocks, head.blocks)  # beyond what is kept
+    if block is None:
         return None
-    if shorter < min(base.event_count, head.event_count):  # beyond what is kept
-        pairs = zip(base.blocks, head.blocks, strict=False)
-        block = next((k for k, (a, b) in enumerate(pairs) if a != b), None)
-        if block is None:
-            return None
-        start = block * BLOCK
-        return FirstDifference(
-            index=start,
-            base=None,
-            head=None,
-            before_horizon=math.isinf(horizon),
-            words=f"events {start} to {start + BLOCK - 1} differ",
-        )
-    i = shorter if base.event_count > shorter else None
-    j = shorter if head.event_count > shorter else None
-    return _difference(base, head, i, j, horizon)
+    before = bool(np.any(head.events[block * BLOCK :]["t"][:1] <= horizon))
+    return _block_difference(base, head, block, "differ", before_horizon=before)
 
 
 def _difference(
@@ -287,6 +313,12 @@ def _event(events: Events, i: int) -> LoggedEvent:
 
 def _places(observed: Observed) -> tuple[tuple[float, float, float], ...]:
     return tuple((float(x), float(y), float(z)) for x, y, z in observed.rest_positions)
+
+
+def _end_words(base: Observed, head: Observed) -> str:
+    if base.status != head.status:
+        return f'it ended as "{head.status}", where that was "{base.status}"'
+    return f"it ended at {head.rest_time!r} s, where that was {base.rest_time!r} s"
 
 
 def _distance_words(base: Observed, head: Observed) -> str:

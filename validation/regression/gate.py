@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from validation.regression.baseline import (
     FOLDER,
     Accepted,
     Baseline,
+    BaselineError,
     BaselineSchemaError,
     baseline_names,
     baseline_path,
@@ -34,7 +36,7 @@ from validation.store import ResultsFolder
 from validation.truth import OUR_NAME
 from validation.unchanged import hash_sources, source_folders
 
-CANDIDATES = "baselines"
+CANDIDATES = "candidates"
 """Folder in a results folder: the baselines that accepting it would write."""
 
 PENDING = "not accepted yet"
@@ -43,6 +45,7 @@ BASELINES = "baselines"
 """What a comparison with them says that it is against."""
 
 
+@cache
 def crowds() -> tuple[Scene, ...]:
     """Return the shots of many balls that have baselines but no files: they are made by a rule."""
     return many_balls()
@@ -102,8 +105,14 @@ def compare_results(
     Raises
     ------
     GhostballError
-        Where a baseline is nonsense, or a motion can't be read.
+        Where a baseline is nonsense, a motion can't be read, or the baselines lie where candidates
+        are written to, and removed from.
     """
+    if folder.resolve() == (results.path / CANDIDATES).resolve():
+        raise BaselineError(
+            f"{folder}: holds what may be accepted, so it can't hold what was. Choose another "
+            "`--baselines`"
+        )
     names = baseline_names(folder)
     environment = describe_environment() | {"sources": hash_sources(source_folders())}
     changes: list[SceneChange] = []
@@ -111,6 +120,8 @@ def compare_results(
     accepted: dict[str, Any] = {}
     scenes: list[str] = []
     for scene, found in _observed(results, whole):
+        if isinstance(found, CaseRecord) and found.outcome != "failed" and scene.name not in names:
+            continue  # it never could
         scenes.append(scene.name)
         if isinstance(found, CaseRecord):
             changes.append(_not_run(found))
@@ -147,7 +158,7 @@ def _observed(results: ResultsFolder, whole: bool) -> Iterator[tuple[Scene, Obse
     """Yield each scene with what our engine did there, or with the case that did not run."""
     for name in results.scene_names:
         case = results.case(name, OUR_NAME)
-        if case is None or case.outcome in ("not-representable", "unavailable"):
+        if case is None:
             continue
         motion = results.motion(case)
         yield (
@@ -173,7 +184,8 @@ def _compare(
     common: dict[str, Any] = {
         "scene": scene.name,
         "title": scene.title,
-        "command": f"ghostball regress {scene.name}",
+        # The shots of many balls are no files: they run with all others.
+        "command": " ".join(["ghostball regress", *([] if scene in crowds() else [scene.name])]),
         "head_hash": head.bits,
     }
     if not path.exists():

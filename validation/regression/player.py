@@ -14,7 +14,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -27,11 +27,13 @@ LONGEST = 600.0
 """Seconds that a command may take: the first ones compile the kernels."""
 
 _PROGRAM = """\
-import json, pickle, sys
+import json, os, pickle, sys
 from statistics import median
+answers = os.fdopen(os.dup(1), "w")
+os.dup2(2, 1)  # what anything prints is no answer
 root = sys.argv[1]
 import engine
-if not engine.__file__.startswith(root):
+if not engine.__file__.startswith(root + os.sep):
     raise ImportError(f"not the revision asked for: {engine.__file__}")
 
 def play(scene, out):
@@ -59,14 +61,14 @@ def time(scene, runs):
     return median(engine.simulate(scenes[scene]).wall_time for _ in range(runs))
 
 scenes = {}
-print(json.dumps({"ready": True}), flush=True)
+print(json.dumps({"ready": True}), file=answers, flush=True)
 for line in sys.stdin:
     asked = json.loads(line)
     try:
         answer = {"answer": {"play": play, "time": time}[asked.pop("do")](**asked)}
     except Exception as error:
         answer = {"error": f"{type(error).__name__}: {error}"}
-    print(json.dumps(answer), flush=True)
+    print(json.dumps(answer), file=answers, flush=True)
 """
 
 
@@ -125,16 +127,27 @@ class Player:
 
     def _answer(self) -> dict[str, Any]:
         assert self._process.stdout is not None
-        watch = threading.Timer(LONGEST, self._process.kill)
+        overdue = threading.Event()
+
+        def end() -> None:
+            overdue.set()
+            self._process.kill()
+
+        watch = threading.Timer(LONGEST, end)
         watch.start()
         try:
-            while line := self._process.stdout.readline():
-                if line.startswith("{"):  # else something that it imports prints
-                    answer: dict[str, Any] = json.loads(line)
-                    return answer
+            line = self._process.stdout.readline()
         finally:
             watch.cancel()
-        raise self._ended()
+        if overdue.is_set():
+            raise NotComparableError(
+                f"{self.name} took over {LONGEST:.0f} s for one scene, and was ended. Nothing can "
+                "be compared with it; choose other scenes, or another revision"
+            )
+        if not line.endswith("\n"):
+            raise self._ended()
+        answer: dict[str, Any] = json.loads(line)
+        return answer
 
     def _ended(self) -> NotComparableError:
         self._process.kill()
@@ -173,6 +186,9 @@ def playing(name: str, root: Path) -> Iterator[Player]:
             yield Player(name, process, messages)
         finally:
             process.kill()
+            assert process.stdin is not None
+            with suppress(BrokenPipeError):  # what it was not told any more
+                process.stdin.close()
 
 
 def _result(scene: Scene, told: dict[str, Any]) -> Result:

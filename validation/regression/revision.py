@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -17,6 +18,11 @@ KEPT = 3
 
 _TIMEOUT = 120.0
 """Seconds: git checks a whole tree out within some."""
+
+_OF_A_HOOK = (
+    *("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_OBJECT_DIRECTORY", "GIT_COMMON_DIR"),
+    *("GIT_ALTERNATE_OBJECT_DIRECTORIES", "GIT_PREFIX", "GIT_NAMESPACE"),
+)
 
 
 class RevisionError(GhostballError, ValueError):
@@ -49,17 +55,18 @@ def resolve(revision: str, root: Path) -> str:
         Where there is no such commit.
     """
     try:
-        return _git(root, "rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}")
+        commit = _git(root, "rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}")
     except RevisionError:
+        commit = ""
+    if not re.fullmatch("[0-9a-f]{40,}", commit):  # "^HEAD" is none, but what isn't before HEAD
         shallow = _git(root, "rev-parse", "--is-shallow-repository") == "true"
         more = (
             "This clone is shallow: `git fetch --unshallow` brings the rest"
             if shallow
             else "`git log --oneline` lists those that there are"
         )
-        raise RevisionError(
-            f"`--against` must name a commit of {root}, got {revision!r}. {more}"
-        ) from None
+        raise RevisionError(f"`--against` must name a commit of {root}, got {revision!r}. {more}")
+    return commit
 
 
 def worktree(root: Path, commit: str) -> Path:
@@ -70,14 +77,26 @@ def worktree(root: Path, commit: str) -> Path:
     Raises
     ------
     RevisionError
-        Where git can't make it.
+        Where git can't make it, or there is no place for it.
     """
     folder = cache_root().parent / "revisions"
+    try:
+        return _worktree(root, commit, folder)
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise RevisionError(
+            f"{error.filename or folder}: can't be written: {reason}. Set `GHOSTBALL_CACHE_DIR` to "
+            "another folder"
+        ) from error
+
+
+def _worktree(root: Path, commit: str, folder: Path) -> Path:
     mark = hashlib.sha256(os.fsencode(root)).hexdigest()[:8]
     place = folder / f"{mark}-{commit[:16]}"
     if not _is_clean(place, commit):
-        if place.exists():
+        if place.is_dir():
             shutil.rmtree(place)
+        place.unlink(missing_ok=True)
         _git(root, "worktree", "prune")
         folder.mkdir(parents=True, exist_ok=True)
         _git(root, "worktree", "add", "--detach", "--force", str(place), commit)
@@ -113,6 +132,8 @@ def _git(root: Path, *arguments: str) -> str:
             text=True,
             check=True,
             timeout=_TIMEOUT,
+            # Within a hook, git's own variables would lead to the repository that called it.
+            env={name: value for name, value in os.environ.items() if name not in _OF_A_HOOK},
         )
     except FileNotFoundError:
         raise RevisionError("`--against` needs git, which isn't installed. Install it") from None

@@ -189,8 +189,10 @@ def load_times(path: Path) -> MachineTimes | None:
     except ValidationError as error:
         first = error.errors()[0]
         field = ".".join(map(str, first["loc"])) or "the file"
-        said = first["msg"].replace("Input should", "must", 1)
-        raise TimesError(f"{path}: `{field}` {said}, got {first['input']!r}. {_AGAIN}") from None
+        said = first["msg"].replace("Input should", "must", 1) + f", got {first['input']!r}"
+        if first["type"] == "missing":
+            said = "is missing"
+        raise TimesError(f"{path}: `{field}` {said}. {_AGAIN}") from None
 
 
 def save_times(times: MachineTimes, path: Path) -> None:
