@@ -10,14 +10,11 @@ from pathlib import Path
 import pytest
 import yaml
 
-from ghostball.cli import app
-
 ROOT = Path(__file__).parent.parent
 WORKFLOW = yaml.safe_load((ROOT / ".github/workflows/ghostball.yml").read_text(encoding="utf-8"))
 SETUP = yaml.safe_load((ROOT / ".github/actions/setup/action.yml").read_text(encoding="utf-8"))
 JOBS = WORKFLOW["jobs"]
 STEPS = [step for job in JOBS.values() for step in job["steps"]] + SETUP["runs"]["steps"]
-COMMANDS = {command.name or command.callback.__name__ for command in app.registered_commands}
 
 
 def test_it_runs_for_pushes_and_pull_requests():
@@ -97,10 +94,12 @@ def test_the_commands_of_the_job_do_what_they_are_there_for(clone, tmp_path):
         "GITHUB_STEP_SUMMARY": str(page),
         "GITHUB_BASE_REF": "base",
         "PYTHONPATH": str(clone),
+        # The same bits, and neither the clone nor its base has to be compiled.
+        "NUMBA_DISABLE_JIT": "1",
     }
     said = {}
     for step in JOBS["validate"]["steps"]:
-        if "run" not in step or ("regress" in step["run"] and "regress" not in COMMANDS):
+        if "run" not in step:
             continue
         done = subprocess.run(
             ["bash", "-e", "-o", "pipefail", "-c", step["run"]],
@@ -121,7 +120,6 @@ def test_the_commands_of_the_job_do_what_they_are_there_for(clone, tmp_path):
     assert "around-the-table" not in text  # neither the suite
     assert "| head-on |" not in text  # nor the smoke test, but the scenes that were asked for
     assert "ghostball: note: " in said["Say what came of it"]
-    if "regress" in COMMANDS:
-        assert "What changed against the accepted baselines" in text
-        assert "What changed against revision `origin/base`" in text
-        assert "<testsuites" in (clone / "out/baselines.xml").read_text(encoding="utf-8")
+    assert "What changed against the accepted baselines" in text
+    assert "What changed against revision `origin/base`" in text
+    assert "<testsuites" in (clone / "out/baselines.xml").read_text(encoding="utf-8")
