@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from engine import Ball, Scene, Table, simulate
+from engine.fingerprint import bits_hash, sequence_hash
 from engine.result import EVENT_DTYPE, EventKind, Events
 from validation.regression.bands import band_of_counter, band_of_metric
 from validation.regression.baseline import Accepted
 from validation.regression.classify import Bands, classify
-from validation.regression.fingerprint import bits_hash, blocks_of, sequence_hash
+from validation.regression.fingerprint import blocks_of
 from validation.regression.observed import KEPT_EVENTS, Observed
 from validation.regression.records import SceneChange
 from validation.regression.rounding import Allowance, allowance_of

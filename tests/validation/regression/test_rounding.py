@@ -11,8 +11,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from engine import Scene, simulate
+from engine.fingerprint import bits_hash
 from validation.library import find_scene
-from validation.regression.fingerprint import bits_hash
 from validation.regression.rounding import allowance_of
 
 
