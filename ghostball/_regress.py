@@ -99,6 +99,8 @@ def run(
     if against is None:
         made = () if names_or_tags else crowds()
         check_baselines(folder, [scene.name for scene in (*scenes, *made)])
+    # Of an earlier run: from here on the folder's results are others.
+    (out / REGRESSION_FILE).unlink(missing_ok=True)
     started = time.perf_counter()
     with counting("running") as count:
 
@@ -119,7 +121,6 @@ def run(
         say("[bold]Interrupted:[/] nothing was compared. The same command goes on from there")
         return ExitStatus.INTERRUPTED
     results = ResultsFolder.load(out)
-    (out / REGRESSION_FILE).unlink(missing_ok=True)  # of an earlier run: not of these results
     try:
         if against is not None:
             with counting("comparing") as count:

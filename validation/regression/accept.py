@@ -189,7 +189,7 @@ def _entry(
     if moved:
         lines += ["| scene | change | what moved |", "|---|---|---|"]
         lines += [
-            f"| {one.scene} | {one.change} | {one.summary.replace('|', '/')} |" for one in moved
+            f"| {one.scene} | {_words(one)} | {one.summary.replace('|', '/')} |" for one in moved
         ]
         lines.append("")
     if new:
@@ -197,6 +197,11 @@ def _entry(
     if stale:
         lines += [f"No more: {', '.join(stale)}.", ""]
     return "\n".join(lines)
+
+
+def _words(change: SceneChange) -> str:
+    """Return what the changelog calls a change: the same bits may have cost other work."""
+    return "same bits, other work" if change.change == "identical" else change.change
 
 
 def _with_entry(changelog: Path, entry: str) -> str:

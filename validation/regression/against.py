@@ -110,7 +110,7 @@ def compare_revisions(
             raise NotComparableError(
                 f"revision {commit[:12]} can play none of these scenes: {shots[0].base}"
             )
-        times = _by_turns(comparable, base, head, rounds, known, one_more)
+        times = _by_turns(_ended(comparable), base, head, rounds, known, one_more)
     changes = []
     with _motion_folder(out) as folder:
         for shot in shots:
@@ -139,6 +139,15 @@ def _play(
     except PlayError as error:
         before = error
     return _Shot(scene, path, truth, before, head.play(scene, path))
+
+
+def _ended(shots: Sequence[_Shot]) -> list[_Shot]:
+    """Return the shots that end by themselves on both sides: the time to a limit says nothing."""
+    return [
+        shot
+        for shot in shots
+        if isinstance(shot.base, Result) and shot.base.status.complete and shot.head.status.complete
+    ]
 
 
 def _by_turns(
