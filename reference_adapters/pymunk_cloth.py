@@ -133,12 +133,10 @@ class ClosedFormCloth:
         acceleration, so that the slip u falls by 7/2 mu_s g per second in a fixed direction.
         """
         sliding = ~self.rolling
-        stops = self.rolling & ending[:, 0] & np.any(self.velocities != 0.0, axis=1)
-        grips = sliding & ending[:, 0]
+        moving = np.any(self.velocities != 0.0, axis=1)
         accelerations = self.accelerations()
         displacements = np.empty_like(self.velocities)
         move(dt, self.velocities, accelerations, displacements)
-        self.velocities[stops] = 0.0
         if self._may_slide:
             turn(
                 dt,
@@ -150,7 +148,13 @@ class ClosedFormCloth:
                 # One layout, whatever the number of balls, or each would be compiled for.
                 np.ascontiguousarray(ending[:, 1]),
             )
-            self.rolling |= grips
+        # What ends together with another by all but rounding may have nothing left although its
+        # own duration was longer: it ends here too, for a ball that counted as sliding without
+        # slip would have no friction until the end of the next step.
+        over = ending[:, 0] | (self._durations()[:, 0] == 0.0)
+        grips, stops = sliding & over, self.rolling & moving & over
+        self.rolling |= grips
+        self.velocities[stops] = 0.0
         changes += [(EventKind.SLIDE_TO_ROLL, int(i)) for i in np.flatnonzero(grips)]
         changes += [(EventKind.ROLL_TO_REST, int(i)) for i in np.flatnonzero(stops)]
         return displacements

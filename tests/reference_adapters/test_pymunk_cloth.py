@@ -81,3 +81,34 @@ def test_a_kick_makes_a_rolling_ball_slide_unless_it_would_end_within_the_step()
     cloth.kick(kick, None, dt=0.08)
     assert cloth.rolling[0]
     assert cloth.velocities[0] == pytest.approx([0.5 + 2 / 7 * 0.5, 0.0])
+
+
+@pytest.mark.parametrize(("ending", "spins"), [("slide-to-roll", True), ("roll-to-rest", False)])
+def test_mirrored_balls_end_together_whatever_rounding_leaves(ending: str, spins: bool) -> None:
+    """Breaks where what has no slip, or speed, left goes on for the rest of the step.
+
+    Mirrored at a line that isn't along an axis, durations differ by a few ulps: the step ends with
+    one ball, and rounding alone says whether the other has exactly 0 left.
+    """
+    chance = random.Random(1)
+    for _ in range(500):
+        angle = chance.uniform(0.0, 2.0 * np.pi)
+        place, speed = (np.cos(angle), np.sin(angle)), chance.uniform(0.1, 3.0)
+        velocity = (speed * place[0], speed * place[1])
+        spin = {"angular_velocity": (0.0, 0.0, 0.0)} if spins else {}
+        scene = scene_of(
+            ball((0, 0), (velocity[0], velocity[1]), **spin),
+            ball((0, 50), (velocity[1], velocity[0]), **spin),
+            ball((0, 100), (speed, 0.0), **spin),
+            motion="sliding",
+        )
+        cloth = ClosedFormCloth(scene)
+        t, seen = 0.0, []
+        while len(seen) < 3 and t < 100.0:
+            # As a landed step does: to the next change, or else by a step that is far longer.
+            dt = min(cloth.time_to_change(), 1.0)
+            _, changes = cloth.advance(dt)
+            t += dt
+            seen += [t for kind, _ in changes if kind.label == ending]
+        assert len(seen) == 3
+        assert seen[-1] - seen[0] <= 1e-12 * t
