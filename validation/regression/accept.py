@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 from engine import GhostballError
-from validation.files import REGRESSION_FILE
+from validation.files import REGRESSION_FILE, write_all_whole
 from validation.regression.baseline import (
     FOLDER,
     Accepted,
@@ -220,22 +219,14 @@ def _with_entry(changelog: Path, entry: str) -> str:
 
 
 def _write(texts: dict[Path, str], stale: Sequence[Path]) -> None:
-    """Write all files beside their places first, then move them there, and remove stale ones."""
-    parts: list[tuple[Path, Path]] = []
+    """Write all files, none before all are on the disk, then remove stale ones."""
     try:
-        for path, text in texts.items():
+        for path in texts:
             path.parent.mkdir(parents=True, exist_ok=True)
-            part = path.with_name(path.name + ".part")
-            parts.append((part, path))
-            part.write_text(text, encoding="utf-8")
-        for part, path in parts:
-            part.replace(path)
+        write_all_whole(texts)
         for path in stale:
             path.unlink(missing_ok=True)
     except OSError as error:
-        for part, _ in parts:
-            with suppress(OSError):  # the first error is the one to tell
-                part.unlink(missing_ok=True)
         reason = error.strerror or type(error).__name__
         raise AcceptError(
             f"{error.filename or next(iter(texts)).parent}: can't be written: {reason}. Choose "

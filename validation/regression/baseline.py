@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -33,6 +32,7 @@ from pydantic_core import PydanticCustomError
 from engine import CUSHIONS, EventKind, GhostballError
 from engine.fingerprint import bits_hash, sequence_hash
 from engine.result import EVENT_DTYPE, Events, event_dict
+from validation.files import told
 from validation.metric_table import METRICS
 from validation.regression.bands import Band, band_of_counter, band_of_metric
 from validation.regression.fingerprint import BLOCK, Block, blocks_of
@@ -302,7 +302,7 @@ def load_baseline(path: Path) -> Baseline:
     try:
         baseline = Baseline.model_validate(data)
     except ValidationError as error:
-        raise BaselineError(f"{path}: {_told(error)}. {_RESTORE}") from None
+        raise BaselineError(f"{path}: {told(error)}. {_RESTORE}") from None
     if baseline.scene != path.name.removesuffix(ENDING):
         raise BaselineError(
             f'{path}: `scene` must be the name of its file, got "{baseline.scene}". {_RESTORE}'
@@ -332,23 +332,6 @@ def baseline_path(folder: Path, scene: str) -> Path:
 def baseline_names(folder: Path) -> tuple[str, ...]:
     """Return the scenes that have a baseline in a folder, in order; none where it isn't there."""
     return tuple(sorted(path.name.removesuffix(ENDING) for path in folder.glob(f"*{ENDING}")))
-
-
-def _told(error: ValidationError) -> str:
-    """Return what is wrong with a baseline: field, rule and value."""
-    # A number may be an integer or a float: what is neither is told by the rule of the latter.
-    errors = error.errors()
-    first = next(one for one in errors if one["loc"][-1:] != ("int",))
-    where = ".".join(str(part) for part in first["loc"] if part != "float")
-    field = f"`{where}`: " if where else ""
-    if first["type"] == "missing":
-        return f"`{where}` is missing"
-    if first["type"] == "extra_forbidden":
-        return f"`{where}` is no field of a baseline"
-    said = re.sub(r"^\w+ should", "must", first["msg"])
-    shown = repr(first["input"])
-    got = "" if ", got " in said or len(shown) > 80 else f", got {shown}"
-    return f"{field}{said}{got}"
 
 
 _RESTORE = "Restore it (git checkout), or remove it and accept anew"

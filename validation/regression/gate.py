@@ -13,7 +13,7 @@ from engine import Scene
 from validation.bench.skips import many_balls
 from validation.case import Case, TruthFailure, blank_record, failed
 from validation.environment import describe_environment
-from validation.files import cannot_write
+from validation.files import cannot_write, write_whole
 from validation.library import select
 from validation.our_run import run_ours
 from validation.records import CaseRecord
@@ -287,7 +287,7 @@ def _write_candidates(folder: Path, candidates: Sequence[Baseline]) -> None:
         if candidates:
             target.mkdir(exist_ok=True)
         for candidate in candidates:
-            baseline_path(target, candidate.scene).write_text(candidate.text(), encoding="utf-8")
+            write_whole(baseline_path(target, candidate.scene), candidate.text())
         if target.is_dir() and not any(target.iterdir()):
             target.rmdir()
     except OSError as error:

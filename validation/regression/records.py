@@ -11,7 +11,7 @@ from typing import Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from validation.files import REGRESSION_FILE, ResultsError, cannot_write
+from validation.files import REGRESSION_FILE, ResultsError, cannot_write, told, write_whole
 
 SCHEMA: Final = 1
 """Version of the file; another one is refused."""
@@ -196,10 +196,8 @@ def save_regression(regression: Regression, folder: Path) -> None:
     ResultsError
     """
     path = folder / REGRESSION_FILE
-    part = path.with_name(path.name + ".part")
     try:
-        part.write_text(regression.model_dump_json(indent=1, by_alias=True) + "\n", "utf-8")
-        part.replace(path)
+        write_whole(path, regression.model_dump_json(indent=1, by_alias=True) + "\n")
     except OSError as error:
         raise cannot_write(folder, error) from error
 
@@ -233,8 +231,4 @@ def load_regression(folder: Path) -> Regression | None:
     try:
         return Regression.model_validate_json(text)
     except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(map(str, first["loc"])) or "the file"
-        raise ResultsError(
-            f"{path}: `{field}`: {first['msg']}. Run `ghostball regress` again"
-        ) from None
+        raise ResultsError(f"{path}: {told(error)}. Run `ghostball regress` again") from None

@@ -6,7 +6,6 @@ import hashlib
 import os
 import re
 import shutil
-import subprocess
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -16,17 +15,10 @@ from filelock import FileLock, Timeout
 import validation
 from engine import GhostballError
 from engine._jit import cache_root
+from validation.git import GitError, run_git
 
 KEPT = 3
 """Worktrees that are kept: each has its own compiled kernels, which take a minute or two."""
-
-_TIMEOUT = 120.0
-"""Seconds: git checks a whole tree out within some."""
-
-_OF_A_HOOK = (
-    *("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_OBJECT_DIRECTORY", "GIT_COMMON_DIR"),
-    *("GIT_ALTERNATE_OBJECT_DIRECTORIES", "GIT_PREFIX", "GIT_NAMESPACE"),
-)
 
 
 class RevisionError(GhostballError, ValueError):
@@ -144,21 +136,8 @@ def _drop_old(root: Path, folder: Path, mark: str, keep: Path) -> None:
 
 
 def _git(root: Path, *arguments: str) -> str:
+    """Run git; what keeps it from that is an error of `--against`."""
     try:
-        finished = subprocess.run(
-            ["git", "-C", str(root), *arguments],
-            capture_output=True,
-            text=True,
-            check=True,
-            timeout=_TIMEOUT,
-            # Within a hook, git's own variables would lead to the repository that called it.
-            env={name: value for name, value in os.environ.items() if name not in _OF_A_HOOK},
-        )
-    except FileNotFoundError:
-        raise RevisionError("`--against` needs git, which isn't installed. Install it") from None
-    except subprocess.TimeoutExpired:
-        raise RevisionError(f"git {arguments[0]} took over {_TIMEOUT:.0f} s. Try again") from None
-    except subprocess.CalledProcessError as error:
-        said = (error.stderr.strip().splitlines() or ["no message"])[-1]
-        raise RevisionError(f"git {' '.join(arguments)} failed: {said}") from None
-    return finished.stdout.strip()
+        return run_git(root, *arguments)
+    except GitError as error:
+        raise RevisionError(f"`--against` needs git: {error}") from None

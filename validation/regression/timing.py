@@ -17,6 +17,7 @@ from engine import GhostballError, Scene
 from validation.bench.measurements import machine_name
 from validation.bench.running import run
 from validation.bench.timing import Progress, Task, take_turns
+from validation.files import told, write_whole
 from validation.regression.records import TimeChange, Timing
 
 SCHEMA: Final = 1
@@ -189,12 +190,7 @@ def load_times(path: Path) -> MachineTimes | None:
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise TimesError(f"{path}: can't be read: {error}. {_AGAIN}") from None
     except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(map(str, first["loc"])) or "the file"
-        said = first["msg"].replace("Input should", "must", 1) + f", got {first['input']!r}"
-        if first["type"] == "missing":
-            said = "is missing"
-        raise TimesError(f"{path}: `{field}` {said}. {_AGAIN}") from None
+        raise TimesError(f"{path}: {told(error)}. {_AGAIN}") from None
 
 
 def save_times(times: MachineTimes, path: Path) -> None:
@@ -204,13 +200,9 @@ def save_times(times: MachineTimes, path: Path) -> None:
     ------
     TimesError
     """
-    part = path.with_name(path.name + ".part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_text(
-            tomli_w.dumps(times.model_dump(by_alias=True, exclude_none=True)), encoding="utf-8"
-        )
-        part.replace(path)
+        write_whole(path, tomli_w.dumps(times.model_dump(by_alias=True, exclude_none=True)))
     except OSError as error:
         reason = error.strerror or type(error).__name__
         raise TimesError(

@@ -125,12 +125,12 @@ EDITS = {
     "infinite band": (
         r"(rest_error_max\]\nvalue = 1e-12\nlow = )\S+",
         r"\1-inf",
-        ["metrics.rest_error_max.low`: must be a finite", "-inf"],
+        ["metrics.rest_error_max.low` must be a finite", "-inf"],
     ),
     "text for a number": (
         r"(rest_error_max\]\nvalue = )1e-12",
         r'\1"1e-12"',
-        ["metrics.rest_error_max.value`: must be a valid number", "'1e-12'"],
+        ["metrics.rest_error_max.value` must be a valid number", "'1e-12'"],
     ),
     "true for a number": (
         r"(matching_events\]\nvalue = )2",
