@@ -177,7 +177,7 @@ def test_a_cache_that_cannot_be_written_is_told(root, tmp_path):
 
 def test_without_git_it_says_so(root, monkeypatch):
     monkeypatch.setenv("PATH", "")
-    with pytest.raises(RevisionError, match="`--against` needs git: .* Install it"):
+    with pytest.raises(RevisionError, match=r"`--against` needs git: .* Install it"):
         resolve("HEAD", root)
 
 
