@@ -9,7 +9,6 @@ Made from stored results alone, like the report.
 from __future__ import annotations
 
 import os
-import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from pathlib import Path
 from engine import GhostballError
 from reports.markdown_parts import many, one_line, table_of
 from reports.shots import NUMBERS_KEY, cell_text, legend_text
+from validation import commands
 from validation.regression.junit import UNCOMPARED, moved_text
 from validation.regression.records import Quantity, Regression, SceneChange
 from validation.store import CaseRecord, ResultsFolder
@@ -261,9 +261,7 @@ def _failure_cells(case: CaseRecord) -> Iterator[list[str]]:
 
 def _command(case: CaseRecord) -> str:
     """Return what runs a case again, wherever the results came from."""
-    return shlex.join(
-        ["ghostball", "validate", case.scene, "--engines", case.label, "--out", "out/again"]
-    )
+    return commands.validate(case.scene, case.label, "out/again")
 
 
 def _matrix(results: ResultsFolder) -> _Block:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -13,6 +12,7 @@ from reports.markdown_parts import number_text, quantity_text
 from reports.markdown_scene import COMPARISONS
 from reports.page.rendering import render
 from reports.page.scenes import ScenePart
+from validation import commands
 from validation.library import scene_names
 from validation.store import CaseRecord, Check, ResultsFolder
 from validation.truth import OUR_NAME
@@ -131,7 +131,7 @@ def _explain(case: CaseRecord, check: Check | None, bits: str) -> Explained:
         found=found,
         reason=reason,
         meaning=meaning,
-        command=command_of(case),
+        command=commands.simulate(case.scene, case.label, recorded=True),
         why=explaining(case),
         rests=rests[:SHOWN_BALLS],
         more=max(len(rests) - SHOWN_BALLS, 0),
@@ -140,23 +140,13 @@ def _explain(case: CaseRecord, check: Check | None, bits: str) -> Explained:
     )
 
 
-def command_of(case: CaseRecord) -> str:
-    """Return the command that does again what a case did; it prints the hash of that."""
-    return f"ghostball simulate {_asked(case)} --record events --json"
-
-
 def explaining(case: CaseRecord) -> str:
     """Return the command that says where a case leaves the true shot, and why.
 
     "" where our engine, or none, has a run: there is nothing to part from.
     """
     explains = case.outcome == "ran" and case.engine != OUR_NAME
-    return f"ghostball explain {_asked(case)}" if explains else ""
-
-
-def _asked(case: CaseRecord) -> str:
-    name = case.scene if case.scene in scene_names() else f"./{case.scene}.toml"
-    return f"{shlex.quote(name)} --engine {shlex.quote(case.label)}"
+    return commands.explain(case.scene, case.label) if explains else ""
 
 
 def _own_scenes(results: ResultsFolder) -> list[str]:
