@@ -19,7 +19,6 @@ from validation.environment import describe_environment
 from validation.library import select
 from validation.records import COMPLETE_STATUSES, CaseRecord
 from validation.regression import (
-    REGRESSION_FILE,
     NotComparableError,
     Regression,
     SceneChange,
@@ -36,9 +35,10 @@ from validation.regression import (
     time_scenes,
     times_path,
 )
-from validation.regression.gate import crowds
+from validation.regression.gate import BASELINES, crowds, with_cases
 from validation.regression.junit import write_regression_junit
 from validation.regression.records import Change
+from validation.regression.timing import ROUNDS
 from validation.store import ResultsFolder
 from validation.suite import Outcome, criteria_beside_paths, run_suite
 from validation.truth import OUR_NAME
@@ -95,12 +95,11 @@ def run(
     scenes, criteria = select(names_or_tags), criteria_beside_paths(names_or_tags)
     if junit is not None:
         check_writable(junit, "--junit")
+        junit.unlink(missing_ok=True)  # of an earlier run: an interrupt must not leave it behind
     known = load_times(times_path(folder, describe_environment()))
     if against is None:
         made = () if names_or_tags else crowds()
         check_baselines(folder, [scene.name for scene in (*scenes, *made)])
-    # Of an earlier run: from here on the folder's results are others.
-    (out / REGRESSION_FILE).unlink(missing_ok=True)
     started = time.perf_counter()
     with counting("running") as count:
 
@@ -130,8 +129,10 @@ def run(
                     out,
                     criteria=criteria,
                     known=known,
+                    rounds=ROUNDS if timed else 0,
                     progress=count,
                 )
+                regression = with_cases(regression, results)
         else:
             times = None
             if timed:
@@ -142,6 +143,16 @@ def run(
             )
     except NotComparableError as error:
         say(f"[bold red]error:[/] {escape(str(error))}")
+        if junit is not None:
+            nothing = Regression(
+                against=against or BASELINES,
+                base={},
+                head={},
+                outcome="no-baseline",
+                scenes=(),
+                warnings=(str(error),),
+            )
+            write_regression_junit(nothing, junit)
         return ExitStatus.NO_BASELINE
     save_regression(regression, out)
     if junit is not None:
@@ -238,9 +249,9 @@ def _table(changes: Sequence[SceneChange]) -> Table:
     for one in changes:
         words = _WORDS[one.change]
         if one.change == "identical":
-            words = "same bits, other work"
-            if one.time is not None and one.time.slower:
-                words = "same bits, slower"
+            other = any(not count.within for count in one.counters)
+            slower = one.time is not None and one.time.slower
+            words = "same bits" + ", other work" * other + ", slower" * slower
         table.add_row(escape(one.scene), f"[{_COLOURS[one.change]}]{words}[/]", escape(one.summary))
     return table
 

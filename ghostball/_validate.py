@@ -23,7 +23,6 @@ from validation.library import Suite, select
 from validation.predictability import predictability_of, save_predictability
 from validation.records import COMPLETE_STATUSES
 from validation.regression import (
-    REGRESSION_FILE,
     MachineTimes,
     check_baselines,
     compare_results,
@@ -169,7 +168,6 @@ def _compare(
     ------
     KeyboardInterrupt
     """
-    (results.path / REGRESSION_FILE).unlink(missing_ok=True)  # of an earlier run in this folder
     ran = {
         case.scene
         for case in results.cases

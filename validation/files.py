@@ -22,6 +22,7 @@ EARLIER_FILE: Final = "earlier.jsonl"
 ENVIRONMENT_FILE: Final = "env.json"
 MOTION_FOLDER: Final = "motion"
 LOCK_FILE: Final = ".lock"
+REGRESSION_FILE: Final = "regression.json"
 
 
 class ResultsError(GhostballError):

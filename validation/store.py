@@ -5,6 +5,7 @@
     earlier.jsonl    cases of earlier runs that this one hasn't replaced, as they were: no part of
                      its results, but a later run may find that they are unchanged
     env.json         machine, versions, revision, command line, and how the run ended
+    regression.json  what moved since another state of our engine: `validation.regression`
     ensembles*       what perturbed shots did, where that was asked for: `validation.ensembles`
     .lock            empty, and locked while a run writes; no part of the results
 
@@ -36,6 +37,7 @@ from validation.files import (
     FORMAT,
     LOCK_FILE,
     MOTION_FOLDER,
+    REGRESSION_FILE,
     RESULTS_FILE,
     ResultsError,
     cannot_write,
@@ -266,6 +268,7 @@ class ResultsWriter:
             self._begun = True
             # env.json comes last to go and first to come: the folder stays recognisably ours.
             (self.path / RESULTS_FILE).unlink(missing_ok=True)
+            (self.path / REGRESSION_FILE).unlink(missing_ok=True)  # of other results than these
             self._write_environment()
             (self.path / MOTION_FOLDER).mkdir(exist_ok=True)
             self._drop_motion()

@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+from validation.files import REGRESSION_FILE
 from validation.regression.accept import Acceptance, AcceptError, accept
 from validation.regression.against import compare_revisions
 from validation.regression.baseline import (
@@ -20,7 +21,6 @@ from validation.regression.calibrate import calibrate
 from validation.regression.gate import check_baselines, compare_results, machine_scenes
 from validation.regression.player import NotComparableError
 from validation.regression.records import (
-    REGRESSION_FILE,
     FirstDifference,
     LoggedEvent,
     Quantity,

@@ -10,6 +10,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from engine import GhostballError
+from validation.files import REGRESSION_FILE
 from validation.regression.baseline import (
     FOLDER,
     Accepted,
@@ -19,7 +20,7 @@ from validation.regression.baseline import (
     load_baseline,
 )
 from validation.regression.gate import BASELINES, CANDIDATES, platform_of, revision_of
-from validation.regression.records import REGRESSION_FILE, Regression, SceneChange, load_regression
+from validation.regression.records import Regression, SceneChange, load_regression
 from validation.unchanged import hash_sources, source_folders
 
 CHANGES_FILE = "CHANGES.md"

@@ -28,7 +28,6 @@ from validation.regression.rounding import allowance_of
 from validation.regression.timing import (
     ROUNDS,
     RUNS,
-    UNCALIBRATED_BY_TURNS,
     MachineTimes,
     compare_samples,
 )
@@ -77,7 +76,7 @@ def compare_revisions(
     known : MachineTimes, optional
         What `ghostball calibrate` measured: from which ratio on a scene counts as slower.
     rounds : int
-        How often each scene is timed.
+        How often each scene is timed; 0: not at all.
     progress : callable, optional
 
     Raises
@@ -97,20 +96,25 @@ def compare_revisions(
         if progress is not None:
             progress(done, planned, last)
 
-    with ExitStack() as stack:
-        place = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        base = stack.enter_context(playing(f"revision {commit[:12]}", worktree(root, commit)))
-        head = stack.enter_context(playing("the engine here", root))
-        shots = []
-        for scene in scenes:
-            shots.append(_play(scene, place, base, head, (criteria or {}).get(scene.name)))
-            one_more(scene.name)
-        comparable = [shot for shot in shots if isinstance(shot.base, Result)]
-        if shots and not comparable:
-            raise NotComparableError(
-                f"revision {commit[:12]} can play none of these scenes: {shots[0].base}"
-            )
-        times = _by_turns(_ended(comparable), base, head, rounds, known, one_more)
+    with tempfile.TemporaryDirectory() as place, worktree(root, commit) as there:
+        sides = {f"revision {commit[:12]}": there, "the engine here": root}
+        with _playing(sides) as (base, head):
+            shots = []
+            for scene in scenes:
+                own = (criteria or {}).get(scene.name)
+                shots.append(_play(scene, Path(place), base, head, own))
+                one_more(scene.name)
+            if shots and not any(isinstance(shot.base, Result) for shot in shots):
+                raise NotComparableError(
+                    f"revision {commit[:12]} can play none of these scenes: {shots[0].base}"
+                )
+            ended = _ended(shots) if rounds else []
+            times = _by_turns(ended, base, head, rounds, known, one_more)
+        doubtful = [shot for shot in ended if times[shot.scene.name].slower]
+        if doubtful:
+            # Where memory lies costs time, and is another place in each process.
+            with _playing(sides) as (base, head):
+                times |= _by_turns(doubtful, base, head, rounds, known, lambda _: None)
     changes = []
     with _motion_folder(out) as folder:
         for shot in shots:
@@ -150,6 +154,14 @@ def _ended(shots: Sequence[_Shot]) -> list[_Shot]:
     ]
 
 
+@contextmanager
+def _playing(sides: Mapping[str, Path]) -> Iterator[tuple[Player, Player]]:
+    """Start both sides, the base first, each in a process of its own."""
+    with ExitStack() as stack:
+        base, head = (stack.enter_context(playing(name, root)) for name, root in sides.items())
+        yield base, head
+
+
 def _by_turns(
     shots: Sequence[_Shot],
     base: Player,
@@ -158,25 +170,16 @@ def _by_turns(
     known: MachineTimes | None,
     one_more: Callable[[str], None],
 ) -> dict[str, TimeChange]:
-    """Time both sides by turns; what looks slower is timed once more, and must look so again."""
+    """Time both sides by turns."""
     samples: dict[str, tuple[list[float], list[float]]] = {
         shot.scene.name: ([], []) for shot in shots
     }
     for turn in range(rounds):
         _one_round(shots, base, head, turn, samples)
         one_more(f"timing, round {turn + 1}")
-    found = {
+    return {
         name: compare_samples(*taken, _threshold(name, known)) for name, taken in samples.items()
     }
-    doubtful = [shot for shot in shots if found[shot.scene.name].slower]
-    again: dict[str, tuple[list[float], list[float]]] = {
-        shot.scene.name: ([], []) for shot in doubtful
-    }
-    for turn in range(rounds if doubtful else 0):
-        _one_round(doubtful, base, head, turn, again)
-    for name, taken in again.items():
-        found[name] = compare_samples(*taken, _threshold(name, known))
-    return found
 
 
 def _one_round(
@@ -194,9 +197,9 @@ def _one_round(
             taken.append(player.seconds(shot.path, RUNS))
 
 
-def _threshold(name: str, known: MachineTimes | None) -> float:
+def _threshold(name: str, known: MachineTimes | None) -> float | None:
     calibrated = None if known is None else known.scenes.get(name)
-    return UNCALIBRATED_BY_TURNS if calibrated is None else calibrated.threshold
+    return None if calibrated is None else calibrated.threshold
 
 
 def _change(shot: _Shot, time: TimeChange | None, folder: Path, revision: str) -> SceneChange:

@@ -121,11 +121,11 @@ class End(_Model):
 
 
 class Log(_Model):
-    """The events: how many, the first of them, and hashes of all in blocks of `BLOCK`."""
+    """The events: how many, the first of them, and all of them as a `Block` each `BLOCK` events."""
 
     count: int = Field(ge=0)
     first: tuple[str, ...]
-    blocks: tuple[tuple[str, str], ...]
+    blocks: tuple[tuple[str, str, Coordinate], ...]
 
 
 class Baseline(_Model):
@@ -245,7 +245,7 @@ class Baseline(_Model):
             events=Log(
                 count=observed.event_count,
                 first=tuple(_line(event) for event in observed.events[:KEPT_EVENTS]),
-                blocks=tuple((block.bits, block.sequence) for block in observed.blocks),
+                blocks=tuple(tuple(block) for block in observed.blocks),
             ),
         )
 
@@ -262,7 +262,7 @@ class Baseline(_Model):
             np.array(self.end.rest_positions).reshape(-1, 3),
             _events(self.events.first),
             self.events.count,
-            tuple(Block(*pair) for pair in self.events.blocks),
+            tuple(Block(*block) for block in self.events.blocks),
             self.hash.bits,
             self.hash.sequence,
             {name: value.value for name, value in self.metrics.items()},

@@ -97,6 +97,8 @@ def classify(
             else ("rounding-only")
         )
         words = _distance_words(base, head)
+        if base.status != head.status:
+            words = f"{_end_words(base, head)}; {words}"
         if change == "results-changed" and math.isfinite(explained.map_end):
             words += (
                 f"; what rounding explains is known up to {explained.map_end:.3g} s only, where "
@@ -202,17 +204,40 @@ def _is_cut(one: Observed) -> bool:
 
 
 def _parted_later(base: Observed, head: Observed, explained: Allowance) -> FirstDifference | None:
-    """Look beyond the events that a baseline keeps, at the order of events block by block."""
-    block = _other_block(
+    """Look beyond the events that a baseline keeps, block by block: at its order, and its end.
+
+    What instants within a block were isn't known, but what moves one moves those after it.
+    """
+    order = _other_block(
         [one.sequence for one in base.blocks], [one.sequence for one in head.blocks]
     )
-    if block is None:
+    late = next(
+        (
+            k
+            for k, (before, after) in enumerate(zip(base.blocks, head.blocks, strict=False))
+            if abs(before.end - after.end) > _end_tolerance(head, k, explained)
+        ),
+        None,
+    )
+    found = [k for k in (order, late) if k is not None]
+    if not found:
         return None
+    block = min(found)
     # A block that reaches beyond the horizon may differ there.
-    last = head.events[block * BLOCK : (block + 1) * BLOCK]["t"][-1:]
-    if math.isfinite(explained.horizon) and not np.any(last <= explained.horizon):
+    ends = [one.blocks[block].end for one in (base, head) if block < len(one.blocks)]
+    if max(ends) > explained.horizon:
         return None
-    return _block_difference(base, head, block, "come in another order", before_horizon=True)
+    if block == order:
+        how = "come in another order"
+    else:
+        how = f"end {abs(ends[0] - ends[1]):.3g} s {'later' if ends[1] > ends[0] else 'sooner'}"
+    return _block_difference(base, head, block, how, before_horizon=True)
+
+
+def _end_tolerance(head: Observed, block: int, explained: Allowance) -> float:
+    """Return by how much rounding may move the last event of a block [s]."""
+    last = min((block + 1) * BLOCK, len(explained.event_times)) - 1
+    return float(explained.event_times[last]) if block < len(head.blocks) else 0.0
 
 
 def _other_block(base: Sequence[object], head: Sequence[object]) -> int | None:
@@ -237,11 +262,11 @@ def _block_difference(
 
 
 def _end_moved(base: Observed, head: Observed, explained: Allowance) -> bool:
-    """Whether the end differs by more than rounding explains; past the horizon nothing does."""
-    if explained.rest is None:
-        return False
+    """Whether the end differs by more than rounding explains; past the horizon no place does."""
     if base.status != head.status or base.rest_positions.shape != head.rest_positions.shape:
         return True
+    if explained.rest is None:
+        return False
     moved = np.linalg.norm(base.rest_positions - head.rest_positions, axis=1)
     return bool(np.any(~(moved <= explained.rest)))
 

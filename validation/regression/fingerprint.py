@@ -1,4 +1,4 @@
-"""Hashes of a log too long to be kept event by event, block by block: they say where to look."""
+"""A log too long to be kept event by event, block by block: hashes, and the instant of its end."""
 
 from __future__ import annotations
 
@@ -16,16 +16,25 @@ _DIGITS = 16
 
 
 class Block(NamedTuple):
-    """Hashes of `BLOCK` events in a row, the last ones fewer: of all bits, and of their order."""
+    """`BLOCK` events in a row, the last ones fewer.
+
+    Hashes of all bits, and of their order alone; the instant of the last event [s], which later
+    ones have carried on with the errors of all before.
+    """
 
     bits: str
     sequence: str
+    end: float
 
 
 def blocks_of(events: Events) -> tuple[Block, ...]:
-    """Return the hashes of the log, block by block."""
+    """Return the log block by block."""
     parts = (events[start : start + BLOCK] for start in range(0, len(events), BLOCK))
     return tuple(
-        Block(sha256(log_bits(part)).hexdigest()[:_DIGITS], sequence_hash(part)[:_DIGITS])
+        Block(
+            sha256(log_bits(part)).hexdigest()[:_DIGITS],
+            sequence_hash(part)[:_DIGITS],
+            float(part["t"][-1]),
+        )
         for part in parts
     )

@@ -11,6 +11,7 @@ from typing import Any
 
 from engine import Scene
 from validation.bench.skips import many_balls
+from validation.case import Case, TruthFailure, blank_record, failed
 from validation.environment import describe_environment
 from validation.files import cannot_write
 from validation.library import select
@@ -32,6 +33,7 @@ from validation.regression.observed import Observed
 from validation.regression.records import Regression, SceneChange, TimeChange, Timing
 from validation.regression.rounding import allowance_of
 from validation.regression.timing import MachineTimes, compare_times
+from validation.returned import check_result
 from validation.store import ResultsFolder
 from validation.truth import OUR_NAME
 from validation.unchanged import hash_sources, source_folders
@@ -127,6 +129,7 @@ def compare_results(
             changes.append(_not_run(found))
             continue
         change, candidate, before = _compare(scene, found, folder, environment)
+        change = _within_limits(change, results.case(scene.name, OUR_NAME))
         time = (times or {}).get(scene.name)
         if time is not None:
             change = change.model_copy(update={"time": _time(time, scene.name, known)})
@@ -165,9 +168,38 @@ def _observed(results: ResultsFolder, whole: bool) -> Iterator[tuple[Scene, Obse
             case.load_scene(),
             case if motion is None else Observed.of_case(case, motion),
         )
-    if whole:
-        for scene in crowds():
-            yield scene, Observed.of_result(run_ours(scene, "events"))
+    for scene in crowds() if whole else ():
+        yield scene, _crowd(scene)
+
+
+def _crowd(scene: Scene) -> Observed | CaseRecord:
+    """Return what our engine did in a shot of many balls, or that it failed."""
+    try:
+        result = run_ours(scene, "events")
+        check_result(result, scene, OUR_NAME)
+    except Exception as error:  # a fault of the engine, told with its scene, as in every other one
+        case = Case(scene, OUR_NAME, TruthFailure("", ""))
+        return failed(blank_record(case), f"{type(error).__name__}: {error}")
+    return Observed.of_result(result)
+
+
+def with_cases(regression: Regression, results: ResultsFolder) -> Regression:
+    """Return a comparison with what else was found of our engine: broken limits, and crashes."""
+    cases = {case.scene: case for case in results.cases if case.label == OUR_NAME}
+    changes = [_within_limits(one, cases.pop(one.scene, None)) for one in regression.scenes]
+    changes += [_not_run(case) for case in cases.values() if case.outcome == "failed"]
+    return regression.model_copy(
+        update={"scenes": tuple(changes), "outcome": outcome_of(changes)},
+    )
+
+
+def _within_limits(change: SceneChange, case: CaseRecord | None) -> SceneChange:
+    """Return a change that fails also where the scene's limits are broken."""
+    broken = [check.sentence for check in (case.checks if case else ()) if check.passed is False]
+    if not broken:
+        return change
+    summary = f"{change.summary}; breaks its limits: {'; '.join(broken)}"
+    return change.model_copy(update={"failed": True, "summary": summary})
 
 
 def _compare(
@@ -215,7 +247,9 @@ def _compare(
     # Sums that only measure may differ in a last bit from machine to machine: no reason to write.
     affected = change.base_hash != change.head_hash or change.change == "not-comparable"
     affected |= any(not one.within for one in (*change.metrics, *change.counters))
-    candidate = Baseline.of(head, pending, baseline) if affected else None
+    # The bands of another shot say nothing of this one.
+    earlier = None if change.change == "not-comparable" else baseline
+    candidate = Baseline.of(head, pending, earlier) if affected else None
     return change, candidate, baseline.accepted.model_dump()
 
 

@@ -11,9 +11,8 @@ from typing import Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from validation.files import ResultsError, cannot_write
+from validation.files import REGRESSION_FILE, ResultsError, cannot_write
 
-REGRESSION_FILE: Final = "regression.json"
 SCHEMA: Final = 1
 """Version of the file; another one is refused."""
 

@@ -7,7 +7,11 @@ import os
 import re
 import shutil
 import subprocess
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+
+from filelock import FileLock, Timeout
 
 import validation
 from engine import GhostballError
@@ -69,40 +73,54 @@ def resolve(revision: str, root: Path) -> str:
     return commit
 
 
-def worktree(root: Path, commit: str) -> Path:
-    """Return a folder with a revision checked out; made, and old ones removed, where needed.
+@contextmanager
+def worktree(root: Path, commit: str) -> Iterator[Path]:
+    """Yield a folder with a revision checked out; made, and old ones removed, where needed.
 
-    It always lies in the same place, so that what was compiled for it is found again.
+    It always lies in the same place, so that what was compiled for it is found again. Nobody else
+    gets it meanwhile.
 
     Raises
     ------
     RevisionError
-        Where git can't make it, or there is no place for it.
+        Where git can't make it, there is no place for it, or another run uses it.
     """
-    folder = cache_root().parent / "revisions"
-    try:
-        return _worktree(root, commit, folder)
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise RevisionError(
-            f"{error.filename or folder}: can't be written: {reason}. Set `GHOSTBALL_CACHE_DIR` to "
-            "another folder"
-        ) from error
-
-
-def _worktree(root: Path, commit: str, folder: Path) -> Path:
+    cache = cache_root().resolve()
+    folder = cache.with_name(f"{cache.name}-revisions")
     mark = hashlib.sha256(os.fsencode(root)).hexdigest()[:8]
     place = folder / f"{mark}-{commit[:16]}"
+    with ExitStack() as stack:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            stack.enter_context(_lock(place))
+            _check_out(root, commit, place)
+            _drop_old(root, folder, mark, place)
+        except Timeout:
+            raise RevisionError(
+                f"revision {commit[:12]} is being compared with by another run. Wait until it has "
+                "ended"
+            ) from None
+        except OSError as error:
+            reason = error.strerror or type(error).__name__
+            raise RevisionError(
+                f"{error.filename or folder}: can't be written: {reason}. Set "
+                "`GHOSTBALL_CACHE_DIR` to another folder"
+            ) from error
+        yield place
+
+
+def _lock(place: Path) -> FileLock:
+    return FileLock(place.with_name(f"{place.name}.lock"), timeout=0)
+
+
+def _check_out(root: Path, commit: str, place: Path) -> None:
     if not _is_clean(place, commit):
         if place.is_dir():
             shutil.rmtree(place)
         place.unlink(missing_ok=True)
         _git(root, "worktree", "prune")
-        folder.mkdir(parents=True, exist_ok=True)
         _git(root, "worktree", "add", "--detach", "--force", str(place), commit)
     os.utime(place)
-    _drop_old(root, folder, mark, place)
-    return place
 
 
 def _is_clean(place: Path, commit: str) -> bool:
@@ -117,10 +135,11 @@ def _is_clean(place: Path, commit: str) -> bool:
 
 
 def _drop_old(root: Path, folder: Path, mark: str, keep: Path) -> None:
-    others = [path for path in folder.glob(f"{mark}-*") if path != keep]
+    others = [path for path in folder.glob(f"{mark}-*") if path != keep and path.is_dir()]
     others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
     for old in others[KEPT - 1 :]:
-        shutil.rmtree(old, ignore_errors=True)  # another run may be removing it too
+        with suppress(Timeout), _lock(old):  # else another run uses it
+            shutil.rmtree(old, ignore_errors=True)
     _git(root, "worktree", "prune")
 
 

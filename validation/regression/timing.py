@@ -27,12 +27,6 @@ ROUNDS = 15
 RUNS = 5
 """Runs whose median is one sample: a run takes some ten microseconds."""
 
-UNCALIBRATED = 1.5
-"""Ratio that counts as slower than on another day, on a machine whose noise nobody measured."""
-
-UNCALIBRATED_BY_TURNS = 1.1
-"""Likewise where both sides run by turns, in the same minute."""
-
 _MACHINES = "machines"
 
 
@@ -50,6 +44,7 @@ Seconds = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 class SceneTimes(_Model):
     """Run time of one scene on one machine [s], and from which ratio on it counts as slower.
 
+    `low` and `high` are the least and the greatest of the processes' medians, `median` theirs.
     `noise` is the largest ratio of the medians of two processes that ran the same code by turns.
     """
 
@@ -129,8 +124,7 @@ def time_scenes(
 def compare_times(head: Timing, known: SceneTimes | None) -> TimeChange:
     """Compare a run time with that of another day; another day is no proof, so it only warns."""
     if known is None:
-        words = "this machine was not calibrated for it: `ghostball calibrate`"
-        return TimeChange(base=None, head=head, words=words)
+        return TimeChange(base=None, head=head, words=_UNCALIBRATED)
     base = Timing(median=known.median, low=known.low, high=known.high, samples=known.samples)
     ratio_low = head.low / base.high
     slower = ratio_low > known.threshold
@@ -150,12 +144,20 @@ def compare_times(head: Timing, known: SceneTimes | None) -> TimeChange:
     )
 
 
-def compare_samples(base: Sequence[float], head: Sequence[float], threshold: float) -> TimeChange:
-    """Compare run times that two revisions took by turns: samples of one round are a pair."""
+def compare_samples(
+    base: Sequence[float], head: Sequence[float], threshold: float | None
+) -> TimeChange:
+    """Compare run times that two revisions took by turns: samples of one round are a pair.
+
+    Nothing counts as slower without a threshold: what the machine's noise is, nobody measured.
+    """
     ratios = [b / a for a, b in zip(base, head, strict=True)]
     low, high = median_interval(ratios, 0.999)
     ratio = median(ratios)
-    slower = low > threshold
+    slower = threshold is not None and low > threshold
+    words = "" if threshold is not None else _UNCALIBRATED
+    if slower:
+        words = f"{ratio:.2f} times as slow, {low:.2f} at least"
     return TimeChange(
         base=timing_of(base),
         head=timing_of(head),
@@ -164,7 +166,7 @@ def compare_samples(base: Sequence[float], head: Sequence[float], threshold: flo
         ratio_high=min(high, max(ratios)),
         threshold=threshold,
         slower=slower,
-        words=f"{ratio:.2f} times as slow, {low:.2f} at least" if slower else "",
+        words=words,
     )
 
 
@@ -216,4 +218,5 @@ def save_times(times: MachineTimes, path: Path) -> None:
         ) from error
 
 
+_UNCALIBRATED = "this machine was not calibrated for it: `ghostball calibrate`"
 _AGAIN = "Remove it and run `ghostball calibrate`"

@@ -432,3 +432,34 @@ def test_another_scene_is_not_comparable_and_not_compared():
     assert change.change == "not-comparable"
     assert not change.failed
     assert not change.metrics
+
+
+def test_instants_beyond_what_is_kept_count_at_the_end_of_each_block():
+    # Of the long shots most events lie there; a lateness that began there was called rounding.
+    scene = gate.cut_shot()
+    base = gate.with_events(gate.observed(scene), gate.long_log(LONG), kept=KEPT_EVENTS)
+    for late, change in ((1e-3, "results-changed"), (1e-13, "rounding-only")):
+        events = gate.long_log(LONG)
+        events["t"][KEPT_EVENTS + 20 :] += late
+        head = gate.with_events(base, events)
+        found = classify(
+            base,
+            head,
+            gate.bands_of(base),
+            lambda head=head: replace(gate.allowance(LONG, time=1e-12), bits=head.bits),
+        )
+        assert found.change == change
+    assert found.first_difference.index == KEPT_EVENTS
+
+
+def test_another_end_past_the_horizon_is_no_rounding():
+    # Where the balls lie is chaos there; that a run goes on for ever is not.
+    scene = gate.cut_shot()
+    base = gate.observed(scene)
+    events = base.events.copy()
+    events["t"][-1] = np.nextafter(events["t"][-1], np.inf)
+    head = replace(gate.with_events(base, events), status="event-limit")
+    past = replace(gate.allowance(len(events), horizon=0.1, rest=None), bits=head.bits)
+    found = classify(base, head, gate.bands_of(base), lambda: past)
+    assert found.change == "results-changed"
+    assert 'ended as "event-limit"' in found.summary

@@ -47,6 +47,12 @@ def root(tmp_path, monkeypatch):
     return root
 
 
+def checked_out(root, commit):
+    """Return the folder of a revision, given back at once."""
+    with worktree(root, commit) as place:
+        return place
+
+
 def test_any_name_of_a_commit_will_do(root):
     second = git(root, "rev-parse", "HEAD")
     git(root, "tag", "-a", "-m", "a tag", "v1")
@@ -75,13 +81,13 @@ def test_a_shallow_clone_says_how_to_get_the_rest(root, tmp_path):
 def test_a_revision_is_checked_out_once_beside_the_work(root):
     (root / "file").write_text("not committed")
     first = resolve("HEAD~1", root)
-    place = worktree(root, first)
+    place = checked_out(root, first)
     assert (place / "file").read_text() == "first"
     assert (root / "file").read_text() == "not committed"
     assert git(root, "branch", "--format", "%(refname:short)").splitlines()[-1] == "main"
     assert not place.is_relative_to(root)
     (place / "ignored").mkdir()  # git doesn't see an empty folder
-    assert worktree(root, first) == place
+    assert checked_out(root, first) == place
     assert (place / "ignored").exists(), "made anew"
 
 
@@ -89,7 +95,7 @@ def test_a_revision_is_checked_out_once_beside_the_work(root):
 def test_a_checkout_that_is_not_that_revision_is_made_anew(root, damage):
     # Else something else would be compared with, under its name.
     first = resolve("HEAD~1", root)
-    place = worktree(root, first)
+    place = checked_out(root, first)
     if damage == "edited":
         (place / "file").write_text("other")
     elif damage == "added":
@@ -103,7 +109,7 @@ def test_a_checkout_that_is_not_that_revision_is_made_anew(root, damage):
     else:
         shutil.rmtree(place)
         place.write_text("in the way")
-    assert worktree(root, first) == place
+    assert checked_out(root, first) == place
     assert (place / "file").read_text() == "first"
     assert sorted(path.name for path in place.iterdir()) == [".git", "file"]
     assert git(place, "rev-parse", "HEAD") == first
@@ -113,7 +119,7 @@ def test_only_the_last_ones_are_kept(root):
     names = [commit(root, f"number {number}") for number in range(KEPT + 2)]
     places = []
     for number, name in enumerate(names):
-        places.append(worktree(root, name))
+        places.append(checked_out(root, name))
         os.utime(places[-1], (number + 1.0, number + 1.0))
     os.utime(places[-1], None)
     assert [place.exists() for place in places] == [False] * 2 + [True] * KEPT
@@ -121,11 +127,34 @@ def test_only_the_last_ones_are_kept(root):
     assert len(listed) == KEPT + 1
 
 
+def test_nobody_else_gets_a_worktree_that_is_in_use_and_it_is_not_removed(root):
+    first = resolve("HEAD~1", root)
+    with worktree(root, first) as place:
+        with pytest.raises(RevisionError, match="by another run"), worktree(root, first):
+            pass
+        for number in range(KEPT + 1):
+            checked_out(root, commit(root, f"number {number}"))
+        assert (place / "file").read_text() == "first"
+
+
+def test_an_error_of_what_is_done_there_is_not_told_as_one_of_the_place(root):
+    with pytest.raises(OSError, match="planted"), worktree(root, resolve("HEAD", root)):
+        raise OSError("planted")
+
+
+def test_a_cache_behind_a_link_will_do(root, tmp_path, monkeypatch):
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+    monkeypatch.setattr(revision_module, "cache_root", lambda: tmp_path / "link" / "kernels")
+    place = checked_out(root, resolve("HEAD", root))
+    assert place == place.resolve()
+
+
 def test_the_worktrees_of_another_checkout_are_left_alone(root, tmp_path):
     git(tmp_path, "clone", "-q", str(root), "other")
-    theirs = worktree(tmp_path / "other", resolve("HEAD", tmp_path / "other"))
+    theirs = checked_out(tmp_path / "other", resolve("HEAD", tmp_path / "other"))
     for number in range(KEPT + 1):
-        worktree(root, commit(root, f"number {number}"))
+        checked_out(root, commit(root, f"number {number}"))
     assert theirs.exists()
 
 
@@ -137,13 +166,13 @@ def test_a_hook_of_git_does_not_lead_astray(root, tmp_path, monkeypatch):
     monkeypatch.setenv("GIT_DIR", str(tmp_path / "elsewhere" / ".git"))
     monkeypatch.setenv("GIT_INDEX_FILE", str(tmp_path / "elsewhere" / ".git" / "index"))
     assert resolve("HEAD", root) == second
-    assert (worktree(root, second) / "file").read_text() == "second"
+    assert (checked_out(root, second) / "file").read_text() == "second"
 
 
 def test_a_cache_that_cannot_be_written_is_told(root, tmp_path):
     (tmp_path / "cache").write_text("in the way")
     with pytest.raises(RevisionError, match=r"can't be written: .* Set `GHOSTBALL_CACHE_DIR`"):
-        worktree(root, resolve("HEAD", root))
+        checked_out(root, resolve("HEAD", root))
 
 
 def test_without_git_it_says_so(root, monkeypatch):
@@ -158,7 +187,7 @@ def test_a_git_that_takes_for_ever_is_told(root, monkeypatch):
 
     monkeypatch.setattr(subprocess, "run", slow)
     with pytest.raises(RevisionError, match=r"took over 120 s\. Try again"):
-        worktree(root, "0" * 40)
+        checked_out(root, "0" * 40)
 
 
 def test_an_installed_package_has_no_other_revisions(tmp_path, monkeypatch):
