@@ -99,13 +99,10 @@ def of_limits(results: ResultsFolder) -> Answer:
 def of_comparison(regression: Regression) -> Answer:
     """Say whether a comparison passes, and what it takes to pass."""
     count = many(len(regression.scenes), "scene")
-    failed = [one for one in regression.scenes if fails(one)]
-    uncompared = [one for one in regression.scenes if one.change in UNCOMPARED]
-    moved = [
-        one
-        for one in regression.scenes
-        if one.change != "identical" and one not in failed and one not in uncompared
-    ]
+    failed = [one for one in regression.scenes if one.failed]
+    rest = [one for one in regression.scenes if not one.failed]
+    uncompared = [one for one in rest if one.change in UNCOMPARED]
+    moved = [one for one in rest if one.change not in ("identical", *UNCOMPARED)]
     said = []
     if failed:
         verb = "fails" if len(failed) == 1 else "fail"
@@ -135,17 +132,15 @@ def base_text(regression: Regression) -> str:
     return f"revision `{regression.against}`"
 
 
-def fails(change: SceneChange) -> bool:
-    """Say whether a scene fails the gate; what could not be compared doesn't, nor does it pass."""
-    return change.failed and change.change not in UNCOMPARED
-
-
 def kind_text(change: SceneChange) -> str:
-    """Return the class of a change; the same bits may fail too, for what they cost."""
-    if change.change == "identical" and change.failed:
-        slower = change.time is not None and change.time.slower
-        return "same bits, slower" if slower else "same bits, other work"
-    return change.change
+    """Return the class of a change; the same bits may fail too, and then it says for what."""
+    if change.change != "identical" or not change.failed:
+        return change.change
+    causes = [
+        *["other work"] * any(not count.within for count in change.counters),
+        *["slower"] * (change.time is not None and change.time.slower),
+    ]
+    return f"same bits, {', '.join(causes or ['limits broken'])}"
 
 
 def kinds_text(changes: Sequence[SceneChange]) -> str:

@@ -19,7 +19,6 @@ from reports.outcome import (
     CHANGES,
     bad_cases,
     base_text,
-    fails,
     kind_text,
     kinds_text,
     of_comparison,
@@ -84,7 +83,7 @@ def summary_text(results: ResultsFolder | None, regression: Regression | None) -
     )
 
 
-def write_summary(text: str, path: str | Path) -> None:
+def add_summary(text: str, path: str | Path) -> None:
     """Add a summary to a file, which others may have begun, as GitHub's steps do to theirs.
 
     Raises
@@ -99,10 +98,30 @@ def write_summary(text: str, path: str | Path) -> None:
         with os.fdopen(file, "ab") as opened:
             opened.write(text.encode())
     except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise GhostballError(
-            f"{target}: can't write the summary: {reason}. Choose another file"
-        ) from error
+        raise _cannot_write(target, error) from error
+
+
+def write_summary(text: str, path: str | Path) -> None:
+    """Write a summary in place of what a file held, whole or not at all.
+
+    Raises
+    ------
+    GhostballError
+        Where it can't be written.
+    """
+    target = Path(path)
+    part = target.with_name(f"{target.name}.part")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(target)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise _cannot_write(target, error) from error
+
+
+def _cannot_write(target: Path, error: OSError) -> GhostballError:
+    reason = error.strerror or type(error).__name__
+    return GhostballError(f"{target}: can't write the summary: {reason}. Choose another file")
 
 
 @dataclass(frozen=True)
@@ -209,7 +228,7 @@ def _changes(regression: Regression) -> Iterator[_Block]:
 
 def _in_order(changes: Sequence[SceneChange]) -> list[SceneChange]:
     """Return what fails first, then what could not be compared, then the rest."""
-    return sorted(changes, key=lambda one: (not fails(one), one.change not in UNCOMPARED))
+    return sorted(changes, key=lambda one: (not one.failed, one.change not in UNCOMPARED))
 
 
 def _stale(scene: str) -> str:
@@ -217,7 +236,7 @@ def _stale(scene: str) -> str:
 
 
 def _change_cells(change: SceneChange) -> list[str]:
-    sign = "✗" if fails(change) else CHANGES[change.change][0]
+    sign = "✗" if change.failed else CHANGES[change.change][0]
     words = [change.summary, *map(moved_text, _left_band(change))]
     first = "" if change.first_difference is None else change.first_difference.words
     command = _code(change.command)

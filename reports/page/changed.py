@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from reports import style
 from reports.markdown_parts import quantity_text
-from reports.outcome import fails, kind_text
+from reports.outcome import kind_text
 from reports.page.rendering import embedded_json, render
 from reports.page.replay_data import motion_data
 from reports.page.scenes import REPLAY_ID
@@ -47,7 +47,7 @@ def changed_html(results: ResultsFolder, regression: Regression | None) -> Marku
 
 def has_part(change: SceneChange) -> bool:
     """Say whether a scene has a view of its own, which "#change=NAME" leads to."""
-    return change.change in MOVED or fails(change)
+    return change.change in MOVED or change.failed
 
 
 def _changed(results: ResultsFolder, change: SceneChange) -> Markup:

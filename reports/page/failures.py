@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from reports.markdown_parts import number_text, quantity_text
 from reports.markdown_scene import COMPARISONS
-from reports.outcome import bad_cases, base_text, fails, kind_text
+from reports.outcome import bad_cases, base_text, kind_text
 from reports.page.rendering import render
 from reports.page.scenes import ScenePart
 from validation import commands
@@ -119,7 +119,7 @@ def explained(
                 yield _explain(case, check, bits)
     if regression is not None:
         for change in regression.scenes:
-            if fails(change):
+            if change.failed:
                 yield _explain_change(change, regression)
 
 

@@ -15,7 +15,6 @@ from reports.outcome import (
     CHANGES,
     bad_cases,
     base_text,
-    fails,
     kind_text,
     of_comparison,
     overall,
@@ -28,7 +27,7 @@ from validation.regression.records import SceneChange
 from validation.store import CaseRecord, ResultsFolder
 from validation.verdict import Verdict, rest_error_standing, verdict_of
 
-FAILING = {"identical": "identical to the bit, but not in its work or its run time"}
+FAILING = {"identical": "identical to the bit, but not in work, run time or the limits it keeps"}
 """What a class of changes means where it fails, if that is something else."""
 
 CLASSES = {
@@ -74,7 +73,7 @@ def verdict_html(results: ResultsFolder, regression: Regression | None) -> Marku
         metrics=metrics_text(results),
         taken_over=taken_over_text(results),
         failures=failures,
-        beyond=[] if regression is None else [one for one in regression.scenes if fails(one)],
+        beyond=[] if regression is None else [one for one in regression.scenes if one.failed],
         kind_text=kind_text,
     )
 
@@ -96,7 +95,7 @@ def _groups(regression: Regression) -> Iterator[Group]:
     for failing in (True, False):
         for name, (sign, words) in CHANGES.items():
             found = [
-                one for one in regression.scenes if one.change == name and fails(one) is failing
+                one for one in regression.scenes if one.change == name and one.failed is failing
             ]
             if not found:
                 continue

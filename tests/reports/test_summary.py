@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from engine import GhostballError
 from ghostball.cli import app
 from reports.outcome import overall
-from reports.summary import summary_markdown, summary_text, write_summary
+from reports.summary import add_summary, summary_markdown, summary_text, write_summary
 from validation.regression import save_regression
 from validation.store import ResultsFolder
 
@@ -169,7 +169,7 @@ def test_plain_text_is_a_line_for_each_thing(results):
         "(a tenth of a ball) [ghostball validate stop --engines paper-discrete --out out/again]"
     ) in lines
     assert (
-        "head-on: error: no-baseline: no baseline was accepted [ghostball accept head-on]" in lines
+        "head-on: error: no-baseline: no baseline was accepted [ghostball regress head-on]" in lines
     )
     assert (
         "break-7: warning: roots must be within [10, 10], got 12 (before: 10) (as accepted)"
@@ -196,10 +196,20 @@ def test_what_moved_and_may_is_a_warning():
 def test_a_file_that_others_began_is_added_to(tmp_path):
     page = tmp_path / "summary.md"
     page.write_text("an earlier step\n")
-    write_summary("## ✓\n", page)
+    add_summary("## ✓\n", page)
     assert page.read_text(encoding="utf-8") == "an earlier step\n## ✓\n"
     with pytest.raises(GhostballError, match="can't write the summary"):
+        add_summary("", tmp_path)
+
+
+def test_plain_text_takes_the_place_of_an_earlier_one(tmp_path):
+    lines = tmp_path / "lines.txt"
+    lines.write_text("an earlier run\n")
+    write_summary("now\n", lines)
+    assert lines.read_text(encoding="utf-8") == "now\n"
+    with pytest.raises(GhostballError, match="can't write the summary"):
         write_summary("", tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["lines.txt"]
 
 
 def invoke(*arguments):
@@ -214,6 +224,14 @@ def test_the_command_writes_both_and_no_report(small_folder, tmp_path):
     assert "### What changed" in page.read_text(encoding="utf-8")
     assert done.stdout.startswith("break-7: error: worse: ")
     assert not (small_folder / "report.md").exists()
+
+
+def test_the_command_writes_text_anew_and_adds_a_summary(small_folder, tmp_path):
+    lines, page = tmp_path / "lines.txt", tmp_path / "page.md"
+    for _ in range(2):
+        assert invoke(small_folder, "--text", lines, "--summary", page).exit_code == 0
+    assert lines.read_text(encoding="utf-8").count("ghostball: ") == 1
+    assert page.read_text(encoding="utf-8").count("## ✓ Ghostball") == 2
 
 
 def test_a_folder_may_hold_a_comparison_alone(tmp_path):
