@@ -76,8 +76,8 @@ def moved_text(quantity: Quantity) -> str:
 def _test_cases(change: SceneChange, *, by_turns: bool) -> Iterator[ElementTree.Element]:
     verdict = case_element(change.scene, "verdict")
     if _uncompared(change):
-        kind = "failure" if change.failed else "error"
-        set_verdict(verdict, kind, f"{change.change}: {change.summary}", change.command)
+        words = f"{change.change}: {change.summary}"
+        set_verdict(verdict, "failure" if change.failed else "error", words, change.command)
         yield verdict
         return
     if change.failed:

@@ -398,7 +398,10 @@ def test_a_change_for_the_worse_fails_though_every_limit_holds(small_folder):
     [("rounding-only", "rounding-only"), ("identical", "same bits, other work")],
 )
 def test_what_fails_without_being_worse_is_neither_closed_nor_left_out(small_folder, change, words):
-    found = regression(change=change, time=None)
+    more = Quantity(
+        name="events", unit="1", base=9, head=11, low=9, high=9, level="error", within=False, why=""
+    )  # fmt: skip
+    found = regression(change=change, time=None, counters=(more,))
     save_regression(found, small_folder)
     html = page_of(small_folder)
     text = section(html, "verdict")
@@ -407,6 +410,7 @@ def test_what_fails_without_being_worse_is_neither_closed_nor_left_out(small_fol
     assert "<strong>fails</strong>" in listed
     assert f"</a>: {words}, <strong>fails</strong>" in listed
     assert "<code>rest_error_max</code><td>0.1 fm" in listed  # with what left its band
+    assert "<code>events</code><td>9<td>11" in listed
     assert f"on <code>ghostball</code>: {words}" in section(html, "failures")
 
 
