@@ -25,6 +25,7 @@ from reports.precision_figure import draw_precision, draw_precision_work
 from reports.scaling_figure import draw_scaling
 from reports.shots import load_shot
 from validation.ensembles import Ensembles
+from validation.files import write_all_whole
 from validation.predictability import Predictability, predictability_in
 from validation.regression import Regression, load_regression
 from validation.store import ResultsFolder
@@ -142,11 +143,7 @@ def write_report(
         text = report_text(results, whole, drawn, physics, paper, clouds)
         page = page_text(results, parts, source.regression)
         report = results.path / REPORT
-        made = {report.with_name(PAGE): page, report: text}
-        for path, content in made.items():
-            path.with_name(path.name + ".part").write_text(content, encoding="utf-8")
-        for path in made:
-            path.with_name(path.name + ".part").replace(path)
+        write_all_whole({report.with_name(PAGE): page, report: text})
         _remove_stale(results.path, [whole, clouds, *drawn.values()])
     except OSError as error:
         raise ReportError(

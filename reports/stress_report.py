@@ -8,6 +8,7 @@ from engine import GhostballError
 from reports import style
 from reports.markdown_parts import Drawn, figure_link, many, one_line, table_of
 from reports.stress_figures import FIGURES
+from validation.files import write_whole
 from validation.stress import FAMILIES, StressFolder
 from validation.stress.survival import Survival, all_survival, survival_of, trying_again
 from validation.stress.tracked import (
@@ -76,9 +77,7 @@ def write_stress_report(path: str | Path) -> Path:
     try:
         drawn = _draw(folder)
         report = folder.path / REPORT
-        part = report.with_name(REPORT + ".part")
-        part.write_text(report_text(folder, drawn), encoding="utf-8")
-        part.replace(report)
+        write_whole(report, report_text(folder, drawn))
     except OSError as error:
         raise GhostballError(
             f"{error.filename or folder.path}: can't write the report: {error.strerror or error}. "

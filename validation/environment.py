@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import platform
-import subprocess
 import sys
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
+
+from validation.git import GitError, run_git
 
 PACKAGES = (
     "ghostball",
@@ -23,9 +24,6 @@ PACKAGES = (
     "pydantic",
 )
 """Distributions whose versions can change a number."""
-
-_GIT_TIMEOUT = 10.0
-"""Seconds: a repository on a slow disk answers within one."""
 
 
 def describe_environment() -> dict[str, Any]:
@@ -70,22 +68,11 @@ def git_state(root: Path) -> dict[str, Any] | None:
     if not (root / ".git").exists():
         return None
     try:
-        revision = _git(root, "rev-parse", "HEAD")
-        changes = _git(root, "status", "--porcelain")
-    except (OSError, subprocess.SubprocessError):  # no git here, or no commit yet
+        revision = run_git(root, "rev-parse", "HEAD")
+        changes = run_git(root, "status", "--porcelain")
+    except GitError:  # no git here, or no commit yet
         return None
     return {"revision": revision, "dirty": bool(changes)}
-
-
-def _git(root: Path, *arguments: str) -> str:
-    finished = subprocess.run(
-        ["git", "-C", str(root), *arguments],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=_GIT_TIMEOUT,
-    )
-    return finished.stdout.strip()
 
 
 def _version(package: str) -> str | None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
@@ -121,9 +123,7 @@ def parse_line(adapter: TypeAdapter[Any], line: str, place: str, schema: int, ag
             f"{place}: not valid JSON: {error.msg} (column {error.colno}). {again}"
         ) from None
     except ValidationError as error:
-        first = error.errors()[0]
-        name = ".".join(map(str, first["loc"]))
-        raise ResultsError(f"{place}: `{name}`: {first['msg']}. {again}") from None
+        raise ResultsError(f"{place}: {told(error)}. {again}") from None
 
 
 def _check_schema(
@@ -134,6 +134,67 @@ def _check_schema(
             f"{place}: `schema` must be {schema}, got {found!r}: another version of ghostball "
             f"wrote it. {again}"
         )
+
+
+def told(error: ValidationError) -> str:
+    """Return what is wrong with data that a model refuses: the first field, its rule, its value.
+
+    Such as "`rounds` must be a valid integer, got 'x'", for a message that says where it is.
+    """
+    # A number may be an integer or a float: what is neither is told by the rule of the latter.
+    errors = error.errors()
+    first = next((one for one in errors if one["loc"][-1:] != ("int",)), errors[0])
+    where = ".".join(str(part) for part in first["loc"] if part not in ("int", "float"))
+    if first["type"] == "missing":
+        return f"`{where}` is missing"
+    if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
+        return f"`{where}` is no field of this file"
+    said = re.sub(r"^\w+ should", "must", first["msg"])
+    # Of what is no JSON the whole text would be shown, and of a table all of it.
+    shown = repr(first["input"])
+    hidden = ", got " in said or len(shown) > _SHOWN or first["type"] == "json_invalid"
+    colon = "" if said.startswith("must ") else ":"
+    return (f"`{where}`{colon} " if where else "") + said + ("" if hidden else f", got {shown}")
+
+
+_SHOWN = 80
+"""Characters of a refused value that a message has room for."""
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write a file, text as UTF-8, whole or not at all: an error leaves what was there.
+
+    Raises
+    ------
+    OSError
+        Where it can't be written; nothing is left beside it.
+    """
+    write_all_whole({path: content})
+
+
+def write_all_whole(contents: Mapping[Path, str | bytes]) -> None:
+    """Write files that belong together: none is replaced until all are on the disk.
+
+    Raises
+    ------
+    OSError
+        As of `write_whole`.
+    """
+    encoded = {
+        path: content.encode("utf-8") if isinstance(content, str) else content
+        for path, content in contents.items()
+    }
+    parts = {path: path.with_name(path.name + ".part") for path in encoded}
+    try:
+        for path, data in encoded.items():
+            parts[path].write_bytes(data)
+        for path, part in parts.items():
+            part.replace(path)
+    except BaseException:  # also Ctrl-C
+        for part in parts.values():
+            with suppress(OSError):  # the first error is the one to tell
+                part.unlink(missing_ok=True)
+        raise
 
 
 def read_whole_lines(path: Path, again: str) -> list[str] | None:
@@ -158,15 +219,7 @@ def read_whole_lines(path: Path, again: str) -> list[str] | None:
 
 def write_whole_lines(path: Path, lines: Iterable[bytes]) -> None:
     """Write lines, without their ends, whole or not at all."""
-    part = path.with_name(path.name + ".part")
-    try:
-        with part.open("wb") as file:
-            file.writelines(line + b"\n" for line in lines)
-        part.replace(path)
-    except OSError:
-        with suppress(OSError):  # the first error is the one to tell
-            part.unlink(missing_ok=True)
-        raise
+    write_whole(path, b"".join(line + b"\n" for line in lines))
 
 
 def line_of(record: CaseRecord) -> str:
@@ -181,13 +234,12 @@ def write_lines(path: Path, records: Iterable[CaseRecord]) -> None:
 
 def save_motion(path: Path, motion: Motion) -> str:
     """Write a file of motion, whole or not at all, and return its SHA-256."""
-    part = path.with_suffix(".part")
-    with part.open("wb") as file:
-        parts = {part.name: getattr(motion, part.name) for part in fields(Motion)}
-        np.savez_compressed(file, **{name: p for name, p in parts.items() if p is not None})
-    digest = hash_of_file(part)
-    part.replace(path)
-    return digest
+    parts = {part.name: getattr(motion, part.name) for part in fields(Motion)}
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **{name: p for name, p in parts.items() if p is not None})
+    content = buffer.getvalue()
+    write_whole(path, content)
+    return hashlib.sha256(content).hexdigest()
 
 
 def cannot_write(path: Path, error: OSError) -> ResultsError:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 from xml.etree import ElementTree
 
 from engine import GhostballError
+from validation.files import write_whole
 
 # XML 1.0 has no way to write these, not even escaped.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -72,13 +72,9 @@ def write_document(text: str, path: str | Path) -> None:
         Where it can't be written.
     """
     target = Path(path)
-    part = target.with_name(target.name + ".part")
     try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(target)
+        write_whole(target, text)
     except OSError as error:
-        with suppress(OSError):  # nothing to clean up where not even the folder can be entered
-            part.unlink()
         reason = error.strerror or type(error).__name__
         raise GhostballError(
             f"{target}: can't write the JUnit file: {reason}. Choose another `--junit`"

@@ -47,6 +47,7 @@ from validation.files import (
     load_environment,
     save_motion,
     write_lines,
+    write_whole,
 )
 from validation.records import (
     CERTIFIED,
@@ -388,9 +389,7 @@ class ResultsWriter:
                 path.unlink()
 
     def _write_environment(self) -> None:
-        part = self.path / (ENVIRONMENT_FILE + ".part")
-        part.write_text(json.dumps(self._environment, indent=2) + "\n", encoding="utf-8")
-        part.replace(self.path / ENVIRONMENT_FILE)
+        write_whole(self.path / ENVIRONMENT_FILE, json.dumps(self._environment, indent=2) + "\n")
 
     def _motion_name(self, record: CaseRecord) -> str:
         slug = re.sub(r"[^A-Za-z0-9.+-]+", "-", f"{record.scene}--{record.label}")

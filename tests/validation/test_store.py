@@ -255,7 +255,7 @@ def test_an_environment_that_is_cut_short_is_said_to_be(tmp_path: Path, left: in
         ("[1]", r"results\.jsonl:2: a JSON object was expected"),
         ("", r"results\.jsonl:2: not valid JSON"),
         (f'{{"schema": {SCHEMA + 1}}}', r"results\.jsonl:2: `schema` must be 3, got 4"),
-        (f'{{"schema": {SCHEMA}}}', r"results\.jsonl:2: `scene`: "),
+        (f'{{"schema": {SCHEMA}}}', r"results\.jsonl:2: `scene` is missing"),
     ],
 )
 def test_a_damaged_line_is_named(tmp_path: Path, line: str, message: str) -> None:

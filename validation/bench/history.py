@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
@@ -14,9 +13,8 @@ from pydantic import ValidationError
 from validation.bench import measurements
 from validation.bench._observed import KINDS, Observed, observed_in
 from validation.bench.running import BenchError
-
-_GIT_TIMEOUT = 60.0
-"""Seconds: a repository on a slow disk answers within a few."""
+from validation.files import told
+from validation.git import GitError, run_git
 
 PLACE = "benchmarks/results"
 """Where measurements lie in the repository, as git names folders."""
@@ -112,6 +110,8 @@ def read_history(kind: str = "targets", pattern: str | None = None) -> History:
     BenchError
         Where the kind is unknown, this is no checkout, git is missing, nothing was ever committed,
         no version can be read, or no quantity matches.
+    GitError
+        Where git refuses the repository.
     """
     if kind not in KINDS:
         raise BenchError(f"kind must be one of {', '.join(KINDS)}, got {kind!r}")
@@ -124,7 +124,7 @@ def read_history(kind: str = "targets", pattern: str | None = None) -> History:
         whys = "; ".join(f"{one.path} at {one.commit[:10]}: {one.why}" for one in unread)
         raise BenchError(f"no committed measurement of `{kind}` can be read: {whys}. Measure again")
     versions.sort(key=lambda one: (one.date, one.machine))
-    cut = _git(root, "rev-parse", "--is-shallow-repository").strip() == "true"
+    cut = run_git(root, "rev-parse", "--is-shallow-repository") == "true"
     history = History(kind, tuple(versions), unread, cut)
     return history if pattern is None else _matching(history, pattern)
 
@@ -159,7 +159,7 @@ def _checked_root() -> Path:
 
 def _committed(root: Path, kind: str) -> list[str]:
     """Return the committed files of a kind, relative to the root."""
-    listed = _git(root, "ls-files", "-z", "--", PLACE).split("\0")
+    listed = run_git(root, "ls-files", "-z", "--", PLACE).split("\0")
     kinds = {Path(path).stem for path in listed if path.endswith(".json")}
     if kind not in kinds:
         there = f"There are: {', '.join(sorted(kinds))}" if kinds else "There is none at all"
@@ -175,10 +175,11 @@ def _versions(root: Path, kind: str, path: str) -> Iterator[Version | Unread]:
     """Yield what each commit that changed a file made of it, the newest first."""
     for commit, name in _commits(root, path):
         try:
-            text = _git(root, "show", f"{commit}:{name}")
+            text = run_git(root, "show", f"{commit}:{name}")
             measured = observed_in(kind, text)
-        except (BenchError, ValidationError, UnicodeDecodeError) as error:
-            yield Unread(name, commit, _why(error))
+        except (GitError, ValidationError) as error:
+            why = told(error) if isinstance(error, ValidationError) else str(error)
+            yield Unread(name, commit, why)
             continue
         git = measured.environment.get("git") or {}
         yield Version(
@@ -191,22 +192,15 @@ def _versions(root: Path, kind: str, path: str) -> Iterator[Version | Unread]:
         )
 
 
-def _why(error: Exception) -> str:
-    if isinstance(error, ValidationError):
-        first = error.errors()[0]
-        field = ".".join(map(str, first["loc"])) or "the file"
-        return f"`{field}`: {first['msg']}"
-    return str(error)
-
-
 def _commits(root: Path, path: str) -> Iterator[tuple[str, str]]:
     """Yield each commit that changed a file, and how it was called there, the newest first.
 
     Not `git log --follow`: where a file is new it looks for one to be a copy of, and finds another
     machine's measurement, which is as like as can be.
     """
-    log = _git(
+    log = run_git(
         root,
+        *("-c", "core.quotepath=off"),  # names beyond ASCII as they are
         "log",
         "--topo-order",
         "--find-renames",
@@ -223,17 +217,3 @@ def _commits(root: Path, path: str) -> Iterator[tuple[str, str]]:
             if paths and paths[-1] == name and status != "D":
                 yield commit, name
                 name = paths[0]
-
-
-def _git(root: Path, *arguments: str) -> str:
-    command = ["git", "-C", str(root), "-c", "core.quotepath=off", *arguments]
-    try:
-        finished = subprocess.run(
-            command, capture_output=True, encoding="utf-8", check=True, timeout=_GIT_TIMEOUT
-        )
-    except subprocess.TimeoutExpired:
-        raise BenchError(f"`git {arguments[0]}` took over {_GIT_TIMEOUT:.0f} s") from None
-    except subprocess.CalledProcessError as error:
-        said = " ".join(str(error.stderr).split())
-        raise BenchError(f"`git {arguments[0]}` failed: {said}") from None
-    return finished.stdout

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from validation.bench.running import BenchError
 from validation.bench.timing import Spread
 from validation.environment import describe_environment
+from validation.files import told, write_whole
 
 SCHEMA: Final = 1
 """Version of the files; another one is refused."""
@@ -212,7 +213,7 @@ def check_target(path: Path, kind: str, option: str) -> None:
         if path.is_dir():
             raise BenchError(f"{path}: `{option}` must be a file, but it is a folder. Name another")
         missing = [folder for folder in path.parents if not folder.exists()]
-        part = _part(path)
+        part = path.with_name(path.name + ".part")  # what `write_whole` writes first
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             part.touch()
@@ -237,12 +238,10 @@ def save(measurement: Measurement, path: Path, option: str) -> None:
     ------
     BenchError
     """
-    part = _part(path)
     text = measurement.model_dump_json(indent=2, by_alias=True) + "\n"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
+        write_whole(path, text)
     except OSError as error:
         raise _cannot_write(path, option, error) from error
 
@@ -260,9 +259,7 @@ def load(path: Path, kind: type[Stored]) -> Stored:
     except (OSError, UnicodeDecodeError) as error:
         raise BenchError(f"{path}: can't read the measurement: {error}") from None
     except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(map(str, first["loc"])) or "the file"
-        raise BenchError(f"{path}: `{field}`: {first['msg']}. Measure again") from None
+        raise BenchError(f"{path}: {told(error)}. Measure again") from None
 
 
 def _is_of_kind(path: Path, kind: str) -> bool:
@@ -271,10 +268,6 @@ def _is_of_kind(path: Path, kind: str) -> bool:
     except (OSError, ValueError):
         return False
     return isinstance(content, dict) and content.get("kind") == kind
-
-
-def _part(path: Path) -> Path:
-    return path.with_name(path.name + ".part")
 
 
 def _cannot_write(path: Path, option: str, error: OSError) -> BenchError:

@@ -37,6 +37,7 @@ from validation.files import (
     hash_of_file,
     parse_line,
     read_whole_lines,
+    write_whole,
     write_whole_lines,
 )
 
@@ -210,9 +211,7 @@ class EnsembleWriter:
         slug = re.sub(r"[^A-Za-z0-9.+-]+", "-", "--".join(record.key))
         # Part of its hash in its name: what a line names is never overwritten.
         name = f"{ENSEMBLES_FOLDER}/{slug}-{digest[:12]}.npz"
-        part = self._folder / f"{name}.part"
-        part.write_bytes(content)
-        part.replace(self._folder / name)
+        write_whole(self._folder / name, content)
         return replace(record, arrays=name, arrays_hash=digest)
 
     def _drop_stray(self, named: set[str | None]) -> None:

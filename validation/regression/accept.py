@@ -169,7 +169,9 @@ def _was_accepted(change: SceneChange, candidate: Baseline, folder: Path) -> boo
 
 
 def _needs_one(change: SceneChange) -> bool:
-    return bool(change.head_hash) and (change.failed or change.change != "identical")
+    """Whether something moved: broken limits, or times alone, are nothing to accept."""
+    moved = any(not one.within for one in (*change.metrics, *change.counters))
+    return bool(change.head_hash) and (moved or change.change != "identical")
 
 
 def _entry(

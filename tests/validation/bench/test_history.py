@@ -9,6 +9,7 @@ from validation.bench import BenchError, measurements
 from validation.bench._observed import KINDS, observed_in
 from validation.bench.history import read_history
 from validation.bench.measurements import STORE
+from validation.git import GitError
 
 
 @pytest.fixture
@@ -123,7 +124,7 @@ def test_a_checkout_without_measurements_is_an_error(repository):
 def test_nothing_that_can_be_read_is_an_error(repository):
     repository.put("box/targets.json", "[]")
     repository.commit()
-    with pytest.raises(BenchError, match=r"box/targets\.json at .*: Input should be"):
+    with pytest.raises(BenchError, match=r"box/targets\.json at .*: must be"):
         read_history()
 
 
@@ -146,7 +147,7 @@ def test_git_that_is_not_there_is_said(measured, monkeypatch):
 
 def test_a_repository_that_git_refuses_is_an_error_with_its_reason(measured):
     (measured.path / ".git" / "HEAD").write_text("nonsense")
-    with pytest.raises(BenchError, match=r"`git ls-files` failed: fatal"):
+    with pytest.raises(GitError, match=r"`git ls-files .*` failed: fatal"):
         read_history()
 
 
@@ -158,3 +159,10 @@ def test_every_committed_measurement_has_numbers(path):
     assert all(isinstance(one.value, int | float) for one in values.values())
     if path.stem in ("accuracy", "skips", "stress"):
         assert all(one.low is None and one.high is None for one in values.values())
+
+
+def test_within_a_hook_of_another_repository_it_reads_its_own(measured, tmp_path, monkeypatch):
+    Repository(tmp_path / "other").commit()
+    monkeypatch.setenv("GIT_DIR", str(tmp_path / "other" / ".git"))
+    monkeypatch.setenv("GIT_INDEX_FILE", str(tmp_path / "other" / ".git" / "index"))
+    assert len(read_history().of("box")) == 3

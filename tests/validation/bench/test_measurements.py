@@ -49,7 +49,7 @@ def test_another_kind_or_damage_is_refused_by_name(tmp_path):
     with pytest.raises(BenchError, match=r"targets.json: `kind`"):
         load(path, ScalingMeasurement)
     path.write_text(path.read_text()[:-20])
-    with pytest.raises(BenchError, match="the file"):
+    with pytest.raises(BenchError, match="Invalid JSON"):
         load(path, TargetsMeasurement)
     with pytest.raises(BenchError, match="can't read"):
         load(tmp_path / "nowhere.json", TargetsMeasurement)

@@ -302,7 +302,7 @@ def test_other_wrong_input_is_refused(roll: Scene, folder: Path, tmp_path: Path)
         (lambda text: "", "ensembles.jsonl: is empty"),
         (lambda text: text.replace('"schema":1}', '"schema":7}', 1), "must be 1, got 7"),
         (lambda text: text.replace("ghostball ensembles", "others", 1), "not ensembles of ours"),
-        (lambda text: text.replace('"stream":"null"', '"stream":"odd"'), "`stream`: Input should"),
+        (lambda text: text.replace('"stream":"null"', '"stream":"odd"'), "`stream` must be"),
         (lambda text: text.replace('"outcome"', '"outcome":', 1), "not valid JSON"),
         (lambda text: "[]\n" + text, "ensembles.jsonl:1: a JSON object was expected"),
         (lambda text: text.replace('"labels":["ghostball","fake"]', '"labels":["fake"]'), "ask"),

@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 from contextlib import nullcontext
+from itertools import cycle
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -209,10 +210,10 @@ def sides(monkeypatch, tmp_path):
     """Return a function that compares two sides that are played in this process."""
 
     def compare(base, head, scenes=(CUT, ROLL), **options):
-        waiting = iter([base, head])
+        waiting = cycle([base, head])
         monkeypatch.setattr(against_module, "repository", lambda: tmp_path)
         monkeypatch.setattr(against_module, "resolve", lambda revision, root: "a" * 40)
-        monkeypatch.setattr(against_module, "worktree", lambda root, commit: root)
+        monkeypatch.setattr(against_module, "worktree", lambda root, commit: nullcontext(root))
         monkeypatch.setattr(
             against_module, "playing", lambda name, root: nullcontext(next(waiting))
         )
@@ -225,8 +226,18 @@ def sides(monkeypatch, tmp_path):
 NO_TRUTH = SimpleNamespace(truth="engine")
 
 
+def known_noise(**thresholds):
+    """Return a machine on which scenes count as slower from these ratios on."""
+    times = {
+        name: SceneTimes(median=1.0, low=0.9, high=1.1, samples=9, noise=1.1, threshold=threshold)
+        for name, threshold in thresholds.items()
+    }
+    return MachineTimes(machine="m", environment={}, processes=2, scenes=times)
+
+
 def test_slower_beyond_doubt_fails_with_the_same_bits(sides):
-    found = sides(Plays(seconds=1.0), Plays(seconds=1.5))
+    known = known_noise(cut=1.2, roll=1.2)
+    found = sides(Plays(seconds=1.0), Plays(seconds=1.5), known=known)
     for one in found.scenes:
         assert one.change == "identical"
         assert one.failed
@@ -237,10 +248,23 @@ def test_slower_beyond_doubt_fails_with_the_same_bits(sides):
 
 
 def test_slower_within_the_noise_of_the_machine_passes(sides):
-    noisy = SceneTimes(median=1.0, low=0.9, high=1.1, samples=9, noise=1.4, threshold=1.8)
-    known = MachineTimes(machine="m", environment={}, processes=2, scenes={"cut": noisy})
+    known = known_noise(cut=1.8, roll=1.2)
     found = sides(Plays(seconds=1.0), Plays(seconds=1.5), known=known)
     assert [one.failed for one in found.scenes] == [False, True]
+
+
+def test_on_a_machine_whose_noise_nobody_measured_no_time_fails(sides):
+    found = sides(Plays(seconds=1.0), Plays(seconds=9.0))
+    assert found.outcome == "passed"
+    assert {one.time.ratio for one in found.scenes} == {9.0}
+    assert all("`ghostball calibrate`" in one.time.words for one in found.scenes)
+
+
+def test_times_are_left_out_where_no_round_is_asked_for(sides):
+    head = Plays(seconds=9.0)
+    found = sides(Plays(), head, rounds=0, known=known_noise(cut=1.1, roll=1.1))
+    assert not head.asked
+    assert all(one.time is None for one in found.scenes)
 
 
 def test_what_looks_slower_is_timed_again_and_must_look_so_again(sides):
@@ -250,7 +274,8 @@ def test_what_looks_slower_is_timed_again_and_must_look_so_again(sides):
             return 9.0 if len(self.asked) <= 5 else 1.0
 
     head = Once()
-    found = sides(Plays(), head, scenes=[CUT], rounds=5)
+    known = known_noise(cut=1.2)
+    found = sides(Plays(), head, scenes=[CUT], rounds=5, known=known)
     assert len(head.asked) == 5, "five rounds leave doubt, so nothing looks slower"
     assert found.outcome == "passed"
 
@@ -260,7 +285,7 @@ def test_what_looks_slower_is_timed_again_and_must_look_so_again(sides):
             return 9.0 if len(self.asked) <= 15 else 1.0
 
     head = Twice()
-    found = sides(Plays(), head, scenes=[CUT], rounds=15)
+    found = sides(Plays(), head, scenes=[CUT], rounds=15, known=known)
     assert len(head.asked) == 30
     assert not found.scenes[0].time.slower
     assert found.outcome == "passed"

@@ -141,7 +141,11 @@ def test_one_of_two_changes_is_accepted_and_the_other_still_fails(accepted):
     assert changes(found) == {"cut": "identical", "roll": "worse"}
     assert found.outcome == "failed"
     accepted.accept("This too.")
-    assert accepted.compare().outcome == "passed"
+    found = accepted.compare()
+    assert set(changes(found).values()) == {"identical"}
+    # What the truth says of it can't be accepted.
+    assert found.outcome == "failed"
+    assert all("breaks its limits: quality_factor must be" in one.summary for one in found.scenes)
 
 
 def test_a_counter_that_moved_fails_with_the_same_bits(accepted, monkeypatch):
