@@ -27,6 +27,7 @@ from reports.outcome import (
 )
 from reports.shots import NUMBERS_KEY, cell_text, legend_text
 from validation import commands
+from validation.files import write_whole
 from validation.regression.junit import UNCOMPARED, moved_text
 from validation.regression.records import Quantity, Regression, SceneChange
 from validation.store import CaseRecord, ResultsFolder
@@ -110,12 +111,9 @@ def write_summary(text: str, path: str | Path) -> None:
         Where it can't be written.
     """
     target = Path(path)
-    part = target.with_name(f"{target.name}.part")
     try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(target)
+        write_whole(target, text)
     except OSError as error:
-        part.unlink(missing_ok=True)
         raise _cannot_write(target, error) from error
 
 
