@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import typer
 
 from ghostball._terminal import check_writable
-from reports import summary_markdown, summary_text, write_summary
+from reports import add_summary, summary_markdown, summary_text, write_summary
 from validation.regression import load_regression
 from validation.store import ResultsFolder, is_results_folder
 
@@ -30,13 +31,13 @@ def write(folder: Path, *, summary: Path | None, text: Path | None) -> None:
     alone = regression is not None and not is_results_folder(folder)
     results = None if alone else ResultsFolder.load(folder)
     if summary is not None:
-        _put(summary_markdown(results, regression), summary)
+        _put(summary_markdown(results, regression), summary, add_summary)
     if text is not None:
-        _put(summary_text(results, regression), text)
+        _put(summary_text(results, regression), text, write_summary)
 
 
-def _put(text: str, path: Path) -> None:
+def _put(text: str, path: Path, write: Callable[[str, Path], None]) -> None:
     if path == STDOUT:
         typer.echo(text, nl=False)
     else:
-        write_summary(text, path)
+        write(text, path)

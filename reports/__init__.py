@@ -14,12 +14,13 @@ from reports.plot import plot_result
 from reports.report import PAGE, ReportError, write_report
 from reports.stress_report import write_stress_report
 from reports.style import EngineStyle, engine_style
-from reports.summary import summary_markdown, summary_text, write_summary
+from reports.summary import add_summary, summary_markdown, summary_text, write_summary
 
 __all__ = [
     "PAGE",
     "EngineStyle",
     "ReportError",
+    "add_summary",
     "engine_style",
     "plot_explanation",
     "plot_result",

@@ -26,6 +26,7 @@ from reports.markdown_precision import precision_section
 from reports.markdown_predictability import predictability_section
 from reports.markdown_scaling import scaling_section
 from reports.markdown_scene import scene_section
+from reports.outcome import BAD, bad_cases
 from reports.shots import NUMBERS_KEY, cell_text, legend_text, rest_error
 from validation.metric_table import METRICS
 from validation.store import INDEPENDENT, CaseRecord, ResultsFolder
@@ -41,9 +42,8 @@ PAPER_CAPTIONS = {
     "paper-figure-3": "Figure 3: a ball meets a cushion",
     "paper-figure-4": "Figure 4: head-on against slightly skewed",
 }
-BAD = (Verdict.FAIL, Verdict.CRASHED)
 NAMED = 12
-"""How many of these are named at the top."""
+"""How many cases that are not right are named at the top."""
 
 STATES = {
     "killed": "it was killed while it wrote a case",
@@ -143,7 +143,7 @@ def headline(results: ResultsFolder) -> str:
     )
     if left := unsolved(results):
         counts += f" **{many(left, 'sustained or joint contact')} left unsolved.**"
-    if bad := [case for case in results.cases if verdict_of(case) in BAD]:
+    if bad := bad_cases(results):
         named = [f"[{case.scene}](#{case.scene}) on `{case.label}`" for case in bad[:NAMED]]
         more = [f"{len(bad) - NAMED} more, in the table"] if len(bad) > NAMED else []
         counts += f"\n\nNot right: {', '.join(named + more)}."

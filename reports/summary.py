@@ -9,14 +9,25 @@ Made from stored results alone, like the report.
 from __future__ import annotations
 
 import os
-import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from engine import GhostballError
 from reports.markdown_parts import many, one_line, table_of
+from reports.outcome import (
+    CHANGES,
+    bad_cases,
+    base_text,
+    kind_text,
+    kinds_text,
+    of_comparison,
+    of_limits,
+    overall,
+)
 from reports.shots import NUMBERS_KEY, cell_text, legend_text
+from validation import commands
+from validation.files import write_whole
 from validation.regression.junit import UNCOMPARED, moved_text
 from validation.regression.records import Quantity, Regression, SceneChange
 from validation.store import CaseRecord, ResultsFolder
@@ -28,7 +39,9 @@ LIMIT = 200_000
 CELL = 400
 """Characters of a cell: an error message may be a whole page."""
 
-_BAD = (Verdict.FAIL, Verdict.CRASHED)
+_FINE = ("✓", "○")
+"""Signs of verdicts that fail no command: all is right, or nothing was asked."""
+
 _UNMOVED = ("identical", "rounding-only")
 
 
@@ -63,15 +76,15 @@ def summary_text(results: ResultsFolder | None, regression: Regression | None) -
     if regression is not None:
         lines += _change_lines(regression)
     lines += [
-        ("ghostball", "error" if bad else "note", words)
-        for bad, words in _verdicts(results, regression)
+        ("ghostball", "note" if sign in _FINE else "error", words)
+        for sign, words in _verdicts(results, regression)
     ]
     return "".join(
         f"{place}: {level}: {' '.join(words.split())}\n" for place, level, words in lines
     )
 
 
-def write_summary(text: str, path: str | Path) -> None:
+def add_summary(text: str, path: str | Path) -> None:
     """Add a summary to a file, which others may have begun, as GitHub's steps do to theirs.
 
     Raises
@@ -86,10 +99,27 @@ def write_summary(text: str, path: str | Path) -> None:
         with os.fdopen(file, "ab") as opened:
             opened.write(text.encode())
     except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise GhostballError(
-            f"{target}: can't write the summary: {reason}. Choose another file"
-        ) from error
+        raise _cannot_write(target, error) from error
+
+
+def write_summary(text: str, path: str | Path) -> None:
+    """Write a summary in place of what a file held, whole or not at all.
+
+    Raises
+    ------
+    GhostballError
+        Where it can't be written.
+    """
+    target = Path(path)
+    try:
+        write_whole(target, text)
+    except OSError as error:
+        raise _cannot_write(target, error) from error
+
+
+def _cannot_write(target: Path, error: OSError) -> GhostballError:
+    reason = error.strerror or type(error).__name__
+    return GhostballError(f"{target}: can't write the summary: {reason}. Choose another file")
 
 
 @dataclass(frozen=True)
@@ -139,43 +169,30 @@ def _size(text: str) -> int:
 
 
 def _headlines(results: ResultsFolder | None, regression: Regression | None) -> Iterator[str]:
-    (wrong, first), *others = _verdicts(results, regression)
-    yield f"## {'✗' if wrong else '✓'} Ghostball: {first}"
-    yield from (f"{'✗' if bad else '✓'} {words}" for bad, words in others)
+    whole = overall(results, regression)
+    yield f"## {whole.sign} Ghostball: {whole.word}"
+    yield from (f"{sign} {words}" for sign, words in _verdicts(results, regression))
 
 
 def _verdicts(
     results: ResultsFolder | None, regression: Regression | None
-) -> list[tuple[bool, str]]:
-    """Return what came of it all, a sentence each, and whether it is bad; the bad ones first."""
+) -> list[tuple[str, str]]:
+    """Return what came of it all, a sign and a sentence each; what is no pass stands first."""
     said = []
     if regression is not None:
-        said.append((regression.outcome != "passed", _change_verdict(regression)))
+        compared = of_comparison(regression)
+        warned = f" {many(len(regression.warnings), 'warning')}." if regression.warnings else ""
+        said.append((compared.sign, f"{compared.why}{warned}"))
     if results is not None:
-        said.append((bool(_bad(results)), _case_verdict(results)))
-        if results.state != "complete":
-            done = f"{len(results.cases)} of {many(results.planned, 'case')} are done"
-            said.append((True, f"the run is not complete ({results.state}): {done}"))
-    return sorted(said, key=lambda one: not one[0])
+        limits = of_limits(results)
+        unfinished = "" if results.state == "complete" else f" {_unfinished(results)}"
+        said.append((limits.sign, f"{limits.why} {_case_verdict(results)}.{unfinished}"))
+    return sorted(said, key=lambda one: one[0] == "✓")
 
 
-def _change_verdict(regression: Regression) -> str:
-    against = _against(regression)
-    if regression.outcome == "no-baseline":
-        return f"nothing to compare with in {against}: no verdict on what changed"
-    moved = sum(change.change not in _UNMOVED for change in regression.scenes)
-    failed = sum(change.failed for change in regression.scenes)
-    warned = f", {many(len(regression.warnings), 'warning')}" if regression.warnings else ""
-    return (
-        f"{moved} of {many(len(regression.scenes), 'scene')} changed against {against}, "
-        f"{failed} beyond what is accepted{warned}"
-    )
-
-
-def _against(regression: Regression) -> str:
-    if regression.against == "baselines":
-        return "the accepted baselines"
-    return f"revision `{regression.against}`"
+def _unfinished(results: ResultsFolder) -> str:
+    done = f"{len(results.cases)} of {many(results.planned, 'case')} are done"
+    return f"The run is not complete ({results.state}): {done}."
 
 
 def _case_verdict(results: ResultsFolder) -> str:
@@ -189,25 +206,18 @@ def _case_verdict(results: ResultsFolder) -> str:
     )
 
 
-def _bad(results: ResultsFolder) -> list[CaseRecord]:
-    return [case for case in results.cases if verdict_of(case) in _BAD]
-
-
 def _changes(regression: Regression) -> Iterator[_Block]:
-    moved = _in_order(
-        [one for one in regression.scenes if one.change not in _UNMOVED or one.failed]
-    )
-    counted = {kind: sum(one.change == kind for one in regression.scenes) for kind in _UNMOVED}
-    same = ", ".join(f"{count} {kind}" for kind, count in counted.items() if count)
-    heading = f"### What changed against {_against(regression)}"
-    rest = f"\n\n{many(sum(counted.values()), 'scene')} as before: {same}." if same else ""
-    if moved:
+    told = [one for one in regression.scenes if one.failed or one.change not in _UNMOVED]
+    before = [one for one in regression.scenes if one not in told]
+    heading = f"### What changed against {base_text(regression)}"
+    rest = f"\n\n{many(len(before), 'scene')} as before: {kinds_text(before)}." if before else ""
+    if told:
         header = ["scene", "change", "what", "first difference", "command"]
         head = f"{heading}{rest}\n\n{_table_head(header)}"
-        rows = [_row(_change_cells(change)) for change in moved]
+        rows = [_row(_change_cells(change)) for change in _in_order(told)]
         where = "`ghostball regress` lists them all."
         yield _Block(head, rows, "scene", where)
-    elif regression.outcome != "no-baseline":
+    else:
         yield _Block(f"{heading}\n\nNothing.{rest}")
     notes = [*regression.warnings, *map(_stale, regression.stale)]
     if notes:
@@ -215,7 +225,8 @@ def _changes(regression: Regression) -> Iterator[_Block]:
 
 
 def _in_order(changes: Sequence[SceneChange]) -> list[SceneChange]:
-    return sorted(changes, key=lambda change: not change.failed)
+    """Return what fails first, then what could not be compared, then the rest."""
+    return sorted(changes, key=lambda one: (not one.failed, one.change not in UNCOMPARED))
 
 
 def _stale(scene: str) -> str:
@@ -223,11 +234,11 @@ def _stale(scene: str) -> str:
 
 
 def _change_cells(change: SceneChange) -> list[str]:
-    sign = "✗" if change.failed else "?" if change.change in UNCOMPARED else "≈"
+    sign = "✗" if change.failed else CHANGES[change.change][0]
     words = [change.summary, *map(moved_text, _left_band(change))]
     first = "" if change.first_difference is None else change.first_difference.words
     command = _code(change.command)
-    kind = f"{sign} {change.change}"
+    kind = f"{sign} {kind_text(change)}"
     return [_cell(change.scene), kind, _cell("; ".join(words)), _cell(first), command]
 
 
@@ -237,7 +248,7 @@ def _left_band(change: SceneChange, level: str = "error") -> list[Quantity]:
 
 
 def _failures(results: ResultsFolder) -> Iterator[_Block]:
-    bad = _bad(results)
+    bad = bad_cases(results)
     if not bad:
         return
     header = ["scene", "engine", "what", "why it is asked", "command"]
@@ -261,9 +272,7 @@ def _failure_cells(case: CaseRecord) -> Iterator[list[str]]:
 
 def _command(case: CaseRecord) -> str:
     """Return what runs a case again, wherever the results came from."""
-    return shlex.join(
-        ["ghostball", "validate", case.scene, "--engines", case.label, "--out", "out/again"]
-    )
+    return commands.validate(case.scene, case.label, "out/again")
 
 
 def _matrix(results: ResultsFolder) -> _Block:
@@ -279,7 +288,7 @@ def _matrix(results: ResultsFolder) -> _Block:
 
 
 def _case_lines(results: ResultsFolder) -> Iterator[tuple[str, str, str]]:
-    for case in _bad(results):
+    for case in bad_cases(results):
         again = f"[{_command(case)}]"
         if case.outcome == "failed":
             yield case.scene, "error", f"{case.label}: did not finish: {case.reason} {again}"
@@ -300,7 +309,7 @@ def _change_lines(regression: Regression) -> Iterator[tuple[str, str, str]]:
         if change.failed or change.change not in _UNMOVED:
             uncompared = change.change in UNCOMPARED
             level = "error" if change.failed or uncompared else "warning"
-            yield change.scene, level, f"{change.change}: {change.summary} {again}"
+            yield change.scene, level, f"{kind_text(change)}: {change.summary} {again}"
         if change.failed and change.first_difference is not None:
             yield change.scene, "note", f"first difference: {change.first_difference.words}"
         for asked, level in (

@@ -123,3 +123,40 @@ def test_the_commands_of_the_job_do_what_they_are_there_for(clone, tmp_path):
     assert "What changed against the accepted baselines" in text
     assert "What changed against revision `origin/base`" in text
     assert "<testsuites" in (clone / "out/baselines.xml").read_text(encoding="utf-8")
+    for folder in (given["OUT"], "out/regress", "out/against-base"):
+        assert (clone / folder / "report.html").exists(), folder
+
+
+@pytest.mark.parametrize(
+    ("suite", "scenes", "chosen"),
+    [("full", "", []), ("smoke", "", ["smoke"]), ("smoke", "stop cut", ["stop", "cut"])],
+)
+def test_what_is_compared_is_what_is_validated(tmp_path, suite, scenes, chosen):
+    # Breaks where a repository that narrows its suite still waits for all scenes.
+    binary = tmp_path / ".venv/bin/ghostball"
+    binary.parent.mkdir(parents=True)
+    binary.write_text('#!/bin/sh\nprintf "%s\\n" "$@"\n')
+    binary.chmod(0o755)
+    compares = [step for step in JOBS["validate"]["steps"] if "regress" in step.get("run", "")]
+    compares = [step["run"] for step in compares if "ghostball regress" in step["run"]]
+    assert len(compares) == 2
+    for command in compares:
+        done = subprocess.run(
+            ["bash", "-e", "-o", "pipefail", "-c", command],
+            cwd=tmp_path,
+            env={"PATH": os.environ["PATH"], "SUITE": suite, "SCENES": scenes}
+            | {"GITHUB_BASE_REF": "main"},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        said = done.stdout.split()
+        assert said[0] == "regress"
+        assert said[1 : next(k for k, word in enumerate(said) if word.startswith("--"))] == chosen
+
+
+def test_every_report_is_kept():
+    kept = [
+        step["with"]["path"] for step in JOBS["validate"]["steps"] if "path" in step.get("with", {})
+    ]
+    assert "out/**/report.html" in kept

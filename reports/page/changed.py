@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from reports import style
 from reports.markdown_parts import quantity_text
+from reports.outcome import kind_text
 from reports.page.rendering import embedded_json, render
 from reports.page.replay_data import motion_data
 from reports.page.scenes import REPLAY_ID
@@ -20,8 +21,8 @@ from validation.store import CaseRecord, Motion, ResultsFolder
 COMPARE_ID = "compare-"
 """What stands before a scene's name in the id of its comparison's data."""
 
-SHOWN = ("worse", "results-changed", "better")
-"""Changes that get a view of their own; the others moved nothing that can be seen."""
+MOVED = ("worse", "results-changed", "better")
+"""Changes that get a view of their own; of the others, what fails has one."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +39,15 @@ class Moved:
 
 
 def changed_html(results: ResultsFolder, regression: Regression | None) -> Markup:
-    """Return each changed scene with base and head; "" where nothing changed."""
+    """Return each scene that changed or fails, with base and head; "" where none does."""
     if regression is None:
         return Markup()
-    return Markup("").join(
-        _changed(results, one) for one in regression.scenes if one.change in SHOWN
-    )
+    return Markup("").join(_changed(results, one) for one in regression.scenes if has_part(one))
+
+
+def has_part(change: SceneChange) -> bool:
+    """Say whether a scene has a view of its own, which "#change=NAME" leads to."""
+    return change.change in MOVED or change.failed
 
 
 def _changed(results: ResultsFolder, change: SceneChange) -> Markup:
@@ -54,6 +58,8 @@ def _changed(results: ResultsFolder, change: SceneChange) -> Markup:
     return render(
         "changed.html",
         change=change,
+        kind=kind_text(change),
+        in_page=case is not None,
         rests=_rests(case, change),
         moved=moved,
         still=len(quantities) - len(moved),

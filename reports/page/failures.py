@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.markdown import BAD
 from reports.markdown_parts import number_text, quantity_text
 from reports.markdown_scene import COMPARISONS
+from reports.outcome import bad_cases, base_text, kind_text
 from reports.page.rendering import render
 from reports.page.scenes import ScenePart
+from validation import commands
 from validation.library import scene_names
+from validation.regression import Regression
+from validation.regression.junit import moved_text
+from validation.regression.records import SceneChange
 from validation.store import CaseRecord, Check, ResultsFolder
 from validation.truth import OUR_NAME
-from validation.verdict import verdict_of
 
 MEANINGS = {
     "rest_error_max": "a contact seen too late or too early, an impact law or a friction that "
@@ -47,6 +49,15 @@ CRASHED = (
     "an exception, a crash of the engine's process, or the limit of time; the reason says which"
 )
 
+CHANGED = {
+    "worse": "an error that the base didn't have: the first other event says where to look",
+    "results-changed": "another course or another rounding; where it is right, accept it",
+    "better": "nearer to the truth; where that is meant, accept it",
+    "rounding-only": "another order of operations; where that is meant, accept it",
+    "identical": "the same answer for another cost",
+}
+"""What a change that fails the gate may mean."""
+
 SHOWN_BALLS = 3
 """Of a shot with more, where the others are in the scene's table."""
 
@@ -59,7 +70,7 @@ class Explained:
     ----------
     what, expected, found, reason, meaning : str
     command : str
-        The one that does it again, to the hash.
+        The one that does it again; of a case, to the hash.
     why : str
         The one that says where it leaves the true shot; "" where there is none.
     rests : list of (str, str, str)
@@ -67,6 +78,8 @@ class Explained:
     bits : str
         Hash of the events and rest positions that it must give, to the bit; "" where it didn't run.
     traceback : str
+    anchor : str
+        The place in the page that shows it.
     """
 
     scene: str
@@ -82,25 +95,59 @@ class Explained:
     more: int
     bits: str
     traceback: str
+    anchor: str
 
 
-def failures_html(results: ResultsFolder, scenes: Mapping[str, ScenePart]) -> Markup:
-    """Return every failed check and every case that did not finish, explained."""
-    failures = list(explained(results, scenes))
+def failures_html(
+    results: ResultsFolder, scenes: Mapping[str, ScenePart], regression: Regression | None
+) -> Markup:
+    """Return all that failed, explained: checks, cases that did not finish, changes."""
+    failures = list(explained(results, scenes, regression))
     return render("failures.html", failures=failures, own=_own_scenes(results))
 
 
-def explained(results: ResultsFolder, scenes: Mapping[str, ScenePart]) -> Iterator[Explained]:
-    """Yield every failure of a run, in the order of its cases."""
-    for case in results.cases:
-        if verdict_of(case) not in BAD:
-            continue
+def explained(
+    results: ResultsFolder, scenes: Mapping[str, ScenePart], regression: Regression | None
+) -> Iterator[Explained]:
+    """Yield every failure of a run, in the order of its cases; then what fails the gate."""
+    for case in bad_cases(results):
         bits = scenes[case.scene].hashes.get(case.label, "")
         if case.outcome != "ran":
             yield _explain(case, None, bits)
         for check in case.checks:
             if check.passed is False:
                 yield _explain(case, check, bits)
+    if regression is not None:
+        for change in regression.scenes:
+            if change.failed:
+                yield _explain_change(change, regression)
+
+
+def _explain_change(change: SceneChange, regression: Regression) -> Explained:
+    quantities = (*change.metrics, *change.counters)
+    left = [one for one in quantities if not one.within and one.level == "error"]
+    same_bits = change.base_hash == change.head_hash
+    expected = [
+        f"what {base_text(regression).replace('`', '')} gave",
+        *([] if same_bits or not change.base_hash else [f"hash {change.base_hash}"]),
+    ]
+    first = [] if change.first_difference is None else [change.first_difference.words]
+    return Explained(
+        scene=change.scene,
+        label=OUR_NAME,
+        what=kind_text(change),
+        expected=", ".join(expected),
+        found="; ".join([change.summary, *first, *map(moved_text, left)]),
+        reason="; ".join(dict.fromkeys(one.why for one in left)),
+        meaning=CHANGED.get(change.change, "see its summary"),
+        command=change.command,
+        why="",
+        rests=[],
+        more=0,
+        bits="",
+        traceback="",
+        anchor=f"change={change.scene}",
+    )
 
 
 def _explain(case: CaseRecord, check: Check | None, bits: str) -> Explained:
@@ -131,18 +178,14 @@ def _explain(case: CaseRecord, check: Check | None, bits: str) -> Explained:
         found=found,
         reason=reason,
         meaning=meaning,
-        command=command_of(case),
+        command=commands.simulate(case.scene, case.label, recorded=True),
         why=explaining(case),
         rests=rests[:SHOWN_BALLS],
         more=max(len(rests) - SHOWN_BALLS, 0),
         bits=bits,
         traceback=case.traceback,
+        anchor=f"scene={case.scene}",
     )
-
-
-def command_of(case: CaseRecord) -> str:
-    """Return the command that does again what a case did; it prints the hash of that."""
-    return f"ghostball simulate {_asked(case)} --record events --json"
 
 
 def explaining(case: CaseRecord) -> str:
@@ -151,12 +194,7 @@ def explaining(case: CaseRecord) -> str:
     "" where our engine, or none, has a run: there is nothing to part from.
     """
     explains = case.outcome == "ran" and case.engine != OUR_NAME
-    return f"ghostball explain {_asked(case)}" if explains else ""
-
-
-def _asked(case: CaseRecord) -> str:
-    name = case.scene if case.scene in scene_names() else f"./{case.scene}.toml"
-    return f"{shlex.quote(name)} --engine {shlex.quote(case.label)}"
+    return commands.explain(case.scene, case.label) if explains else ""
 
 
 def _own_scenes(results: ResultsFolder) -> list[str]:

@@ -105,10 +105,12 @@ def hashes_html(
     rows = []
     for case in _ours(results):
         change = None if regression is None else regression.scene(case.scene)
+        stored = scenes[case.scene].hashes.get(case.label, "")
         base = "" if change is None else change.base_hash
-        head = "" if change is None else change.head_hash
-        rows.append((case.scene, head or scenes[case.scene].hashes.get(case.label, ""), base))
-    return render("hashes.html", rows=rows, compared=any(base for _, _, base in rows))
+        # The comparison may be older than the motion, or of a run that was not kept.
+        other = "" if change is None or change.head_hash == stored else change.head_hash
+        rows.append((case.scene, stored, base, other))
+    return render("hashes.html", rows=rows, compared=any(base for _, _, base, _ in rows))
 
 
 def timing_html(results: ResultsFolder, regression: Regression | None) -> Markup:
@@ -124,7 +126,13 @@ def timing_html(results: ResultsFolder, regression: Regression | None) -> Markup
         )
         for scene in results.scene_names
     ]
-    return render("timing.html", timed=timed, labels=results.labels, single=single)
+    return render(
+        "timing.html",
+        timed=timed,
+        labels=results.labels,
+        single=single,
+        scenes=results.scene_names,
+    )
 
 
 def _ulps(case: CaseRecord | None) -> tuple[str, str]:

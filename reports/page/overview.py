@@ -8,9 +8,18 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.markdown import BAD, engine_table, headline, key_text, metrics_text
+from reports.markdown import engine_table, headline, key_text, metrics_text
 from reports.markdown_parts import taken_over_text
 from reports.markdown_scene import failure_text
+from reports.outcome import (
+    CHANGES,
+    bad_cases,
+    base_text,
+    kind_text,
+    of_comparison,
+    overall,
+)
+from reports.page.changed import has_part
 from reports.page.rendering import render
 from reports.shots import cell_text
 from validation.regression import Regression
@@ -18,16 +27,8 @@ from validation.regression.records import SceneChange
 from validation.store import CaseRecord, ResultsFolder
 from validation.verdict import Verdict, rest_error_standing, verdict_of
 
-CHANGES = {
-    "worse": ("✗", "worse than what was accepted"),
-    "results-changed": ("△", "results changed, and truth can't say which is right"),
-    "better": ("▲", "better: nearer to the truth"),
-    "rounding-only": ("≈", "changed by rounding only"),
-    "identical": ("=", "identical to the bit"),
-    "no-baseline": ("?", "no baseline"),
-    "not-comparable": ("–", "can't be compared"),
-}
-"""Classes of changes, the gravest first: sign, and what it means."""
+FAILING = {"identical": "identical to the bit, but not in work, run time or the limits it keeps"}
+"""What a class of changes means where it fails, if that is something else."""
 
 CLASSES = {
     Verdict.PASS: "pass",
@@ -40,13 +41,14 @@ CLASSES = {
 
 
 @dataclass(frozen=True)
-class Overall:
-    """The verdict on the whole run: sign, word, class of its colour, and one sentence."""
+class Group:
+    """Scenes of one class of change: sign, what it means, and whether it may be closed."""
 
     sign: str
-    word: str
-    kind: str
-    why: str
+    words: str
+    fails: bool
+    quiet: bool
+    found: list[SceneChange]
 
 
 @dataclass(frozen=True)
@@ -58,47 +60,11 @@ class Cell:
     why: str
 
 
-def overall(results: ResultsFolder, regression: Regression | None) -> Overall:
-    """Return the verdict on a whole run, the worst news first."""
-    verdicts = [verdict_of(case) for case in results.cases]
-    failed = verdicts.count(Verdict.FAIL)
-    crashed = verdicts.count(Verdict.CRASHED)
-    if failed or crashed:
-        parts = [f"{failed} failed"] * bool(failed) + [f"{crashed} did not finish"] * bool(crashed)
-        said = f"Of {len(verdicts)} cases, {', '.join(parts)}."
-        return Overall("✗", "Failed", "fail", " ".join([said, *_gate(regression)]))
-    if gate := _gate(regression):
-        return Overall("✗", "Failed", "fail", " ".join(["Every limit holds.", *gate]))
-    if results.state != "complete":
-        return Overall("!", "Not complete", "fail", "What is there holds; the run did not end.")
-    checks = [check for case in results.cases for check in case.checks]
-    passed = sum(check.passed is True for check in checks)
-    if not passed:
-        return Overall("○", "Nothing judged", "holds", "No limit judges what was run.")
-    return Overall("✓", "Passed", "pass", f"All {passed} checks passed.")
-
-
-def _gate(regression: Regression | None) -> list[str]:
-    """Return the sentence of a comparison that failed; none where it didn't."""
-    if regression is None or regression.outcome != "failed":
-        return []
-    count = sum(change.failed for change in regression.scenes)
-    named = "1 scene fails" if count == 1 else f"{count} scenes fail"
-    return [f"Against {_base(regression)}, {named}."]
-
-
-def _base(regression: Regression) -> str:
-    if regression.against == "baselines":
-        return "the accepted baselines"
-    return f"revision {regression.against}"
-
-
 def verdict_html(results: ResultsFolder, regression: Regression | None) -> Markup:
     """Return the verdict in words and numbers, with what failed by name."""
     failures = [
         (case, [failure_text(case, c) for c in case.checks if c.passed is False])
-        for case in results.cases
-        if verdict_of(case) in BAD
+        for case in bad_cases(results)
     ]
     return render(
         "verdict.html",
@@ -107,19 +73,37 @@ def verdict_html(results: ResultsFolder, regression: Regression | None) -> Marku
         metrics=metrics_text(results),
         taken_over=taken_over_text(results),
         failures=failures,
+        beyond=[] if regression is None else [one for one in regression.scenes if one.failed],
+        kind_text=kind_text,
     )
 
 
-def changes_html(regression: Regression | None) -> Markup:
-    """Return what changed since the baselines, by class of change."""
-    classes: list[tuple[str, str, str, list[SceneChange]]] = []
-    if regression is not None:
-        classes = [
-            (sign, name, words, found)
-            for name, (sign, words) in CHANGES.items()
-            if (found := [one for one in regression.scenes if one.change == name])
-        ]
-    return render("changes.html", regression=regression, classes=classes)
+def changes_html(results: ResultsFolder, regression: Regression | None) -> Markup:
+    """Return what changed since the baselines, by class of change: what fails stands first."""
+    return render(
+        "changes.html",
+        regression=regression,
+        answer=None if regression is None else of_comparison(regression),
+        base=None if regression is None else base_text(regression),
+        groups=[] if regression is None else list(_groups(regression)),
+        scenes=results.scene_names,
+        has_part=has_part,
+    )
+
+
+def _groups(regression: Regression) -> Iterator[Group]:
+    for failing in (True, False):
+        for name, (sign, words) in CHANGES.items():
+            found = [
+                one for one in regression.scenes if one.change == name and one.failed is failing
+            ]
+            if not found:
+                continue
+            if failing:
+                yield Group("✗", FAILING.get(name, words), True, False, found)
+            else:
+                quiet = name in ("identical", "rounding-only")
+                yield Group(sign, words, False, quiet, found)
 
 
 def matrix_html(results: ResultsFolder) -> Markup:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from reports.markdown import TRUTH_TEXT, counted_section
+from reports.outcome import overall
 from reports.page.changed import changed_html
 from reports.page.colours import engine_css
 from reports.page.failures import failures_html
@@ -19,7 +20,7 @@ from reports.page.measured import (
     ledgers_html,
     timing_html,
 )
-from reports.page.overview import changes_html, matrix_html, overall, verdict_html
+from reports.page.overview import changes_html, matrix_html, verdict_html
 from reports.page.precision import engines_of_page
 from reports.page.rendering import asset, markdown, render
 from reports.page.replay_assets import replay_script, replay_style
@@ -59,7 +60,7 @@ def page_text(
     verdict = Markup("").join(
         [
             verdict_html(results, regression),
-            changes_html(regression),
+            changes_html(results, regression),
             changed_html(results, regression),
         ]
     )
@@ -79,7 +80,9 @@ def page_text(
         Section("hashes", "Hashes", "Determinism", hashes_html(results, scenes, regression)),
         Section("timing", "Timing", "Run times", timing_html(results, regression)),
         Section("stress", "Stress", "Stress survival", stress_html(results)),
-        Section("failures", "Failures", "Failures explained", failures_html(results, scenes)),
+        Section(
+            "failures", "Failures", "Failures explained", failures_html(results, scenes, regression)
+        ),
         Section("environment", "Environment", "Environment", environment_html(results)),
         Section("truth", "Truth", "What is true here", _truth_html(results)),
     ]

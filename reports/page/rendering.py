@@ -98,7 +98,7 @@ def markdown(text: str | Sequence[str], caption: str = "", *, wraps: bool = Fals
         One text, or parts of it.
     caption : str
         Of each table in it, which says also what its region is called; one that has none is
-        no table of ours.
+        no table of ours, and its region is called "Table".
     wraps : bool
         Whether its cells hold sentences, which go on in a next line.
     """
@@ -134,7 +134,8 @@ def _table_open(
     _self: RendererHTML, _tokens: Sequence[Token], _idx: int, _options: OptionsDict, env: EnvType
 ) -> str:
     caption = Markup.escape(env.get("caption", ""))
-    name = f' role="region" aria-label="{caption}"' if caption else ""
+    # What has the focus has a name.
+    name = f' role="region" aria-label="{caption or "Table"}"'
     said = f"<caption>{caption}</caption>" if caption else ""
     kind = ' class="text"' if env.get("wraps") else ""
     return f'<div class="wide"{name} tabindex="0"><table{kind}>{said}'

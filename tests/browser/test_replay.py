@@ -316,15 +316,48 @@ def test_nothing_is_wider_than_the_screen(open_page, scheme, size):
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
+def redrawn(page):
+    """Wait until what was asked to be drawn is: it is drawn in the next frame."""
+    page.evaluate(
+        """async () => {
+            for (let k = 0; k < 2; k++) await new Promise(requestAnimationFrame);
+        }"""
+    )
+
+
+def test_the_numbers_scroll_by_keys_and_the_time_stays(open_page):
+    page = open_page(CUT)
+    seek(page, 1.0)
+    page.locator(f"[data-replay='replay-{CUT}'] .gb-scroll").focus()
+    for key in ("ArrowRight", "End", "Home", "Space"):
+        page.keyboard.press(key)
+    redrawn(page)
+    assert state(page) == 1
+    page.keyboard.press("n")  # what doesn't scroll is still a key of the replay
+    redrawn(page)
+    assert state(page) != 1
+
+
+def test_the_time_line_moves_over_marks_that_stay(open_page):
+    page = open_page(CUT)
+    line = "element => element.querySelector('canvas.gb-marks').toDataURL()"
+    seen = []
+    for t in (0.0, 1.0, 0.0):
+        seek(page, t)
+        redrawn(page)
+        seen.append(replay_of(page).evaluate(line))
+    assert seen[0] == seen[2] != seen[1]
+
+
 def test_dark_and_light_differ_and_change_while_it_is_open(open_page):
     page = open_page(CUT, color_scheme="light")
     light = picture(page)
     page.emulate_media(color_scheme="dark")
-    page.wait_for_timeout(50)
+    redrawn(page)
     dark = picture(page)
     assert dark != light
     page.emulate_media(color_scheme="light")
-    page.wait_for_timeout(50)
+    redrawn(page)
     assert picture(page) == light
 
 

@@ -4,12 +4,13 @@ import re
 from dataclasses import replace
 
 import pytest
-from regressions import identical, regression, uncompared, worse
+from regressions import identical, quantity, regression, uncompared, worse
 from typer.testing import CliRunner
 
 from engine import GhostballError
 from ghostball.cli import app
-from reports.summary import summary_markdown, summary_text, write_summary
+from reports.outcome import overall
+from reports.summary import add_summary, summary_markdown, summary_text, write_summary
 from validation.regression import save_regression
 from validation.store import ResultsFolder
 
@@ -34,8 +35,9 @@ def rows_of(text: str, heading: str) -> list[list[str]]:
 
 def test_the_verdict_comes_first(results):
     text = summary_markdown(results, regression(worse(), identical()))
-    assert text.startswith("## ✗ Ghostball: 1 of 2 scenes changed against the accepted baselines")
-    assert "\n✗ 9 scenes on 7 engines: " in text
+    assert text.startswith("## ✗ Ghostball: Failed, the gate fails\n")
+    assert "\n✗ Against the accepted baselines, 1 of 2 scenes fails (1 worse): " in text
+    assert "9 scenes on 7 engines: " in text
     order = [text.index(f"### {part}") for part in ("What changed", "Not right", "Verdicts")]
     assert order == sorted(order)
 
@@ -43,7 +45,9 @@ def test_the_verdict_comes_first(results):
 def test_a_run_in_which_all_is_right_says_so(results):
     good = [case for case in results.cases if case.passed is not False and case.outcome == "ran"]
     text = summary_markdown(with_cases(results, good), regression(identical(), outcome="passed"))
-    assert text.startswith("## ✓ Ghostball: 0 of 1 scene changed")
+    assert text.startswith("## ✓ Ghostball: Passed\n")
+    assert "✓ Against the accepted baselines, nothing moved in 1 scene." in text
+    assert "✓ Every limit holds: " in text
     assert "✗" not in text.partition("### Verdicts")[0]
     assert "### Not right" not in text
     assert "Nothing.\n\n1 scene as before: 1 identical." in text
@@ -72,6 +76,14 @@ def test_what_failed_comes_with_its_limit_its_reason_and_a_command(results):
     ]
 
 
+def test_a_scene_of_the_users_own_is_run_from_its_file(results):
+    mine = [replace(case, scene="mine") for case in results.cases if case.passed is False]
+    text = summary_markdown(with_cases(results, mine, scenes=[]), None)
+    commands = [row[4] for row in rows_of(text, "Not right")]
+    assert commands
+    assert all(command.startswith("`ghostball validate ./mine.toml ") for command in commands)
+
+
 def test_warnings_and_stale_baselines_are_shown(results):
     text = summary_markdown(
         results, regression(identical(), outcome="passed", warnings=("slower | <b>",), stale=("x",))
@@ -81,14 +93,47 @@ def test_warnings_and_stale_baselines_are_shown(results):
 
 def test_nothing_to_compare_with_is_no_pass(results):
     text = summary_markdown(None, regression(uncompared(), outcome="no-baseline"))
-    assert text.startswith("## ✗ Ghostball: nothing to compare with in the accepted baselines")
-    assert rows_of(text, "What changed")[0][1] == "✗ no-baseline"
+    assert text.startswith("## ? Ghostball: Not all compared\n")
+    assert rows_of(text, "What changed")[0][1] == "? no-baseline"
+    assert "✓" not in text
+
+
+def test_one_scene_that_is_new_does_not_hide_the_others(results):
+    scenes = [identical("stop"), identical("cut"), uncompared("new")]
+    text = summary_markdown(None, regression(*scenes, outcome="no-baseline"))
+    assert "1 of 3 scenes could not be compared" in text
+    assert "2 scenes as before: 2 identical." in text
+
+
+@pytest.mark.parametrize(
+    ("change", "kind"), [("rounding-only", "rounding-only"), ("identical", "same bits, other work")]
+)
+def test_what_fails_is_counted_once_and_not_as_before(change, kind):
+    counter = quantity("roots", within=False, base=10, head=12, low=10, high=10)
+    failing = identical("cut", change=change, failed=True, counters=(counter,))
+    text = summary_markdown(None, regression(failing, identical()))
+    assert f"1 of 2 scenes fails (1 {kind}): `ghostball regress` fails until" in text
+    assert "1 scene as before: 1 identical." in text
+    assert rows_of(text, "What changed")[0][:2] == ["cut", f"✗ {kind}"]
+
+
+@pytest.mark.parametrize(
+    ("scenes", "outcome"),
+    [((worse(),), "failed"), ((uncompared(),), "no-baseline"), ((identical(),), "passed")],
+)
+def test_it_says_what_the_page_says(results, scenes, outcome):
+    found = regression(*scenes, outcome=outcome)
+    good = with_cases(results, [case for case in results.cases if case.passed])
+    whole = overall(good, found)
+    assert whole.sign == {"failed": "✗", "no-baseline": "?", "passed": "✓"}[outcome]
+    assert summary_markdown(good, found).startswith(f"## {whole.sign} Ghostball: {whole.word}\n")
 
 
 def test_a_run_that_was_cut_short_is_no_pass(results):
     good = [case for case in results.cases if case.passed]
     text = summary_markdown(with_cases(results, good, state="interrupted"), None)
-    assert text.startswith("## ✗ Ghostball: the run is not complete (interrupted): ")
+    assert text.startswith("## ! Ghostball: Not complete\n")
+    assert "The run is not complete (interrupted): " in text
 
 
 @pytest.mark.parametrize("limit", [3_000, 20_000, 200_000])
@@ -124,7 +169,7 @@ def test_plain_text_is_a_line_for_each_thing(results):
         "(a tenth of a ball) [ghostball validate stop --engines paper-discrete --out out/again]"
     ) in lines
     assert (
-        "head-on: error: no-baseline: no baseline was accepted [ghostball accept head-on]" in lines
+        "head-on: error: no-baseline: no baseline was accepted [ghostball regress head-on]" in lines
     )
     assert (
         "break-7: warning: roots must be within [10, 10], got 12 (before: 10) (as accepted)"
@@ -151,10 +196,20 @@ def test_what_moved_and_may_is_a_warning():
 def test_a_file_that_others_began_is_added_to(tmp_path):
     page = tmp_path / "summary.md"
     page.write_text("an earlier step\n")
-    write_summary("## ✓\n", page)
+    add_summary("## ✓\n", page)
     assert page.read_text(encoding="utf-8") == "an earlier step\n## ✓\n"
     with pytest.raises(GhostballError, match="can't write the summary"):
+        add_summary("", tmp_path)
+
+
+def test_plain_text_takes_the_place_of_an_earlier_one(tmp_path):
+    lines = tmp_path / "lines.txt"
+    lines.write_text("an earlier run\n")
+    write_summary("now\n", lines)
+    assert lines.read_text(encoding="utf-8") == "now\n"
+    with pytest.raises(GhostballError, match="can't write the summary"):
         write_summary("", tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["lines.txt"]
 
 
 def invoke(*arguments):
@@ -171,11 +226,21 @@ def test_the_command_writes_both_and_no_report(small_folder, tmp_path):
     assert not (small_folder / "report.md").exists()
 
 
+def test_the_command_writes_text_anew_and_adds_a_summary(small_folder, tmp_path):
+    lines, page = tmp_path / "lines.txt", tmp_path / "page.md"
+    for _ in range(2):
+        assert invoke(small_folder, "--text", lines, "--summary", page).exit_code == 0
+    assert lines.read_text(encoding="utf-8").count("ghostball: ") == 1
+    assert page.read_text(encoding="utf-8").count("## ✓ Ghostball") == 2
+
+
 def test_a_folder_may_hold_a_comparison_alone(tmp_path):
     save_regression(regression(worse(), against="main"), tmp_path)
     done = invoke(tmp_path, "--summary", "-")
     assert done.exit_code == 0
-    assert done.stdout.startswith("## ✗ Ghostball: 1 of 1 scene changed against revision `main`")
+    assert done.stdout.startswith("## ✗ Ghostball: The gate fails\n")
+    assert "Against revision `main`, 1 of 1 scene fails" in done.stdout
+    assert "`ghostball regress --against main` fails." in done.stdout
 
 
 def test_bad_input_is_refused(tmp_path, small_folder):

@@ -72,16 +72,17 @@ def worse(scene="break-7", **changes):
     return identical(scene, **fields | changes)
 
 
-def uncompared(scene="head-on"):
+def uncompared(scene="head-on", **changes):
+    fields = {"failed": False} | changes
     return identical(
         scene,
         change="no-baseline",
-        failed=True,
         summary="no baseline was accepted",
         base_hash="",
         metrics=(),
         counters=(),
-        command=f"ghostball accept {scene}",
+        command=f"ghostball regress {scene}",
+        **fields,
     )
 
 

@@ -5,6 +5,7 @@ globalThis.Ghostball ??= {};
 (() => {
   const { Plate, Player, css, decode, distanceWords, iconButton, make, timeWords } = Ghostball;
   const SIDES = ["base", "head"];
+  const SAY_EVERY = 100; // [ms] while it plays: nobody listens faster
   const SKIN = 0.3; // how much of the other side shines through, over the whole
 
   /** Both sides as one engine each, base as outlines and head filled, on one clock. */
@@ -145,8 +146,12 @@ globalThis.Ghostball ??= {};
       if (this.timer) {
         this.timer.value = this.time;
         const words = `${timeWords(this.time)} of ${timeWords(this.duration)}`;
-        this.timer.setAttribute("aria-valuetext", words);
         this.clock.textContent = words;
+        const now = performance.now();
+        if (!this.player.playing || now - (this.saidAt ?? 0) >= SAY_EVERY) {
+          this.saidAt = now;
+          this.timer.setAttribute("aria-valuetext", words);
+        }
       }
       if (!this.player.playing) this.difference.textContent = this.differenceWords();
       for (const plate of this.plates) plate.draw();

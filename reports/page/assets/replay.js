@@ -13,6 +13,7 @@ globalThis.Ghostball ??= {};
   const QUIET = 600; // [ms] that nothing changes before the status is said
   const READOUT_EVERY = 100; // [ms] while it plays: nobody reads faster
   const SAID = 4; // events of one instant that are said aloud
+  const SCROLLS = [" ", "ArrowLeft", "ArrowRight", "Home", "End"];
   const KIND_WORDS = ["balls collide", "cushion", "starts to roll", "comes to rest"];
   const KEYS = [
     ["Space", "play or pause"],
@@ -313,6 +314,7 @@ globalThis.Ghostball ??= {};
       const now = performance.now();
       if (this.player.playing && now - (this.readAt ?? 0) < READOUT_EVERY) return;
       this.readAt = now;
+      this.timeline.say();
       this.readout.show(this.time, this.ball, this.reference);
       this.events.choose(this.time);
       clearTimeout(this.saying);
@@ -361,8 +363,9 @@ globalThis.Ghostball ??= {};
         b: () => this.lookAtBall(),
       };
       const act = acts[event.key];
-      // Lists take their keys themselves; a button or a box, its Space.
+      // Lists take their keys themselves; a button or a box, its Space; what scrolls, what scrolls it.
       if (!act || typing) return;
+      if (SCROLLS.includes(event.key) && event.target.classList.contains("gb-scroll")) return;
       if (event.key === " " && (tag === "BUTTON" || tag === "SUMMARY" || event.target.type === "checkbox")) return;
       event.preventDefault();
       act();

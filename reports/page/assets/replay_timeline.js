@@ -8,6 +8,7 @@ globalThis.Ghostball ??= {};
   const LANES = ["ball-ball", "ball-cushion", "slide-to-roll", "roll-to-rest"];
   const LANE_HEIGHT = 11; // [px]
   const FLAGS_HEIGHT = 16; // [px]
+  const HEIGHT = FLAGS_HEIGHT + LANES.length * LANE_HEIGHT;
   const APART = 3; // [px]: marks nearer than this are one
 
   /** Draws the sign of a kind of event. */
@@ -36,6 +37,8 @@ globalThis.Ghostball ??= {};
       this.flags = [];
       this.canvas = document.createElement("canvas");
       this.canvas.className = "gb-marks";
+      this.marks = document.createElement("canvas"); // up to thousands, drawn once
+      [this.marks.width, this.marks.height] = [0, 0];
       this.canvas.setAttribute("aria-hidden", "true"); // the list of events says it in words
       this.slider = document.createElement("input");
       Object.assign(this.slider, { type: "range", min: 0, max: duration, step: "any", value: 0 });
@@ -73,22 +76,46 @@ globalThis.Ghostball ??= {};
     setTime(t) {
       this.time = t;
       this.slider.value = t;
+      this.draw();
+    }
+
+    /** Says the time to who doesn't see it: not at each frame. */
+    say() {
       this.slider.setAttribute(
-        "aria-valuetext", `${timeWords(t, 3)} of ${timeWords(this.duration, 3)}`);
-      this.drawMarks();
+        "aria-valuetext", `${timeWords(this.time, 3)} of ${timeWords(this.duration, 3)}`);
+    }
+
+    /** Puts the line of now over the marks, which stay as they were drawn. */
+    draw() {
+      const { canvas, marks } = this;
+      if (!marks.width || canvas.width !== marks.width) return;
+      const context = canvas.getContext("2d");
+      context.setTransform(1, 0, 0, 1, 0, 0);
+      context.clearRect(0, 0, canvas.width, canvas.height);
+      context.drawImage(marks, 0, 0);
+      const ratio = canvas.height / HEIGHT;
+      context.setTransform(ratio, 0, 0, ratio, 0, 0);
+      const now = this.placeOf(this.time);
+      context.strokeStyle = css(this.plate.theme.accent);
+      context.lineWidth = 1.5;
+      context.beginPath();
+      context.moveTo(now, 0);
+      context.lineTo(now, HEIGHT);
+      context.stroke();
     }
 
     drawMarks() {
-      const { plate, width, canvas } = this;
+      const { plate, width, canvas, marks } = this;
       if (!plate.theme || !width) return;
-      const height = FLAGS_HEIGHT + LANES.length * LANE_HEIGHT;
+      const height = HEIGHT;
       const ratio = globalThis.devicePixelRatio || 1;
       if (canvas.width !== Math.round(width * ratio)) {
         canvas.width = Math.round(width * ratio);
         canvas.height = Math.round(height * ratio);
         canvas.style.height = `${height}px`;
       }
-      const context = canvas.getContext("2d");
+      [marks.width, marks.height] = [canvas.width, canvas.height];
+      const context = marks.getContext("2d");
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
       context.clearRect(0, 0, width, height);
       context.strokeStyle = css(plate.theme.muted, 0.35);
@@ -102,13 +129,7 @@ globalThis.Ghostball ??= {};
       context.stroke();
       this.drawEvents(context);
       for (const flag of this.flags) this.drawFlag(context, flag, height);
-      const now = this.placeOf(this.time);
-      context.strokeStyle = css(plate.theme.accent);
-      context.lineWidth = 1.5;
-      context.beginPath();
-      context.moveTo(now, 0);
-      context.lineTo(now, height);
-      context.stroke();
+      this.draw();
     }
 
     drawEvents(context) {

@@ -196,7 +196,7 @@ def test_every_failure_is_explained_with_its_command_and_what_it_must_give(html)
     assert "<dt>Found<dd>30 mm (0.03 m)" in text
     assert "ghostball explain stop --engine paper-discrete" in text
     assert "ghostball simulate head-on --engine newcomer:dt=1e-3" in text
-    assert re.search(r'SHA-256 <code class="hash">[0-9a-f]{64}</code>', text)
+    assert re.search(r'<code>hash</code> [^<]* <code class="hash">[0-9a-f]{64}</code>', text)
     assert "<code>cue</code> at (1.47, 0.8) m" in text
 
 
@@ -324,8 +324,8 @@ def test_what_changed_is_shown_with_both_sides(small_folder):
     save_regression(regression(), small_folder)
     html = page_of(small_folder)
     text = section(html, "verdict")
-    assert "✗ failed" in text
-    assert "worse than what was accepted: 1" in text
+    assert "✗ the gate fails" in text
+    assert "worse than what was accepted: 1, <strong>fails</strong>" in text
     assert "(1.5, 0.8) m<td>(1.503, 0.8) m<td>3 mm" in text
     assert "<code>rest_error_max</code><td>0.1 fm<td>3 mm<td>+3 mm<td>to 1 fm<td>✗" in text
     assert "cue hits 1 no more" in text
@@ -350,21 +350,99 @@ def test_both_motions_are_compared_where_there_are_both(small_folder):
     }
 
 
+def keep_what_holds(folder):
+    """Leave out the cases that break a limit, so that only a comparison may fail."""
+    path = folder / "results.jsonl"
+    kept = [line for line in path.read_text().splitlines() if '"passed":false' not in line]
+    path.write_text("".join(f"{line}\n" for line in kept))
+
+
+def title_of(html):
+    return html[html.index("<title>") + 7 : html.index("</title>")]
+
+
 def test_a_comparison_without_a_baseline_is_no_pass(small_folder):
+    keep_what_holds(small_folder)
     found = regression(change="no-baseline", failed=False, base_hash="", rest_base=None)
     save_regression(found.model_copy(update={"outcome": "no-baseline"}), small_folder)
-    text = section(page_of(small_folder), "verdict")
-    assert "? there is no baseline to compare with" in text
+    html = page_of(small_folder)
+    assert title_of(html).startswith("Limits hold, not all compared: 1 scene")
+    text = section(html, "verdict")
+    assert "1 of 1 scene could not be compared" in text
+    assert "✓" not in text[: text.index("</div>")]
     assert "worse" not in text
 
 
 def test_a_change_for_the_worse_fails_though_every_limit_holds(small_folder):
-    path = small_folder / "results.jsonl"
-    kept = [line for line in path.read_text().splitlines() if '"passed":false' not in line]
-    path.write_text("".join(f"{line}\n" for line in kept))
+    keep_what_holds(small_folder)
     save_regression(regression(), small_folder)
-    text = section(page_of(small_folder), "verdict")
-    assert "Every limit holds. Against the accepted baselines, 1 scene fails." in text
+    html = page_of(small_folder)
+    assert title_of(html).startswith("Limits hold, the gate fails: 1 scene")
+    text = section(html, "verdict")
+    assert re.search(
+        r"Every limit holds: \d+ checks? passed. Against the accepted baselines, 1 of 1 scene", text
+    )
+    assert (
+        "1 of 1 scene fails (1 worse): <code>ghostball regress</code> fails until that is right"
+    ) in text
+    # What failed is named and explained, not only counted.
+    assert '<a href="#change=stop">stop</a> against its base: worse' in text
+    failed = section(html, "failures")
+    assert "Nothing failed" not in failed
+    assert '<a href="#change=stop">stop</a> on <code>ghostball</code>: worse' in failed
+    assert "rest_error_max must be at most 1e-15 m, got 0.003 m" in failed
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [("rounding-only", "rounding-only"), ("identical", "same bits, other work")],
+)
+def test_what_fails_without_being_worse_is_neither_closed_nor_left_out(small_folder, change, words):
+    more = Quantity(
+        name="events", unit="1", base=9, head=11, low=9, high=9, level="error", within=False, why=""
+    )  # fmt: skip
+    found = regression(change=change, time=None, counters=(more,))
+    save_regression(found, small_folder)
+    html = page_of(small_folder)
+    text = section(html, "verdict")
+    listed = text[text.index('id="changes"') :]
+    assert "<details" not in listed
+    assert "<strong>fails</strong>" in listed
+    assert f"</a>: {words}, <strong>fails</strong>" in listed
+    assert "<code>rest_error_max</code><td>0.1 fm" in listed  # with what left its band
+    assert "<code>events</code><td>9<td>11" in listed
+    assert f"on <code>ghostball</code>: {words}" in section(html, "failures")
+
+
+def test_what_fails_stands_before_what_does_not(small_folder):
+    known = regression().scenes[0]
+    scenes = [
+        known.model_copy(update={"scene": "b", "change": "results-changed", "failed": False}),
+        known.model_copy(update={"scene": "c", "change": "identical", "failed": False}),
+        known.model_copy(update={"scene": "stop", "change": "rounding-only"}),
+    ]
+    save_regression(regression().model_copy(update={"scenes": tuple(scenes)}), small_folder)
+    html = page_of(small_folder)
+    text = section(html, "verdict")
+    listed = text[text.index('id="changes"') :]
+    places = [
+        listed.index(f"<li>{name}") for name in ('<a href="#change=stop">', '<a href="#change=b">')
+    ]
+    assert places == sorted(places)
+    # A scene that isn't in the page, of many balls or of another run, is named without a link.
+    assert "<li>c: " in listed
+    ids = {attrs["id"] for _, attrs in read(html).elements if "id" in attrs}
+    assert {a["href"][1:] for a in read(html).all("a")} - ids == set()
+
+
+def test_the_hash_shown_is_that_of_the_stored_motion(small_folder):
+    save_regression(regression(), small_folder)
+    text = section(page_of(small_folder), "hashes")
+    row = text[text.index("<tbody>") :]
+    stored, compared, base = re.findall(r"[0-9a-f]{64}", row)
+    assert stored not in ("a" * 64, "b" * 64)
+    assert (compared, base) == ("b" * 64, "a" * 64)
+    assert "Another one was compared:" in row
 
 
 def test_stress_is_shown_where_it_lies_in_the_folder(small_folder):

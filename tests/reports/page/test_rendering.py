@@ -72,3 +72,8 @@ def test_a_label_breaks_after_its_name():
 def test_a_value_that_is_missing_is_no_empty_text():
     with pytest.raises(Exception, match="undefined"):
         render("scene.html")
+
+
+def test_a_table_without_a_caption_has_a_named_region():
+    html = markdown("| a | b |\n| --- | --- |\n| 1 | 2 |")
+    assert '<div class="wide" role="region" aria-label="Table" tabindex="0">' in html

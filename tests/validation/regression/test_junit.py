@@ -52,6 +52,20 @@ def test_what_only_warns_passes_and_says_so():
     assert "slower: 2.0 times as long" in time.find("system-out").text
 
 
+def test_a_run_time_that_fails_the_gate_fails_here_too():
+    # Both revisions ran by turns, so that the time is no chance; the bits are the same.
+    slower = identical(failed=True, time=worse().time, summary="2.0 times as slow")
+    _, cases = parsed(regression(slower, against="main"))
+    failed = {name for (_, name), case in cases.items() if verdict(case) == "failure"}
+    assert failed == {"verdict", "run time"}
+    assert "slower: 2.0 times as long" in cases["stop", "run time"][0].get("message")
+
+
+def test_a_scene_without_a_baseline_may_fail_its_limits():
+    _, cases = parsed(regression(uncompared(failed=True)))
+    assert verdict(cases["head-on", "verdict"]) == "failure"
+
+
 def test_what_is_not_judged_does_not_pass():
     _, cases = parsed(regression(worse()))
     assert verdict(cases["break-7", "bounds"]) == "skipped"

@@ -1,0 +1,154 @@
+"""What a whole run came to: its limits, and its comparison with what was accepted before.
+
+Two questions with two answers: `ghostball validate` fails on limits alone, `ghostball regress` on
+what moved too. Every report says both, and all say the same.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from reports.markdown_parts import many
+from validation import commands
+from validation.regression.junit import UNCOMPARED
+from validation.regression.records import Regression, SceneChange
+from validation.store import CaseRecord, ResultsFolder
+from validation.verdict import Verdict, verdict_of
+
+BAD = (Verdict.FAIL, Verdict.CRASHED)
+"""Verdicts on a case that make a run fail."""
+
+CHANGES = {
+    "worse": ("✗", "worse than what was accepted"),
+    "results-changed": ("△", "results changed, and truth can't say which is right"),
+    "better": ("▲", "better: nearer to the truth"),
+    "rounding-only": ("≈", "changed by rounding only"),
+    "identical": ("=", "identical to the bit"),
+    "no-baseline": ("?", "no baseline"),
+    "not-comparable": ("–", "can't be compared"),
+}
+"""Classes of changes, the gravest first: sign, and what it means."""
+
+_SIGNS = ("✗", "!", "?", "○", "✓")
+_KINDS = {"✗": "fail", "!": "fail", "?": "holds", "○": "holds", "✓": "pass"}
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One answer: its sign, of which ✓ alone is a pass, a word, and one sentence."""
+
+    sign: str
+    word: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Overall:
+    """The verdict on the whole run: sign, word, class of its colour, and why."""
+
+    sign: str
+    word: str
+    kind: str
+    why: str
+
+
+def overall(results: ResultsFolder | None, regression: Regression | None) -> Overall:
+    """Return the verdict on a whole run: the word names both answers, the sign is the worse one's.
+
+    Parameters
+    ----------
+    results : ResultsFolder or None
+        None where a comparison stands alone.
+    regression : Regression or None
+        None where nothing was compared; one of both is there.
+    """
+    limits = None if results is None else of_limits(results)
+    compared = None if regression is None else of_comparison(regression)
+    answers = [answer for answer in (limits, compared) if answer is not None]
+    sign = min((answer.sign for answer in answers), key=_SIGNS.index)
+    words = [answer.word for answer in answers]
+    if limits is not None and compared is not None:
+        if compared.sign == "✓":
+            words = [limits.word]
+        elif limits.sign == "✓":
+            words = ["Limits hold", compared.word]
+    word = ", ".join(words)
+    why = " ".join(answer.why for answer in answers)
+    return Overall(sign, word[0].upper() + word[1:], _KINDS[sign], why)
+
+
+def of_limits(results: ResultsFolder) -> Answer:
+    """Say whether every limit on every case holds."""
+    verdicts = Counter(map(verdict_of, results.cases))
+    failed, crashed = verdicts[Verdict.FAIL], verdicts[Verdict.CRASHED]
+    if failed or crashed:
+        parts = [f"{failed} failed"] * bool(failed) + [f"{crashed} did not finish"] * bool(crashed)
+        ended = "" if results.state == "complete" else " The run did not end."
+        said = f"Of {many(verdicts.total(), 'case')}, {', '.join(parts)}.{ended}"
+        return Answer("✗", "Failed", said)
+    if results.state != "complete":
+        return Answer("!", "Not complete", "What is there holds; the run did not end.")
+    passed = sum(check.passed is True for case in results.cases for check in case.checks)
+    if not passed:
+        return Answer("○", "Nothing judged", "No limit judges what was run.")
+    return Answer("✓", "Passed", f"Every limit holds: {many(passed, 'check')} passed.")
+
+
+def of_comparison(regression: Regression) -> Answer:
+    """Say whether a comparison passes, and what it takes to pass."""
+    count = many(len(regression.scenes), "scene")
+    failed = [one for one in regression.scenes if one.failed]
+    rest = [one for one in regression.scenes if not one.failed]
+    uncompared = [one for one in rest if one.change in UNCOMPARED]
+    moved = [one for one in rest if one.change not in ("identical", *UNCOMPARED)]
+    said = []
+    if failed:
+        verb = "fails" if len(failed) == 1 else "fail"
+        said.append(f"{len(failed)} of {count} {verb} ({kinds_text(failed)})")
+    if moved:
+        others = "other" if failed else f"of {count}"
+        said.append(f"{len(moved)} {others} moved as they may ({kinds_text(moved)})")
+    if uncompared:
+        said.append(f"{len(uncompared)} of {count} could not be compared")
+    if not said:
+        said.append(f"nothing moved in {count}" if regression.scenes else "nothing was compared")
+    why = f"Against {base_text(regression)}, {'; '.join(said)}"
+    accepted = regression.against == "baselines"
+    gate = "ghostball regress" if accepted else commands.regress(against=regression.against)
+    if regression.outcome == "failed":
+        until = " until that is right, or accepted" if accepted else ""
+        return Answer("✗", "the gate fails", f"{why}: `{gate}` fails{until}.")
+    if regression.outcome == "no-baseline":
+        return Answer("?", "not all compared", f"{why}: for `{gate}` that is no pass.")
+    return Answer("✓", "the gate passes", f"{why}.")
+
+
+def base_text(regression: Regression) -> str:
+    """Say what was compared with."""
+    if regression.against == "baselines":
+        return "the accepted baselines"
+    return f"revision `{regression.against}`"
+
+
+def kind_text(change: SceneChange) -> str:
+    """Return the class of a change; the same bits may fail too, and then it says for what."""
+    if change.change != "identical" or not change.failed:
+        return change.change
+    causes = [
+        *["other work"] * any(not count.within for count in change.counters),
+        *["slower"] * (change.time is not None and change.time.slower),
+    ]
+    return f"same bits, {', '.join(causes or ['limits broken'])}"
+
+
+def kinds_text(changes: Sequence[SceneChange]) -> str:
+    """Count changes by class, the gravest first: "1 worse, 2 rounding-only"."""
+    order = sorted(changes, key=lambda one: [*CHANGES].index(one.change))
+    return ", ".join(f"{n} {kind}" for kind, n in Counter(map(kind_text, order)).items())
+
+
+def bad_cases(results: ResultsFolder) -> list[CaseRecord]:
+    """Return the cases that make a run fail, in its order."""
+    return [case for case in results.cases if verdict_of(case) in BAD]
