@@ -29,6 +29,7 @@ from validation.bench._points import (
     PrecisionCurve,
     PrecisionMeasurement,
     PrecisionPoint,
+    best_of,
 )
 from validation.bench._reach import NO_STEP, TARGETS, Level, Reach, order_of, reach_of
 from validation.bench.measurements import measured_where
@@ -54,6 +55,7 @@ __all__ = [
     "PrecisionMeasurement",
     "PrecisionPoint",
     "Reach",
+    "best_of",
     "measure_precision",
 ]
 
@@ -99,13 +101,14 @@ class _Sample:
 
 @dataclass(eq=False)
 class _Course:
-    """One engine on one scene; `lost` says why it isn't asked any more."""
+    """One engine on one scene; `lost` says why it isn't asked at all, so that it has no points."""
 
     scene: Scene
     truth: Truth
     family: str
     lost: str = ""
     warm: bool = False
+    sampled: bool = False
 
     def left_out(self, label: str, why: str) -> LeftOut:
         return LeftOut(scene=self.scene.name, engine=label, why=why)
@@ -137,9 +140,10 @@ class _Place:
     def _sample(self, clock: Clock) -> dict[str, float]:
         if self._is_done():
             return {}
-        start = start_of(self.course.scene, self.rung, len(self.samples))
+        course = self.course
+        start = start_of(course.scene, self.rung, len(self.samples))
         if start is None:  # something touches it: it can't begin any earlier
-            start = self.course.scene
+            start = course.scene
         began = clock()
         results: list[Result] = []
         while not results or (len(results) < MOST_RUNS and clock() - began < LEAST_SAMPLE):
@@ -149,6 +153,7 @@ class _Place:
             results.append(result)
         best = min(one.wall_time for one in results)
         self.samples.append(self._measured(results[0], best))
+        course.sampled = True
         return {"seconds": best}
 
     def _is_done(self) -> bool:
@@ -177,7 +182,11 @@ class _Place:
             result = self.rung.simulate(scene)
             check_result(result, scene, name)
         except UnsupportedSceneError as error:
-            self.course.lost = f"not representable: {'; '.join(error.features)}"
+            why = f"not representable: {'; '.join(error.features)}"
+            if self.course.sampled:  # it can play the scene, but not at this step
+                self.lost = why
+            else:
+                self.course.lost = why
             return None
         # An engine may raise anything, and its `sys.exit` must not end the measurement.
         except (Exception, SystemExit) as error:
@@ -366,7 +375,8 @@ def _measurement(
         found = [(place, place.point()) for place in places]
         points += [point for _, point in found if point is not None]
         if measured := [place for place, point in found if point is not None]:
-            curves.append(_curve(measured))
+            lost = [p.rung.step for p in places if p.lost and p.rung.step is not None]
+            curves.append(_curve(measured, lost))
     return PrecisionMeasurement(
         environment=environment,
         rounds=rounds,
@@ -378,7 +388,7 @@ def _measurement(
     )
 
 
-def _curve(places: Sequence[_Place]) -> PrecisionCurve:
+def _curve(places: Sequence[_Place], lost: Sequence[float]) -> PrecisionCurve:
     course, finest = places[0].course, places[-1].rung
     assert course.truth.rest_positions is not None  # of every independent truth
     assert course.truth.rest_time is not None
@@ -399,5 +409,5 @@ def _curve(places: Sequence[_Place]) -> PrecisionCurve:
         order=order.value,
         order_note=order.note,
         limit_beside=order.beside,
-        reach=tuple(reach_of(t, levels, order, duration, accepts) for t in TARGETS),
+        reach=tuple(reach_of(t, levels, order, duration, accepts, lost) for t in TARGETS),
     )

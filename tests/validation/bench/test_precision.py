@@ -121,6 +121,25 @@ def test_what_cannot_be_measured_is_left_out_with_its_reason(engines, monkeypatc
     assert "`max_time`" in whys["pymunk:max_time=0.5"]
 
 
+class _FailsFiner(ToyEngine):
+    def simulate(self, scene, *, record="rest"):
+        if self.settings.dt < 0.015:
+            raise UnsupportedSceneError(self.name, ["no small steps"])
+        return super().simulate(scene, record=record)
+
+
+def test_steps_that_are_lost_after_others_leave_these_and_no_reach(engines):
+    """Breaks where a curve has points and is also called not representable as a whole."""
+    engines["toy"] = _FailsFiner(ToySettings())
+    measured = measure(["toy"], extent=TINY)
+    assert [point.step for point in measured.points] == [0.02]
+    (lost,) = measured.left_out
+    assert (lost.engine, lost.why) == ("toy:dt=0.01", "not representable: no small steps")
+    (curve,) = measured.curves
+    assert {reach.how for reach in curve.reach} == {"never"}
+    assert "it fails at finer steps" in curve.reach[0].note
+
+
 def test_what_is_past_its_horizon_is_left_out():
     # Certified, and from its third collision on a step of 20 ms may take it another course.
     measured = measure(["paper-discrete"], [find_scene("break-7")], rounds=1, extent=TINY)
