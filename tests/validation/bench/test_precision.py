@@ -8,7 +8,7 @@ from toy_engines import NoSettings, ToyEngine, ToySettings, cut, other_shot, rol
 
 from engine import Ball, Scene, UnsupportedSceneError
 from reference_adapters import EngineBase, EngineError, EngineUnavailableError
-from validation.bench import BenchError, PrecisionMeasurement, precision
+from validation.bench import BenchError, PrecisionMeasurement, _places, precision
 from validation.bench.measurements import load, save
 from validation.bench.precision import TINY, Extent, measure_precision
 from validation.library import find_scene
@@ -184,7 +184,7 @@ def test_an_interrupt_keeps_what_is_done(engines):
 
 def test_short_runs_are_repeated_and_those_of_many_steps_are_sampled_twice(engines, monkeypatch):
     engines["toy"] = ToyEngine(ToySettings())
-    monkeypatch.setattr(precision, "MANY_STEPS", 0)
+    monkeypatch.setattr(_places, "MANY_STEPS", 0)
     runs = itertools.count()
     honest = ToyEngine.simulate
 
@@ -194,8 +194,8 @@ def test_short_runs_are_repeated_and_those_of_many_steps_are_sampled_twice(engin
 
     monkeypatch.setattr(ToyEngine, "simulate", counted)
     measured = measure(["toy"], rounds=5, extent=TINY, clock=lambda: 0.0)
-    assert [point.samples for point in measured.points] == [precision.FEW] * 2
-    assert next(runs) == 1 + 2 * precision.FEW * precision.MOST_RUNS  # and one to warm up
+    assert [point.samples for point in measured.points] == [_places.FEW] * 2
+    assert next(runs) == 1 + 2 * _places.FEW * _places.MOST_RUNS  # and one to warm up
 
 
 def test_what_is_stored_reads_back(engines, tmp_path):
