@@ -81,6 +81,10 @@ def _cell(name: str, versions: tuple[Version, ...], k: int) -> str:
         low, high = (style.format_quantity(value, now.unit) for value in (now.low, now.high))
         text += f" ({low} to {high})"
     before = next((v.values[name] for v in versions[:k][::-1] if name in v.values), None)
-    if before is None or before.value == 0.0:
+    if before is None:
         return text
-    return f"{text} =" if now.value == before.value else f"{text} × {now.value / before.value:#.3g}"
+    if now.value == before.value:
+        return f"{text} ="
+    if before.value == 0.0:  # no ratio says how much that is
+        return f"{text} from 0"
+    return f"{text} × {now.value / before.value:#.3g}"

@@ -9,7 +9,14 @@ from rich.table import Table
 from rich.text import Text
 
 from ghostball._bench_tables import QUICK_SAYS
-from reports.precision_text import LEGEND, best_text, order_text, reach_heading, reach_text
+from reports.precision_text import (
+    LEAST_ERROR,
+    LEGEND,
+    best_text,
+    order_text,
+    reach_heading,
+    reach_text,
+)
 from validation.bench import PrecisionMeasurement
 from validation.bench.precision import TARGETS
 
@@ -35,7 +42,7 @@ def _scene(measured: PrecisionMeasurement, scene: str) -> Table:
     table.add_column("order", justify="right", no_wrap=True)
     for target in TARGETS:
         table.add_column(reach_heading(target), justify="right", no_wrap=True)
-    table.add_column("least error", justify="right", no_wrap=True)
+    table.add_column(LEAST_ERROR, justify="right", no_wrap=True)
     table.add_column("its order")
     for curve in (one for one in measured.curves if one.scene == scene):
         mine = [point for point in points if point.engine == curve.engine]

@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 from reports.markdown_parts import Drawn, figure_link, many, one_line, table_of
-from reports.precision_text import LEGEND, best_text, order_text, reach_heading, reach_text
+from reports.precision_text import (
+    LEAST_ERROR,
+    LEGEND,
+    best_text,
+    order_text,
+    reach_heading,
+    reach_text,
+)
 from reports.stored import stored_in
 from validation.bench import PrecisionMeasurement
 from validation.bench.precision import TARGETS
@@ -48,7 +55,7 @@ def precision_section(results: ResultsFolder, figures: Drawn) -> list[str]:
 
 
 def _table(measured: PrecisionMeasurement, scene: str) -> str:
-    header = ["engine", "order", *map(reach_heading, TARGETS), "least error", "its order"]
+    header = ["engine", "order", *map(reach_heading, TARGETS), LEAST_ERROR, "its order"]
     rows = []
     for curve in (one for one in measured.curves if one.scene == scene):
         mine = [p for p in measured.points if (p.scene, p.engine) == (scene, curve.engine)]

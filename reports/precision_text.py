@@ -6,13 +6,17 @@ from collections.abc import Sequence
 
 from reports import style
 from validation.bench import PrecisionMeasurement
-from validation.bench.precision import NO_STEP, PrecisionCurve, PrecisionPoint, Reach
+from validation.bench.precision import NO_STEP, PrecisionCurve, PrecisionPoint, Reach, best_of
 
 LEGEND = (
     "Times are of the simulation alone, the least of all samples. A time counts where all finer "
     "steps are as near, from every phase of the step. ~ is extrapolated by the order; never: "
-    "neither a step that was run nor the order reaches it."
+    "neither a step that was run nor the order reaches it. "
+    "The least error is that of the worst phase of the best step."
 )
+
+LEAST_ERROR = "least error (worst phase)"
+"""Heads the column that `best_text` fills."""
 
 
 def reach_heading(target: float) -> str:
@@ -43,7 +47,7 @@ def order_text(curve: PrecisionCurve) -> str:
 
 def best_text(points: Sequence[PrecisionPoint]) -> str:
     """Return the least error of an engine and the time it took: "1.37 nm in 24 ms"."""
-    best = min(points, key=lambda point: point.error_high)
+    best = best_of(points)
     return f"{style.format_length(best.error_high)} in {style.format_time(best.seconds)}"
 
 

@@ -32,7 +32,7 @@ from validation.case import (
 from validation.criteria import Criteria, Criterion, Selector, common_criteria
 from validation.metric_table import METRICS
 from validation.metrics import conserves_energy, past_horizon
-from validation.records import INDEPENDENT, CaseRecord, Check, Motion
+from validation.records import COMPLETE_STATUSES, INDEPENDENT, CaseRecord, Check, Motion
 from validation.suite import truth_or_failure
 
 COMPLETES = "completes"
@@ -149,7 +149,7 @@ class SceneRun:
 
     def _completion(self) -> Finding:
         record = self.record
-        if record.status not in ("rest", "t-max"):
+        if record.status not in COMPLETE_STATUSES:
             why = f": {record.reason}" if record.reason else ""
             return Finding(
                 "failed", f"the run must end by itself, it ended early: {record.status}{why}"

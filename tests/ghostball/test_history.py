@@ -9,6 +9,8 @@ from typer.testing import CliRunner
 from ghostball import _history
 from ghostball.cli import app
 from validation.bench import measurements
+from validation.bench._observed import Observed
+from validation.bench.history import Version
 
 
 @pytest.fixture
@@ -36,6 +38,17 @@ def test_a_table_has_median_spread_and_ratio(repository):
     assert "20 µs (18 µs to 30 µs) × 0.500" in result.stdout
     assert "347 B =" in result.stdout
     assert result.stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "said"), [(0.0, 0.0, "0 ="), (0.0, 3.0, "3 from 0"), (3.0, 0.0, "0 × 0")]
+)
+def test_a_counter_that_was_nothing_is_compared_all_the_same(before, now, said):
+    versions = tuple(
+        Version("box", "c", "r", dirty=False, date="", values={"missing": Observed(value, "1")})
+        for value in (before, now)
+    )
+    assert _history._cell("missing", versions, 1).startswith(said)
 
 
 def test_only_the_newest_are_tabled_and_it_is_said(repository, monkeypatch):

@@ -8,8 +8,9 @@ import pytest
 from engine import GhostballError
 from reports import style, write_gallery, write_report
 from reports.precision_figure import FLOOR, draw_against_time, draw_against_work, draw_precision
-from reports.precision_text import duration_text, legend_text, reach_text
+from reports.precision_text import best_text, duration_text, legend_text, reach_text
 from validation.bench import PrecisionMeasurement, measurements
+from validation.bench._observed import observed_in
 from validation.bench.measurements import save
 from validation.bench.precision import LeftOut, PrecisionCurve, PrecisionPoint, Reach
 from validation.store import ResultsFolder
@@ -138,6 +139,13 @@ def test_the_legend_has_the_orders():
     assert legend_text("pymunk", [MEASURED.curves[1], beside]) == (
         "pymunk: order 1 to 2, beside the truth"
     )
+
+
+def test_the_least_error_is_the_same_number_in_words_and_in_the_history():
+    """Breaks where one is of the worst phase and the other a median."""
+    assert best_text(MEASURED.points[1:3]) == "20 mm in 20 ms"
+    seen = observed_in("precision", MEASURED.model_dump_json(by_alias=True)).values
+    assert seen["cut/pymunk/least_error"].value == MEASURED.points[2].error_high == 2e-2
 
 
 def test_times_are_marked_by_how_they_are_known():

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
+from validation.bench._points import best_of
 from validation.bench.accuracy import AccuracyMeasurement
 from validation.bench.measurements import ScalingMeasurement, TargetsMeasurement
 from validation.bench.precision import PrecisionMeasurement
@@ -94,11 +95,7 @@ def _precision(measured: PrecisionMeasurement) -> Pairs:
     for curve in measured.curves:
         name = f"{curve.scene}/{curve.engine}"
         mine = [p for p in measured.points if (p.scene, p.engine) == (curve.scene, curve.engine)]
-        best = min(mine, key=lambda point: point.error_high)
-        yield (
-            f"{name}/least_error",
-            Observed(best.error, "m", best.error_low, best.error_high),
-        )
+        yield f"{name}/least_error", Observed(best_of(mine).error_high, "m")
         if curve.order is not None:
             yield f"{name}/order", Observed(curve.order, "1")
         for reach in curve.reach:

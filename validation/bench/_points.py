@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
@@ -55,6 +56,14 @@ class PrecisionPoint(BaseModel):
     work: int
     exact: bool
     true_course: bool = True
+
+
+def best_of(points: Iterable[PrecisionPoint]) -> PrecisionPoint:
+    """Return the point whose worst phase is nearest to truth: its `error_high` is the least error.
+
+    A median would let an engine win by a step that is good from half of all phases.
+    """
+    return min(points, key=lambda point: point.error_high)
 
 
 class PrecisionCurve(BaseModel):

@@ -45,8 +45,9 @@ class Reach(BaseModel):
     seconds : float or None [s]
         None where it is never reached.
     how : "measured", "extrapolated" or "never"
-        Measured: that run, and all with a finer step, are as near as that from every phase.
-        Extrapolated: no run is, but the error falls by the fitted order.
+        Measured: that run, and all that were tried with a finer step, are as near as that from
+        every phase; none of these failed. Extrapolated: no run is, but the error falls by the
+        fitted order.
     note : str
         Why it is never reached, or at which step it is expected to be; else "".
     """
@@ -169,6 +170,7 @@ def reach_of(
     order: Order,
     duration: float,
     accepts: Callable[[float], bool],
+    lost: Sequence[float] = (),
 ) -> Reach:
     """Return how long an engine takes for an accuracy.
 
@@ -183,6 +185,8 @@ def reach_of(
         Of the shot.
     accepts : callable
         Whether the engine accepts a step [s].
+    lost : sequence of float [s]
+        Steps at which a run failed or stopped early: nothing coarser than these counts.
 
     Notes
     -----
@@ -193,7 +197,7 @@ def reach_of(
     """
     good: list[Level] = []
     for level in reversed(levels):
-        if not level.worst <= target:
+        if not level.worst <= target or _fails_finer(level, lost):
             break
         good.append(level)
     if good:
@@ -202,6 +206,9 @@ def reach_of(
     if not levels:
         return Reach(target=target, how="never", note="nothing was measured")
     finest = levels[-1]
+    if _fails_finer(finest, lost):
+        note = f"it fails at finer steps, such as {min(lost):.1e} s"
+        return Reach(target=target, how="never", note=note)
     if order.power is None or finest.step is None:
         return Reach(target=target, how="never", note=order.note)
     if target <= order.beside:
@@ -222,3 +229,7 @@ def reach_of(
         how="extrapolated",
         note=f"with a step of {step:.1e} s",
     )
+
+
+def _fails_finer(level: Level, lost: Sequence[float]) -> bool:
+    return level.step is not None and any(step < level.step for step in lost)

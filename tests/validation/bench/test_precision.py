@@ -8,7 +8,7 @@ from toy_engines import NoSettings, ToyEngine, ToySettings, cut, other_shot, rol
 
 from engine import Ball, Scene, UnsupportedSceneError
 from reference_adapters import EngineBase, EngineError, EngineUnavailableError
-from validation.bench import BenchError, PrecisionMeasurement, precision
+from validation.bench import BenchError, PrecisionMeasurement, _places, precision
 from validation.bench.measurements import load, save
 from validation.bench.precision import TINY, Extent, measure_precision
 from validation.library import find_scene
@@ -121,6 +121,25 @@ def test_what_cannot_be_measured_is_left_out_with_its_reason(engines, monkeypatc
     assert "`max_time`" in whys["pymunk:max_time=0.5"]
 
 
+class _FailsFiner(ToyEngine):
+    def simulate(self, scene, *, record="rest"):
+        if self.settings.dt < 0.015:
+            raise UnsupportedSceneError(self.name, ["no small steps"])
+        return super().simulate(scene, record=record)
+
+
+def test_steps_that_are_lost_after_others_leave_these_and_no_reach(engines):
+    """Breaks where a curve has points and is also called not representable as a whole."""
+    engines["toy"] = _FailsFiner(ToySettings())
+    measured = measure(["toy"], extent=TINY)
+    assert [point.step for point in measured.points] == [0.02]
+    (lost,) = measured.left_out
+    assert (lost.engine, lost.why) == ("toy:dt=0.01", "not representable: no small steps")
+    (curve,) = measured.curves
+    assert {reach.how for reach in curve.reach} == {"never"}
+    assert "it fails at finer steps" in curve.reach[0].note
+
+
 def test_what_is_past_its_horizon_is_left_out():
     # Certified, and from its third collision on a step of 20 ms may take it another course.
     measured = measure(["paper-discrete"], [find_scene("break-7")], rounds=1, extent=TINY)
@@ -165,7 +184,7 @@ def test_an_interrupt_keeps_what_is_done(engines):
 
 def test_short_runs_are_repeated_and_those_of_many_steps_are_sampled_twice(engines, monkeypatch):
     engines["toy"] = ToyEngine(ToySettings())
-    monkeypatch.setattr(precision, "MANY_STEPS", 0)
+    monkeypatch.setattr(_places, "MANY_STEPS", 0)
     runs = itertools.count()
     honest = ToyEngine.simulate
 
@@ -175,8 +194,8 @@ def test_short_runs_are_repeated_and_those_of_many_steps_are_sampled_twice(engin
 
     monkeypatch.setattr(ToyEngine, "simulate", counted)
     measured = measure(["toy"], rounds=5, extent=TINY, clock=lambda: 0.0)
-    assert [point.samples for point in measured.points] == [precision.FEW] * 2
-    assert next(runs) == 1 + 2 * precision.FEW * precision.MOST_RUNS  # and one to warm up
+    assert [point.samples for point in measured.points] == [_places.FEW] * 2
+    assert next(runs) == 1 + 2 * _places.FEW * _places.MOST_RUNS  # and one to warm up
 
 
 def test_what_is_stored_reads_back(engines, tmp_path):

@@ -21,8 +21,8 @@ def ladder(error, *, levels=6, phases=4, wobble=0.0, seconds=1e-3):
     return made
 
 
-def reached(target, levels, accepts=lambda _: True):
-    return reach_of(target, levels, order_of(levels, TRUTH), DURATION, accepts)
+def reached(target, levels, accepts=lambda _: True, lost=()):
+    return reach_of(target, levels, order_of(levels, TRUTH), DURATION, accepts, lost)
 
 
 @pytest.mark.parametrize("order", [1, 2, 4])
@@ -83,6 +83,19 @@ def test_no_limit_beside_the_truth_is_passed():
 def test_terms_of_higher_order_are_no_limit_beside_the_truth():
     order = order_of(ladder(lambda h: 0.3 * h + 4.0 * h**2), TRUTH)
     assert order.beside == 0.0
+
+
+@pytest.mark.parametrize("target", [1e-3, 1e-6])
+def test_nothing_is_reached_where_finer_steps_fail(target):
+    reach = reached(target, ladder(lambda h: 0.3 * h), lost=[0.02 / 2**6, 0.02 / 2**7])
+    assert (reach.how, reach.seconds) == ("never", None)
+    assert reach.note == "it fails at finer steps, such as 1.6e-04 s"
+
+
+def test_steps_finer_than_one_that_failed_count():
+    levels = ladder(lambda h: 0.3 * h)
+    reach = reached(3e-3, [*levels[:3], *levels[4:]], lost=[levels[3].step])
+    assert (reach.how, reach.seconds) == ("measured", levels[4].seconds)
 
 
 def test_steps_that_the_engine_refuses_are_never():
