@@ -41,6 +41,9 @@ OPTIONS: dict[str, Any] = {
     "_nrt": False,
     "no_cfunc_wrapper": True,  # nobody asks for a C function
 }
+FLAGS = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "CPU_NAME", "CPU_FEATURES")
+"""Settings of numba that change the machine code."""
+
 _COMPILED = ".compiled"
 """Ending of the empty file that says that a variant is in the cache."""
 
@@ -131,16 +134,16 @@ def cache_key() -> str:
     """Hash of all that decides the machine code: sources, versions, flags, the processor asked for.
 
     And of where the sources lie, since numba keeps what it compiles by their paths: of two equal
-    checkouts each compiles, and says so. The bounds-check and processor flags are in it because a
-    warm numba cache ignores the first, and because a test compiles for a generic processor.
+    checkouts each compiles, and says so. The flags are in it because a warm numba cache ignores
+    those of bounds checks and of the optimiser, and because a test compiles for any processor.
     """
     package = Path(__file__).resolve().parent
     digest = hashlib.sha256(os.fsencode(package))
     for path in sorted(package.rglob("*.py")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
-    flags = [_config.BOUNDSCHECK, _config.CPU_NAME, _config.CPU_FEATURES, OPTIONS]
+    flags = [getattr(_config, name) for name in FLAGS]
     versions = [numba.__version__, llvmlite.__version__, np.__version__]
-    digest.update(repr((flags, versions)).encode())
+    digest.update(repr((flags, OPTIONS, versions)).encode())
     return digest.hexdigest()[:20]
 
 

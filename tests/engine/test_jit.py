@@ -56,10 +56,11 @@ def test_an_edited_callee_in_another_file_is_seen(tmp_path):
     assert changed == pytest.approx(0.5 * first)
 
 
-def test_key_depends_on_sources_and_flags(monkeypatch):
+@pytest.mark.parametrize("flag", _jit.FLAGS)
+def test_key_depends_on_flags(monkeypatch, flag):
     key = _jit.cache_key()
     assert key == _jit.cache_key()
-    monkeypatch.setattr(_jit._config, "BOUNDSCHECK", 17)
+    monkeypatch.setattr(_jit._config, flag, 17)
     assert _jit.cache_key() != key
 
 

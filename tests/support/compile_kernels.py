@@ -1,0 +1,63 @@
+"""Compile what the tests need of the kernels, before them, in as many processes as is said.
+
+Workers of pytest would compile the same variants at the same time, each for itself, and under
+coverage, which makes the compiler half as slow again. Here each is compiled once, in one of the
+processes; what the cache holds isn't done again. A variant that is missing here costs time only.
+"""
+
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+from engine import _jit, _run, _run_sweep, sensitivity
+from engine._run import Variant
+
+CELLS, INTEGRATED, CONTACTS, LOOKS_AGAIN = range(4)
+
+# What tests run; what takes longest comes first.
+SHOTS = [
+    {CONTACTS},
+    {INTEGRATED, CONTACTS},
+    {CELLS, CONTACTS},
+    {CONTACTS, LOOKS_AGAIN},
+    {CELLS},
+    {INTEGRATED},
+    {LOOKS_AGAIN},
+    set(),
+]
+SWEEPS = [{CONTACTS}, {CELLS}, set()]
+
+
+def variant_with(parts: set[int]) -> Variant:
+    return Variant(*(part in parts for part in range(4)))
+
+
+def missing() -> list[tuple[str, set[int]]]:
+    """Return what isn't in the cache: what it is for, and the parts that it has."""
+    shots = [("shots", parts) for parts in SHOTS]
+    sweeps = [("sweeps", parts) for parts in SWEEPS]
+    derivatives = [("sensitivity", parts) for parts in ({INTEGRATED}, set())]
+    every = [*shots[:2], *derivatives, shots[2], *sweeps, *shots[3:]]
+    return [one for one in every if not _jit.compiled(name_of(*one))]
+
+
+def name_of(what: str, parts: set[int]) -> str:
+    if what == "sensitivity":
+        return what + ", integrated laws" * (INTEGRATED in parts)
+    return variant_with(parts).name(what)
+
+
+def compile_one(what: str, parts: set[int]) -> None:
+    if what == "shots":
+        _run.warm_up(variant_with(parts))
+    elif what == "sweeps":
+        _run_sweep._warm_up(variant_with(parts))
+    else:
+        sensitivity._warm_up(INTEGRATED in parts)
+
+
+if __name__ == "__main__":
+    todo = missing()
+    with ProcessPoolExecutor(int(sys.argv[1]), mp_context=get_context("spawn")) as pool:
+        for done in [pool.submit(compile_one, *one) for one in todo]:
+            done.result()
