@@ -13,6 +13,7 @@ from typing import Any
 from engine import Result, Scene
 from reference_adapters.base import resolution_of
 from reference_adapters.registry import make_engine
+from validation import commands
 from validation.criteria import Criteria
 from validation.environment import describe_environment
 from validation.files import cannot_write, save_motion
@@ -204,7 +205,7 @@ def _threshold(name: str, known: MachineTimes | None) -> float | None:
 
 def _change(shot: _Shot, time: TimeChange | None, folder: Path, revision: str) -> SceneChange:
     scene = shot.scene
-    command = f"ghostball regress {scene.name} --against {revision}"
+    command = commands.regress(scene.name, revision)
     if isinstance(shot.base, PlayError):
         return SceneChange(
             scene=scene.name,

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from engine import Scene
+from validation import commands
 from validation.bench.skips import many_balls
 from validation.case import Case, TruthFailure, blank_record, failed
 from validation.environment import describe_environment
@@ -217,7 +218,7 @@ def _compare(
         "scene": scene.name,
         "title": scene.title,
         # The shots of many balls are no files: they run with all others.
-        "command": " ".join(["ghostball regress", *([] if scene in crowds() else [scene.name])]),
+        "command": commands.regress(None if scene in crowds() else scene.name),
         "head_hash": head.bits,
     }
     if not path.exists():
@@ -260,7 +261,7 @@ def _not_run(case: CaseRecord) -> SceneChange:
         change="worse",
         failed=True,
         summary=f"our engine did not run it: {case.reason}",
-        command=f"ghostball simulate {case.scene}",
+        command=commands.simulate(case.scene),
     )
 
 
