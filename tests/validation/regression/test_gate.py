@@ -126,7 +126,7 @@ def test_a_planted_change_fails_and_is_told_with_its_first_event(accepted):
     assert cut.failed
     assert cut.first_difference.index == 0
     assert "cue meets object" in cut.first_difference.words
-    assert cut.command == "ghostball regress cut"
+    assert cut.command == "ghostball regress ./cut.toml"
     assert cut.base_hash != cut.head_hash
     assert accepted.candidates == ("cut",)
 
@@ -259,7 +259,7 @@ def test_a_shot_without_a_file_is_run_again_with_all_others(accepted, monkeypatc
     found = accepted.compare(whole=True)
     assert found.scene("crowd").command == "ghostball regress"
     assert found.scene("crowd").change == "no-baseline"
-    assert found.scene("cut").command == "ghostball regress cut"
+    assert found.scene("cut").command == "ghostball regress ./cut.toml"
 
 
 def test_nothing_that_was_compared_is_no_pass():
