@@ -79,9 +79,8 @@ coverage: test test-nojit  ## coverage of both runs
 
 # A negative index that wraps is seen by compiled bounds checks alone. These tests run every module of
 # kernels. Compiling takes most of the time: variants that leave parts out have no lines of their
-# own, and a file's tests share what is compiled, so they stay together. Checks are the same where
-# the optimiser does less, and so is every bit (tests/engine/test_determinism.py): it takes less.
-CHECKED := NUMBA_BOUNDSCHECK=1 NUMBA_OPT=1
+# own, and a file's tests share what is compiled, so they stay together.
+CHECKED := NUMBA_BOUNDSCHECK=1
 BOUNDED := impact_laws test_batch.py test_cells.py test_clusters.py test_elastic_gas.py \
 	test_look_again.py test_plastic.py test_press.py test_sensitivity.py \
 	test_simulate_robustness.py test_simultaneous.py test_orientation.py test_tree.py
