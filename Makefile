@@ -55,7 +55,7 @@ regress: $(READY)  ## compare our engine with its accepted baselines
 # all else trace it as they run anyway, in `test`; both together are the coverage.
 COVER := --cov --cov-report= --cov-fail-under=0
 
-# Compiling takes longer than the fast tests. Each variant of the kernels is compiled once, before
+# Compiling takes minutes. Each variant of the kernels is compiled once, before
 # them: workers would do the same at the same time, and coverage makes the compiler slower by half.
 # Where that fails (the dash), the tests of what can't be compiled fail, and all others still run.
 COMPILE := $(BIN)/python tests/support/compile_kernels.py $(JOBS)
