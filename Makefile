@@ -22,8 +22,8 @@ PYTEST := $(BIN)/python -m pytest --quiet --numprocesses $(JOBS)
 .DEFAULT_GOAL := help
 # Two test runs at once would time each other, and mix their output.
 .NOTPARALLEL:
-.PHONY: help venv validate stress kernels test test-slow test-nojit coverage test-boundscheck lint types \
-	imports check gallery peers clean
+.PHONY: help venv validate regress stress kernels test test-slow test-nojit coverage test-boundscheck \
+	lint types imports check gallery peers clean
 
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)

@@ -452,7 +452,10 @@ def calibrate(
 @command
 def report(
     folder: Annotated[
-        Path, typer.Argument(metavar="DIR", help="A folder that `validate` or `stress` wrote.")
+        Path,
+        typer.Argument(
+            metavar="DIR", help="A folder that `validate`, `regress` or `stress` wrote."
+        ),
     ],
     jobs: Annotated[int, jobs_option("draw")] = 1,
     summary: Annotated[
