@@ -57,11 +57,10 @@ COVER := --cov --cov-report= --cov-fail-under=0
 
 # Compiling takes minutes. Each variant of the kernels is compiled once, before the tests: workers
 # would do the same at the same time, and coverage makes the compiler slower by half.
-# Where that fails (the dash), the tests of what can't be compiled fail, and all others still run.
 COMPILE := $(BIN)/python tests/support/compile_kernels.py $(JOBS)
 
 kernels: $(READY)
-	-$(COMPILE)
+	$(COMPILE)
 
 test: kernels  ## fast tests, compiled
 	COVERAGE_FILE=.coverage.compiled $(PYTEST) $(COVER)
@@ -87,7 +86,7 @@ BOUNDED := impact_laws test_batch.py test_cells.py test_clusters.py test_elastic
 	test_simulate_robustness.py test_simultaneous.py test_orientation.py test_tree.py
 
 test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
-	-$(CHECKED) $(COMPILE)
+	$(CHECKED) $(COMPILE)
 	$(CHECKED) $(PYTEST) --dist loadfile $(addprefix tests/engine/,$(BOUNDED))
 
 lint: $(READY)  ## ruff: rules and format

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -35,9 +35,9 @@ from validation.regression import (
     time_scenes,
     times_path,
 )
-from validation.regression.gate import BASELINES, crowds, with_cases
+from validation.regression.gate import crowds, with_cases
 from validation.regression.junit import write_regression_junit
-from validation.regression.records import Change
+from validation.regression.records import BASELINES, Change
 from validation.regression.timing import ROUNDS
 from validation.store import ResultsFolder
 from validation.suite import Outcome, criteria_beside_paths, run_suite
@@ -124,7 +124,7 @@ def run(
         if against is not None:
             with counting("comparing") as count:
                 regression = compare_revisions(
-                    _ran(outcome, scenes),
+                    _chosen(scenes, {one.scene for one in outcome.cases if one.outcome == "ran"}),
                     against,
                     out,
                     criteria=criteria,
@@ -136,8 +136,10 @@ def run(
         else:
             times = None
             if timed:
+                # The time to a limit says nothing.
+                ended = {one.scene for one in outcome.cases if one.status in COMPLETE_STATUSES}
                 with counting("timing") as count:
-                    times = time_scenes(_played(outcome, scenes), progress=count)
+                    times = time_scenes(_chosen(scenes, ended), progress=count)
             regression = compare_results(
                 results, folder, whole=not names_or_tags, times=times, known=known
             )
@@ -164,14 +166,8 @@ def run(
     return _status(regression, outcome)
 
 
-def _ran(outcome: Outcome, scenes: Sequence[Scene]) -> list[Scene]:
-    ran = {case.scene for case in outcome.cases if case.outcome == "ran"}
-    return [scene for scene in scenes if scene.name in ran]
-
-
-def _played(outcome: Outcome, scenes: Sequence[Scene]) -> list[Scene]:
-    ran = {case.scene for case in outcome.cases if case.status in COMPLETE_STATUSES}
-    return [scene for scene in scenes if scene.name in ran]
+def _chosen(scenes: Sequence[Scene], names: Container[str]) -> list[Scene]:
+    return [scene for scene in scenes if scene.name in names]
 
 
 def _status(regression: Regression, outcome: Outcome) -> ExitStatus:
@@ -207,22 +203,18 @@ def _show(
     if outcome.counts.checks_failed:
         parts.append(f"{outcome.counts.checks_failed} limits of truth broken")
     verdict = _VERDICTS[_status(regression, outcome)]
-    against = (
-        "the accepted baselines"
-        if regression.against == "baselines"
-        else f"revision {regression.against}"
-    )
+    against = "the accepted baselines" if regression.accepted else f"revision {regression.against}"
     console.print(
         f"{verdict}: {', '.join(parts) or 'nothing was compared'}, "
         f"against {escape(against)}, in {seconds:.0f} s",
         soft_wrap=True,
     )
-    if regression.against != "baselines":
+    if not regression.accepted:
         _show_times(regression)
     if changed or new or regression.stale:
         folder = escape(str(out))
         say(f"`ghostball report {folder}` shows it, old and new side by side")
-        if regression.against == "baselines":
+        if regression.accepted:
             given = "" if out == Path("out/regress") else f" --from {folder}"
             given += "" if baselines is None else f" --baselines {escape(str(baselines))}"
             say(f'Where it is right: `ghostball accept{given} --reason "..."`')

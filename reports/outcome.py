@@ -115,7 +115,7 @@ def of_comparison(regression: Regression) -> Answer:
     if not said:
         said.append(f"nothing moved in {count}" if regression.scenes else "nothing was compared")
     why = f"Against {base_text(regression)}, {'; '.join(said)}"
-    accepted = regression.against == "baselines"
+    accepted = regression.accepted
     gate = "ghostball regress" if accepted else commands.regress(against=regression.against)
     if regression.outcome == "failed":
         until = " until that is right, or accepted" if accepted else ""
@@ -127,7 +127,7 @@ def of_comparison(regression: Regression) -> Answer:
 
 def base_text(regression: Regression) -> str:
     """Say what was compared with."""
-    if regression.against == "baselines":
+    if regression.accepted:
         return "the accepted baselines"
     return f"revision `{regression.against}`"
 

@@ -18,7 +18,7 @@ from validation.regression.baseline import (
     baseline_path,
     load_baseline,
 )
-from validation.regression.gate import BASELINES, CANDIDATES, platform_of, revision_of
+from validation.regression.gate import CANDIDATES, platform_of, revision_of
 from validation.regression.records import Regression, SceneChange, load_regression
 from validation.unchanged import hash_sources, source_folders
 
@@ -86,7 +86,7 @@ def accept(results: Path, reason: str, *, only: str = "*", folder: Path = FOLDER
             f"{results}: holds no {REGRESSION_FILE}, so there is nothing to accept. Run "
             f"`ghostball regress --out {results}`, and look at what it says"
         )
-    if regression.against != BASELINES:
+    if not regression.accepted:
         raise AcceptError(
             f"{results}: compares with revision {regression.against}, not with baselines. Run "
             f"`ghostball regress --out {results}` without --against"

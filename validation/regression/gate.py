@@ -31,7 +31,7 @@ from validation.regression.baseline import (
 )
 from validation.regression.classify import Bands, classify
 from validation.regression.observed import Observed
-from validation.regression.records import Regression, SceneChange, TimeChange, Timing
+from validation.regression.records import BASELINES, Regression, SceneChange, TimeChange, Timing
 from validation.regression.rounding import allowance_of
 from validation.regression.timing import MachineTimes, compare_times
 from validation.returned import check_result
@@ -43,9 +43,6 @@ CANDIDATES = "candidates"
 """Folder in a results folder: the baselines that accepting it would write."""
 
 PENDING = "not accepted yet"
-
-BASELINES = "baselines"
-"""What a comparison with them says that it is against."""
 
 
 @cache

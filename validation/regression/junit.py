@@ -39,7 +39,7 @@ def write_regression_junit(regression: Regression, path: str | Path) -> None:
 
 def regression_xml(regression: Regression) -> str:
     """Return a comparison as one JUnit document; `classname` is the scene, `name` the quantity."""
-    by_turns = regression.against != "baselines"
+    by_turns = not regression.accepted
     suites = {
         change.scene: list(_test_cases(change, by_turns=by_turns)) for change in regression.scenes
     }

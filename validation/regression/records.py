@@ -16,6 +16,9 @@ from validation.files import REGRESSION_FILE, ResultsError, cannot_write, told, 
 SCHEMA: Final = 1
 """Version of the file; another one is refused."""
 
+BASELINES: Final = "baselines"
+"""What a comparison with them says that it is against."""
+
 Change = Literal[
     "identical",
     "rounding-only",
@@ -182,6 +185,11 @@ class Regression(_Model):
     scenes: tuple[SceneChange, ...]
     stale: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the base is what was accepted, not another revision."""
+        return self.against == BASELINES
 
     def scene(self, name: str) -> SceneChange | None:
         """Return what became of a scene, or None where it wasn't compared."""

@@ -74,8 +74,7 @@ def allowance_of(scene: Scene) -> Allowance:
     rest = None
     if math.isinf(horizon):
         smallest = UNAMPLIFIED * extent_of(scene)
-        rest = np.where(np.isfinite(growth), APART * np.where(np.isfinite(growth), growth, 0.0), 0)
-        rest = rest + smallest
+        rest = APART * np.where(np.isfinite(growth), growth, 0.0) + smallest
     return Allowance(
         horizon, map_end, tolerances, rest, bits_hash(events_of(result), result.rest_positions)
     )
