@@ -243,12 +243,11 @@ def test_a_failure_is_kept_and_the_run_goes_on(tmp_path: Path, does: str, reason
         ("exit", "SystemExit: 0"),
     ],
 )
-@pytest.mark.parametrize("jobs", [1, 2])
 def test_a_result_that_breaks_the_contract_is_a_failure_that_names_the_field(
-    tmp_path: Path, does: str, reason: str, jobs: int
+    tmp_path: Path, does: str, reason: str
 ) -> None:
     # Breaks where nan reaches the figures, or an engine passes under another one's name.
-    outcome = run_suite([scene()], [f"fake:does={does}", "fake"], tmp_path, jobs=jobs)
+    outcome = run_suite([scene()], [f"fake:does={does}", "fake"], tmp_path)
     cases = by_label(ResultsFolder.load(tmp_path).cases)
     failed = cases[f"fake:does={does}"]
     assert failed.outcome == "failed"
@@ -418,7 +417,8 @@ def test_an_interrupt_before_the_first_case_leaves_earlier_results(tmp_path: Pat
 
 
 def test_processes_find_what_one_process_finds(tmp_path: Path) -> None:
-    scenes, engines = [scene("one"), scene("two")], ["ghostball", "fake:shift=0.25"]
+    scenes = [scene("one"), scene("two")]
+    engines = ["ghostball", "fake:shift=0.25", "fake:does=lose time", "fake:does=exit"]
     run_suite(scenes, engines, tmp_path / "alone")
     run_suite(scenes, engines, tmp_path / "two", jobs=2)
     alone, two = ResultsFolder.load(tmp_path / "alone"), ResultsFolder.load(tmp_path / "two")
@@ -430,6 +430,7 @@ def test_processes_find_what_one_process_finds(tmp_path: Path) -> None:
         left = {name: value for name, value in case.metrics.items() if name != "wall_time"}
         right = {name: value for name, value in other.metrics.items() if name != "wall_time"}
         assert left == right
+        assert (case.outcome, case.reason) == (other.outcome, other.reason)
         assert np.array_equal(case.rest_positions, other.rest_positions)
     assert multiprocessing.active_children() == []
 

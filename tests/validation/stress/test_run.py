@@ -57,7 +57,16 @@ def test_what_is_wrong_is_refused_before_anything_is_written(tmp_path, labels, o
     assert not (tmp_path / "out").exists()
 
 
-def test_a_run_is_kept_and_taken_over_by_the_same_code_alone(tmp_path, monkeypatch):
+@pytest.fixture
+def here(monkeypatch):
+    """Run trials in this process: what is kept of a run doesn't ask who made it."""
+    monkeypatch.setattr(
+        validation.stress.run, "run_tasks", lambda tasks, _, work, *__: (work(one) for one in tasks)
+    )
+
+
+@pytest.mark.usefixtures("here")
+def test_a_run_is_kept_and_taken_over_by_the_same_code_alone(tmp_path):
     first = run_stress(["ghostball"], tmp_path, only=TWO)
     assert first.exit_status == 0
     assert (first.taken_over, len(first.folder.findings)) == (0, 2)
@@ -86,6 +95,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path):
     assert multiprocessing.active_children() == []
 
 
+@pytest.mark.usefixtures("here")
 def test_a_look_at_a_part_does_not_make_a_run_whole(tmp_path):
     # Breaks where what is planned is counted from what is asked last, or from what is there.
     def interrupt(*_):
@@ -103,6 +113,7 @@ def test_a_look_at_a_part_does_not_make_a_run_whole(tmp_path):
     assert (rest.folder.planned, len(rest.folder.findings), rest.folder.whole) == (5, 5, True)
 
 
+@pytest.mark.usefixtures("here")
 def test_what_other_code_was_asked_for_is_no_part_of_a_run(tmp_path):
     run_stress(["ghostball"], tmp_path, only=TWO)
     path = tmp_path / FINDINGS_FILE
@@ -111,11 +122,12 @@ def test_what_other_code_was_asked_for_is_no_part_of_a_run(tmp_path):
     assert (outcome.folder.planned, outcome.folder.run.labels) == (1, ("pymunk",))
 
 
+@pytest.mark.usefixtures("here")
 def test_a_crash_is_tried_again_where_it_is_asked_for_and_else_stays(tmp_path, monkeypatch):
     crashed = Finding("grazing", "rolling-hit-1e-01", "pymunk", "broken", ("died",), CRASHED)
-    monkeypatch.setattr(validation.stress.run, "run_tasks", lambda *_: (one for one in [crashed]))
-    run_stress(["pymunk"], tmp_path, only=ONE)
-    monkeypatch.undo()
+    with monkeypatch.context() as patch:
+        patch.setattr(validation.stress.run, "run_tasks", lambda *_: (one for one in [crashed]))
+        run_stress(["pymunk"], tmp_path, only=ONE)
     run_stress(["ghostball"], tmp_path, only=ONE)
     assert {one.outcome for one in StressFolder.load(tmp_path).findings} == {"survived", "broken"}
     assert run_stress(["pymunk"], tmp_path, only=ONE).taken_over == 0
