@@ -519,13 +519,10 @@ def test_ctrl_c_in_a_terminal(tmp_path: Path, fake_engines: Path, jobs: int) -> 
     assert group_is_gone(process.pid, within=10.0)
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(
-    tmp_path: Path, jobs: int
-) -> None:
+def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(tmp_path: Path) -> None:
     # With one job, too: breaks where that runs engines in this very process.
     engines = ["fake:does=die", "fake:does=hang", "fake"]
-    outcome = run_suite([scene()], engines, tmp_path, jobs=jobs, time_limit=3.0)
+    outcome = run_suite([scene()], engines, tmp_path, time_limit=3.0)
     cases = by_label(ResultsFolder.load(tmp_path).cases)
     assert "exit code 7" in cases["fake:does=die"].reason
     assert "longer than 3 s" in cases["fake:does=hang"].reason

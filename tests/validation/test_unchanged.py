@@ -452,9 +452,7 @@ def test_the_look_sees_an_edit_and_an_installed_package(
 
 def copy_of_the_sources(folder: Path) -> Path:
     for package in OUR_PACKAGES:
-        shutil.copytree(
-            ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__")
-        )
+        shutil.copytree(ROOT / package, folder / package)  # with what Python has compiled
     return folder
 
 
