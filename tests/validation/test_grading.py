@@ -15,8 +15,8 @@ from tangent import MadeUp, with_tangent
 from engine import EventKind, GhostballError, Result, Scene, simulate
 from engine.sensitivity import QUALITY
 from reference_adapters import make_engine
-from reference_adapters.certified import Certificate, CertifiedSettings, certify
-from validation.grading import UNIT_ROUNDOFF, Grade, grade
+from reference_adapters.certified import Certificate, CertifiedSettings, Enclosure, certify
+from validation.grading import UNIT_ROUNDOFF, Grade, _distance, grade
 from validation.library import find_scene
 from validation.random_shots import random_shot
 
@@ -330,3 +330,16 @@ def test_all_kinds_of_events_are_compared() -> None:
         indices = np.flatnonzero(result.events["kind"] == kind)
         for k in indices.tolist():
             assert len(grade(without_event(result, k), certificate).missing) == 1
+
+
+@pytest.mark.parametrize(
+    "enclosure",
+    [Enclosure(7**60, -169, 3, -170), Enclosure(-3, 5), Enclosure(0, 0, 1, -1074), Enclosure(1, 0)],
+)
+@pytest.mark.parametrize("value", [0.0, -0.0, 1.0, math.nextafter(1.0, 2.0), -96.0, 5e-324, 1e300])
+def test_the_distance_of_a_double_from_an_enclosure_is_that_of_rationals(
+    value: float, enclosure: Enclosure
+) -> None:
+    apart = abs(Fraction(value) - enclosure.mid) - enclosure.rad
+    assert _distance(value, enclosure) == float(max(apart, Fraction(0)))
+    assert _distance(math.inf, enclosure) == _distance(math.nan, enclosure) == math.inf

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from spinning_oracle import SpinningOracle
 
 from engine import Ball, Physics, Scene
-from validation.closed_forms import FORMS, ClosedForm, closed_form
+from validation.closed_forms import FORMS, ClosedForm, closed_form, has_closed_form
 from validation.closed_forms._setup import numbers_of
 from validation.criteria import criteria_beside
 from validation.library import FOLDER, find_scene
@@ -280,4 +280,7 @@ def moved_balls(name: str, index: int, by: float) -> dict[str, Any]:
     ],
 )
 def test_other_physics_or_places_have_no_form(name: str, change: dict[str, Any]) -> None:
-    assert closed_form(find_scene(name).model_copy(update=change)) is None
+    changed = find_scene(name).model_copy(update=change)
+    assert closed_form(changed) is None
+    assert not has_closed_form(changed)
+    assert has_closed_form(find_scene(name))

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from engine import EventKind, Scene, simulate
+from engine import EventKind, ExactTrajectory, Scene, simulate
 from validation.library import find_scene
 from validation.predictability import bifurcations_of, nearest_of
-from validation.predictability.bifurcations import Bifurcation
+from validation.predictability.bifurcations import Bifurcation, _meetings, _passings
 
 
 def found_in(scene: Scene) -> dict[str, Bifurcation]:
@@ -103,3 +104,50 @@ def test_a_ball_that_stops_short_of_another_all_but_hits_it():
     reach = v**2 / (2 * mu * g)
     miss = found_in(scene_of(ball((0.0, 0.0), (v, 0.0)), ball((reach + 2 * R + short, 0.0))))
     assert miss["near miss"].margin == pytest.approx(short, rel=1e-6)
+
+
+def naive_passings(result):
+    """Search one pair of balls and one interval after the other, by the motion of the two alone."""
+    motion, found = result.trajectory, []
+    starts = [knots[:, 0] for knots in motion.knots]
+    for i in range(len(starts)):
+        for j in range(i):
+            knots = (motion.knots[i], motion.knots[j])
+            pair = ExactTrajectory(
+                motion.radii[[i, j]], knots, motion.t_end, motion.spin_decelerations[[i, j]]
+            )
+
+            def closing(t, pair=pair):
+                places, velocities, _ = pair.sample(np.array([t]))
+                r, v = (values[0, 1] - values[0, 0] for values in (places, velocities))
+                return r[0] * v[0] + r[1] * v[1]
+
+            edges = np.unique(np.concatenate([starts[i], starts[j], [motion.t_end]])).tolist()
+            meetings = _meetings(result)[i, j]
+            stops = []
+            for start, end in itertools.pairwise(edges):
+                low, high = start, end
+                before = closing(math.nextafter(high, 0.0))
+                if before < 0.0 <= closing(high) and high not in meetings:
+                    stops.append(high)
+                if not closing(low) < 0.0 < before:
+                    continue
+                for _ in range(60):
+                    middle = 0.5 * (low + high)
+                    low, high = (middle, high) if closing(middle) < 0.0 else (low, middle)
+                found.append((high, i, j))
+            found += [(t, i, j) for t in stops]
+    return found
+
+
+@pytest.mark.parametrize("name", ["break-7", "masse", "push"])
+def test_passings_are_those_of_each_pair_alone_to_the_bit(name):
+    # Breaks where pairs or intervals are mixed up, or a ball is moved by another of its rows.
+    result = simulate(find_scene(name), record="trajectory")
+    times, a, b, gaps = _passings(result)
+    assert list(zip(times.tolist(), a.tolist(), b.tolist(), strict=True)) == naive_passings(result)
+    places = result.sample(times).positions[..., :2]
+    rows = np.arange(len(times))
+    apart = np.linalg.norm(places[rows, a] - places[rows, b], axis=1)
+    radii = result.scene.radii
+    assert np.array_equal(gaps, np.maximum(apart - (radii[a] + radii[b]), 0.0))
