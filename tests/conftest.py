@@ -4,6 +4,8 @@ import signal
 
 import pytest
 
+pytest_plugins = ["cpu_time"]  # of tests/support
+
 # A shell that starts something in the background without job control has it ignore interrupts, and
 # all its children inherit that: tests that press Ctrl-C would wait for ever.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
