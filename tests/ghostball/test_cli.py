@@ -250,9 +250,15 @@ def test_a_missing_optional_engine_is_listed_and_breaks_nothing(cli, tmp_path, m
     assert "pip install pybullet" in " ".join(examined.stdout.split())
     assert examined.exit_code == 0, examined.output
     monkeypatch.setattr("ghostball._validate.DEFAULT_ENGINES", ("ghostball", "pybullet"))
-    validated = cli("validate", "stop", "--out", tmp_path, "--no-report")
+    out, junit, summary = tmp_path / "out", tmp_path / "junit.xml", tmp_path / "summary.md"
+    validated = cli("validate", "stop", "--out", out, "--junit", junit)
     assert validated.exit_code == 0, validated.output
     assert "cases without their engine here: 1" in validated.stdout
+    assert "unavailable here" in (out / "report.html").read_text()
+    assert "| `engine_settings.pybullet` | unavailable here |" in (out / "report.md").read_text()
+    assert "pybullet isn't installed" in junit.read_text()
+    assert cli("report", out, "--summary", summary).exit_code == 0
+    assert "unavailable" in summary.read_text()
 
 
 # --- validate, report -------------------------------------------------------------------------
@@ -298,6 +304,47 @@ def test_validate_writes_the_report_and_report_writes_it_again(cli, tmp_path):
     assert again.stdout == f"{page}\n{report}\n"
     assert report.read_text() == written
     assert page.read_text() == shown
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_what_of_a_report_fails_costs_itself_and_comes_after_the_verdicts(
+    cli, tmp_path, monkeypatch
+):
+    def fail(*_):
+        raise ZeroDivisionError("no [bold]balls")
+
+    monkeypatch.setattr("reports.report.WHOLE_FIGURES", {"verdicts": fail})
+    monkeypatch.setattr("reports.page.page.environment_html", fail)
+    out = tmp_path / "out"
+    page, report = out / "report.html", out / "report.md"
+    validated = cli("validate", "stop", "--engines", "paper-discrete", "--out", out)
+    again = cli("report", out)
+    assert validated.stdout.endswith(f"page: {page}\nreport: {report}\n")
+    assert "checks passed" in validated.stdout
+    assert again.stdout == f"{page}\n{report}\n"
+    for result in (validated, again):
+        assert result.exit_code == 3
+        (warning,) = (line for line in result.stderr.splitlines() if "warning:" in line)
+        assert "2 parts of it could not be made: figure verdicts" in warning
+        assert "(ZeroDivisionError: no [bold]balls)" in warning
+        assert 'section "Environment" of report.html' in warning
+        assert "please report it" in warning
+        assert result.stderr.count("Traceback") == 1
+    assert "could not be made: ZeroDivisionError" in page.read_text()
+    assert "could not be made: figure verdicts (ZeroDivisionError" in report.read_text()
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_verdicts_are_printed_before_anything_is_drawn(cli, tmp_path, monkeypatch):
+    def fail(*_, **__):
+        raise RuntimeError("drawing fails as a whole")
+
+    monkeypatch.setattr("ghostball._report.write_report", fail)
+    result = cli("validate", "stop", "--engines", "paper-discrete", "--out", tmp_path)
+    assert result.exit_code == 3
+    assert "checks passed" in result.stdout
+    assert "drawing fails as a whole" in result.stderr
+    assert "page:" not in result.stdout
 
 
 def test_a_second_run_takes_over_what_is_unchanged_and_says_so(cli, tmp_path):
