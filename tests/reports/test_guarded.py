@@ -45,13 +45,7 @@ SECTIONS = {
 }
 
 
-@pytest.fixture
-def without_figures(monkeypatch):
-    """What is drawn is not what these tests are about."""
-    monkeypatch.setattr(report, "WHOLE_FIGURES", {})
-
-
-@pytest.mark.usefixtures("without_figures")
+@pytest.mark.usefixtures("without_run_figures")
 def test_each_section_costs_itself_alone(small_folder, monkeypatch):
     write_report(small_folder)
     whole = (small_folder / PAGE).read_text(encoding="utf-8")
@@ -72,7 +66,7 @@ def test_each_section_costs_itself_alone(small_folder, monkeypatch):
     assert "**Not all of this report is here**: 14 parts of it could not be made" in text
 
 
-@pytest.mark.usefixtures("without_figures")
+@pytest.mark.usefixtures("without_run_figures")
 def test_a_scene_costs_itself_alone(module_folder, monkeypatch):
     real = report.scene_part
     monkeypatch.setattr(
@@ -107,7 +101,7 @@ def test_a_figure_costs_itself_alone(small_folder, monkeypatch):
     assert '<section class="scene"' in html
 
 
-@pytest.mark.usefixtures("without_figures")
+@pytest.mark.usefixtures("without_run_figures")
 def test_a_section_of_the_text_costs_itself_alone(small_folder, monkeypatch):
     monkeypatch.setattr("reports.markdown.environment_table", fail)
     monkeypatch.setattr("reports.markdown.scene_section", fail)
@@ -118,7 +112,7 @@ def test_a_section_of_the_text_costs_itself_alone(small_folder, monkeypatch):
     assert '<section class="scene"' in html
 
 
-@pytest.mark.usefixtures("without_figures")
+@pytest.mark.usefixtures("without_run_figures")
 def test_a_process_that_fails_costs_its_figures_alone(small_folder, monkeypatch):
     # The other process can't run what is planted here.
     monkeypatch.setattr(report, "_draw_in_worker", lambda *_: None)
