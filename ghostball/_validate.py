@@ -9,12 +9,11 @@ from pathlib import Path
 from rich.markup import escape
 
 from engine import Scene
-from ghostball import _ensembles
+from ghostball import _ensembles, _report
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
-from reports import PAGE, write_report
 from validation.attribution import attribute_results
 from validation.environment import describe_environment
 from validation.junit import write_junit
@@ -50,6 +49,7 @@ def run(
     jobs: int,
     time_limit: float,
     report: bool,
+    figures: bool,
     ensemble: int | None,
     ensemble_size: str | None,
     attribute: bool,
@@ -104,55 +104,44 @@ def run(
     results = ResultsFolder.load(out)
     if junit is not None:
         write_junit(results.cases, junit)
-    changed, written = "", None
-    interrupted, beyond = outcome.interrupted, ExitStatus.PASSED
-    if not interrupted:
-        interrupted = not _predict(scenes, out, reuse=not rerun)
-    if not interrupted:
-        try:
-            changed = _compare(results, scenes, known, whole=patterns is None)
-        except KeyboardInterrupt:
-            interrupted = True
-    if request is not None and not interrupted:
-        beyond = _ensembles.run(
-            request, scenes, specs, out, jobs=jobs, rerun=rerun, time_limit=time_limit
-        )
-        interrupted = beyond is ExitStatus.INTERRUPTED
-    if attribute and not interrupted:
-        try:
-            with counting("attributing") as count:
-                attribute_results(results, progress=count, jobs=jobs, time_limit=time_limit)
-        except KeyboardInterrupt:
-            interrupted = True
-    if report and not interrupted:
-        try:
-            with counting("drawing") as count:
-                written = write_report(out, progress=count, jobs=jobs)
-        except KeyboardInterrupt:
-            interrupted = True
+    # What was measured is said before anything is made of it: whatever may yet fail or be
+    # interrupted, the verdicts are there.
     console = stdout()
     console.print(verdict_tables(results, console))
     console.print(_headline(outcome, time.perf_counter() - started), soft_wrap=True)
     if outcome.counts.taken_over:
         console.print(f"{_taken_over(outcome.counts.taken_over, out)}; their run times are of then")
-    if changed:
-        console.print(changed, soft_wrap=True)
     if not any(check.passed is not None for case in outcome.cases for check in case.checks):
         say(f"[bold yellow]warning:[/] {escape(_nothing_judged(outcome))}")
-    if written is not None:
-        console.print(f"page: {written.with_name(PAGE)}", soft_wrap=True, markup=False)
-        console.print(f"report: {written}", soft_wrap=True, markup=False)
-    if request is not None and not interrupted:
-        beyond = max(beyond, _ensembles.show(out))
-    if interrupted and beyond is not ExitStatus.INTERRUPTED:  # else that was said
+    status = ExitStatus.PASSED
+    try:
+        if outcome.interrupted or not _predict(scenes, out, reuse=not rerun):
+            raise KeyboardInterrupt
+        if changed := _compare(results, scenes, known, whole=patterns is None):
+            console.print(changed, soft_wrap=True)
+        if request is not None:
+            status = _ensembles.run(
+                request, scenes, specs, out, jobs=jobs, rerun=rerun, time_limit=time_limit
+            )
+            if status is ExitStatus.INTERRUPTED:  # that was said
+                return status
+            status = max(status, _ensembles.show(out))
+        if attribute:
+            with counting("attributing") as count:
+                attribute_results(results, progress=count, jobs=jobs, time_limit=time_limit)
+        if report:
+            written = _report.write(out, jobs=jobs, figures=figures)
+            console.print(f"page: {written.page}", soft_wrap=True, markup=False)
+            console.print(f"report: {written.report}", soft_wrap=True, markup=False)
+            status = max(status, written.status())
+    except KeyboardInterrupt:
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} cases are done and "
             f"kept in {folder}; `ghostball report {folder}` reports on them, and "
             "`validate` without --rerun goes on from there"
         )
-    if interrupted:
         return ExitStatus.INTERRUPTED
-    return max(outcome.exit_status, beyond)
+    return max(outcome.exit_status, status)
 
 
 def _compare(

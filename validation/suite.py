@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from engine import GhostballError, Scene, warm_up
+from engine import GhostballError, Scene
 from reference_adapters.registry import (
     EngineUnavailableError,
     engine_names,
@@ -25,6 +25,7 @@ from reference_adapters.registry import (
     parse_spec,
 )
 from validation.case import Case, TruthFailure, blank_record, failed, plain_settings, run_case
+from validation.compiling import compile_kernels
 from validation.criteria import (
     SUFFIX,
     Criteria,
@@ -249,7 +250,7 @@ def _run(
         if not rest:
             begin()
         else:
-            warm_up(plan.scenes_of(rest))  # here, once: else each process would compile, and say so
+            compile_kernels(plan.scenes_of(rest), jobs, tangents=True)
             with closing(run_cases(plan.cases(rest), jobs, time_limit)) as finished:
                 for ran, motion in finished:
                     if not writer.begun:
