@@ -112,14 +112,14 @@ def test_a_mutant_that_breaks_its_module_says_so() -> None:
 
 
 @pytest.mark.parametrize(
-    ("planted_text", "reason"),
+    ("planted_text", "timeout", "reason"),
     [
-        pytest.param("while True: pass", "no answer in 20 s", marks=pytest.mark.slow),
-        ("import os; os._exit(7)", "exit code 7"),
+        pytest.param("while True: pass", 10.0, "no answer in 10 s", marks=pytest.mark.slow),
+        ("import os; os._exit(7)", 20.0, "exit code 7"),
     ],
 )
 def test_a_shot_that_hangs_or_kills_its_process_costs_that_shot(
-    planted_text: str, reason: str
+    planted_text: str, timeout: float, reason: str
 ) -> None:
     mutation = Mutation(
         "ends",
@@ -131,7 +131,7 @@ def test_a_shot_that_hangs_or_kills_its_process_costs_that_shot(
     )
     scenes = [find_scene(name) for name in ("half-ball-cut", "stop", "head-on")]
     with planted(mutation) as mutant:
-        first, second, third = mutant.run(scenes, timeout=20.0)
+        first, second, third = mutant.run(scenes, timeout=timeout)
     assert isinstance(first, Result)
     assert isinstance(second, Crash)
     assert second.reason.startswith(reason)

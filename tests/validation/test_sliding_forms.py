@@ -68,9 +68,14 @@ def test_limits_are_what_delayed_contacts_cost(name: str) -> None:
     if not limits:
         pytest.skip("no such limit")
     rest, dt, shift = as_array(form.rest_positions), 1e-3, 0.0
-    for eighths in range(1, 9):
-        late = SpinningOracle(scene, step=5e-3, late=dt * eighths / 8).run()
-        shift = max(shift, float(np.max(np.linalg.norm(late.x[:, :2] - rest, axis=1))))
+    # The pairs of a sweep are shots of their own, as its form has made sure.
+    size = 2 if name in SWEEPS else len(scene.balls)
+    for k in range(0, len(scene.balls), size):
+        shot = scene.model_copy(update={"balls": scene.balls[k : k + size]})
+        for eighths in range(1, 9):
+            late = SpinningOracle(shot, step=5e-3, late=dt * eighths / 8).run()
+            apart = np.linalg.norm(late.x[:, :2] - rest[k : k + size], axis=1)
+            shift = max(shift, float(np.max(apart)))
     stepping = dt * np.max(np.linalg.norm(scene.velocities, axis=1))
     assert shift <= limits[0] <= 1.6 * shift + 10 * stepping
 
