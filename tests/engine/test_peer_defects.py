@@ -227,6 +227,7 @@ class TestEnergyAndMomentum:
         after = result.sample(times).positions
         assert np.max(np.abs(after - before)) <= 8 * EPS * 2.54
 
+    @pytest.mark.compiled
     @pytest.mark.parametrize("seed", range(12))
     def test_nine_ball_breaks_gain_no_energy(self, seed):
         # FastFiz: up by a median of 40 %.
@@ -237,6 +238,7 @@ class TestEnergyAndMomentum:
             assert result.status is Status.REST
             assert_energy_never_rises(result)
 
+    @pytest.mark.compiled
     @pytest.mark.parametrize("seed", range(8))
     def test_labels_do_not_matter(self, seed):
         # In FastFiz they do.
