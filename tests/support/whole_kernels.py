@@ -1,8 +1,8 @@
-"""Under bounds checks, every shot runs the kernels with all their parts.
+"""Where kernels are compiled for one test run, every shot runs those with all their parts.
 
-A variant that leaves parts out has no lines of its own, and none of its results are others
-(`test_skips.py`), so that checking it finds nothing. It takes as long to compile as any, which is
-most of what bounds checks cost.
+That is so under bounds checks, and without the optimiser. A variant that leaves parts out has no
+lines of its own, and its results are the same to the bit (`test_skips.py`), so that nothing more is
+found with it. Compiling it takes most of what it costs.
 """
 
 from __future__ import annotations
