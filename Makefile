@@ -26,7 +26,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # Two test runs at once would time each other, and mix their output.
 .NOTPARALLEL:
 .PHONY: help venv validate regress stress kernels test test-slow test-nojit coverage test-boundscheck \
-	lint types imports check gallery peers clean
+	lint types imports check wheel gallery peers clean
 
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -116,6 +116,19 @@ imports: $(READY)  ## the direction of imports between the packages
 
 check: lint types imports coverage stress test-slow test-boundscheck  ## all that CI runs
 
+# Run where no file of the checkout is imported by accident: what the wheel lacks fails here.
+WHEEL := $(OUT)/wheel
+OF_WHEEL := $(abspath .venv-wheel)/bin
+
+wheel: $(READY)  ## build the wheel, install it apart in .venv-wheel, validate and test with it there
+	rm -rf $(WHEEL)
+	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir $(WHEEL) .
+	$(BIN)/python -m venv --clear .venv-wheel
+	$(OF_WHEEL)/python -m pip install --quiet --disable-pip-version-check "$$(echo $(WHEEL)/*.whl)[dev]"
+	cp -R tests benchmarks .github .ci Makefile *.md pyproject.toml $(WHEEL)
+	cd $(WHEEL) && $(OF_WHEEL)/ghostball validate --suite $(SUITE) --jobs $(JOBS) --out results
+	cd $(WHEEL) && $(OF_WHEEL)/pytest --quiet --numprocesses $(JOBS) -m "not slow and not checkout"
+
 gallery: validate  ## remake the pictures that the README shows
 	$(BIN)/python -c "from reports import write_gallery; write_gallery('$(OUT)', 'reports/gallery')"
 
@@ -130,6 +143,6 @@ peers:  ## other billiards engines, into .venv-peers, for `ghostball bench` to m
 		pooltool-billiards==0.6.0
 
 clean:  ## remove the environment and the caches; results stay
-	rm -rf $(VENV) .venv-peers .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache \
+	rm -rf $(VENV) .venv-peers .venv-wheel .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache \
 		.coverage .coverage.* htmlcov
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

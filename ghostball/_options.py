@@ -56,6 +56,15 @@ BaselineFolder = Annotated[
     ),
 ]
 
+Figures = Annotated[
+    bool,
+    typer.Option(
+        "--figures",
+        help="Draw also four figures of each scene, as PNG and SVG: about a second a scene. "
+        "report.html needs none.",
+    ),
+]
+
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")]
 
 

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 
 from rich.markup import escape
 
-from engine import Scene, UnsupportedSceneError
-from ghostball import _ensembles
+from engine import Scene
+from ghostball import _ensembles, _report
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
-from reports import PAGE, write_report
 from validation.attribution import attribute_results
 from validation.environment import describe_environment
 from validation.junit import write_junit
 from validation.library import Suite, select
-from validation.predictability import predictability_of, save_predictability
+from validation.predictability.predict import predict_scenes
 from validation.records import COMPLETE_STATUSES
 from validation.regression import (
     MachineTimes,
@@ -51,6 +49,7 @@ def run(
     jobs: int,
     time_limit: float,
     report: bool,
+    figures: bool,
     ensemble: int | None,
     ensemble_size: str | None,
     attribute: bool,
@@ -105,55 +104,44 @@ def run(
     results = ResultsFolder.load(out)
     if junit is not None:
         write_junit(results.cases, junit)
-    changed, written = "", None
-    interrupted, beyond = outcome.interrupted, ExitStatus.PASSED
-    if not interrupted:
-        interrupted = not _predict(scenes, out)
-    if not interrupted:
-        try:
-            changed = _compare(results, scenes, known, whole=patterns is None)
-        except KeyboardInterrupt:
-            interrupted = True
-    if request is not None and not interrupted:
-        beyond = _ensembles.run(
-            request, scenes, specs, out, jobs=jobs, rerun=rerun, time_limit=time_limit
-        )
-        interrupted = beyond is ExitStatus.INTERRUPTED
-    if attribute and not interrupted:
-        try:
-            with counting("attributing") as count:
-                attribute_results(results, progress=count, jobs=jobs, time_limit=time_limit)
-        except KeyboardInterrupt:
-            interrupted = True
-    if report and not interrupted:
-        try:
-            with counting("drawing") as count:
-                written = write_report(out, progress=count, jobs=jobs)
-        except KeyboardInterrupt:
-            interrupted = True
+    # What was measured is said before anything is made of it: whatever may yet fail or be
+    # interrupted, the verdicts are there.
     console = stdout()
     console.print(verdict_tables(results, console))
     console.print(_headline(outcome, time.perf_counter() - started), soft_wrap=True)
     if outcome.counts.taken_over:
         console.print(f"{_taken_over(outcome.counts.taken_over, out)}; their run times are of then")
-    if changed:
-        console.print(changed, soft_wrap=True)
     if not any(check.passed is not None for case in outcome.cases for check in case.checks):
         say(f"[bold yellow]warning:[/] {escape(_nothing_judged(outcome))}")
-    if written is not None:
-        console.print(f"page: {written.with_name(PAGE)}", soft_wrap=True, markup=False)
-        console.print(f"report: {written}", soft_wrap=True, markup=False)
-    if request is not None and not interrupted:
-        beyond = max(beyond, _ensembles.show(out))
-    if interrupted and beyond is not ExitStatus.INTERRUPTED:  # else that was said
+    status = ExitStatus.PASSED
+    try:
+        if outcome.interrupted or not _predict(scenes, out, reuse=not rerun):
+            raise KeyboardInterrupt
+        if changed := _compare(results, scenes, known, whole=patterns is None):
+            console.print(changed, soft_wrap=True)
+        if request is not None:
+            status = _ensembles.run(
+                request, scenes, specs, out, jobs=jobs, rerun=rerun, time_limit=time_limit
+            )
+            if status is ExitStatus.INTERRUPTED:  # that was said
+                return status
+            status = max(status, _ensembles.show(out))
+        if attribute:
+            with counting("attributing") as count:
+                attribute_results(results, progress=count, jobs=jobs, time_limit=time_limit)
+        if report:
+            written = _report.write(out, jobs=jobs, figures=figures)
+            console.print(f"page: {written.page}", soft_wrap=True, markup=False)
+            console.print(f"report: {written.report}", soft_wrap=True, markup=False)
+            status = max(status, written.status())
+    except KeyboardInterrupt:
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} cases are done and "
             f"kept in {folder}; `ghostball report {folder}` reports on them, and "
             "`validate` without --rerun goes on from there"
         )
-    if interrupted:
         return ExitStatus.INTERRUPTED
-    return max(outcome.exit_status, beyond)
+    return max(outcome.exit_status, status)
 
 
 def _compare(
@@ -188,17 +176,11 @@ def _compare(
     )
 
 
-def _predict(scenes: Sequence[Scene], out: Path) -> bool:
+def _predict(scenes: Sequence[Scene], out: Path, *, reuse: bool) -> bool:
     """Store how far each scene's shot can be predicted; whether it came to its end."""
-    known = []
     try:
         with counting("predicting") as count:
-            for done, scene in enumerate(scenes):
-                count(done, len(scenes), scene.name)
-                # What our engine doesn't represent, it says nothing of.
-                with suppress(UnsupportedSceneError):
-                    known.append(predictability_of(scene))
-            save_predictability(out, known)
+            predict_scenes(scenes, out, reuse=reuse, progress=count)
     except KeyboardInterrupt:
         return False
     return True

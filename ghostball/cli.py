@@ -12,6 +12,7 @@ from ghostball._options import (
     AsJson,
     BaselineFolder,
     EngineSpec,
+    Figures,
     RecordChoice,
     SceneName,
     StressSuite,
@@ -161,6 +162,7 @@ def validate(
     report: Annotated[
         bool, typer.Option(help="Write report.html, report.md and figures after the run.")
     ] = True,
+    figures: Figures = False,
     ensemble: Annotated[
         int | None,
         typer.Option(
@@ -192,6 +194,10 @@ def validate(
 
     if scenes and suite is not None:
         raise typer.BadParameter("scenes and --suite exclude each other", param_hint="--suite")
+    if figures and not report:
+        raise typer.BadParameter(
+            "--figures and --no-report exclude each other", param_hint="--figures"
+        )
     if ensemble_size is not None and ensemble is None:
         raise typer.BadParameter(
             "needs --ensemble K: how many times each scene is perturbed",
@@ -209,6 +215,7 @@ def validate(
             jobs=jobs,
             time_limit=time_limit,
             report=report,
+            figures=figures,
             ensemble=ensemble,
             ensemble_size=ensemble_size,
             attribute=attribute,
@@ -458,6 +465,7 @@ def report(
         ),
     ],
     jobs: Annotated[int, jobs_option("draw")] = 1,
+    figures: Figures = False,
     summary: Annotated[
         Path | None,
         typer.Option(
@@ -484,17 +492,18 @@ def report(
 
         write(folder, summary=summary, text=text)
         return
-    from ghostball._progress import counting  # noqa: PLC0415
-    from reports import PAGE, write_report, write_stress_report  # noqa: PLC0415
+    from ghostball import _report  # noqa: PLC0415
     from validation.stress.records import FINDINGS_FILE  # noqa: PLC0415
 
     if (folder / FINDINGS_FILE).exists():
+        from reports import write_stress_report  # noqa: PLC0415
+
         typer.echo(write_stress_report(folder))
         return
-    with counting("drawing") as count:
-        written = write_report(folder, progress=count, jobs=jobs)
-    typer.echo(written.with_name(PAGE))
-    typer.echo(written)
+    written = _report.write(folder, jobs=jobs, figures=figures)
+    typer.echo(written.page)
+    typer.echo(written.report)
+    raise typer.Exit(written.status())
 
 
 @app.command()

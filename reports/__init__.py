@@ -9,6 +9,7 @@ Importing this package loads no matplotlib: that waits for the first figure.
 """
 
 from reports.gallery_pictures import write_gallery
+from reports.guarded import FailedPart, IncompleteReportError, failed_text
 from reports.parting_figure import plot_explanation
 from reports.plot import plot_result
 from reports.report import PAGE, ReportError, write_report
@@ -19,9 +20,12 @@ from reports.summary import add_summary, summary_markdown, summary_text, write_s
 __all__ = [
     "PAGE",
     "EngineStyle",
+    "FailedPart",
+    "IncompleteReportError",
     "ReportError",
     "add_summary",
     "engine_style",
+    "failed_text",
     "plot_explanation",
     "plot_result",
     "summary_markdown",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import PurePosixPath
 from statistics import median
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 from reports import style
 from reports.counted import COUNTED_MEANS, counted_rows, unsolved
 from reports.figures.summary import independent_errors
+from reports.guarded import FailedPart, attempt, failed_text
 from reports.markdown_attribution import attribution_section
 from reports.markdown_ensembles import ensembles_section
 from reports.markdown_parts import (
@@ -45,6 +47,14 @@ PAPER_CAPTIONS = {
 NAMED = 12
 """How many cases that are not right are named at the top."""
 
+UNAVAILABLE = "unavailable here"
+"""Stands for the settings of an engine that could not run, which has none."""
+
+SCENE_FIGURES_ADVICE = (
+    "Figures of each scene are left out here: `ghostball report --figures` on this folder draws "
+    "them, and `report.html` beside this file has charts and a replay of each scene without them."
+)
+
 STATES = {
     "killed": "it was killed while it wrote a case",
     "running": "it is still running, or was killed",
@@ -77,10 +87,11 @@ part, since each collision multiplies the smallest difference; that is chaos, no
 def report_text(
     results: ResultsFolder,
     whole: Drawn,
-    scenes: Mapping[str, Drawn],
+    scenes: Mapping[str, Drawn] | None,
     physics: Drawn,
     paper: Drawn,
     ensembles: Mapping[str, PurePosixPath],
+    failed: list[FailedPart],
 ) -> str:
     """Return the report as Markdown.
 
@@ -88,42 +99,63 @@ def report_text(
     ----------
     results : ResultsFolder
     whole : figures of the whole run
-    scenes : figures of each scene, by its name
+    scenes : figures of each scene, by its name; None where they weren't asked for
     physics : figures of laws of the game, over their closed forms
     paper : the paper's figures
     ensembles : figure of each scene's ensemble, by the scene's name
+    failed : list of FailedPart, appended to
+        Parts that could not be made: sections say so in their place, and the top names all.
     """
+
+    def section(name: str, *makes: Callable[[], str | list[str]]) -> list[str]:
+        parts: list[str] = []
+        for make in makes:
+            made = attempt(f'section "{name}" of report.md', make, failed)
+            if made is None:
+                parts.append(f"> {one_line(failed[-1].sentence)}")
+            else:
+                parts += [made] if isinstance(made, str) else made
+        return parts
+
     parts = [
-        "# Validation report",
-        headline(results),
-        metrics_text(results),
-        taken_over_text(results),
         "## Verdicts",
-        _verdict_table(results),
+        *section("Verdicts", lambda: _verdict_table(results)),
         figure_link("Verdict and largest rest error", whole.get("verdicts")),
         "### Engines over all scenes",
-        engine_table(results),
+        *section("Engines over all scenes", lambda: engine_table(results)),
         figure_link("Rest errors in the closed-form scenes", whole.get("accuracy")),
         "## What is true here",
         TRUTH_TEXT,
-        counted_section(results),
-        "## Scenes",
     ]
+    parts += section("What the runs counted", lambda: counted_section(results))
+    parts += ["## Scenes", SCENE_FIGURES_ADVICE if scenes is None else ""]
     for scene in results.scene_names:
-        parts += scene_section(results, scene, scenes.get(scene, {}))
-    parts += predictability_section(results, whole.get("chaos"))
-    parts += ensembles_section(results, ensembles)
-    parts += attribution_section(results, whole.get("attribution"))
+        drawn = {} if scenes is None else scenes.get(scene, {})
+        parts += section(scene, partial(scene_section, results, scene, drawn))
+    chaos, attribution = whole.get("chaos"), whole.get("attribution")
+    parts += section("Predictability", lambda: predictability_section(results, chaos))
+    parts += section("Ensembles", lambda: ensembles_section(results, ensembles))
+    parts += section("Attribution", lambda: attribution_section(results, attribution))
     if physics:
         parts += ["## Laws of the game, from whole shots"]
         parts += [figure_link(PHYSICS_CAPTIONS[kind], path) for kind, path in physics.items()]
     if paper:
         parts += ["## The paper's figures, remade"]
         parts += [figure_link(PAPER_CAPTIONS[kind], path) for kind, path in paper.items()]
-    parts += scaling_section(results, whole.get("scaling"))
-    parts += precision_section(results, whole)
-    parts += ["## Environment", environment_table(results)]
-    return "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
+    parts += section("Scaling", lambda: scaling_section(results, whole.get("scaling")))
+    parts += section("Precision", lambda: precision_section(results, whole))
+    parts += ["## Environment", *section("Environment", lambda: environment_table(results))]
+    top = ["# Validation report"]
+    top += section(
+        "Headline",
+        lambda: headline(results),
+        lambda: metrics_text(results),
+        lambda: taken_over_text(results),
+    )
+    # Figures and the page were made before; of this text, everything is by now.
+    if failed:
+        top += [f"> **Not all of this report is here**: {one_line(failed_text(failed))}."]
+    return "\n\n".join(part.strip() for part in [*top, *parts] if part.strip()) + "\n"
 
 
 def headline(results: ResultsFolder) -> str:
@@ -284,20 +316,24 @@ def counted_section(results: ResultsFolder) -> str:
 
 def environment_table(results: ResultsFolder) -> str:
     """Return where and with what a run was made."""
-    environment = results.environment | {"engine_settings": engine_settings(results)}
+    used = {
+        label: UNAVAILABLE if values is None else values
+        for label, values in engine_settings(results).items()
+    }
+    environment = results.environment | {"engine_settings": used}
     return table_of(
         ["what", "value"], [[f"`{k}`", one_line(v)] for k, v in flat_values(environment)]
     )
 
 
-def engine_settings(results: ResultsFolder) -> dict[str, Any]:
-    """Return the settings of each engine as used, by its label.
+def engine_settings(results: ResultsFolder) -> dict[str, dict[str, Any] | None]:
+    """Return the settings of each engine as used, by its label; None where it is unavailable.
 
     `env.json` has them as asked for, where a step may be left to the engine.
     """
     used = {case.label: case.settings for case in reversed(results.cases) if case.outcome == "ran"}
-    asked: dict[str, Any] = results.environment.get("engine_settings", {})
-    return asked | used
+    asked: dict[str, dict[str, Any] | None] = results.environment.get("engine_settings", {})
+    return {**asked, **used}
 
 
 def flat_values(values: Mapping[str, Any]) -> Iterable[tuple[str, str]]:

@@ -1,4 +1,9 @@
-"""Write the report of a results folder: figures as PNG and SVG, `report.md` and `report.html`."""
+"""Write the report of a results folder: `report.html`, `report.md`, and figures as PNG and SVG.
+
+The page draws its own charts and needs no figure. Those of the whole run are few and always drawn;
+those of each scene, four a scene, take most of a minute for all shipped scenes, and wait until
+somebody asks for them.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +14,17 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from engine import GhostballError
 from reports import style
 from reports.attribution_figure import draw_attribution
 from reports.chaos_figure import draw_chaos
 from reports.figures import SCENE_FIGURES, draw_accuracy, draw_ensemble, draw_verdicts
+from reports.guarded import FailedPart, IncompleteReportError, attempt
 from reports.markdown import report_text
 from reports.markdown_parts import Drawn
-from reports.page import ScenePart, page_text, scene_part
+from reports.page import ScenePart, failed_scene_part, page_text, scene_part
 from reports.paper_figures import PAPER_FIGURES
 from reports.physics_figures import PHYSICS_FIGURES
 from reports.precision_figure import draw_precision, draw_precision_work
@@ -45,6 +51,9 @@ WHOLE = "the whole run"
 
 ENSEMBLE = "ensemble of "
 """What a task calls the figure of a scene's ensemble, before the scene's name."""
+
+PICTURES = "figures of "
+"""What a task calls the figures of a scene, before the scene's name."""
 
 Progress = Callable[[int, int, str], None]
 """Called with how many parts are done, of how many, and which was the last."""
@@ -83,7 +92,11 @@ class Source:
 
 
 def write_report(
-    results_dir: str | Path, *, progress: Progress | None = None, jobs: int = 1
+    results_dir: str | Path,
+    *,
+    progress: Progress | None = None,
+    jobs: int = 1,
+    figures: bool = False,
 ) -> Path:
     """Write `report.html`, `report.md` and `figures/`, from what a results folder holds alone.
 
@@ -95,6 +108,9 @@ def write_report(
         Called after each part with the number done, the number of all, and the part's name.
     jobs : int
         Processes that draw. With more than one, guard a script with `if __name__ == "__main__"`.
+    figures : bool
+        Whether to draw also the figures of each scene, which `report.html` doesn't need. Without,
+        those of an earlier report are removed.
 
     Returns
     -------
@@ -105,6 +121,8 @@ def write_report(
     ------
     GhostballError
         Where the folder holds no results, they are damaged, or nothing can be written.
+    IncompleteReportError
+        Where a section or a figure could not be made. All else is written by then.
     """
     source = Source.load(results_dir)
     results = source.results
@@ -118,62 +136,94 @@ def write_report(
             results.cut_short,
         )
     ensembles = Ensembles.load(results.path)
-    perturbed = [] if ensembles is None else [ENSEMBLE + name for name in ensembles.run.scenes]
-    tasks = [WHOLE, *results.scene_names, *perturbed]
+    perturbed = () if ensembles is None else ensembles.run.scenes
+    tasks = [WHOLE, *(ENSEMBLE + name for name in perturbed)]
+    if figures:
+        tasks += [PICTURES + name for name in results.scene_names]
     drawn: dict[str, Drawn] = {}
     parts: dict[str, ScenePart] = {}
+    failed: list[FailedPart] = []
+    count = len(tasks) + len(results.scene_names)
     try:
         (results.path / FIGURES).mkdir(exist_ok=True)
-        for done, (task, figures, part) in enumerate(_draw_all(source, tasks, jobs), start=1):
-            drawn[task] = figures
-            if part is not None:
-                parts[task] = part
+        for done, (task, made) in enumerate(_make_all(source, tasks, jobs, failed), start=1):
+            if isinstance(made, ScenePart):
+                parts[task] = made
+            else:
+                drawn[task] = made
             if progress is not None:
-                progress(done, len(tasks), task)
-        whole = drawn.pop(WHOLE)
+                progress(done, count, task)
+        whole = drawn[WHOLE]
         physics, paper = (
             {kind: path for kind, path in whole.items() if kind in kinds}
             for kinds in (PHYSICS_FIGURES, PAPER_FIGURES)
         )
         clouds = {
-            task.removeprefix(ENSEMBLE): path
-            for task in perturbed
-            for path in drawn.pop(task).values()
+            name: path for name in perturbed for path in drawn.get(ENSEMBLE + name, {}).values()
         }
-        text = report_text(results, whole, drawn, physics, paper, clouds)
-        page = page_text(results, parts, source.regression)
+        pictures = (
+            {name: drawn.get(PICTURES + name, {}) for name in results.scene_names}
+            if figures
+            else None
+        )
+        page = page_text(results, parts, source.regression, failed)
+        text = report_text(results, whole, pictures, physics, paper, clouds, failed)
         report = results.path / REPORT
         write_all_whole({report.with_name(PAGE): page, report: text})
-        _remove_stale(results.path, [whole, clouds, *drawn.values()])
+        _remove_stale(results.path, drawn.values())
     except OSError as error:
         raise ReportError(
             f"{error.filename or results.path}: can't write the report: {error.strerror or error}. "
             "Copy the results to a folder that can be written, and report on that"
         ) from error
+    if failed:
+        raise IncompleteReportError(report, failed)
     return report
 
 
-def _draw_all(
-    source: Source, tasks: list[str], jobs: int
-) -> Iterator[tuple[str, Drawn, ScenePart | None]]:
-    """Draw every task, of a scene also its part of the page; yield each as it is done."""
+def _make_all(
+    source: Source, tasks: list[str], jobs: int, failed: list[FailedPart]
+) -> Iterator[tuple[str, Drawn | ScenePart]]:
+    """Draw the figures of every task, and make every scene's part; yield each as it is done.
+
+    With more than one process the others draw the figures, and this one makes the page meanwhile:
+    that alone needs no matplotlib.
+    """
     if jobs <= 1:
         for task in tasks:
-            yield task, *_draw_task(source, task)
+            yield task, _draw_task(source, task, failed)
+        yield from _scene_parts(source, failed)
         return
     # Not fork: whoever calls may have threads, and a progress bar is one.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(jobs, len(tasks)), mp_context=context) as pool:
-        waiting = {pool.submit(_draw_in_worker, source.results.path, task): task for task in tasks}
+        path = source.results.path
+        waiting = {pool.submit(_draw_in_worker, path, task): task for task in tasks}
         try:
+            yield from _scene_parts(source, failed)
             for future in as_completed(waiting):
-                yield waiting[future], *future.result()
+                task = waiting[future]
+                made = attempt(f"process that draws {task}", future.result, failed)
+                figures, wrong = ({}, []) if made is None else made
+                failed += wrong
+                yield task, figures
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _draw_in_worker(path: Path, task: str) -> tuple[Drawn, ScenePart | None]:
-    return _draw_task(_load_once(path), task)
+def _scene_parts(source: Source, failed: list[FailedPart]) -> Iterator[tuple[str, ScenePart]]:
+    """Yield each scene's part of the page; where it can't be made, one that says so."""
+    for name in source.results.scene_names:
+        change = None if source.regression is None else source.regression.scene(name)
+        shot = load_shot(source.results, name)
+        make = partial(scene_part, shot, source.predictability.get(name), change)
+        made = attempt(f"part of {PAGE} on scene {name}", make, failed)
+        yield name, failed_scene_part(name, failed[-1]) if made is None else made
+
+
+def _draw_in_worker(path: Path, task: str) -> tuple[Drawn, list[FailedPart]]:
+    failed: list[FailedPart] = []
+    return _draw_task(_load_once(path), task, failed), failed
 
 
 @lru_cache(maxsize=1)
@@ -181,38 +231,44 @@ def _load_once(path: Path) -> Source:
     return Source.load(path)
 
 
-def _draw_task(source: Source, task: str) -> tuple[Drawn, ScenePart | None]:
+def _draw_task(source: Source, task: str, failed: list[FailedPart]) -> Drawn:
     results = source.results
     if task == WHOLE:
         made = ((kind, draw, results) for kind, draw in WHOLE_FIGURES.items())
-        return _save_all(results.path, "", made), None
+        return _save_all(results.path, "", made, failed)
     if task.startswith(ENSEMBLE):
         name = task.removeprefix(ENSEMBLE)
         ensembles = Ensembles.load(results.path)
         assert ensembles is not None  # they gave the task its name
-        drawn = _save_all(
-            results.path, f"{name}-", [("ensemble", partial(draw_ensemble, ensembles), name)]
-        )
-        return drawn, None
-    shot = load_shot(results, task)
+        draw = partial(draw_ensemble, ensembles)
+        return _save_all(results.path, f"{name}-", [("ensemble", draw, name)], failed)
+    name = task.removeprefix(PICTURES)
+    shot = load_shot(results, name)
     figures = ((kind, draw, shot) for kind, draw in SCENE_FIGURES.items())
-    change = None if source.regression is None else source.regression.scene(task)
-    part = scene_part(shot, source.predictability.get(task), change)
-    return _save_all(results.path, f"{task}-", figures), part
+    return _save_all(results.path, f"{name}-", figures, failed)
 
 
 def _save_all(
-    folder: Path, prefix: str, made: Iterable[tuple[str, Callable[..., Figure | None], object]]
+    folder: Path,
+    prefix: str,
+    made: Iterable[tuple[str, Callable[..., Figure | None], Any]],
+    failed: list[FailedPart],
 ) -> Drawn:
     written: dict[str, PurePosixPath] = {}
     for kind, draw, subject in made:
-        with style.drawing():
-            figure = draw(subject)
-            if figure is not None:
-                stem = PurePosixPath(FIGURES, prefix + kind)
-                style.save_figure(figure, folder / stem)
-                written[kind] = stem
+        stem = PurePosixPath(FIGURES, prefix + kind)
+        if attempt(f"figure {prefix}{kind}", partial(_save, draw, subject, folder / stem), failed):
+            written[kind] = stem
     return written
+
+
+def _save(draw: Callable[[Any], Figure | None], subject: Any, path: Path) -> bool:
+    """Draw and write one figure; whether there is one."""
+    with style.drawing():
+        figure = draw(subject)
+        if figure is not None:
+            style.save_figure(figure, path)
+        return figure is not None
 
 
 def _remove_stale(folder: Path, drawn: Iterable[Drawn]) -> None:

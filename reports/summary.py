@@ -207,8 +207,8 @@ def _case_verdict(results: ResultsFolder) -> str:
 
 
 def _changes(regression: Regression) -> Iterator[_Block]:
-    told = [one for one in regression.scenes if one.failed or one.change not in _UNMOVED]
-    before = [one for one in regression.scenes if one not in told]
+    told = [one for one in regression.scenes if _is_told(one)]
+    before = [one for one in regression.scenes if not _is_told(one)]
     heading = f"### What changed against {base_text(regression)}"
     rest = f"\n\n{many(len(before), 'scene')} as before: {kinds_text(before)}." if before else ""
     if told:
@@ -222,6 +222,10 @@ def _changes(regression: Regression) -> Iterator[_Block]:
     notes = [*regression.warnings, *map(_stale, regression.stale)]
     if notes:
         yield _Block("### Warnings\n", [f"- {_cell(note)}" for note in notes], "warning")
+
+
+def _is_told(change: SceneChange) -> bool:
+    return change.failed or change.change not in _UNMOVED
 
 
 def _in_order(changes: Sequence[SceneChange]) -> list[SceneChange]:
@@ -306,7 +310,7 @@ def _case_lines(results: ResultsFolder) -> Iterator[tuple[str, str, str]]:
 def _change_lines(regression: Regression) -> Iterator[tuple[str, str, str]]:
     for change in _in_order(regression.scenes):
         again = f"[{change.command}]" if change.command else ""
-        if change.failed or change.change not in _UNMOVED:
+        if _is_told(change):
             uncompared = change.change in UNCOMPARED
             level = "error" if change.failed or uncompared else "warning"
             yield change.scene, level, f"{kind_text(change)}: {change.summary} {again}"

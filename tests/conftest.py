@@ -15,5 +15,11 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 @pytest.fixture
 def in_this_process(monkeypatch):
     """Run engines in this process, where a test plants its own, instead of in ones of their own."""
-    for module in ("validation.worker", "validation.ensembles.run"):
+    for module in ("validation.suite", "validation.ensembles.run"):
         monkeypatch.setattr(f"{module}.limit_of", lambda _: None)
+
+
+@pytest.fixture
+def without_run_figures(monkeypatch):
+    """Draw none of the figures of the whole run, for what is about other parts of a report."""
+    monkeypatch.setattr("reports.report.WHOLE_FIGURES", {})

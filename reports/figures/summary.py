@@ -41,9 +41,7 @@ def draw_verdicts(results: ResultsFolder) -> Figure:
     scenes, labels = results.scene_names, results.labels
     figure = style.new_figure(2.2 + COLUMN_WIDTH * len(labels), 1.7 + ROW_HEIGHT * len(scenes))
     axes = figure.subplots()
-    for row, scene in enumerate(scenes):
-        for column, label in enumerate(labels):
-            _draw_cell(axes, row, column, results.case(scene, label))
+    _draw_cells(axes, [[results.case(scene, label) for label in labels] for scene in scenes])
     axes.set_xlim(-0.5, len(labels) - 0.5)
     axes.set_ylim(len(scenes) - 0.5, -0.5)
     names = [_in_two_lines(style.engine_name(label)) for label in labels]
@@ -62,21 +60,24 @@ def _in_two_lines(name: str) -> str:
     return name.replace(", ", "\n").replace("paper-", "paper-\n")
 
 
-def _draw_cell(axes: Axes, row: int, column: int, case: CaseRecord | None) -> None:
-    from matplotlib.patches import Rectangle  # noqa: PLC0415
+def _draw_cells(axes: Axes, rows: Sequence[Sequence[CaseRecord | None]]) -> None:
+    """Draw a square of unit size for each case, with its text; row 0 is at height 0.
 
-    verdict = verdict_of(case)
-    axes.add_patch(
-        Rectangle(
-            (column - 0.5, row - 0.5),
-            1.0,
-            1.0,
-            facecolor=CELL_COLOURS[verdict],
-            edgecolor="white",
-            linewidth=1.5,
-        )
-    )
-    axes.text(column, row, cell_text(case), ha="center", va="center", fontsize=8)
+    A square of its own for each case, and texts that the layout looks at though they lie within the
+    axes, took half of the time of this figure.
+    """
+    from matplotlib.collections import PolyCollection  # noqa: PLC0415
+
+    squares, colours = [], []
+    for y, cases in enumerate(rows):
+        for x, case in enumerate(cases):
+            left, right, top, bottom = x - 0.5, x + 0.5, y - 0.5, y + 0.5
+            squares.append([(left, top), (right, top), (right, bottom), (left, bottom)])
+            colours.append(CELL_COLOURS[verdict_of(case)])
+            text = axes.text(x, y, cell_text(case), ha="center", va="center", fontsize=8)
+            text.set_in_layout(False)
+    cells = PolyCollection(squares, facecolors=colours, edgecolors="white", linewidths=1.5)
+    axes.add_collection(cells, autolim=False)
 
 
 def _add_key(figure: Figure, results: ResultsFolder) -> None:

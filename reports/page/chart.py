@@ -178,6 +178,7 @@ def thinned(points: FloatArray, deviation: float) -> FloatArray:
     -----
     Douglas and Peucker (1973), without recursion.
     """
+    across, down = points.T.copy()  # each contiguous: that is what most of the time goes into
     keep = np.zeros(len(points), dtype=bool)
     keep[[0, -1]] = True
     open_spans = [(0, len(points) - 1)]
@@ -185,13 +186,16 @@ def thinned(points: FloatArray, deviation: float) -> FloatArray:
         first, last = open_spans.pop()
         if last - first < 2:
             continue
-        chord = points[last] - points[first]
-        inner = points[first + 1 : last] - points[first]
-        length2 = float(chord @ chord)
-        part = np.clip(inner @ chord / length2, 0.0, 1.0) if length2 > 0.0 else np.zeros(len(inner))
-        apart = np.linalg.norm(inner - part[:, np.newaxis] * chord, axis=1)
-        worst = int(np.argmax(apart))
-        if apart[worst] > deviation:
+        inner = slice(first + 1, last)
+        x, y = across[inner] - across[first], down[inner] - down[first]
+        dx, dy = across[last] - across[first], down[last] - down[first]
+        length2 = dx * dx + dy * dy
+        if length2 > 0.0:
+            part = np.clip((x * dx + y * dy) / length2, 0.0, 1.0)
+            x, y = x - part * dx, y - part * dy
+        apart2 = x * x + y * y
+        worst = int(np.argmax(apart2))
+        if apart2[worst] > deviation * deviation:
             keep[first + 1 + worst] = True
             open_spans += [(first, first + 1 + worst), (first + 1 + worst, last)]
     return points[keep]
@@ -209,9 +213,11 @@ def _path(at: FloatArray) -> str:
 
 
 def _points(one: Series, at: FloatArray) -> list[tuple[float, float, str]]:
+    if not one.marker:
+        return []
     titles = one.titles or [""] * len(at)
     return [
         (float(px), float(py), said)
         for (px, py), said in zip(at, titles, strict=True)
-        if one.marker and math.isfinite(px) and math.isfinite(py)
+        if math.isfinite(px) and math.isfinite(py)
     ]

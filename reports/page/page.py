@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from reports.guarded import FailedPart, attempt
 from reports.markdown import TRUTH_TEXT, counted_section
 from reports.outcome import overall
 from reports.page.changed import changed_html
@@ -26,6 +27,7 @@ from reports.page.rendering import asset, markdown, render
 from reports.page.replay_assets import replay_script, replay_style
 from reports.page.scenes import ScenePart
 from reports.page.surroundings import environment_html, stress_html
+from validation.energy_ledger import EnergyLedger
 from validation.regression import Regression
 from validation.store import ResultsFolder
 from validation.verdict import Verdict, verdict_of
@@ -42,7 +44,10 @@ class Section:
 
 
 def page_text(
-    results: ResultsFolder, scenes: Mapping[str, ScenePart], regression: Regression | None
+    results: ResultsFolder,
+    scenes: Mapping[str, ScenePart],
+    regression: Regression | None,
+    failed: list[FailedPart],
 ) -> str:
     """Return the page as HTML.
 
@@ -53,38 +58,58 @@ def page_text(
         The part of each scene, by its name.
     regression : Regression or None
         What changed since the baselines, where that was asked.
+    failed : list of FailedPart, appended to
+        Sections that could not be made; each says so in its place.
     """
-    ledgers = {
-        name: ledger for name in results.scene_names if (ledger := scenes[name].ledger) is not None
-    }
-    verdict = Markup("").join(
-        [
-            verdict_html(results, regression),
-            changes_html(results, regression),
-            changed_html(results, regression),
-        ]
-    )
+
+    def section(anchor: str, name: str, heading: str, *makes: Callable[[], Markup]) -> Section:
+        html = Markup("").join(_made(heading, make, failed) for make in makes)
+        return Section(anchor, name, heading, html)
+
     before = [
-        Section("verdict", "Verdict", "Verdict and what changed", verdict),
-        Section("matrix", "Matrix", "Engines by scenes", matrix_html(results)),
+        section(
+            "verdict",
+            "Verdict",
+            "Verdict and what changed",
+            lambda: verdict_html(results, regression),
+            lambda: changes_html(results, regression),
+            lambda: changed_html(results, regression),
+        ),
+        section("matrix", "Matrix", "Engines by scenes", lambda: matrix_html(results)),
     ]
     after = [
-        Section(
-            "closed-forms", "Closed forms", "Closed forms, in ulps", closed_forms_html(results)
+        section(
+            "closed-forms",
+            "Closed forms",
+            "Closed forms, in ulps",
+            lambda: closed_forms_html(results),
         ),
-        Section("cost", "Cost", "Run time against error", cost_html(results)),
-        Section(
-            "horizons", "Horizons", "How far the shots can be predicted", horizons_html(results)
+        section("cost", "Cost", "Run time against error", lambda: cost_html(results)),
+        section(
+            "horizons",
+            "Horizons",
+            "How far the shots can be predicted",
+            lambda: horizons_html(results),
         ),
-        Section("energy", "Energy", "Where the energy went", ledgers_html(ledgers)),
-        Section("hashes", "Hashes", "Determinism", hashes_html(results, scenes, regression)),
-        Section("timing", "Timing", "Run times", timing_html(results, regression)),
-        Section("stress", "Stress", "Stress survival", stress_html(results)),
-        Section(
-            "failures", "Failures", "Failures explained", failures_html(results, scenes, regression)
+        section(
+            "energy",
+            "Energy",
+            "Where the energy went",
+            lambda: ledgers_html(_ledgers(results, scenes)),
         ),
-        Section("environment", "Environment", "Environment", environment_html(results)),
-        Section("truth", "Truth", "What is true here", _truth_html(results)),
+        section(
+            "hashes", "Hashes", "Determinism", lambda: hashes_html(results, scenes, regression)
+        ),
+        section("timing", "Timing", "Run times", lambda: timing_html(results, regression)),
+        section("stress", "Stress", "Stress survival", lambda: stress_html(results)),
+        section(
+            "failures",
+            "Failures",
+            "Failures explained",
+            lambda: failures_html(results, scenes, regression),
+        ),
+        section("environment", "Environment", "Environment", lambda: environment_html(results)),
+        section("truth", "Truth", "What is true here", lambda: _truth_html(results)),
     ]
     return str(
         render(
@@ -104,6 +129,17 @@ def page_text(
             scenes=[scenes[name].html for name in results.scene_names],
         )
     )
+
+
+def _made(heading: str, make: Callable[[], Markup], failed: list[FailedPart]) -> Markup:
+    """Return the content of a section, or part of it; where it can't be made, what says so."""
+    made = attempt(f'section "{heading}" of report.html', make, failed)
+    return render("failed.html", failed=failed[-1]) if made is None else made
+
+
+def _ledgers(results: ResultsFolder, scenes: Mapping[str, ScenePart]) -> dict[str, EnergyLedger]:
+    parts = {name: scenes[name].ledger for name in results.scene_names}
+    return {name: ledger for name, ledger in parts.items() if ledger is not None}
 
 
 def _title(results: ResultsFolder, regression: Regression | None) -> str:

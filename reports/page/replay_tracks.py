@@ -85,25 +85,27 @@ def track_of(motion: Motion, ball: int, tick: float) -> Track:
     if known == 0:
         nothing = np.zeros((0, 2), dtype=np.int64)
         return Track(nothing[:, 0], nothing, nothing, nothing[:, 0], lost)
-    xy = xy[:known]
+    # Coordinates apart, each contiguous: the fits below are many and short.
+    places = np.ascontiguousarray(xy[:known].T)
     times = np.round(motion.times[:known] / tick) * tick
-    ends = np.round(xy / QUANTUM).astype(np.int64)
+    ends = np.rint(places / QUANTUM)
     phases = (
         np.full(known, UNKNOWN_PHASE)
         if motion.phases is None
         else motion.phases[:known, ball].astype(np.int64)
     )
     knots, bulges = [0], []
+    corners = ends * QUANTUM
     stops = _stops(motion, ball, known, phases)
     while knots[-1] < known - 1:
         start = knots[-1]
-        end, bulge = _longest_piece(times, xy, ends, start, stops)
+        end, bulge = _longest_piece(times, places, corners, start, stops)
         knots.append(end)
         bulges.append(bulge)
     at = np.array(knots, dtype=np.int64)
     return Track(
         at,
-        ends[at],
+        ends[:, at].T.astype(np.int64),
         np.array(bulges, dtype=np.int64).reshape(-1, 2),
         phases[at[:-1]],
         lost,
@@ -120,15 +122,19 @@ def _stops(motion: Motion, ball: int, known: int, phases: IntArray) -> tuple[Int
 
 
 def _longest_piece(
-    times: FloatArray, xy: FloatArray, ends: IntArray, start: int, stops: tuple[IntArray, IntArray]
-) -> tuple[int, IntArray]:
+    times: FloatArray,
+    places: FloatArray,
+    corners: FloatArray,
+    start: int,
+    stops: tuple[IntArray, IntArray],
+) -> tuple[int, FloatArray]:
     soft, hard = stops
     last = int(hard[np.searchsorted(hard, start, side="right")])
     ahead = soft[np.searchsorted(soft, start, side="right") :]
-    best: tuple[int, IntArray] | None = None
+    best: tuple[int, FloatArray] | None = None
     step = 0
     while step < len(ahead) and ahead[step] <= last:
-        bulge = _fitted(times, xy, ends, start, int(ahead[step]))
+        bulge = _fitted(times, places, corners, start, int(ahead[step]))
         if bulge is None:
             break
         best = int(ahead[step]), bulge
@@ -137,32 +143,45 @@ def _longest_piece(
         return best
     # Neighbours always fit: a piece between two samples has none within.
     low, high = start + 1, int(ahead[0])
-    bulge = np.zeros(2, dtype=np.int64)
+    bulge = np.zeros(2)
     while high - low > 1:
         middle = (low + high) // 2
-        fitted = _fitted(times, xy, ends, start, middle)
+        fitted = _fitted(times, places, corners, start, middle)
         low, high, bulge = (low, middle, bulge) if fitted is None else (middle, high, fitted)
     return low, bulge
 
 
 def _fitted(
-    times: FloatArray, xy: FloatArray, ends: IntArray, start: int, end: int
-) -> IntArray | None:
-    """Return the bulge of the piece between two samples, (2,), or None where none fits."""
-    dt = times[end] - times[start]
+    times: FloatArray, places: FloatArray, corners: FloatArray, start: int, end: int
+) -> FloatArray | None:
+    """Return the bulge of the piece between two samples, (2,) [quantum], or None where none fits.
+
+    Parameters
+    ----------
+    times : (k,) float64 [s]
+    places : (2, k) float64 [m]
+        The samples.
+    corners : (2, k) float64 [m]
+        The same in whole quanta: where a piece may begin or end.
+    start, end : int
+        First and last sample of the piece.
+    """
     if end - start < 2:
-        return np.zeros(2, dtype=np.int64)
+        return np.zeros(2)
+    u = times[start : end + 1] - times[start]
+    dt = u[-1]
     if dt == 0.0:
         return None
-    u = ((times[start : end + 1] - times[start]) / dt)[:, None]
-    first, last = ends[start] * QUANTUM, ends[end] * QUANTUM
-    off = xy[start : end + 1] - (first + u * (last - first))
+    u /= dt
+    first = corners[:, start : start + 1]
+    off = places[:, start : end + 1] - (first + u * (corners[:, end : end + 1] - first))
     bow = 4.0 * u * (1.0 - u)
     # Samples within a tick of an end, such as those just before an event, say nothing of the bow.
-    weight = (bow * bow).sum()
-    bulge = np.round((bow * off).sum(axis=0) / max(weight, 1e-9) / QUANTUM)
-    off -= bow * (bulge * QUANTUM)
-    return bulge.astype(np.int64) if np.hypot(*off.T).max() <= TOLERANCE else None
+    weight = max(np.add.reduce(bow * bow), 1e-9)
+    bulge: FloatArray = np.rint(np.add.reduce(bow * off, axis=1) / weight / QUANTUM)
+    off -= bow * (bulge * QUANTUM)[:, np.newaxis]
+    off *= off
+    return bulge if np.maximum.reduce(off[0] + off[1]) <= TOLERANCE**2 else None
 
 
 def packed_motion(motion: Motion, events: Events) -> tuple[bytes, float, dict[int, float]]:
@@ -213,7 +232,11 @@ def packed(numbers: Iterable[int] | IntArray) -> bytes:
     """Return whole numbers as bytes: zigzag, then seven bits a byte, the low ones first."""
     values = np.asarray(numbers, dtype=np.int64)
     folded = ((values << 1) ^ (values >> 63)).view(np.uint64)
-    sizes = np.maximum((_bit_lengths(folded) + 6) // 7, 1)
+    sizes = np.ones(len(folded), dtype=np.int64)
+    rest = folded >> np.uint64(7)
+    while rest.any():
+        sizes += rest != 0
+        rest >>= np.uint64(7)
     out = np.zeros(int(sizes.sum()), dtype=np.uint8)
     place = np.cumsum(sizes) - sizes
     for k in range(int(sizes.max(initial=0))):
@@ -222,10 +245,6 @@ def packed(numbers: Iterable[int] | IntArray) -> bytes:
         more = (sizes[here] > k + 1).astype(np.uint64) << np.uint64(7)
         out[place[here] + k] = (low | more).astype(np.uint8)
     return out.tobytes()
-
-
-def _bit_lengths(values: NDArray[np.uint64]) -> IntArray:
-    return np.array([int(value).bit_length() for value in values], dtype=np.int64)
 
 
 def _steps(values: NDArray[np.integer]) -> IntArray:

@@ -12,6 +12,7 @@ from markupsafe import Markup
 from engine.fingerprint import bits_hash
 from reports import style
 from reports.counted import work_text
+from reports.guarded import FailedPart
 from reports.markdown_parts import quantity_text
 from reports.markdown_scene import COMPARISONS, collision_text, number_table, remarks
 from reports.page.curves import colour_of, dash_of, energy_chart, error_chart
@@ -135,6 +136,11 @@ def scene_part(
         if run.motion is not None and run.case is not None and run.case.rest_positions is not None
     }
     return ScenePart(html, None if ours is None else dict(ledgers).get(ours.label), hashes)
+
+
+def failed_scene_part(name: str, failed: FailedPart) -> ScenePart:
+    """Return the part of a scene whose own could not be made: it says so."""
+    return ScenePart(render("failed_scene.html", name=name, failed=failed), None, {})
 
 
 def _rest(shot: Shot) -> Iterator[tuple[str, list[RestRow]]]:

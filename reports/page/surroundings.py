@@ -9,7 +9,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.markdown import engine_settings, flat_values
+from reports.markdown import UNAVAILABLE, engine_settings, flat_values
 from reports.page.rendering import render
 from reports.stress_report import about_text, survival_table, worst_cases
 from validation.store import ResultsFolder
@@ -39,13 +39,15 @@ def environment_html(results: ResultsFolder) -> Markup:
     ]
     asked = _rows({k: v for k, v in environment.items() if k not in placed})
     settings = [
-        (label, sorted(values.items())) for label, values in engine_settings(results).items()
+        (label, None if values is None else sorted(values.items()))
+        for label, values in engine_settings(results).items()
     ]
     return render(
         "environment.html",
         tables=[one for one in tables if one[1]],
         asked=asked,
         settings=settings,
+        unavailable=UNAVAILABLE,
     )
 
 

@@ -32,8 +32,8 @@ def ball(name="cue", x="0.5", extra=""):
 
 
 @pytest.fixture
-def cli(monkeypatch):
-    """Run a command in this process, with lines of a length of its own."""
+def cli_with_processes(monkeypatch):
+    """Run a command in this process, with lines of a length of its own; its engines in others."""
     monkeypatch.setenv("COLUMNS", "200")
 
     def run(*arguments):
@@ -42,6 +42,12 @@ def cli(monkeypatch):
         return result
 
     return run
+
+
+@pytest.fixture
+def cli(cli_with_processes, in_this_process):
+    """Run a command and its engines in this process: to start another one takes a second."""
+    return cli_with_processes
 
 
 def refused(result, *parts):
@@ -241,7 +247,7 @@ def test_validate_refuses_an_engine_that_is_asked_for_by_name_and_missing(cli, t
     assert not out.exists()
 
 
-@pytest.mark.usefixtures("without_pybullet", "in_this_process")
+@pytest.mark.usefixtures("without_pybullet")
 def test_a_missing_optional_engine_is_listed_and_breaks_nothing(cli, tmp_path, monkeypatch):
     listed = cli("engines")
     assert listed.exit_code == 0
@@ -250,17 +256,23 @@ def test_a_missing_optional_engine_is_listed_and_breaks_nothing(cli, tmp_path, m
     assert "pip install pybullet" in " ".join(examined.stdout.split())
     assert examined.exit_code == 0, examined.output
     monkeypatch.setattr("ghostball._validate.DEFAULT_ENGINES", ("ghostball", "pybullet"))
-    validated = cli("validate", "stop", "--out", tmp_path, "--no-report")
+    out, junit, summary = tmp_path / "out", tmp_path / "junit.xml", tmp_path / "summary.md"
+    validated = cli("validate", "stop", "--out", out, "--junit", junit)
     assert validated.exit_code == 0, validated.output
     assert "cases without their engine here: 1" in validated.stdout
+    assert "unavailable here" in (out / "report.html").read_text()
+    assert "| `engine_settings.pybullet` | unavailable here |" in (out / "report.md").read_text()
+    assert "pybullet isn't installed" in junit.read_text()
+    assert cli("report", out, "--summary", summary).exit_code == 0
+    assert "unavailable" in summary.read_text()
 
 
 # --- validate, report -------------------------------------------------------------------------
 
 
-def test_validate_writes_results_verdicts_and_junit(cli, tmp_path):
+def test_validate_writes_results_verdicts_and_junit(cli_with_processes, tmp_path):
     out, junit = tmp_path / "results", tmp_path / "junit.xml"
-    result = cli(
+    result = cli_with_processes(
         "validate",
         "stop",
         "head-on",
@@ -300,6 +312,46 @@ def test_validate_writes_the_report_and_report_writes_it_again(cli, tmp_path):
     assert page.read_text() == shown
 
 
+def test_what_of_a_report_fails_costs_itself_and_comes_after_the_verdicts(
+    cli, tmp_path, monkeypatch
+):
+    def fail(*_):
+        raise ZeroDivisionError("no [bold]balls")
+
+    monkeypatch.setattr("reports.report.WHOLE_FIGURES", {"verdicts": fail})
+    monkeypatch.setattr("reports.page.page.environment_html", fail)
+    out = tmp_path / "out"
+    page, report = out / "report.html", out / "report.md"
+    validated = cli("validate", "stop", "--engines", "paper-discrete", "--out", out)
+    again = cli("report", out)
+    assert validated.stdout.endswith(f"page: {page}\nreport: {report}\n")
+    assert "checks passed" in validated.stdout
+    assert again.stdout == f"{page}\n{report}\n"
+    for result in (validated, again):
+        assert result.exit_code == 3
+        (warning,) = (line for line in result.stderr.splitlines() if "warning:" in line)
+        assert "2 parts of it could not be made: figure verdicts" in warning
+        assert "(ZeroDivisionError: no [bold]balls)" in warning
+        assert 'section "Environment" of report.html' in warning
+        assert "please report it" in warning
+        assert result.stderr.count("Traceback") == 1
+    assert "could not be made: ZeroDivisionError" in page.read_text()
+    assert "could not be made: figure verdicts (ZeroDivisionError" in report.read_text()
+
+
+def test_verdicts_are_printed_before_anything_is_drawn(cli, tmp_path, monkeypatch):
+    def fail(*_, **__):
+        raise RuntimeError("drawing fails as a whole")
+
+    monkeypatch.setattr("ghostball._report.write_report", fail)
+    result = cli("validate", "stop", "--engines", "paper-discrete", "--out", tmp_path)
+    assert result.exit_code == 3
+    assert "checks passed" in result.stdout
+    assert "drawing fails as a whole" in result.stderr
+    assert "page:" not in result.stdout
+
+
+@pytest.mark.usefixtures("without_run_figures")
 def test_a_second_run_takes_over_what_is_unchanged_and_says_so(cli, tmp_path):
     command = ("validate", "stop", "--engines", "ghostball,paper-discrete", "--out", tmp_path)
     first = cli(*command)
@@ -336,6 +388,7 @@ def test_a_run_that_takes_over_nothing_says_why(cli, tmp_path, monkeypatch):
     assert "scene, settings, criteria or metrics of every case differ" in other.stderr
 
 
+@pytest.mark.usefixtures("without_run_figures")
 def test_only_the_metrics_asked_for_are_judged_and_the_others_counted(cli, tmp_path):
     junit = tmp_path / "junit.xml"
     command = ("validate", "stop", "--engines", "ghostball", "--out", tmp_path / "out")
@@ -357,6 +410,7 @@ def test_only_the_metrics_asked_for_are_judged_and_the_others_counted(cli, tmp_p
     assert "no check was made: --metrics leaves out every limit" in nothing.stderr
 
 
+@pytest.mark.usefixtures("without_run_figures")
 def test_a_run_that_was_killed_in_a_line_is_reported_and_said_to_be(cli, tmp_path):
     options = ("--engines", "ghostball,paper-discrete", "--out", tmp_path, "--no-report")
     assert cli("validate", "stop", *options).exit_code == 0
@@ -405,7 +459,6 @@ def test_a_pass_says_whether_its_outcome_was_judged(cli, tmp_path):
     assert "≈ limits hold, outcome not judged" in result.stdout
 
 
-@pytest.mark.usefixtures("in_this_process")
 def test_a_crash_of_an_engine_is_a_fault_of_the_harness(cli, tmp_path, monkeypatch):
     def crash(self, scene, *, record="rest"):
         raise ZeroDivisionError("of the engine")
@@ -457,8 +510,10 @@ def test_a_full_disk_is_said_in_one_line(option):
 @pytest.mark.compiled  # interpreted, our engine is too slow to be interrupted at a chosen time
 def test_ctrl_c_keeps_what_is_done_and_says_so(tmp_path):
     out = tmp_path / "out"
-    command = [sys.executable, "-m", "ghostball", "validate", "--out", str(out), "--jobs", "2"]
-    command += ["--engines", "ghostball,paper-discrete:dt=1e-4"]
+    names = ["stop", "break-7", "break-8"]
+    command = [sys.executable, "-m", "ghostball", "validate", *names, "--out", str(out)]
+    # The last case takes minutes, if nobody ends it.
+    command += ["--engines", "ghostball,paper-discrete:dt=1e-6,max_time=600"]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
@@ -472,11 +527,12 @@ def test_ctrl_c_keeps_what_is_done_and_says_so(tmp_path):
         stdout, stderr = process.communicate(timeout=300)
     assert process.returncode == 130, stderr
     done = len(results.read_text().splitlines())
-    assert f"Interrupted: {done} of {2 * len(scene_names())} cases are done and kept" in stderr
+    assert f"Interrupted: {done} of {2 * len(names)} cases are done and kept" in stderr
     assert json.loads((out / "env.json").read_text())["state"] == "interrupted"
     assert "checks passed" in stdout
 
 
+@pytest.mark.usefixtures("without_run_figures")
 def test_ctrl_c_before_the_first_case_says_that_there_are_no_results(cli, tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
@@ -493,6 +549,7 @@ def test_ctrl_c_before_the_first_case_says_that_there_are_no_results(cli, tmp_pa
     assert f"was done: the results stay as they were in {out}" in result.stderr
 
 
+@pytest.mark.usefixtures("without_run_figures")
 def test_ctrl_c_while_a_run_begins_says_what_became_of_the_results(cli, tmp_path, monkeypatch):
     # Breaks where it says that they stay as they were, and there are none.
     real = ResultsWriter._drop_motion
@@ -516,6 +573,7 @@ def test_ctrl_c_while_a_run_begins_says_what_became_of_the_results(cli, tmp_path
     assert "1 case unchanged, taken over" in validate("stop", out).stderr
 
 
+@pytest.mark.usefixtures("without_run_figures")
 def test_a_second_run_into_one_folder_is_refused(cli, tmp_path):
     out = tmp_path / "out"
     assert cli("validate", "stop", "--engines", "paper-discrete", "--out", out).exit_code == 0
@@ -526,6 +584,7 @@ def test_a_second_run_into_one_folder_is_refused(cli, tmp_path):
     assert (out / "results.jsonl").read_bytes() == before
 
 
+@pytest.mark.usefixtures("without_run_figures")
 def test_why_nothing_can_be_taken_over_is_said_also_without_earlier_results(
     cli, tmp_path, monkeypatch
 ):

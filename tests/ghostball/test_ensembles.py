@@ -10,18 +10,27 @@ import validation.ensembles.run as run_module
 from ghostball.cli import app
 from validation.ensembles import Ensembles
 
+# How perturbed shots run in other processes is tested where they run; here one test does it.
+pytestmark = pytest.mark.usefixtures("without_run_figures")
+
 ENGINES = "ghostball,paper-discrete,paper-continuous"
 
 
 @pytest.fixture
-def cli(monkeypatch):
-    """Run a command in this process, with lines of a length of its own."""
+def cli_with_processes(monkeypatch):
+    """Run a command in this process, with lines of a length of its own; its engines in others."""
     monkeypatch.setenv("COLUMNS", "200")
 
     def run(*arguments):
         return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
     return run
+
+
+@pytest.fixture
+def cli(cli_with_processes, in_this_process):
+    """Run a command and its engines in this process: to start another one takes a second."""
+    return cli_with_processes
 
 
 def validate(cli, out: Path, *more: object, engines: str = ENGINES):
@@ -54,9 +63,15 @@ def test_ensembles_are_run_shown_reported_and_taken_over(cli, tmp_path):
     assert "## Ensembles" in (out / "report.md").read_text()
 
 
-def test_the_size_is_settable_and_stored(cli, tmp_path):
+def test_the_size_is_settable_and_stored(cli_with_processes, tmp_path):
     result = validate(
-        cli, tmp_path, "--ensemble", 2, "--ensemble-size", "velocity=0.01", "--no-report"
+        cli_with_processes,
+        tmp_path,
+        "--ensemble",
+        2,
+        "--ensemble-size",
+        "velocity=0.01",
+        "--no-report",
     )
     assert result.exit_code == 0, result.output
     assert "velocity=0.01,position=0.0001" in result.stdout
@@ -76,7 +91,6 @@ def test_engines_that_cannot_are_named(cli, tmp_path):
     )
 
 
-@pytest.mark.usefixtures("in_this_process")
 def test_a_member_that_an_engine_fails_on_is_a_fault_of_the_harness(cli, tmp_path, monkeypatch):
     real = run_module.run_member
 
@@ -109,7 +123,6 @@ def test_a_failed_null_test_fails_the_run(cli, tmp_path, monkeypatch):
     assert "null test of ghostball failed" in result.stdout
 
 
-@pytest.mark.usefixtures("in_this_process")
 def test_ctrl_c_keeps_what_is_done(cli, tmp_path, monkeypatch):
     real = run_module.run_member
 

@@ -1,14 +1,24 @@
 """Fails where the report hides a verdict or a reason, or a bad folder gives no clear error."""
 
 import re
+from dataclasses import replace
 
 import pytest
 
 from engine import GhostballError, SampledTrajectory, Status
 from engine.result import EVENT_DTYPE, Result, initial_state
-from reports import plot_result, write_gallery, write_report
+from reports import (
+    PAGE,
+    plot_result,
+    style,
+    summary_markdown,
+    summary_text,
+    write_gallery,
+    write_report,
+)
 from reports.shots import load_shot
-from validation.store import ResultsFolder
+from validation.junit import write_junit
+from validation.store import CaseRecord, ResultsFolder, ResultsWriter
 
 
 @pytest.fixture(scope="module")
@@ -109,19 +119,82 @@ def test_a_run_that_was_killed_is_reported_and_said_to_be(small_folder, caplog):
 def test_nothing_is_called_rest_where_nothing_rests(small_folder):
     path = small_folder / "results.jsonl"
     path.write_text(path.read_text().replace('"status":"rest"', '"status":"t-max"'))
-    text = write_report(small_folder).read_text(encoding="utf-8")
+    text = write_report(small_folder, figures=True).read_text(encoding="utf-8")
     section = text[text.index("### stop") : text.index("## Environment")]
     assert "| end error, max (in brackets: not judged) | rms | end time [s] |" in section
     assert "rest time" not in section
     assert "Error at the end against the limits" in section
 
 
+def linked(text):
+    return set(re.findall(r"figures/[\w.-]+\.(?:png|svg)", text))
+
+
+def drawn(folder):
+    return {f"figures/{path.name}" for path in (folder / "figures").iterdir()}
+
+
 def test_every_figure_that_is_linked_exists_and_no_other(report):
     folder, text = report
-    linked = set(re.findall(r"figures/[\w.-]+\.(?:png|svg)", text))
-    assert linked == {f"figures/{path.name}" for path in (folder / "figures").iterdir()}
-    assert "figures/break-7-paths.svg" in linked
-    assert "figures/paper-figure-2.png" in linked
+    assert linked(text) == drawn(folder)
+    assert "figures/verdicts.svg" in linked(text)
+    assert "-paths" not in text
+    assert text.count("`ghostball report --figures` on this folder draws them") == 1
+
+
+def test_figures_of_scenes_are_drawn_where_asked_for_and_go_with_the_next_report(small_folder):
+    stale = small_folder / "figures" / "gone-paths.png"
+    stale.parent.mkdir()
+    stale.touch()
+    seen = []
+    report = write_report(
+        small_folder, progress=lambda *part: seen.append(part), jobs=2, figures=True
+    )
+    assert [(done, of) for done, of, _ in seen] == [(1, 3), (2, 3), (3, 3)]
+    assert {what for *_, what in seen} == {"the whole run", "stop", "figures of stop"}
+    assert linked(report.read_text()) == drawn(small_folder)
+    assert {"figures/stop-paths.svg", "figures/stop-energy.png"} <= drawn(small_folder)
+    assert "--figures" not in report.read_text()
+    page = (small_folder / PAGE).read_text(encoding="utf-8")
+    assert not (small_folder / "report.md.part").exists()
+    assert linked(write_report(small_folder).read_text()) == drawn(small_folder)
+    assert (small_folder / PAGE).read_text(encoding="utf-8") == page  # made by one process
+    assert not any("stop-" in name for name in drawn(small_folder))
+
+
+def test_an_engine_that_is_unavailable_has_no_settings_and_costs_nothing(small_folder, tmp_path):
+    # On Python 3.12 there is no pybullet: the default run has cases without their engine.
+    results = ResultsFolder.load(small_folder)
+    missing = CaseRecord(
+        scene="stop",
+        title="One ball",
+        tags=(),
+        definition=results.cases[0].definition,
+        label="pybullet",
+        engine="pybullet",
+        outcome="unavailable",
+        reason="pybullet isn't installed",
+    )
+    writer = ResultsWriter(tmp_path / "without")
+    settings = {"ghostball": {}, "pymunk": {"dt": 1e-3}, "pybullet": None}
+    writer.begin({"scenes": ["stop"], "engines": list(settings), "engine_settings": settings})
+    for case in (results.cases[0], replace(results.cases[1], settings={"dt": 1e-3}), missing):
+        writer.write(case, None if case is missing else results.motion(case))
+    writer.finish("complete")
+    text = write_report(writer.path, figures=True).read_text(encoding="utf-8")
+    assert "| `engine_settings.pybullet` | unavailable here |" in text
+    assert "- `pybullet` unavailable: pybullet isn't installed" in text
+    assert linked(text) == drawn(writer.path)
+    page = (writer.path / PAGE).read_text(encoding="utf-8")
+    settings = page[page.index("Engines with all settings") :]
+    assert "<code>pybullet</code><td>unavailable here\n" in settings
+    assert "<code>ghostball</code><td>none\n" in settings
+    assert "dt = 0.001" in settings
+    without = ResultsFolder.load(writer.path)
+    assert "– unavailable" in summary_markdown(without, None)
+    assert "stop: warning: pybullet: unavailable: pybullet isn't" in summary_text(without, None)
+    write_junit(without.cases, tmp_path / "junit.xml")
+    assert "pybullet isn't installed" in (tmp_path / "junit.xml").read_text(encoding="utf-8")
 
 
 def test_tables_are_whole(report):
@@ -131,18 +204,6 @@ def test_tables_are_whole(report):
         assert len(columns) == 1, table
     assert "| `cpu` | a \\| b |" in text
     assert "| `versions.numpy` | 2.0 |" in text
-
-
-def test_progress_stale_figures_and_two_processes(small_folder):
-    stale = small_folder / "figures" / "gone-paths.png"
-    stale.parent.mkdir()
-    stale.touch()
-    seen = []
-    write_report(small_folder, progress=lambda *part: seen.append(part), jobs=2)
-    assert [(done, of) for done, of, _ in seen] == [(1, 2), (2, 2)]
-    assert {what for *_, what in seen} == {"the whole run", "stop"}
-    assert not stale.exists()
-    assert not (small_folder / "report.md.part").exists()
 
 
 def test_a_folder_that_holds_no_results(tmp_path):
@@ -171,10 +232,15 @@ def test_an_unknown_scene_names_those_there_are(results_folder):
         load_shot(ResultsFolder.load(results_folder), "nonsense")
 
 
-def test_the_gallery_is_complete(results_folder, tmp_path):
+def test_the_gallery_is_complete(results_folder, tmp_path, monkeypatch):
+    # How a figure is written is tested with figures; drawing all of these takes seconds.
+    monkeypatch.setattr(
+        style, "save_figure", lambda figure, path: [path.with_suffix(".png")] if figure else []
+    )
     names = {path.name for path in write_gallery(results_folder, tmp_path / "new" / "gallery")}
-    assert {"hero.png", "hero.svg", "verdicts.png", "paper-figure-2.svg"} <= names
-    assert {"physics-deflection.png", "physics-throw.svg"} <= names
+    assert {"hero.png", "verdicts.png", "paper-figure-2.png"} <= names
+    assert {"physics-deflection.png", "physics-throw.png"} <= names
+    assert (tmp_path / "new" / "gallery").is_dir()
 
 
 def test_a_gallery_without_its_scenes_is_an_error(small_folder, tmp_path):

@@ -25,6 +25,9 @@ from validation.regression import (
 from validation.store import ResultsFolder
 from validation.stress.records import Finding, StressRun, StressWriter
 
+# The page needs no figure.
+pytestmark = pytest.mark.usefixtures("without_run_figures")
+
 SECTIONS = [
     "verdict",
     "matrix",
@@ -98,7 +101,9 @@ def section(html, name):
 @pytest.fixture(scope="module")
 def html(module_folder):
     """Three scenes on seven engines: some pass, some fail, one crashed, one can't represent."""
-    return page_of(module_folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("reports.report.WHOLE_FIGURES", {})
+        return page_of(module_folder)
 
 
 def test_sections_come_in_order_and_each_is_in_the_navigation(html):
@@ -270,13 +275,6 @@ def test_a_damaged_comparison_leaves_the_old_page(small_folder):
     with pytest.raises(GhostballError, match="`schema` must be 1, got 99"):
         write_report(small_folder)
     assert (small_folder / PAGE).read_text() == "old"
-
-
-def test_two_processes_write_the_same_page(small_folder):
-    one = page_of(small_folder)
-    write_report(small_folder, jobs=2)
-    assert (small_folder / PAGE).read_text(encoding="utf-8") == one
-    assert list(small_folder.glob("*.part")) == []
 
 
 def test_the_page_stays_small(html):

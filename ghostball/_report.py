@@ -1,0 +1,55 @@
+"""Writing the report of a results folder, and saying what became of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.markup import escape
+
+from ghostball._progress import counting
+from ghostball._terminal import ExitStatus, say
+from reports import PAGE, FailedPart, IncompleteReportError, failed_text, write_report
+
+
+@dataclass(frozen=True)
+class Written:
+    """A report that is written: its file, the page beside it, and what of it could not be made."""
+
+    report: Path
+    failed: tuple[FailedPart, ...] = ()
+
+    @property
+    def page(self) -> Path:
+        """The page."""
+        return self.report.with_name(PAGE)
+
+    def status(self) -> ExitStatus:
+        """Return the exit status; where parts could not be made, say which, and that it is a bug.
+
+        To be called once all else is said: the warning is what must be seen.
+        """
+        if not self.failed:
+            return ExitStatus.PASSED
+        say(escape(self.failed[0].traceback))
+        say(
+            f"[bold red]warning:[/] the report is written, but "
+            f"{escape(failed_text(self.failed))}. [bold red]ghostball itself failed there.[/] This "
+            "is a bug: please report it with the lines above and the output of `ghostball doctor`"
+        )
+        return ExitStatus.HARNESS_FAILED
+
+
+def write(folder: Path, *, jobs: int, figures: bool) -> Written:
+    """Write the report, with a bar that says how far it is.
+
+    Raises
+    ------
+    GhostballError
+        Where the folder holds no results, they are damaged, or nothing can be written.
+    """
+    with counting("drawing") as count:
+        try:
+            return Written(write_report(folder, progress=count, jobs=jobs, figures=figures))
+        except IncompleteReportError as error:
+            return Written(error.report, error.failed)

@@ -1,0 +1,145 @@
+"""A part of a report that can't be made costs itself: the rest is written, and that is told."""
+
+import pickle
+
+import pytest
+
+from engine import GhostballError
+from reports import PAGE, IncompleteReportError, report, write_report
+from reports.guarded import NAMED, FailedPart, attempt, failed_text
+from reports.page import page
+
+
+def fail(*_, **__):
+    raise ZeroDivisionError("no <b>balls</b>")
+
+
+SAID = "ZeroDivisionError: no &lt;b&gt;balls&lt;/b&gt;"
+
+
+def written(folder, **options):
+    """Return what of a report failed, its page and its text."""
+    with pytest.raises(IncompleteReportError) as caught:
+        write_report(folder, **options)
+    assert caught.value.report == folder / "report.md"
+    texts = ((folder / name).read_text(encoding="utf-8") for name in (PAGE, "report.md"))
+    return [one.part for one in caught.value.failed], *texts
+
+
+# Each section of the page, by the function that makes it.
+SECTIONS = {
+    "verdict_html": ("verdict", "Verdict and what changed"),
+    "changes_html": ("verdict", "Verdict and what changed"),
+    "changed_html": ("verdict", "Verdict and what changed"),
+    "matrix_html": ("matrix", "Engines by scenes"),
+    "closed_forms_html": ("closed-forms", "Closed forms, in ulps"),
+    "cost_html": ("cost", "Run time against error"),
+    "horizons_html": ("horizons", "How far the shots can be predicted"),
+    "ledgers_html": ("energy", "Where the energy went"),
+    "hashes_html": ("hashes", "Determinism"),
+    "timing_html": ("timing", "Run times"),
+    "stress_html": ("stress", "Stress survival"),
+    "failures_html": ("failures", "Failures explained"),
+    "environment_html": ("environment", "Environment"),
+    "_truth_html": ("truth", "What is true here"),
+}
+
+
+@pytest.mark.usefixtures("without_run_figures")
+def test_each_section_costs_itself_alone(small_folder, monkeypatch):
+    write_report(small_folder)
+    whole = (small_folder / PAGE).read_text(encoding="utf-8")
+    for name in SECTIONS:
+        monkeypatch.setattr(page, name, fail)
+    failed, html, text = written(small_folder)
+    assert failed == [f'section "{heading}" of report.html' for _, heading in SECTIONS.values()]
+    assert html.count(SAID) >= len(SECTIONS)
+    assert "<b>" not in html
+    for anchor, heading in SECTIONS.values():
+        start = html.index(f'<section id="{anchor}"')
+        inner = html[start : html.index("</section>", start)]
+        assert f"The section &#34;{heading}&#34; of report.html could not be made: {SAID}" in inner
+        assert "please report it" in inner
+    for kept in ('<section class="scene"', 'class="nav-verdict', 'data-replay="replay-stop"'):
+        assert kept in html
+        assert kept in whole
+    assert "**Not all of this report is here**: 14 parts of it could not be made" in text
+
+
+@pytest.mark.usefixtures("without_run_figures")
+def test_a_scene_costs_itself_alone(module_folder, monkeypatch):
+    real = report.scene_part
+    monkeypatch.setattr(
+        report,
+        "scene_part",
+        lambda shot, *rest: fail() if shot.scene.name == "stop" else real(shot, *rest),
+    )
+    failed, html, _ = written(module_folder)
+    assert failed == ["part of report.html on scene stop"]
+    start = html.index('id="scene=stop"')
+    assert SAID in html[start : html.index("</section>", start)]
+    assert html.count(SAID) == 2  # also below its traceback
+    for kept in ('data-replay="replay-head-on"', '<section id="failures"', 'href="#scene=stop"'):
+        assert kept in html
+    assert html.count('<section class="scene"') == 3
+
+
+def test_a_figure_costs_itself_alone(small_folder, monkeypatch):
+    kept = {kind: report.WHOLE_FIGURES[kind] for kind in ("verdicts", "accuracy")}
+    monkeypatch.setattr(report, "WHOLE_FIGURES", {"broken": fail, **kept})
+    monkeypatch.setitem(report.WHOLE_FIGURES, "accuracy", fail)
+    monkeypatch.setattr(report, "SCENE_FIGURES", {"paths": fail})
+    failed, html, text = written(small_folder, figures=True)
+    assert failed == ["figure broken", "figure accuracy", "figure stop-paths"]
+    assert [path.name for path in sorted((small_folder / "figures").iterdir())] == [
+        "verdicts.png",
+        "verdicts.svg",
+    ]
+    assert "figures/verdicts.png" in text
+    assert "accuracy.png" not in text
+    assert "figure accuracy (ZeroDivisionError: no <b>balls</b>)" in text
+    assert '<section class="scene"' in html
+
+
+@pytest.mark.usefixtures("without_run_figures")
+def test_a_section_of_the_text_costs_itself_alone(small_folder, monkeypatch):
+    monkeypatch.setattr("reports.markdown.environment_table", fail)
+    monkeypatch.setattr("reports.markdown.scene_section", fail)
+    failed, html, text = written(small_folder)
+    assert failed == ['section "stop" of report.md', 'section "Environment" of report.md']
+    assert '> The section "Environment" of report.md could not be made: ZeroDivisionError' in text
+    assert "## Verdicts" in text
+    assert '<section class="scene"' in html
+
+
+@pytest.mark.usefixtures("without_run_figures")
+def test_a_process_that_fails_costs_its_figures_alone(small_folder, monkeypatch):
+    # The other process can't run what is planted here.
+    monkeypatch.setattr(report, "_draw_in_worker", lambda *_: None)
+    failed, html, _ = written(small_folder, jobs=2)
+    assert failed == ["process that draws the whole run"]
+    assert '<section class="scene"' in html
+
+
+def test_what_the_user_can_mend_is_no_fault_of_a_part():
+    def damaged():
+        raise GhostballError("damaged")
+
+    failed = []
+    with pytest.raises(GhostballError):
+        attempt("page", damaged, failed)
+    assert failed == []
+
+
+def test_many_parts_are_counted_not_all_named():
+    failed = [FailedPart(f"part {k}", "E: e", "") for k in range(NAMED + 3)]
+    text = failed_text(failed)
+    assert text.startswith(f"{NAMED + 3} parts of it could not be made: part 0 (E: e), part 1")
+    assert text.endswith("and 3 more")
+
+
+def test_the_error_says_what_was_written_and_crosses_processes(tmp_path):
+    error = IncompleteReportError(tmp_path / "report.md", [FailedPart("figure a", "E: e", "")])
+    again = pickle.loads(pickle.dumps(error))
+    assert str(again) == str(error)
+    assert "report.md: written, but 1 part of it could not be made: figure a (E: e)" in str(error)
