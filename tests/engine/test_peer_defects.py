@@ -217,6 +217,7 @@ class TestEnergyAndMomentum:
                 after = kinetic_energy(scene, state_at(result, t)).sum()
                 assert after == pytest.approx(before, rel=8 * EPS)
 
+    @pytest.mark.compiled
     def test_nothing_is_pushed_apart(self):
         # pooltool moves balls apart by 1e-6 m at every collision.
         scene = random_break(7, n=10, e=0.95, **POOL)
