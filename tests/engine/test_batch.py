@@ -27,6 +27,7 @@ def assert_same(batch, k, result):
     assert STATUSES[batch.status[k]] is result.status
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("threads", [1, 2, 3, None])
 def test_many_scenes_are_as_one_by_one(threads):
     scenes = [shot(), *(break_scene(seed) for seed in (1, 2, 30)), scene_of(ball((0, 0)))]

@@ -66,9 +66,9 @@ def test_the_numbering_of_the_balls_does_not_matter(name):
         "light-between-heavy-and-cushion",  # 200 times
         "thrown-back-to-cushion",  # by the impulse that ends the cluster's approach
         "hard-to-roll",  # rolling friction above sliding friction
-        "slip-ended-by-impulse",
+        pytest.param("slip-ended-by-impulse", marks=pytest.mark.compiled),
         "all-but-wedged",
-        "wedged-by-a-millionth",
+        pytest.param("wedged-by-a-millionth", marks=pytest.mark.compiled),
     ],
 )
 def test_a_cluster_is_solved_without_overlap(name):

@@ -23,6 +23,7 @@ print(simulate(scene).rest_time)
 
 def run_copy(folder, cache):
     environment = {**os.environ, "PYTHONPATH": str(folder), "GHOSTBALL_CACHE_DIR": str(cache)}
+    environment["NUMBA_OPT"] = "1"  # what is kept of it is the same, and it compiles sooner
     done = subprocess.run(
         [sys.executable, "-c", SHOT],
         env=environment,

@@ -217,6 +217,7 @@ class TestEnergyAndMomentum:
                 after = kinetic_energy(scene, state_at(result, t)).sum()
                 assert after == pytest.approx(before, rel=8 * EPS)
 
+    @pytest.mark.compiled
     def test_nothing_is_pushed_apart(self):
         # pooltool moves balls apart by 1e-6 m at every collision.
         scene = random_break(7, n=10, e=0.95, **POOL)
@@ -227,6 +228,7 @@ class TestEnergyAndMomentum:
         after = result.sample(times).positions
         assert np.max(np.abs(after - before)) <= 8 * EPS * 2.54
 
+    @pytest.mark.compiled
     @pytest.mark.parametrize("seed", range(12))
     def test_nine_ball_breaks_gain_no_energy(self, seed):
         # FastFiz: up by a median of 40 %.
@@ -237,6 +239,7 @@ class TestEnergyAndMomentum:
             assert result.status is Status.REST
             assert_energy_never_rises(result)
 
+    @pytest.mark.compiled
     @pytest.mark.parametrize("seed", range(8))
     def test_labels_do_not_matter(self, seed):
         # In FastFiz they do.

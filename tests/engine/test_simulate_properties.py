@@ -341,6 +341,7 @@ def test_elastic_play_without_friction_runs_backwards(seed, n, motion):
     assert_runs_backwards(few_large_balls(seed, n, motion))
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("motion", ["rolling", "sliding"])
 def test_it_runs_backwards_through_at_least_ten_ball_collisions(motion):
     compared = 0

@@ -174,6 +174,7 @@ class TestOrderOfTheBalls:
             assert same_log(base, other, order)
             assert np.array_equal(other.rest_positions, base.rest_positions[list(order)])
 
+    @pytest.mark.compiled
     @every_physics
     @pytest.mark.parametrize("seed", range(4))
     def test_of_balls_that_press_on_each_other(self, physics, seed):
@@ -313,6 +314,7 @@ class TestSequential:
         assert apart[0] == pytest.approx(math.hypot(3 / 40, ROOT3 / 8), abs=1e-12)
         assert sorted(apart[1:]) == pytest.approx([ROOT3 / 10, 3 * ROOT3 / 20], abs=1e-12)
 
+    @pytest.mark.compiled
     @every_physics
     def test_it_is_deterministic(self, physics):
         scene = symmetric_break(impacts="sequential", **physics)
@@ -320,6 +322,7 @@ class TestSequential:
         assert log_bits(first) == log_bits(second)
         assert np.array_equal(first.rest_positions, second.rest_positions)
 
+    @pytest.mark.compiled
     @every_physics
     def test_a_break_comes_out_differently(self, physics):
         ends = [
@@ -329,6 +332,7 @@ class TestSequential:
         apart = np.hypot(*(ends[0] - ends[1])[:, :2].T)
         assert np.median(apart) > R
 
+    @pytest.mark.compiled
     @every_physics
     def test_it_gains_no_energy_and_lets_nothing_overlap(self, physics):
         result = simulate(symmetric_break(impacts="sequential", **physics), record="events")

@@ -190,6 +190,7 @@ def naive(i: BallImpact, e: float, mu: float) -> list[float]:
 ODD_BALL = (0.02, 0.4, 0.35)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(
     ("i", "e", "mu"),
     [

@@ -83,6 +83,7 @@ def test_slips_that_turn_follow_the_published_equations(impact, laws):
     assert outcome(mathavan2010(impact, laws)) == pytest.approx(expected, abs=1e-10)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(
     ("impact", "laws"),
     [
