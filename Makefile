@@ -18,12 +18,15 @@ SCENES ?=
 # Where the verdicts go as JUnit XML, if anywhere.
 JUNIT ?=
 PYTEST := $(BIN)/python -m pytest --quiet --numprocesses $(JOBS)
+# Where bytecode isn't kept, each of hundreds of processes compiles every module that it imports:
+# three seconds to load the suite instead of one, twelve to collect the tests instead of four.
+export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
 # Two test runs at once would time each other, and mix their output.
 .NOTPARALLEL:
 .PHONY: help venv validate regress stress kernels test test-slow test-nojit coverage test-boundscheck \
-	lint types imports check gallery peers clean
+	lint types imports check wheel gallery peers clean
 
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -51,7 +54,9 @@ stress: $(READY)  ## try to break every engine: what CI has time for
 regress: $(READY)  ## compare our engine with its accepted baselines
 	$(BIN)/ghostball regress --jobs $(JOBS) --out $(OUT)/regress
 
-# What is compiled can't be traced: the tests of the kernels run again without compilation. Those of
+# Coverage makes tests slower by two thirds, so `make test` leaves it out; COVERAGE=1 asks for it.
+COVERAGE ?=
+# What is compiled can't be traced: some tests of the kernels run again without compilation. Those of
 # all else trace it as they run anyway, in `test`; both together are the coverage.
 COVER := --cov --cov-report= --cov-fail-under=0
 
@@ -62,15 +67,20 @@ COMPILE := $(BIN)/python tests/support/compile_kernels.py $(JOBS)
 kernels: $(READY)
 	$(COMPILE)
 
-test: kernels  ## fast tests, compiled
-	COVERAGE_FILE=.coverage.compiled $(PYTEST) $(COVER)
+# Processor time: a busy machine fails nobody. Under coverage all tests take longer, and none fails.
+test: kernels  ## fast tests, compiled; one that takes over 5 s fails; COVERAGE=1 measures it too
+	$(if $(COVERAGE),COVERAGE_FILE=.coverage.compiled $(PYTEST) $(COVER) --cpu-limit inf,\
+		$(PYTEST) --cpu-limit 5)
 
 test-slow: kernels  ## the tests that take long
-	$(PYTEST) -m slow
+	$(PYTEST) -m slow --cpu-limit inf
 
 test-nojit: $(READY)  ## fast tests of the kernels without compilation
 	NUMBA_DISABLE_JIT=1 COVERAGE_FILE=.coverage.interpreted $(PYTEST) $(COVER) \
 		--dist loadfile -m "not slow and not compiled" tests/engine
+
+# The fast tests then run with coverage, also as a part of `make check`.
+check coverage: COVERAGE := 1
 
 coverage: test test-nojit  ## coverage of both runs
 	$(BIN)/coverage combine --keep --quiet .coverage.compiled .coverage.interpreted
@@ -101,6 +111,19 @@ imports: $(READY)  ## the direction of imports between the packages
 
 check: lint types imports coverage stress test-slow test-boundscheck  ## all that CI runs
 
+# Run where no file of the checkout is imported by accident: what the wheel lacks fails here.
+WHEEL := $(OUT)/wheel
+OF_WHEEL := $(abspath .venv-wheel)/bin
+
+wheel: $(READY)  ## build the wheel, install it apart in .venv-wheel, validate and test with it there
+	rm -rf $(WHEEL)
+	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir $(WHEEL) .
+	$(BIN)/python -m venv --clear .venv-wheel
+	$(OF_WHEEL)/python -m pip install --quiet --disable-pip-version-check "$$(echo $(WHEEL)/*.whl)[dev]"
+	cp -R tests benchmarks .github .ci Makefile *.md pyproject.toml $(WHEEL)
+	cd $(WHEEL) && $(OF_WHEEL)/ghostball validate --suite $(SUITE) --jobs $(JOBS) --out results
+	cd $(WHEEL) && $(OF_WHEEL)/pytest --quiet --numprocesses $(JOBS) -m "not slow and not checkout"
+
 gallery: validate  ## remake the pictures that the README shows
 	$(BIN)/python -c "from reports import write_gallery; write_gallery('$(OUT)', 'reports/gallery')"
 
@@ -115,6 +138,6 @@ peers:  ## other billiards engines, into .venv-peers, for `ghostball bench` to m
 		pooltool-billiards==0.6.0
 
 clean:  ## remove the environment and the caches; results stay
-	rm -rf $(VENV) .venv-peers .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache \
+	rm -rf $(VENV) .venv-peers .venv-wheel .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache \
 		.coverage .coverage.* htmlcov
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -50,9 +50,10 @@ _IMPORTED_NS = time.time_ns()
 
 from engine.batch import STATUSES, Batch, simulate_many, simulate_sweep
 from engine.errors import GhostballError, SceneError, UnsupportedSceneError
+from engine.kernels import warm_up
 from engine.result import EVENT_DTYPE, EventKind, Record, Result, Status
 from engine.scene import CUSHIONS, Ball, Physics, Scene, Table
-from engine.simulate import simulate, warm_up
+from engine.simulate import simulate
 from engine.trajectory import (
     Energy,
     ExactTrajectory,

@@ -21,7 +21,7 @@ from engine._state import (
 )
 
 
-@kernel
+@kernel(entry=True)
 def enter(
     state: FloatArray,
     own_kind: IntArray,

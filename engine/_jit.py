@@ -9,6 +9,7 @@ another directory, and nothing stale can be found.
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import logging
 import os
@@ -18,13 +19,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, TypeVar, overload
+from typing import Any, NoReturn, TypeVar, overload
 
 import llvmlite
+import llvmlite.binding
 import numba
 import numpy as np
 import platformdirs
 from numba.core import types
+from numba.core.registry import CPUDispatcher
 
 logger = logging.getLogger("ghostball.engine")
 
@@ -51,11 +54,31 @@ KEPT_CACHES = 4
 """Caches of other sources or flags that are kept; switching between two revisions stays quick."""
 
 
+class _InnerKernel(CPUDispatcher):
+    """A kernel that only other kernels can call: no code reads arguments of Python's for it.
+
+    Without this class a call from Python would end the process with a segmentation fault.
+    """
+
+    def __call__(self, *_: object, **__: object) -> NoReturn:
+        """Refuse the call.
+
+        Raises
+        ------
+        TypeError
+        """
+        raise TypeError(
+            f"the kernel `{self.py_func.__name__}` can be called by other kernels only. If Python "
+            "has to call it, mark it `@kernel(entry=True)`; a test calls what `entry_to` of "
+            "tests/support/kernels.py makes of it"
+        )
+
+
 @overload
 def kernel(function: Function) -> Function: ...
 @overload
-def kernel(*, inline: bool) -> Callable[[Function], Function]: ...
-def kernel(function: Any = None, *, inline: bool = False) -> Any:
+def kernel(*, inline: bool = ..., entry: bool = ...) -> Callable[[Function], Function]: ...
+def kernel(function: Any = None, *, inline: bool = False, entry: bool = False) -> Any:
     """Compile `function` when it is first called, and keep the machine code for later processes.
 
     A kernel does not allocate, does not raise (it returns a status) and uses only + - * / and
@@ -67,21 +90,34 @@ def kernel(function: Any = None, *, inline: bool = False) -> Any:
     inline : bool
         Write its code into every caller. For what each event runs: a call passes each array of a
         named tuple as seven words or more, which costs more than most kernels do.
+    entry : bool
+        Whether Python may call it. The code that reads Python's arguments costs a third of the time
+        that a kernel takes to compile, and all but a few kernels are called by kernels alone.
+
+    Notes
+    -----
+    Python's call of a kernel that is no entry raises TypeError, where kernels are compiled.
     """
     if function is None:
-        return partial(kernel, inline=inline)
+        return partial(kernel, inline=inline, entry=entry)
     if _config.DISABLE_JIT:
         return function
-    options = {**OPTIONS, "forceinline": inline}
+    options = {**OPTIONS, "forceinline": inline, "no_cpython_wrapper": not entry}
     directory = cache_directory()
     if directory is None:
-        return _without_literals(numba.njit(**options)(function))
-    # The directory is read when caching is enabled, that is while the decorator runs.
-    previous, _config.CACHE_DIR = _config.CACHE_DIR, str(directory)
-    try:
-        return _without_literals(numba.njit(cache=True, **options)(function))
-    finally:
-        _config.CACHE_DIR = previous
+        dispatcher = numba.njit(**options)(function)
+    else:
+        # Entries lie apart: numba finds what it kept by the function alone, not by its options.
+        directory = directory / "entries" if entry else directory
+        # The directory is read when caching is enabled, that is while the decorator runs.
+        previous, _config.CACHE_DIR = _config.CACHE_DIR, str(directory)
+        try:
+            dispatcher = numba.njit(cache=True, **options)(function)
+        finally:
+            _config.CACHE_DIR = previous
+    if not entry:
+        dispatcher.__class__ = _InnerKernel
+    return _without_literals(dispatcher)
 
 
 def _without_literals(dispatcher: Any) -> Any:
@@ -131,11 +167,12 @@ def cache_root() -> Path:
 
 
 def cache_key() -> str:
-    """Hash of all that decides the machine code: sources, versions, flags, the processor asked for.
+    """Hash of all that decides the machine code: sources, versions, flags, the processor.
 
     And of where the sources lie, since numba keeps what it compiles by their paths: of two equal
     checkouts each compiles, and says so. The flags are in it because a warm numba cache ignores
-    those of bounds checks and of the optimiser, and because a test compiles for any processor.
+    those of bounds checks and of the optimiser. The processor is in it because numba compiles anew
+    for another one, without a word: where machines share a home, or a CI restores a cache.
     """
     package = Path(__file__).resolve().parent
     digest = hashlib.sha256(os.fsencode(package))
@@ -143,8 +180,14 @@ def cache_key() -> str:
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     flags = [getattr(_config, name) for name in FLAGS]
     versions = [numba.__version__, llvmlite.__version__, np.__version__]
-    digest.update(repr((flags, OPTIONS, versions)).encode())
+    digest.update(repr((flags, OPTIONS, versions, _processor())).encode())
     return digest.hexdigest()[:20]
+
+
+def _processor() -> tuple[str, str]:
+    """Return the processor's name and features, as the compiler calls them."""
+    features = llvmlite.binding.get_host_cpu_features()
+    return llvmlite.binding.get_host_cpu_name(), features.flatten()
 
 
 def compiled(variant: str = "") -> bool:
@@ -164,15 +207,35 @@ def compiling(variant: str) -> Iterator[None]:
 
     At warning level: a program that never configured logging still shows it on stderr.
     """
-    if not compiled(variant):
+    if compiled(variant):
+        yield
+    else:
         logger.warning(
-            "compiling the engine's kernels (%s) for this machine: once, about half a minute ...",
+            "compiling the engine's kernels (%s) for this machine: once, %s ...",
             variant,
+            "10 to 30 seconds",
         )
-    yield
+        with _without_collection():
+            yield
     directory = None if _config.DISABLE_JIT else cache_directory()
     if directory is not None:
         (directory / f"{variant}{_COMPILED}").touch()
+
+
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """Look for no garbage meanwhile.
+
+    The compiler makes millions of objects and keeps them: looking through them takes a tenth of its
+    time.
+    """
+    collected = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collected:
+            gc.enable()
 
 
 def _prune(root: Path, keep: Path) -> None:

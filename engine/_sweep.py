@@ -50,7 +50,7 @@ class Shots(NamedTuple):
     farthest: FloatArray  # (k,) largest coordinate of a ball at the end [m]
 
 
-@kernel
+@kernel(entry=True)
 def sweep(
     which: IntArray,
     cue: int,

@@ -49,7 +49,7 @@ _BALL_BALL = int(EventKind.BALL_BALL)
 _BALL_CUSHION = int(EventKind.BALL_CUSHION)
 
 
-@kernel
+@kernel(entry=True)
 def run_tangent(run: Tangents) -> None:
     """Carry the perturbations at the first knot of each ball to all others.
 
@@ -172,7 +172,7 @@ def _pass_own_end(run: Tangents, ball: int) -> None:
     shift_before(run, 0)
 
 
-@kernel
+@kernel(entry=True)
 def sample_tangent(run: Tangents, times: FloatArray, out: FloatArray) -> None:
     """Put in `out`, (k, n, ROW), the perturbations at `times`, (k,) [s], increasing.
 
@@ -190,7 +190,7 @@ def sample_tangent(run: Tangents, times: FloatArray, out: FloatArray) -> None:
                 out[m, ball, place] = row[place]
 
 
-@kernel
+@kernel(entry=True)
 def sample_growth(run: Tangents, times: FloatArray, out: FloatArray) -> None:
     """Put in `out`, (k, n), how far the perturbations are, root mean square over lanes [m].
 

@@ -30,6 +30,7 @@ from engine._tangent import run_tangent, sample_growth, sample_tangent
 from engine.errors import GhostballError
 from engine.result import EVENT_DTYPE, Events
 from engine.scene import Scene
+from engine.skips import is_integrated
 from engine.trajectory import ExactTrajectory
 
 FloatArray = NDArray[np.float64]
@@ -219,7 +220,7 @@ def _run(
     rounding: float,
 ) -> s.Tangents:
     """Carry perturbations (n, PARTS, LANES) at the start along a motion."""
-    _warm_up(layout_of(scene).integrated is not None)
+    warm_up(scene)
     run = _arrays(scene, trajectory, events, rounding)
     # A ball that rests stops again at once, where the cloth slows it.
     rests = (run.knots[run.first[:-1], PHASE] == RESTING) & (run.state[:, ROLL] > 0.0)
@@ -274,15 +275,27 @@ def _work() -> FloatArray:
     return work
 
 
+def warm_up(scene: Scene) -> None:
+    """Compile the kernels that a scene's tangent map needs, or load them; say so if compiled."""
+    _warm_up(is_integrated(scene))
+
+
+def variant_name(scene: Scene) -> str:
+    """Return the name of the variant of the kernels that a scene's tangent map needs."""
+    return _variant_name(is_integrated(scene))
+
+
+def _variant_name(integrated: bool) -> str:
+    return "sensitivity" + ", integrated laws" * integrated
+
+
 @cache
 def _warm_up(integrated: bool) -> None:
-    """Compile the kernels, or load them, on a shot in which nothing happens; say so if compiled."""
-    name = "sensitivity" + ", integrated laws" * integrated
     scene = still_scene(Variant(False, integrated, False))
     knots = (np.zeros((1, KNOT)),) * len(scene.balls)
     spins = np.zeros(len(scene.balls))
     trajectory = ExactTrajectory(scene.radii, knots, 1.0, spins)
-    with compiling(name):
+    with compiling(_variant_name(integrated)):
         run = _arrays(scene, trajectory, np.empty(0, dtype=EVENT_DTYPE), 1.0)
         run.tangent[:] = 0.0
         run_tangent(run)

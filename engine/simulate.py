@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 
 from engine._layout import is_laid_out
 from engine.errors import GhostballError
@@ -112,18 +112,3 @@ def check_request(scene: Scene, record: Record, max_events: int) -> None:
         raise GhostballError(
             f"`max_events` must be a whole number of at least 1, got {max_events!r}"
         )
-
-
-def warm_up(scenes: Iterable[Scene] = ()) -> None:
-    """Compile or load the kernels that `scenes` need now, rather than in the first `simulate`.
-
-    A compilation is announced. Before several processes are started, this keeps each of them from
-    compiling for itself. Without scenes: what a shot of one ball needs.
-    """
-    from engine import _run  # noqa: PLC0415
-
-    scenes = tuple(scenes) or (_run.still_scene(_run.Variant(False, False, False)),)
-    for scene in scenes:
-        _run.warm_up(_run.variant_of(scene, contacts=False))
-        if len(scene.balls) > 1:
-            _run.warm_up(_run.variant_of(scene, contacts=True))

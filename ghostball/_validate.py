@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 
 from rich.markup import escape
 
-from engine import Scene, UnsupportedSceneError
+from engine import Scene
 from ghostball import _ensembles, _report
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout
@@ -19,7 +18,7 @@ from validation.attribution import attribute_results
 from validation.environment import describe_environment
 from validation.junit import write_junit
 from validation.library import Suite, select
-from validation.predictability import predictability_of, save_predictability
+from validation.predictability.predict import predict_scenes
 from validation.records import COMPLETE_STATUSES
 from validation.regression import (
     MachineTimes,
@@ -116,7 +115,7 @@ def run(
         say(f"[bold yellow]warning:[/] {escape(_nothing_judged(outcome))}")
     status = ExitStatus.PASSED
     try:
-        if outcome.interrupted or not _predict(scenes, out):
+        if outcome.interrupted or not _predict(scenes, out, reuse=not rerun):
             raise KeyboardInterrupt
         if changed := _compare(results, scenes, known, whole=patterns is None):
             console.print(changed, soft_wrap=True)
@@ -177,17 +176,11 @@ def _compare(
     )
 
 
-def _predict(scenes: Sequence[Scene], out: Path) -> bool:
+def _predict(scenes: Sequence[Scene], out: Path, *, reuse: bool) -> bool:
     """Store how far each scene's shot can be predicted; whether it came to its end."""
-    known = []
     try:
         with counting("predicting") as count:
-            for done, scene in enumerate(scenes):
-                count(done, len(scenes), scene.name)
-                # What our engine doesn't represent, it says nothing of.
-                with suppress(UnsupportedSceneError):
-                    known.append(predictability_of(scene))
-            save_predictability(out, known)
+            predict_scenes(scenes, out, reuse=reuse, progress=count)
     except KeyboardInterrupt:
         return False
     return True

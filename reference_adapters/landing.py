@@ -176,7 +176,7 @@ def _first_root(c: float, b: float, a: float) -> float:
     return math.inf
 
 
-@kernel
+@kernel(entry=True)
 def _to_cushion(
     x: FloatArray,
     v: FloatArray,
@@ -200,7 +200,7 @@ def _to_cushion(
     return first
 
 
-@kernel
+@kernel(entry=True)
 def _to_ball(
     x: FloatArray, v: FloatArray, a: FloatArray, radii: FloatArray, gap: float, horizon: float
 ) -> float:

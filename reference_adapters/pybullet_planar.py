@@ -18,14 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import EventKind, Samples, Scene
-from engine.scene import rolling_angular_velocity
 from reference_adapters.landing import rolling_accelerations, time_to_contact, time_to_rest
 from reference_adapters.pybullet_world import SHORTEST_STEP, Contact, World, native_steps
-from reference_adapters.recording import Recorder
+from reference_adapters.recording import Recorder, rolling_state
 
 EPS = float(np.finfo(np.float64).eps)
 
 FloatArray = NDArray[np.float64]
+
+Vectors = list[list[float]]
+"""One of two components for each ball: with so few, numpy would cost its calls at every step."""
 
 
 class PlanarRun:
@@ -47,21 +49,23 @@ class PlanarRun:
         self._recorder = recorder
         self._radii = scene.radii
         self._decelerations = scene.rolling_frictions * scene.physics.gravity
-        self._velocities = scene.velocities[:, :2]
-        self._in_bullet = np.zeros_like(self._velocities)  # what each body has at present
+        self._slowed_by: list[float] = self._decelerations.tolist()
+        self._velocities: Vectors = scene.velocities[:, :2].tolist()
+        self._in_bullet: Vectors = [[0.0, 0.0] for _ in self._velocities]  # what each body has now
         self.t = 0.0
         self.rest_time = 0.0
         self.work = {"steps": 0, "contacts": 0}
-        recorder.frame(0.0, self.state())
+        recorder.rolling_frame(0.0, self._positions(), np.array(self._velocities))
 
     @property
     def at_rest(self) -> bool:
         """Whether every ball's velocity is exactly 0."""
-        return not np.any(self._velocities)
+        return not any(x or y for x, y in self._velocities)
 
     def state(self) -> Samples:
         """Return the state now, arrays (1, n, 3); z is the radius, spin that of rolling."""
-        return self._samples(self._world.positions()[:, :2], self._velocities)
+        velocities = np.array(self._velocities)
+        return rolling_state(self._positions()[np.newaxis], velocities[np.newaxis], self._radii)
 
     def run(
         self, mode: Literal["native", "landed"], dt: float, t_end: float, max_steps: int
@@ -85,13 +89,14 @@ class PlanarRun:
         for one as large as its landing gap.
         """
         while not self.at_rest and self.t < t_end and self.work["steps"] < max_steps:
-            stops = time_to_rest(self._velocities, self._decelerations)
+            velocities = np.array(self._velocities)
+            stops = time_to_rest(velocities, self._decelerations)
             # Up to the next stop, and by a few roundings past it, so that the ball does stop.
             horizon = min(dt, float(np.min(stops[stops > 0.0])) * (1.0 + 4.0 * EPS))
             to_contact = time_to_contact(
-                self._world.positions()[:, :2],
-                self._velocities,
-                rolling_accelerations(self._velocities, self._decelerations),
+                self._positions(),
+                velocities,
+                rolling_accelerations(velocities, self._decelerations),
                 self._radii,
                 self._scene.table,
                 horizon=horizon,
@@ -108,71 +113,78 @@ class PlanarRun:
         `dt` is given too because a short one would lose its digits in the difference of two times.
         """
         before = self._velocities
-        speeds = np.hypot(before[:, 0], before[:, 1])
-        self._send(before * self._mean_factor(speeds, dt)[:, np.newaxis])
+        speeds = _speeds(before)
+        self._send(before, speeds, dt)
         self._world.step(dt)
         self.work["steps"] += 1
         contacts, new = self._world.contacts()
         self.work["contacts"] += len(contacts)
-        touched = sorted({ball for contact in contacts for ball in contact.balls})
-        self._receive(sorted({*touched, *np.flatnonzero(speeds).tolist()}))
+        touched = {ball for contact in contacts for ball in contact.balls}
+        # Of the other balls nothing but `_send` can have changed the velocities.
+        for i, speed in enumerate(speeds):
+            if speed or i in touched:
+                x, y, _ = self._world.velocity(i)[0]
+                self._in_bullet[i] = [x, y]
         if new:
             self._note_collisions(new, touched, before, dt)
         self._velocities = self._second_half_kick(dt)
-        stopped = (speeds > 0.0) & ~np.any(self._velocities, axis=1)
-        for i in np.flatnonzero(stopped).tolist():
-            # One that Bullet left alone stops where the closed form says, within the step.
-            rolled = dt if i in touched else min(dt, float(speeds[i] / self._decelerations[i]))
-            self._recorder.event(self.t + rolled, EventKind.ROLL_TO_REST, i)
-            self.rest_time = max(self.rest_time, self.t + rolled)
+        for i, (speed, (x, y)) in enumerate(zip(speeds, self._velocities, strict=True)):
+            if speed > 0.0 and not (x or y):
+                # One that Bullet left alone stops where the closed form says, within the step.
+                rolled = dt if i in touched else min(dt, speed / self._slowed_by[i])
+                self._recorder.event(self.t + rolled, EventKind.ROLL_TO_REST, i)
+                self.rest_time = max(self.rest_time, self.t + rolled)
         self.t = t
         if self._recorder.wants_frame(t):
-            self._recorder.frame(t, self.state())
+            self._recorder.rolling_frame(t, self._positions(), np.array(self._velocities))
 
-    def _mean_factor(self, speeds: FloatArray, dt: float) -> FloatArray:
-        """Return mean over present velocity of each ball in the coming step, (n,) [1]."""
-        loss = self._decelerations * dt
-        mean = speeds - 0.5 * loss
-        stopping = speeds < loss
-        mean[stopping] = speeds[stopping] ** 2 / (2.0 * loss[stopping])
-        return np.divide(mean, speeds, out=np.zeros_like(speeds), where=speeds > 0.0)
+    def _positions(self) -> FloatArray:
+        """Return all centres, (n, 2) [m]."""
+        return self._world.positions()[:, :2]
 
-    def _send(self, velocities: FloatArray) -> None:
-        changed = np.any(velocities != self._in_bullet, axis=1)
-        for i in np.flatnonzero(changed).tolist():
-            self._world.set_velocity(i, [*velocities[i].tolist(), 0.0], [0.0, 0.0, 0.0])
-        self._in_bullet = velocities
+    def _send(self, velocities: Vectors, speeds: list[float], dt: float) -> None:
+        """Give every ball its mean velocity over the coming step: v (|v| - mu g dt/2) / |v|."""
+        for i, (speed, (x, y)) in enumerate(zip(speeds, velocities, strict=True)):
+            factor = 0.0
+            if speed > 0.0:
+                loss = self._slowed_by[i] * dt
+                mean = speed * speed / (2.0 * loss) if speed < loss else speed - 0.5 * loss
+                factor = mean / speed
+            sent = [x * factor, y * factor]
+            if sent != self._in_bullet[i]:
+                self._world.set_velocity(i, [*sent, 0.0], [0.0, 0.0, 0.0])
+            self._in_bullet[i] = sent
 
-    def _receive(self, balls: list[int]) -> None:
-        """Read velocities back; of the others nothing but `_send` can have changed them."""
-        for i in balls:
-            self._in_bullet[i] = self._world.velocity(i)[0][:2]
-
-    def _second_half_kick(self, dt: float) -> FloatArray:
-        """Return the velocities at the end of the step, (n, 2) [m/s].
+    def _second_half_kick(self, dt: float) -> Vectors:
+        """Return the velocities at the end of the step [m/s].
 
         A ball that stopped in it had at most mu g dt/2 of mean velocity, so it gets exactly 0.
         """
-        speeds = np.hypot(self._in_bullet[:, 0], self._in_bullet[:, 1])
-        left = np.maximum(speeds - 0.5 * self._decelerations * dt, 0.0)
-        factor = np.divide(left, speeds, out=np.zeros_like(speeds), where=speeds > 0.0)
-        return self._in_bullet * factor[:, np.newaxis]
+        kicked = []
+        for i, (speed, (x, y)) in enumerate(
+            zip(_speeds(self._in_bullet), self._in_bullet, strict=True)
+        ):
+            factor = 0.0
+            if speed > 0.0:
+                factor = max(speed - 0.5 * self._slowed_by[i] * dt, 0.0) / speed
+            kicked.append([x * factor, y * factor])
+        return kicked
 
     def _note_collisions(
-        self, new: list[Contact], touched: list[int], before: FloatArray, dt: float
+        self, new: list[Contact], touched: set[int], before: Vectors, dt: float
     ) -> None:
         """Record collisions, at the step's start: there Bullet saw them and changed velocities."""
         for contact in new:
             self._recorder.event(self.t, contact.kind, contact.a, contact.b)
         if self._recorder.record == "trajectory":
-            positions = self._world.positions()[:, :2] - self._in_bullet * dt
-            after = before.copy()
-            after[touched] = self._in_bullet[touched]
+            positions = self._positions() - np.array(self._in_bullet) * dt
+            after = [self._in_bullet[i] if i in touched else v for i, v in enumerate(before)]
             for velocities in (before, after):
-                self._recorder.frame(self.t, self._samples(positions, velocities), force=True)
+                self._recorder.rolling_frame(self.t, positions, np.array(velocities), force=True)
 
-    def _samples(self, positions: FloatArray, velocities: FloatArray) -> Samples:
-        centres = np.column_stack((positions, self._radii))
-        spatial = np.column_stack((velocities, np.zeros_like(self._radii)))
-        spin = rolling_angular_velocity(spatial, self._radii)
-        return Samples(centres[np.newaxis], spatial[np.newaxis], spin[np.newaxis])
+
+def _speeds(velocities: Vectors) -> list[float]:
+    """Return the lengths of vectors; by numpy, whose last bit `math.hypot` doesn't always share."""
+    x, y = np.array(velocities).T
+    speeds: list[float] = np.hypot(x, y).tolist()
+    return speeds

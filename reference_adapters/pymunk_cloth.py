@@ -100,9 +100,11 @@ class ClosedFormCloth:
 
         `turns`, (n, 3) [rad/s], is what they did to the angular velocities; None is nothing.
         """
-        hit = np.any(changes != 0.0, axis=1)
         before = self.velocities
         self.velocities = before + changes
+        if not changes.any() and (turns is None or not turns.any()):
+            return  # most steps
+        hit = np.any(changes != 0.0, axis=1)
         # A ball that gives all its speed away stops; what cancellation leaves of it is rounding.
         cancelled = np.abs(self.velocities) <= 4.0 * EPS * np.abs(before)
         self.velocities[hit[:, np.newaxis] & cancelled] = 0.0

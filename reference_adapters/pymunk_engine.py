@@ -13,7 +13,6 @@ import importlib.util
 import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
 from engine import EventKind, Record, Result, Scene, Status
@@ -193,8 +192,8 @@ def _run(scene: Scene, record: Record, settings: PymunkSettings, world: World) -
     status, reason = Status.REST, ""
 
     recorder.start()
-    recorder.frame(0.0, stepper.state())
-    while not np.all(stepper.resting):
+    stepper.record(recorder)
+    while not stepper.resting.all():
         if stepper.t >= t_max:
             status = Status.T_MAX
             break
@@ -217,7 +216,7 @@ def _run(scene: Scene, record: Record, settings: PymunkSettings, world: World) -
         for changed, ball in stepper.changes:
             recorder.event(stepper.t, changed, ball)
         if stepper.keep_frame or recorder.wants_frame(stepper.t):
-            recorder.frame(stepper.t, stepper.state(), force=stepper.keep_frame)
+            stepper.record(recorder, force=stepper.keep_frame)
     return recorder.result(
         engine=PymunkEngine.name,
         settings=_as_used(settings, world),

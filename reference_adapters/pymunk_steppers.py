@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import EventKind, Samples, Scene
-from engine.scene import rolling_angular_velocity
 from reference_adapters import landing, pymunk_cloth
 from reference_adapters.landing import time_to_contact
 from reference_adapters.pymunk_cloth import ClosedFormCloth
+from reference_adapters.recording import Recorder, rolling_state
 
 if TYPE_CHECKING:
     from reference_adapters.pymunk_world import World
@@ -54,6 +54,10 @@ class Stepper(ABC):
     @abstractmethod
     def state(self) -> Samples:
         """Return the state now, arrays (1, n, 3)."""
+
+    @abstractmethod
+    def record(self, recorder: Recorder, *, force: bool = False) -> None:
+        """Hand the state now to a recorder, as `Recorder.frame` takes it."""
 
     @abstractmethod
     def step(self) -> None:
@@ -120,12 +124,13 @@ class NativeRolling(Stepper):
 
     def state(self) -> Samples:
         """Return the state now, arrays (1, n, 3)."""
-        velocities = np.pad(_faster(self._velocities, self._half_kick), ((0, 0), (0, 1)))
-        return Samples(
-            np.column_stack([self._positions, self._radii])[np.newaxis],
-            velocities[np.newaxis],
-            rolling_angular_velocity(velocities, self._radii)[np.newaxis],
-        )
+        velocities = _faster(self._velocities, self._half_kick)
+        return rolling_state(self._positions[np.newaxis], velocities[np.newaxis], self._radii)
+
+    def record(self, recorder: Recorder, *, force: bool = False) -> None:
+        """Hand the state now to a recorder."""
+        velocities = _faster(self._velocities, self._half_kick)
+        recorder.rolling_frame(self.t, self._positions, velocities, force=force)
 
     def step(self) -> None:
         """Let Pymunk step by dt."""
@@ -136,11 +141,12 @@ class NativeRolling(Stepper):
             self._velocities = _faster(self._velocities, -self._kick)
             self._world.set_velocities(self._velocities)
         moving = np.hypot(self._velocities[:, 0], self._velocities[:, 1]) > self._rounding
-        self._velocities[~moving] = 0.0
-        stopped = self._moving & ~moving
+        resting = ~moving
+        self._velocities[resting] = 0.0
+        stopped = self._moving & resting
         for a, b, cushion in self._world.collisions:  # stopped by a ball, not by the cloth
             stopped[[a] if cushion else [a, b]] = False
-        self.changes = [(EventKind.ROLL_TO_REST, int(i)) for i in np.flatnonzero(stopped)]
+        self.changes = [(EventKind.ROLL_TO_REST, i) for i in stopped.nonzero()[0].tolist()]
         self._moving = moving
 
 
@@ -165,6 +171,10 @@ class _ClosedForm(Stepper):
     def state(self) -> Samples:
         """Return the state now, arrays (1, n, 3)."""
         return self._cloth.state(self._positions)
+
+    def record(self, recorder: Recorder, *, force: bool = False) -> None:
+        """Hand the state now to a recorder."""
+        recorder.frame(self.t, self.state(), force=force)
 
     def _advance(self, dt: float) -> None:
         displacements, self.changes = self._cloth.advance(dt)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
 from typing import Any
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from engine import EVENT_DTYPE, EventKind, Record, Result, SampledTrajectory, Samples, Scene, Status
 from engine.result import COLLISION_KINDS
+from engine.scene import rolling_angular_velocity
 
 FloatArray = NDArray[np.float64]
 
@@ -33,6 +35,8 @@ class Recorder:
         self._events: list[tuple[float, int, int, int]] = []
         self._counts = dict.fromkeys((kind.label for kind in COLLISION_KINDS), 0)
         self._frames: list[tuple[float, FloatArray, FloatArray, FloatArray]] = []
+        self._rolling_frames: list[tuple[float, FloatArray, FloatArray]] = []
+        self._last = -math.inf  # when the last frame was [s]
         self._event_since_frame = False
         self._started = time.perf_counter()
 
@@ -53,9 +57,7 @@ class Recorder:
     def wants_frame(self, t: float) -> bool:
         """Whether a frame at `t` would be kept: ask before gathering an expensive state."""
         return self.record == "trajectory" and (
-            not self._frames
-            or self._event_since_frame
-            or t - self._frames[-1][0] >= FRAME_INTERVAL * (1.0 - 1e-9)
+            self._event_since_frame or t - self._last >= FRAME_INTERVAL * (1.0 - 1e-9)
         )
 
     def frame(self, t: float, state: Samples, *, force: bool = False) -> None:
@@ -64,7 +66,19 @@ class Recorder:
             self._frames.append(
                 (t, state.positions[0], state.velocities[0], state.angular_velocities[0])
             )
-            self._event_since_frame = False
+            self._last, self._event_since_frame = t, False
+
+    def rolling_frame(
+        self, t: float, positions: FloatArray, velocities: FloatArray, *, force: bool = False
+    ) -> None:
+        """Keep a frame of balls that roll on the cloth: arrays (n, 2), which nobody changes later.
+
+        What rolling ties to these, heights and spins, is worked out for all frames at once, in
+        `result`. A run has frames of this kind or of the other.
+        """
+        if self.record == "trajectory" and (force or self.wants_frame(t)):
+            self._rolling_frames.append((t, positions, velocities))
+            self._last, self._event_since_frame = t, False
 
     def result(
         self,
@@ -79,9 +93,17 @@ class Recorder:
     ) -> Result:
         """Stop the clock and wrap the run; `final_state` is its last frame."""
         wall_time = time.perf_counter() - self._started
-        self.frame(rest_time, final_state, force=True)
         trajectory = None
-        if self.record == "trajectory":
+        if self._rolling_frames:
+            positions, velocities, _ = final_state
+            self.rolling_frame(rest_time, positions[0, :, :2], velocities[0, :, :2], force=True)
+            times, *states = zip(*self._rolling_frames, strict=True)
+            all_positions, all_velocities = map(np.array, states)
+            trajectory = SampledTrajectory(
+                np.array(times), *rolling_state(all_positions, all_velocities, self.scene.radii)
+            )
+        elif self.record == "trajectory":
+            self.frame(rest_time, final_state, force=True)
             times, *states = zip(*self._frames, strict=True)
             trajectory = SampledTrajectory(np.array(times), *(np.array(s) for s in states))
         events = None
@@ -102,3 +124,18 @@ class Recorder:
             trajectory=trajectory,
             reason=reason,
         )
+
+
+def rolling_state(positions: FloatArray, velocities: FloatArray, radii: FloatArray) -> Samples:
+    """Return the state of balls that roll on the cloth, arrays (k, n, 3).
+
+    Parameters
+    ----------
+    positions, velocities : (k, n, 2) float64 [m], [m/s]
+    radii : (n,) float64 [m]
+    """
+    centres = np.empty((*positions.shape[:2], 3))
+    centres[..., :2], centres[..., 2] = positions, radii
+    spatial = np.zeros_like(centres)
+    spatial[..., :2] = velocities
+    return Samples(centres, spatial, rolling_angular_velocity(spatial, radii))

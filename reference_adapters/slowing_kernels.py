@@ -39,7 +39,7 @@ def _duration(speed: float, deceleration: float) -> float:
     return math.inf if speed > 0.0 else 0.0
 
 
-@kernel
+@kernel(entry=True)
 def slow(velocities: FloatArray, decelerations: FloatArray, accelerations: FloatArray) -> None:
     """Write the accelerations of balls that are slowed against their motion, (n, 2) [m/s^2]."""
     for i in range(len(decelerations)):
@@ -48,7 +48,7 @@ def slow(velocities: FloatArray, decelerations: FloatArray, accelerations: Float
             accelerations[i, k] = velocities[i, k] * factor
 
 
-@kernel
+@kernel(entry=True)
 def stop(velocities: FloatArray, decelerations: FloatArray, times: FloatArray) -> None:
     """Write how long each ball moves, (n,) [s]."""
     for i in range(len(decelerations)):
@@ -70,7 +70,7 @@ def _slowed(
     return _slip_of(v, w, radii, i)
 
 
-@kernel
+@kernel(entry=True)
 def accelerate(
     v: FloatArray,
     w: FloatArray,
@@ -87,7 +87,7 @@ def accelerate(
         accelerations[i, 0], accelerations[i, 1] = u0 * factor, u1 * factor
 
 
-@kernel
+@kernel(entry=True)
 def last(
     v: FloatArray,
     w: FloatArray,
@@ -106,7 +106,7 @@ def last(
         durations[i, 1] = _duration(abs(w[i, 2]), spins_by[i])
 
 
-@kernel
+@kernel(entry=True)
 def move(dt: float, v: FloatArray, a: FloatArray, displacements: FloatArray) -> None:
     """Write the displacements in `dt`, and change the velocities."""
     for i in range(len(v)):
@@ -115,7 +115,7 @@ def move(dt: float, v: FloatArray, a: FloatArray, displacements: FloatArray) -> 
             v[i, k] = v[i, k] + a[i, k] * dt
 
 
-@kernel
+@kernel(entry=True)
 def turn(
     dt: float,
     w: FloatArray,

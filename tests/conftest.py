@@ -4,6 +4,8 @@ import signal
 
 import pytest
 
+pytest_plugins = ["cpu_time"]  # of tests/support
+
 # A shell that starts something in the background without job control has it ignore interrupts, and
 # all its children inherit that: tests that press Ctrl-C would wait for ever.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -13,7 +15,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 @pytest.fixture
 def in_this_process(monkeypatch):
     """Run engines in this process, where a test plants its own, instead of in ones of their own."""
-    for module in ("validation.worker", "validation.ensembles.run"):
+    for module in ("validation.suite", "validation.ensembles.run"):
         monkeypatch.setattr(f"{module}.limit_of", lambda _: None)
 
 

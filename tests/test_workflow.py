@@ -51,7 +51,43 @@ def test_no_expression_is_pasted_into_a_command():
 
 
 def test_all_that_is_checked_is_checked():
-    assert [step["run"] for step in JOBS["check"]["steps"] if "run" in step] == [".ci/run"]
+    job = JOBS["check"]
+    assert [step["run"] for step in job["steps"] if "run" in step] == [".ci/run $PARTS"]
+    parts = [part for parts in job["strategy"]["matrix"]["parts"] for part in parts.split()]
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    (check,) = re.findall(r"^check: (.*?)  ## ", makefile, re.MULTILINE)
+    assert sorted(parts) == sorted(check.split())
+
+
+def test_what_the_readme_says_runs_on_every_version_that_is_promised():
+    promised = re.findall(
+        r"Python :: (3\.\d+)", (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    )
+    assert JOBS["readme"]["strategy"]["matrix"]["python"] == promised
+    commands = [step["run"] for step in JOBS["readme"]["steps"] if "run" in step]
+    assert commands == ["make validate", "make test"]
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert all(f"    {command} " in readme for command in commands)
+    wheel = JOBS["wheel"]["strategy"]["matrix"]["python"]
+    assert {promised[0], promised[-1]} <= set(wheel) <= set(promised)
+
+
+def test_each_job_gets_its_own_kernels_back():
+    # A key is written once: with one for all jobs, all but the first to end compile at every run.
+    names = [
+        (step["with"]["job"], step["with"].get("python", "3.11"))
+        for job in JOBS.values()
+        for step in job["steps"]
+        if step.get("uses") == "./.github/actions/setup"
+    ]
+    assert len(names) == len(set(names)) == len(JOBS)
+    (kernels,) = (
+        step["with"]
+        for step in SETUP["runs"]["steps"]
+        if "cache" in step.get("uses", "") and "ghostball" in step["with"]["path"]
+    )
+    for part in ("inputs.job", "inputs.python", "processor.outputs.model"):
+        assert part in kernels["key"]
 
 
 def test_what_failed_is_shown_and_kept():

@@ -12,6 +12,7 @@ from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -139,6 +140,7 @@ class Alignment:
         return self.first is None
 
 
+@lru_cache(maxsize=4)  # every engine's run is aligned with it, and looks its times up
 def proved_log(certificate: Certificate) -> Log:
     """Return the log of a certificate's events."""
     # By the instants, not by `CertifiedEvent.tie`: they tie where the proof has no order of them,

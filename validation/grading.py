@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from fractions import Fraction
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -173,7 +173,7 @@ def grade(result: Result, certificate: Certificate, *, horizon: float | None = N
     proved, found = (log.only(~but) for log, but in zip(logs, negligible, strict=True))
     alignment = align(_without_order(proved), _without_order(found))
     missing = tuple(
-        i for i in alignment.missing.tolist() if float(certificate.events[i].t) <= until
+        i for i in alignment.missing.tolist() if proved_log(certificate).times[i] <= until
     )
     before = until
     if extent in ("low hop", "proved part"):
@@ -231,6 +231,7 @@ def _extent(certificate: Certificate, horizon: float, low_hop: float) -> tuple[E
     return "whole", "", math.inf
 
 
+@lru_cache(maxsize=4)  # the same for every engine
 def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
     """Return when the first hop ends that stays below `CAPTURE_HEIGHT`, inf where none does [s].
 
@@ -242,9 +243,9 @@ def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
         return math.inf
     last: dict[tuple[EventKind, int, int], float] = {}
     hops: list[tuple[EventKind, int, int, float, float]] = []
-    for event in certificate.events:
+    times = proved_log(certificate).times.tolist()
+    for event, t in zip(certificate.events, times, strict=True):
         if event.kind in COLLISION_KINDS:
-            t = float(event.t)
             if event.key in last:
                 hops.append((*event.key, last[event.key], t))
             last[event.key] = t
@@ -310,9 +311,9 @@ def _end_of_found(
     """
     assert result.events is not None
     scene, last = result.scene, until
-    for i, j in zip(alignment.proved.tolist(), alignment.found.tolist(), strict=True):
-        if float(certificate.events[i].t) <= until:
-            last = min(until, float(result.events["t"][j]))
+    compared = np.flatnonzero(proved_log(certificate).times[alignment.proved] <= until)
+    if len(compared):
+        last = min(until, float(result.events["t"][alignment.found[compared[-1]]]))
     speed = float(np.max(np.linalg.norm(scene.velocities, axis=1)))
     early = float(np.min(scene.radii)) / speed if speed > 0.0 else 0.0
     return last - TIE * max(last, early)
@@ -326,12 +327,13 @@ def _without_order(log: Log) -> Log:
 def _swapped(result: Result, certificate: Certificate, alignment: Alignment, until: float) -> int:
     """Count the pairs that come after one that they come before in truth."""
     assert result.events is not None
+    times = proved_log(certificate).times
     latest = np.maximum.accumulate(alignment.found) if len(alignment.found) else alignment.found
     late = np.flatnonzero(alignment.found < latest)
     swapped = 0
     for k in late.tolist():
         other = int(np.flatnonzero(alignment.found == latest[k])[0])
-        t, before = (float(certificate.events[alignment.proved[n]].t) for n in (k, other))
+        t, before = (float(times[alignment.proved[n]]) for n in (k, other))
         found, after = (float(result.events["t"][alignment.found[n]]) for n in (k, other))
         tied = t - before <= TIE * t or after - found <= TIE * after
         swapped += t <= until and not tied
@@ -342,13 +344,15 @@ def _time_errors(
     result: Result, certificate: Certificate, alignment: Alignment, until: float
 ) -> FloatArray:
     assert result.events is not None
-    errors = []
-    for i, j in zip(alignment.proved.tolist(), alignment.found.tolist(), strict=True):
-        t = certificate.events[i].t
-        if float(t) <= until:
-            ulp = math.ulp(float(t))
-            errors.append(_distance(float(result.events["t"][j]), t) / ulp)
-    return np.array(errors)
+    times = proved_log(certificate).times[alignment.proved].tolist()
+    found = result.events["t"][alignment.found].tolist()
+    return np.array(
+        [
+            _distance(ours, certificate.events[i].t) / math.ulp(t)
+            for i, t, ours in zip(alignment.proved.tolist(), times, found, strict=True)
+            if t <= until
+        ]
+    )
 
 
 def _position_errors(
@@ -388,7 +392,14 @@ def _distance(value: float, enclosure: Enclosure) -> float:
     """Return how far a double is from an enclosure, 0 inside; inf where it isn't finite."""
     if not math.isfinite(value):
         return math.inf
-    return float(max(abs(Fraction(value) - enclosure.mid) - enclosure.rad, Fraction(0)))
+    # In units of a power of two all three are integers, and Python rounds their quotient correctly.
+    mantissa, denominator = value.as_integer_ratio()
+    exponent = 1 - denominator.bit_length()
+    lowest = min(exponent, enclosure.mid_exponent, enclosure.rad_exponent, 0)
+    middle = enclosure.mid_mantissa << (enclosure.mid_exponent - lowest)
+    radius = enclosure.rad_mantissa << (enclosure.rad_exponent - lowest)
+    beyond = abs((mantissa << (exponent - lowest)) - middle) - radius
+    return max(beyond, 0) / (1 << -lowest)
 
 
 def _growth(result: Result, t: float) -> FloatArray:

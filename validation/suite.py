@@ -11,20 +11,21 @@ from __future__ import annotations
 import logging
 import math
 import traceback
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from engine import GhostballError, Scene, warm_up
+from engine import GhostballError, Scene
 from reference_adapters.registry import (
     EngineUnavailableError,
     engine_names,
     make_engine,
     parse_spec,
 )
-from validation.case import Case, TruthFailure, plain_settings
+from validation.case import Case, TruthFailure, blank_record, failed, plain_settings, run_case
+from validation.compiling import compile_kernels
 from validation.criteria import (
     SUFFIX,
     Criteria,
@@ -36,7 +37,7 @@ from validation.environment import describe_environment
 from validation.files import ResultsError
 from validation.library import FOLDER, find_scene, paths_among, scene_names
 from validation.metric_table import METRICS, choose_metrics
-from validation.records import CaseRecord
+from validation.records import CaseRecord, Motion
 from validation.store import ResultsFolder, ResultsWriter, RunState, read_earlier
 from validation.truth import PARTS, Truth, TruthPart, check_truth, truth_of
 from validation.unchanged import (
@@ -49,7 +50,7 @@ from validation.unchanged import (
     is_ours,
     stamped,
 )
-from validation.worker import run_cases
+from validation.worker import limit_of, run_tasks
 
 _LOGGER = logging.getLogger("ghostball.validation")
 
@@ -71,6 +72,9 @@ PASSED, CHECK_FAILED, HARNESS_FAILED = 0, 1, 3
 
 INTERRUPTED = 130
 """Exit status of an interrupted run, as shells have it: 128 + SIGINT."""
+
+Finished = tuple[CaseRecord, Motion | None]
+"""A case that is done, and the motion that is stored beside it."""
 
 Progress = Callable[[CaseRecord, int, int], None]
 """Called with each case that is done, how many are, and how many there are; see `run_suite`."""
@@ -246,7 +250,7 @@ def _run(
         if not rest:
             begin()
         else:
-            warm_up(plan.scenes_of(rest))  # here, once: else each process would compile, and say so
+            compile_kernels(plan.scenes_of(rest), jobs, tangents=True)
             with closing(run_cases(plan.cases(rest), jobs, time_limit)) as finished:
                 for ran, motion in finished:
                     if not writer.begun:
@@ -270,6 +274,21 @@ def _run(
         # What the folder says: the interrupt may have come between a line and its being noted here.
         outcome.cases[:] = ResultsFolder.load(writer.path).cases
     return replace(outcome, begun=writer.begun)
+
+
+def run_cases(
+    cases: Iterable[Case], jobs: int, time_limit: float | None = None
+) -> Generator[Finished]:
+    """Run cases in `jobs` processes; yield each as it ends.
+
+    In this one where `jobs` is 1 and there is no `time_limit` [s] for a case. Parameters and notes
+    are those of `validation.worker.run_tasks`.
+    """
+    return run_tasks(cases, jobs, run_case, _died, limit_of(time_limit))
+
+
+def _died(case: Case, reason: str) -> Finished:
+    return failed(blank_record(case), reason), None
 
 
 def check_time_limit(seconds: float | None) -> None:

@@ -22,7 +22,7 @@ from engine import CUSHIONS, EventKind, GhostballError, Result, Scene, Unsupport
 from engine.result import COLLISION_KINDS, Events
 from reference_adapters.certified import Certificate, CertifiedSettings
 from reference_adapters.certified.engine import result_of
-from validation.closed_forms import DIGITS, ClosedForm, closed_form
+from validation.closed_forms import DIGITS, ClosedForm, closed_form, has_closed_form
 from validation.horizons import Growth, growth_of
 from validation.our_run import run_ours
 from validation.proof import proof_of, refused_features
@@ -141,7 +141,7 @@ class Truth:
 
 def check_truth(scene: Scene, wanted: WantedTruth | None) -> None:
     """Make sure that a scene can have the truth that its criteria ask for; see `truth_of`."""
-    if wanted == "closed-form" and closed_form(scene) is None:
+    if wanted == "closed-form" and not has_closed_form(scene):
         raise TruthError(
             f'scene "{scene.name}": its criteria say `truth` = "closed-form", but its values have '
             'no closed form. Write `truth` = "certified" or "engine", or add the form to '

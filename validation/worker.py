@@ -1,6 +1,8 @@
 """Work in several processes: a crash costs one task, an interrupt leaves no process behind.
 
 A task that hangs costs no more than itself either, where it has a limit of time.
+
+Nothing of what the tasks do is imported here: a process imports what its own tasks need.
 """
 
 from __future__ import annotations
@@ -17,11 +19,6 @@ from functools import partial
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Generic, TypeVar
-
-from validation.case import Case, blank_record, failed, run_case
-from validation.records import CaseRecord, Motion
-
-Finished = tuple[CaseRecord, Motion | None]
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -46,17 +43,6 @@ class _Worker(Generic[T]):
     task: T | None = None
     started: bool = False  # it has imported what it needs
     deadline: float | None = None  # of the task, in seconds of the monotonic clock
-
-
-def run_cases(
-    cases: Iterable[Case], jobs: int, time_limit: float | None = None
-) -> Generator[Finished]:
-    """Run cases in `jobs` processes; yield each as it ends.
-
-    In this one where `jobs` is 1 and there is no `time_limit` [s] for a case. Parameters and notes
-    are those of `run_tasks`.
-    """
-    return run_tasks(cases, jobs, run_case, _died, limit_of(time_limit))
 
 
 def limit_of(seconds: float | None) -> Callable[[object], float] | None:
@@ -105,10 +91,6 @@ def run_tasks(
             yield from pool.collect()
     finally:
         pool.close()
-
-
-def _died(case: Case, reason: str) -> Finished:
-    return failed(blank_record(case), reason), None
 
 
 class _Pool(Generic[T, R]):

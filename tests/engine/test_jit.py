@@ -8,8 +8,9 @@ import time
 from pathlib import Path
 
 import pytest
+from kernels import entry_to
 
-from engine import _jit
+from engine import _jit, _loop
 
 SOURCES = Path(_jit.__file__).parent
 
@@ -54,6 +55,36 @@ def test_an_edited_callee_in_another_file_is_seen(tmp_path):
     motion.write_text(edited)
     changed, _ = run_copy(tmp_path, cache)
     assert changed == pytest.approx(0.5 * first)
+
+
+@pytest.mark.compiled
+def test_a_kernel_without_a_wrapper_refuses_a_call_from_python():
+    # Without the refusal the process ends here with a segmentation fault.
+    with pytest.raises(TypeError, match="kernel `run` can be called by other kernels only"):
+        _loop.run()
+    # What is called instead does the same, and is kept apart from what other kernels call.
+    doubled = _jit.kernel(twice)
+    with pytest.raises(TypeError, match="kernel `twice`"):
+        doubled(1.5)
+    assert entry_to(doubled)(1.5) == 3.0
+    assert entry_to(entry_to(doubled)) is entry_to(doubled)
+    with pytest.raises(TypeError, match="kernel `twice`"):
+        _jit.kernel(twice)(1.5)
+
+
+def twice(x):
+    return x + x
+
+
+@pytest.mark.parametrize("name", ["get_host_cpu_name", "get_host_cpu_features"])
+def test_key_depends_on_the_processor(monkeypatch, name):
+    # Where it doesn't, kernels of another processor are called compiled, and compiled in silence.
+    key = _jit.cache_key()
+    other = {"sse2": True} if name == "get_host_cpu_features" else "znver2"
+    features = type("Features", (dict,), {"flatten": lambda self: str(dict(self))})
+    found = features(other) if name == "get_host_cpu_features" else other
+    monkeypatch.setattr(_jit.llvmlite.binding, name, lambda: found)
+    assert _jit.cache_key() != key
 
 
 @pytest.mark.parametrize("flag", _jit.FLAGS)

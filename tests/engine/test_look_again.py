@@ -4,11 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from kernels import entry_to
 from shots import R, ball, scene_of
 
 from engine._layout import layout_of
 from engine._look_again import overlap_until
 from engine._state import BOUNDS, COUNTERS
+
+overlap_until = entry_to(overlap_until)
 
 
 def looked_at(other, velocity, end):

@@ -8,6 +8,7 @@ import random
 
 import numpy as np
 import pytest
+from kernels import entry_to
 
 from engine import _plastic as plastic
 from engine._layout import contacts_of
@@ -24,6 +25,8 @@ from engine._state import (
     SECOND,
     Contacts,
 )
+
+end_approach, gained = map(entry_to, (end_approach, gained))
 
 ROOT3 = math.sqrt(3.0)
 BOTTOM = -3  # -1 minus the index of the cushion
@@ -184,7 +187,7 @@ def test_where_no_choice_is_found_impulses_only_take_energy():
         contacts, count = group.contacts(), len(group.ends)
         chance = random.Random(seed)
         contacts.forces[:count, FORCE] = [chance.gauss(0, 3) for _ in range(count)]
-        plastic._take_energy(contacts, count)
+        entry_to(plastic._take_energy)(contacts, count)
         gains = [
             [gained(contacts, count, k, row) for row in (PUSH_X, PUSH_Y)]
             for k in range(len(group.masses))

@@ -5,9 +5,14 @@ import math
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from kernels import entry_to
 
 from engine._state import NOWHERE
 from engine._tree import enter_instant, first_due, least_of_others
+
+enter_instant, first_due, least_of_others = map(
+    entry_to, (enter_instant, first_due, least_of_others)
+)
 
 INSTANTS = st.lists(st.sampled_from([0.0, 1.0, 2.0, 3.0, math.inf]), min_size=1, max_size=20)
 

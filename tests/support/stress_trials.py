@@ -1,4 +1,8 @@
-"""Trials of the families of the stress suite, by name."""
+"""Trials of the families of the stress suite, by name.
+
+They are made when a test asks for them: a module that did so while it is imported would cost every
+process of every test run what they take.
+"""
 
 from __future__ import annotations
 

@@ -337,7 +337,9 @@ def test_the_kernels_are_made_ready_once_and_only_for_a_run_that_starts(
     # Breaks where workers start first: each would compile, and say so.
     seen: list[str] = []
     real = validation.suite.run_cases
-    monkeypatch.setattr(validation.suite, "warm_up", lambda scenes: seen.append("warm"))
+    monkeypatch.setattr(
+        validation.suite, "compile_kernels", lambda *given, **named: seen.append("warm")
+    )
     monkeypatch.setattr(
         validation.suite, "run_cases", lambda *given: (seen.append("run"), real(*given))[1]
     )

@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
-from engine import Scene, UnsupportedSceneError, warm_up
+from engine import Scene, UnsupportedSceneError
 from reference_adapters import make_engine
 from reference_adapters.registry import EngineUnavailableError, parse_spec
 from validation.attribution._attribute import attribute
@@ -19,6 +19,7 @@ from validation.attribution._file import (
     write_attributions,
 )
 from validation.attribution.records import Attribution
+from validation.compiling import compile_kernels
 from validation.files import ResultsError
 from validation.known_shot import ENGINES, KnownShot, known_shot
 from validation.records import scene_hash
@@ -107,7 +108,7 @@ def attribute_results(
     }
     missing = [case for case in wanted if _key(case) not in kept]
     pairs = [(case.load_scene(), case.label) for case in missing]
-    warm_up([scene for scene, _ in pairs])  # here, once: else each process would compile
+    compile_kernels([scene for scene, _ in pairs], jobs, tangents=True)
     codes = {_key(case): case.code_hash for case in missing}
     for one in attribute_many(pairs, jobs=jobs, progress=progress, time_limit=time_limit):
         kept[one.scene, one.label] = replace(one, code_hash=codes[one.scene, one.label])

@@ -15,11 +15,12 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from engine import Scene, Status, simulate, warm_up
+from engine import Scene, Status, simulate
 from reference_adapters.certified import CertifiedSettings, certify
 from validation.bench.measurements import Measurement, measured_where
 from validation.bench.running import BenchError
 from validation.bench.timing import Progress
+from validation.compiling import compile_kernels
 from validation.faults import faults_of
 from validation.grading import grade
 from validation.random_shots import random_shot
@@ -213,8 +214,7 @@ def measure_accuracy(
         if value < least:
             raise BenchError(f"`{name}` must be at least {least}, got {value}")
     numbers = range(first, first + shots)
-    # Here, once: else each process would compile for itself.
-    warm_up(random_shot(number) for number in numbers[: 4 * _BATCH])
+    compile_kernels((random_shot(number) for number in numbers[: 4 * _BATCH]), jobs)
     tally = _Tally()
     interrupted = False
     batches = (numbers[k : k + _BATCH] for k in range(0, shots, _BATCH))

@@ -22,11 +22,12 @@ from typing import Any
 
 import numpy as np
 
-from engine import Scene, UnsupportedSceneError, warm_up
+from engine import Scene, UnsupportedSceneError
 from engine.result import initial_state
 from engine.trajectory import energy_of
 from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
 from validation.case import plain_settings
+from validation.compiling import compile_kernels
 from validation.ensembles.member import MemberResult, MemberTask, died, run_member
 from validation.ensembles.members import EnsembleError, Size, Stream, perturb
 from validation.ensembles.records import (
@@ -297,7 +298,7 @@ class _Run:
         written, begun = time.monotonic(), False
         try:
             if wanted := [self._ensembles[key].scene for key, those in missing.items() if those]:
-                warm_up(wanted)  # here, once: else each process would compile
+                compile_kernels(wanted, jobs)
             with closing(
                 run_tasks(self._tasks(missing), jobs, run_member, died, limit_of(time_limit))
             ) as finished:

@@ -11,7 +11,7 @@ by the tangent map of the shot itself. To first order, so that it is the surer t
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -40,6 +40,9 @@ _SEED = 59
 
 _MOST_NUMBERS = 4_000_000
 """Of perturbations that are held at once: 32 MB."""
+
+_MOST_INTERVALS = 100_000
+"""Of two balls between their events that are searched at once: 30 MB."""
 
 
 @dataclass(frozen=True)
@@ -255,36 +258,11 @@ def _near_misses(result: Result, tangent: TangentMap) -> Iterator[Bifurcation]:
 
 def _passings(result: Result) -> tuple[FloatArray, IntArray, IntArray, FloatArray]:
     """Return where the gap of two balls has a minimum between events: times, balls, gaps."""
-    trajectory = result._exact("motion")
-    starts = [knots[:, 0] for knots in trajectory.knots]
-    parts: list[tuple[FloatArray, IntArray, IntArray, FloatArray]] = []
-    meetings = _meetings(result)
-    moving = np.any(result.scene.velocities != 0.0, axis=1)
-    for i in range(len(starts)):
-        for j in range(i):
-            if len(starts[i]) == len(starts[j]) == 1 and not np.any(moving[[i, j]]):
-                continue
-            pair = _pair(trajectory, i, j)
-            edges = np.unique(np.concatenate([starts[i], starts[j], [trajectory.t_end]]))
-            low, high = edges[:-1].copy(), edges[1:].copy()
-            before = _closing(pair, np.nextafter(high, 0.0))
-            turning = (_closing(pair, low) < 0.0) & (before > 0.0)
-            # One also stops, or turns, at an event of its own: but not where the two meet.
-            ending = (before < 0.0) & (_closing(pair, high) >= 0.0) & ~np.isin(high, meetings[i, j])
-            stops = high[ending]
-            low, high = low[turning], high[turning]
-            for _ in range(_HALVINGS):
-                middle = 0.5 * (low + high)
-                falling = _closing(pair, middle) < 0.0
-                low, high = np.where(falling, middle, low), np.where(falling, high, middle)
-            high = np.concatenate([high, stops])
-            if not len(high):
-                continue
-            places = pair.sample(high).positions
-            gap = np.linalg.norm((places[:, 0] - places[:, 1])[:, :2], axis=1)
-            gap -= np.sum(pair.radii)
-            balls = np.full(len(high), i), np.full(len(high), j)
-            parts.append((high, *balls, np.maximum(gap, 0.0)))
+    motion, meetings = result._exact("motion"), _meetings(result)
+    parts = [
+        _passings_in(intervals, motion.radii, meetings)
+        for intervals in _intervals(motion, np.any(result.scene.velocities != 0.0, axis=1))
+    ]
     if not parts:
         none = np.empty(0)
         return none, np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), none
@@ -292,33 +270,142 @@ def _passings(result: Result) -> tuple[FloatArray, IntArray, IntArray, FloatArra
     return times, a, b, gaps
 
 
-def _meetings(result: Result) -> dict[tuple[int, int], list[float]]:
-    """Return when each two balls collide [s], by the higher number and the lower."""
-    meetings: dict[tuple[int, int], list[float]] = defaultdict(list)
-    for t, kind, a, b in events_of(result).tolist():
-        if kind == EventKind.BALL_BALL:
-            meetings[max(a, b), min(a, b)].append(t)
-    return meetings
+@dataclass(frozen=True, eq=False)
+class _Intervals:
+    """Intervals of time in which neither of two balls has an event, of many pairs of balls.
+
+    Attributes
+    ----------
+    low, high : (k,) float64 [s]
+    pairs : (k, 2) int64
+        The two balls.
+    within, after : (k, 2) int64
+        The row of `knots` that says how each of the two moves, and the one that does at `high`.
+    knots : (m, 14) float64
+        Of all balls, as in `ExactTrajectory`.
+    """
+
+    low: FloatArray
+    high: FloatArray
+    pairs: IntArray
+    within: IntArray
+    after: IntArray
+    knots: FloatArray
+
+    def only(self, kept: IntArray) -> _Intervals:
+        """Return some of the intervals."""
+        return _Intervals(
+            self.low[kept],
+            self.high[kept],
+            self.pairs[kept],
+            self.within[kept],
+            self.after[kept],
+            self.knots,
+        )
+
+    def relative(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return place and velocity of the second ball relative to the first at an instant of each.
+
+        As `ExactTrajectory.sample` has them, to the bit.
+        """
+        rows = np.where((times < self.high)[:, np.newaxis], self.within, self.after)
+        states = []
+        for row in rows.T:
+            knot = self.knots[row]
+            s = (times - knot[:, 0])[:, np.newaxis]
+            r, v, a = knot[:, 1:3], knot[:, 3:5], knot[:, 5:7]
+            states.append((r + s * (v + 0.5 * s * a), v + s * a))
+        (place_a, velocity_a), (place_b, velocity_b) = states
+        return place_b - place_a, velocity_b - velocity_a
+
+    def closing(self, times: FloatArray) -> FloatArray:
+        """Return half the rate of change of the squared distance at an instant of each [m^2/s]."""
+        r, v = self.relative(times)
+        rate: FloatArray = np.sum(r * v, axis=1)
+        return rate
 
 
-def _pair(trajectory: ExactTrajectory, i: int, j: int) -> ExactTrajectory:
-    """Return the motion of two balls alone."""
-    both = [i, j]
-    return ExactTrajectory(
-        trajectory.radii[both],
-        (trajectory.knots[i], trajectory.knots[j]),
-        trajectory.t_end,
-        trajectory.spin_decelerations[both],
+def _intervals(motion: ExactTrajectory, moving: NDArray[np.bool_]) -> Iterator[_Intervals]:
+    """Yield the intervals of all pairs of which one ever moves, many at once."""
+    starts = [knots[:, 0] for knots in motion.knots]
+    first = np.cumsum([0, *(len(one) for one in starts)])
+    knots = np.concatenate(motion.knots)
+    pending: list[_Intervals] = []
+    count = 0
+    for i in range(len(starts)):
+        for j in range(i):
+            if len(starts[i]) == len(starts[j]) == 1 and not np.any(moving[[i, j]]):
+                continue
+            edges = np.unique(np.concatenate([starts[i], starts[j], [motion.t_end]]))
+            rows = np.stack(
+                [
+                    first[ball]
+                    + np.maximum(np.searchsorted(starts[ball], edges, side="right") - 1, 0)
+                    for ball in (i, j)
+                ],
+                axis=1,
+            )
+            pairs = np.tile(np.array([i, j]), (len(edges) - 1, 1))
+            pending.append(_Intervals(edges[:-1], edges[1:], pairs, rows[:-1], rows[1:], knots))
+            count += len(edges) - 1
+            if count > _MOST_INTERVALS:
+                yield _joined(pending)
+                pending, count = [], 0
+    if pending:
+        yield _joined(pending)
+
+
+def _joined(parts: Sequence[_Intervals]) -> _Intervals:
+    return _Intervals(
+        np.concatenate([part.low for part in parts]),
+        np.concatenate([part.high for part in parts]),
+        np.concatenate([part.pairs for part in parts]),
+        np.concatenate([part.within for part in parts]),
+        np.concatenate([part.after for part in parts]),
+        parts[0].knots,
     )
 
 
-def _closing(pair: ExactTrajectory, times: FloatArray) -> FloatArray:
-    """Return half the rate of change of the squared distance of two balls at times [m^2/s]."""
-    state = pair.sample(times)
-    r = state.positions[:, 1] - state.positions[:, 0]
-    v = state.velocities[:, 1] - state.velocities[:, 0]
-    rate: FloatArray = np.sum((r * v)[:, :2], axis=1)
-    return rate
+def _passings_in(
+    every: _Intervals, radii: FloatArray, meetings: Mapping[tuple[int, int], set[float]]
+) -> tuple[FloatArray, IntArray, IntArray, FloatArray]:
+    """Return what `_passings` does, of some intervals."""
+    before = every.closing(np.nextafter(every.high, 0.0))
+    turns = np.flatnonzero((every.closing(every.low) < 0.0) & (before > 0.0))
+    # One also stops, or turns, at an event of its own: but not where the two meet.
+    ending = np.flatnonzero((before < 0.0) & (every.closing(every.high) >= 0.0))
+    stops = np.array(
+        [
+            k
+            for k in ending.tolist()
+            if every.high[k] not in meetings.get((every.pairs[k, 0], every.pairs[k, 1]), ())
+        ],
+        dtype=np.int64,
+    )
+    turning = every.only(turns)
+    low, high = turning.low, turning.high
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        falling = turning.closing(middle) < 0.0
+        low, high = np.where(falling, middle, low), np.where(falling, high, middle)
+    which = np.concatenate([turns, stops])
+    times = np.concatenate([high, every.high[stops]])
+    # By pairs; of each, first where one turns.
+    pair_of = every.pairs[which, 0] * len(radii) + every.pairs[which, 1]
+    order = np.lexsort((np.arange(len(which)), pair_of))
+    which, times = which[order], times[order]
+    a, b = every.pairs[which].T
+    gaps = np.linalg.norm(every.only(which).relative(times)[0], axis=1) - (radii[a] + radii[b])
+    return times, a, b, np.maximum(gaps, 0.0)
+
+
+def _meetings(result: Result) -> dict[tuple[int, int], set[float]]:
+    """Return when each two balls collide [s], by the higher number and the lower."""
+    meetings: dict[tuple[int, int], set[float]] = defaultdict(set)
+    for t, kind, a, b in events_of(result).tolist():
+        if kind == EventKind.BALL_BALL:
+            meetings[max(a, b), min(a, b)].add(t)
+    return meetings
 
 
 def _changes(tangent: TangentMap, times: FloatArray, a: IntArray, b: IntArray) -> FloatArray:

@@ -64,6 +64,9 @@ class Predictability:
         Of a scene with the tag "chaos".
     definition_hash : str
         Of the scene: one of its name may be another.
+    code_hash : str
+        Of the code that measured it, `validation.unchanged.Code`; "" where that can't be told, so
+        that it is measured again.
     """
 
     scene: str
@@ -78,6 +81,7 @@ class Predictability:
     fragile: bool
     separations: tuple[Separation, ...] = ()
     definition_hash: str = ""
+    code_hash: str = ""
     schema: int = SCHEMA
 
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)

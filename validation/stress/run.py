@@ -18,13 +18,14 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from engine import GhostballError, UnsupportedSceneError, warm_up
+from engine import GhostballError, UnsupportedSceneError
 from reference_adapters.registry import (
     OURS,
     EngineUnavailableError,
     make_engine,
     parse_spec,
 )
+from validation.compiling import compile_kernels
 from validation.environment import describe_environment
 from validation.library import FOLDER
 from validation.stress.families import FAMILIES
@@ -233,7 +234,8 @@ def _run(
     try:
         if any(parse_spec(task.label)[0] == OURS for task in rest):
             examples = {id(task.trial): task.trial for task in rest}.values()
-            warm_up(scene for trial in examples for scene in trial.examples())
+            played = [scene for trial in examples for scene in trial.examples()]
+            compile_kernels(played, jobs)
         with closing(run_tasks(rest, jobs, run_trial, _died, limit)) as findings:
             for one in findings:
                 stamped = replace(one, code_hash=code_hash if code.holds() else "")

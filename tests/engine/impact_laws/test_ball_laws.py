@@ -25,6 +25,7 @@ from ball_impacts import (
     shot,
 )
 from hypothesis import assume, given
+from kernels import entry_to
 from shots import R
 
 from engine._state import Laws
@@ -32,6 +33,10 @@ from engine.impact_laws.ball_frictional import frictional
 from engine.impact_laws.ball_mathavan2014 import mathavan2014
 from engine.impact_laws.friction_curve import alciatore_friction
 from engine.impact_laws.interface import BallImpact, BallImpulse
+
+frictional, mathavan2014, alciatore_friction = map(
+    entry_to, (frictional, mathavan2014, alciatore_friction)
+)
 
 Law = Callable[[BallImpact, Laws], BallImpulse]
 both_laws = pytest.mark.parametrize("law", [frictional, mathavan2014])

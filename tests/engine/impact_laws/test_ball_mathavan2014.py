@@ -20,6 +20,7 @@ from ball_impacts import (
     shot,
 )
 from hypothesis import given
+from kernels import entry_to
 from published_steps import stepped
 from shots import R
 
@@ -27,6 +28,10 @@ from engine.impact_laws.ball_frictional import frictional
 from engine.impact_laws.ball_mathavan2014 import mathavan2014
 from engine.impact_laws.friction_curve import alciatore_friction
 from engine.impact_laws.interface import BallImpact
+
+frictional, mathavan2014, alciatore_friction = map(
+    entry_to, (frictional, mathavan2014, alciatore_friction)
+)
 
 # --- the cloth's part ---------------------------------------------------------------------------
 

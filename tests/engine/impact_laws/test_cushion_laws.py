@@ -10,10 +10,15 @@ import pytest
 from cushion_impacts import R, energy, impact_of, laws_of, outcome, reflected, rolling
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kernels import entry_to
 
 from engine.impact_laws.cushion_han2005 import frictional, han2005
 from engine.impact_laws.cushion_mathavan2010 import mathavan2010
 from engine.impact_laws.cushion_restitution import restitution
+
+frictional, han2005, mathavan2010, restitution = map(
+    entry_to, (frictional, han2005, mathavan2010, restitution)
+)
 
 ALL = (restitution, frictional, han2005, mathavan2010)
 FRICTIONAL = ALL[1:]

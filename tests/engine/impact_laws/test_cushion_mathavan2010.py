@@ -21,8 +21,11 @@ from cushion_impacts import (
 )
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from kernels import entry_to
 
 from engine.impact_laws.cushion_mathavan2010 import mathavan2010
+
+mathavan2010 = entry_to(mathavan2010)
 
 ACCURACY = 1e-9  # of the speed of approach, as the law states
 

@@ -8,11 +8,14 @@ from itertools import pairwise
 
 import mpmath
 import pytest
+from kernels import entry_to
 from shots import ball, scene_of
 
 from engine._layout import laws_of
 from engine._state import Laws
 from engine.impact_laws.friction_curve import alciatore_friction, friction_coefficient
+
+alciatore_friction, friction_coefficient = map(entry_to, (alciatore_friction, friction_coefficient))
 
 
 def laws(friction: float | str) -> Laws:

@@ -15,8 +15,6 @@ from validation.stress.families.near_degenerate import FAMILY
 from validation.stress.proved import AsProved
 from validation.stress.trial import SceneTrial
 
-TRIALS, FULL = trials_of(FAMILY, "quick"), trials_of(FAMILY, "full")
-
 
 def is_pressed(name: str) -> bool:
     """Whether the balls meet so slowly that they stay together: the proof ends there."""
@@ -25,13 +23,14 @@ def is_pressed(name: str) -> bool:
 
 
 def test_the_quick_suite_is_of_the_same_kinds():
-    assert len(FULL) > 500
-    assert {name.split("-")[1] for name in TRIALS} == {name.split("-")[1] for name in FULL}
+    quick, full = (trials_of(FAMILY, suite) for suite in ("quick", "full"))
+    assert len(full) > 500
+    assert {name.split("-")[1] for name in quick} == {name.split("-")[1] for name in full}
 
 
 def test_what_is_asked_is_proved_and_happens():
     endings, events = Counter(), Counter()
-    for trial in TRIALS.values():
+    for trial in trials_of(FAMILY, "quick").values():
         assert isinstance(trial, SceneTrial)
         if isinstance(trial.judge, AsProved):
             certificate = certify(trial.scene)
@@ -43,7 +42,7 @@ def test_what_is_asked_is_proved_and_happens():
 
 @pytest.mark.parametrize("kind", ["elastic", "rolling", "sliding"])
 def test_touching_balls_of_one_velocity_stay_together(kind):
-    trial = TRIALS[f"{kind}-alike-gap-0-course-0.7"]
+    trial = trials_of(FAMILY, "quick")[f"{kind}-alike-gap-0-course-0.7"]
     assert isinstance(trial, SceneTrial)
     a, b = trial.scene.balls
     assert b.position[0] - a.position[0] == a.radius + b.radius
@@ -53,8 +52,8 @@ def test_touching_balls_of_one_velocity_stay_together(kind):
 
 
 def test_a_phantom_collision_of_such_balls_is_seen():
-    trial = TRIALS["rolling-alike-gap-1e-03-course-0.0"]
-    other = TRIALS["rolling-slower-by-1e-01-at-0-turned-0"]
+    trial = trials_of(FAMILY, "quick")["rolling-alike-gap-1e-03-course-0.0"]
+    other = trials_of(FAMILY, "quick")["rolling-slower-by-1e-01-at-0-turned-0"]
     assert isinstance(trial, SceneTrial)
     assert isinstance(other, SceneTrial)
     faults = trial.judge(simulate(other.scene, record="trajectory")).faults
@@ -62,7 +61,7 @@ def test_a_phantom_collision_of_such_balls_is_seen():
 
 
 def test_balls_that_are_pressed_are_known_to_the_hop_that_is_left_out():
-    pressed = [trial for name, trial in FULL.items() if is_pressed(name)]
+    pressed = [trial for name, trial in trials_of(FAMILY, "full").items() if is_pressed(name)]
     assert len(pressed) == 10
     for trial in pressed:
         run = simulate(trial.scene, record="trajectory")
@@ -72,7 +71,7 @@ def test_balls_that_are_pressed_are_known_to_the_hop_that_is_left_out():
 @pytest.mark.parametrize("power", ["04", "08"])
 def test_a_pair_that_meets_unseen_is_seen(power):
     """The ball behind goes on as if it were alone."""
-    trial = FULL[f"rolling-slowed-more-by-1e-{power}-met"]
+    trial = trials_of(FAMILY, "full")[f"rolling-slowed-more-by-1e-{power}-met"]
     alone = trial.scene.model_copy(update={"balls": trial.scene.balls[:1]})
     through = simulate(alone, record="trajectory").final_state
     run = simulate(trial.scene, record="trajectory")

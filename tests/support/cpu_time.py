@@ -1,0 +1,117 @@
+"""Plugin of pytest: what each test costs, and a run that fails where one costs too much.
+
+`--cpu-limit 5` prints the ten tests that take the most time of the processor, and makes the run
+fail if one takes more than 5 s and isn't marked `slow`. What counts is the processor's time, of
+this process and of those that the test started and waited for: a busy machine makes a test last
+longer, and costs it no more. What a test sets up counts as its own, also what later tests share.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections import Counter
+from collections.abc import Iterator
+
+import pytest
+
+SHOWN = 10
+"""Tests that are printed."""
+
+_LIMIT = pytest.StashKey[float]()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--cpu-limit",
+        type=float,
+        metavar="SECONDS",
+        help="print the tests that cost most, and fail if one that isn't marked slow costs more",
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    # Workers of xdist measure, and hand what they measured to the process that started them.
+    limit = config.getoption("--cpu-limit")
+    if limit is not None:
+        config.pluginmanager.register(Meter(), "cpu-meter")
+        if not hasattr(config, "workerinput"):
+            config.pluginmanager.register(Limit(limit), "cpu-limit")
+
+
+def used() -> float:
+    """Return the processor's time of this process and of its children that have ended [s]."""
+    children = os.times()
+    return time.process_time() + children.children_user + children.children_system
+
+
+class Meter:
+    """Measures each phase of each test: what it sets up, the test, what it takes down."""
+
+    def __init__(self) -> None:
+        self.phase = 0.0  # of the phase that ended last [s]
+
+    def _measure(self) -> Iterator[None]:
+        begin = used()
+        try:
+            return (yield)
+        finally:
+            self.phase = used() - begin
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_setup(self) -> Iterator[None]:
+        return (yield from self._measure())
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_call(self) -> Iterator[None]:
+        return (yield from self._measure())
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_teardown(self) -> Iterator[None]:
+        return (yield from self._measure())
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(self) -> Iterator[None]:
+        report = yield
+        report.cpu_seconds = self.phase
+        return report
+
+
+class Limit:
+    """Adds up what each test costs, prints the most costly, and judges the run."""
+
+    def __init__(self, limit: float) -> None:
+        self.limit = limit  # [s]
+        self.costs: Counter[str] = Counter()  # [s] by test
+        self.slow: set[str] = set()
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        # A worker that crashed reports a test without it.
+        self.costs[report.nodeid] += getattr(report, "cpu_seconds", 0.0)
+        if "slow" in report.keywords:
+            self.slow.add(report.nodeid)
+
+    @property
+    def over(self) -> list[str]:
+        """Tests that cost more than they may."""
+        costs = self.costs.items()
+        return [test for test, cost in costs if cost > self.limit and test not in self.slow]
+
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        if self.over and session.exitstatus == pytest.ExitCode.OK:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        say = terminalreporter
+        say.section(f"{SHOWN} tests that cost most (processor time)")
+        for test, cost in self.costs.most_common(SHOWN):
+            say.write_line(f"{cost:6.2f} s  {test}")
+        if not self.over:
+            return
+        say.section("tests that cost too much", red=True)
+        for test in self.over:
+            say.write_line(
+                f"{test} took {self.costs[test]:.1f} s of the processor, and {self.limit:g} s is "
+                "the most. Make it smaller, or mark it slow; if it compiled kernels, name their "
+                "variant in tests/support/compile_kernels.py."
+            )

@@ -1,0 +1,34 @@
+"""What `import validation` gives, and what it doesn't cost."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import validation
+
+
+def test_every_name_is_where_it_is_said_to_be():
+    assert sorted(name for names in validation._MODULES.values() for name in names) == sorted(
+        validation.__all__
+    )
+    for name in validation.__all__:
+        assert name in dir(validation)
+        assert getattr(validation, name) is not None
+
+
+def test_a_name_that_is_none_is_refused():
+    with pytest.raises(AttributeError, match="no attribute 'run_sweet'"):
+        _ = validation.run_sweet
+
+
+def test_a_process_for_tasks_imports_nothing_of_what_they_do():
+    # Breaks where each process of a pool imports the whole suite before its first task.
+    heavy = "[name for name in ('engine', 'numpy', 'numba', 'validation.suite') if name in modules]"
+    code = f"import validation.worker; from sys import modules; print({heavy})"
+    found = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout
+    assert found.strip() == "[]"
