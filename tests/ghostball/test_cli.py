@@ -185,6 +185,7 @@ def test_the_scene_that_the_bad_ones_vary_is_good(cli, tmp_path):
         (["validate", "smok"], ['"smok"', "smoke"]),
         (["validate", "stop", "--suite", "smoke"], ["exclude each other"]),
         (["validate", "--suite", "tiny"], ["--suite", "smoke"]),
+        (["validate", "stop", "--figures", "--no-report"], ["exclude each other"]),
         (["validate", "--jobs", "0"], ["--jobs"]),
         (["validate", "stop", "--engines", "ghostball,pymonk"], ["'pymonk'"]),
         (["validate", "stop", "--engines", "ghostball,,pymunk"], ["between commas"]),
@@ -310,6 +311,10 @@ def test_validate_writes_the_report_and_report_writes_it_again(cli, tmp_path):
     assert again.stdout == f"{page}\n{report}\n"
     assert report.read_text() == written
     assert page.read_text() == shown
+    assert not (out / "figures" / "stop-paths.png").exists()
+    assert cli("report", out, "--figures").exit_code == 0
+    assert (out / "figures" / "stop-paths.png").exists()
+    assert "figures/stop-paths.png" in report.read_text()
 
 
 def test_what_of_a_report_fails_costs_itself_and_comes_after_the_verdicts(
