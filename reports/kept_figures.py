@@ -86,13 +86,14 @@ def inputs_hash(results: ResultsFolder, asked: Collection[str]) -> str:
         key: value for key, value in results.environment.items() if key not in ("date", "command")
     }
     path = results.path
-    lines = _TAKEN_OVER.sub(b"", (path / "results.jsonl").read_bytes())
+    # Several processes end their cases in any order; those taken over are in that of the plan.
+    lines = sorted(_TAKEN_OVER.sub(b"", (path / "results.jsonl").read_bytes()).splitlines())
     inputs = {
         "code": [code, hash_sources([ours])],
         "versions": {name: version(name) for name in ("matplotlib", "pillow", "contourpy")},
         "asked": list(asked),
         "environment": environment,
-        "cases": hashlib.sha256(lines).hexdigest(),
+        "cases": hashlib.sha256(b"\n".join(lines)).hexdigest(),
         "files": {
             name: hash_of_file(file)
             for file in sorted(path.rglob("*"))

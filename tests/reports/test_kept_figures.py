@@ -31,6 +31,10 @@ def edit(path, old, new):
     path.write_text(text.replace(old, new))
 
 
+def turn_round(path):
+    path.write_text("".join(reversed(path.read_text().splitlines(keepends=True))))
+
+
 def append(path):
     path.write_bytes(path.read_bytes() + b"0")  # after the end of an archive: it still reads
 
@@ -52,6 +56,7 @@ def test_nothing_is_drawn_again_where_nothing_changed(small_folder, drawings):
 
 # What another run of the same writes anew.
 SAME = {
+    "the order": lambda f: turn_round(f / "results.jsonl"),
     "taken over": lambda f: edit(f / "results.jsonl", '"taken_over":false', '"taken_over":true'),
     "the date": lambda f: environment(f, date="2099-01-01", command=["another"]),
     "a comparison": lambda f: save_regression(regression(identical(), outcome="passed"), f),
