@@ -32,6 +32,9 @@ NOTE = ".drawn.json"
 NOT_SHOWN = ("report.md", "report.html", "regression.json", ".lock", "env.json", "results.jsonl")
 """Files of a results folder that aren't hashed as they are: no figure shows them, or not all."""
 
+OF_THE_RUN = ("date", "command", "taken_over")
+"""Entries of `env.json` that are of one run, and that no figure shows."""
+
 _TAKEN_OVER = re.compile(rb'"taken_over":(?:true|false)')
 
 
@@ -83,7 +86,7 @@ def inputs_hash(results: ResultsFolder, asked: Collection[str]) -> str:
     if not code or max(changes) > _IMPORTED_NS:
         return ""
     environment: dict[str, Any] = {
-        key: value for key, value in results.environment.items() if key not in ("date", "command")
+        key: value for key, value in results.environment.items() if key not in OF_THE_RUN
     }
     path = results.path
     # Several processes end their cases in any order; those taken over are in that of the plan.

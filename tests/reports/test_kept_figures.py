@@ -58,7 +58,9 @@ def test_nothing_is_drawn_again_where_nothing_changed(small_folder, drawings):
 SAME = {
     "the order": lambda f: turn_round(f / "results.jsonl"),
     "taken over": lambda f: edit(f / "results.jsonl", '"taken_over":false', '"taken_over":true'),
-    "the date": lambda f: environment(f, date="2099-01-01", command=["another"]),
+    "the date": lambda f: environment(
+        f, date="2099-01-01", command=["another"], taken_over={"cases": 3}
+    ),
     "a comparison": lambda f: save_regression(regression(identical(), outcome="passed"), f),
 }
 OTHER = {
