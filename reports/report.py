@@ -2,7 +2,7 @@
 
 The page draws its own charts and needs no figure. Those of the whole run are few and always drawn;
 those of each scene, four a scene, take most of a minute for all shipped scenes, and wait until
-somebody asks for them.
+somebody asks for them. Where nothing has changed that the figures of the run show, they are kept.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from reports.attribution_figure import draw_attribution
 from reports.chaos_figure import draw_chaos
 from reports.figures import SCENE_FIGURES, draw_accuracy, draw_ensemble, draw_verdicts
 from reports.guarded import FailedPart, IncompleteReportError, attempt
+from reports.kept_figures import keep_figures, kept_figures
 from reports.markdown import report_text
 from reports.markdown_parts import Drawn
 from reports.page import ScenePart, failed_scene_part, page_text, scene_part
@@ -140,7 +141,10 @@ def write_report(
     tasks = [WHOLE, *(ENSEMBLE + name for name in perturbed)]
     if figures:
         tasks += [PICTURES + name for name in results.scene_names]
-    drawn: dict[str, Drawn] = {}
+    kept = kept_figures(results, PurePosixPath(FIGURES), WHOLE_FIGURES)
+    if kept is not None:
+        tasks.remove(WHOLE)
+    drawn: dict[str, Drawn] = {} if kept is None else {WHOLE: kept}
     parts: dict[str, ScenePart] = {}
     failed: list[FailedPart] = []
     count = len(tasks) + len(results.scene_names)
@@ -171,6 +175,8 @@ def write_report(
         report = results.path / REPORT
         write_all_whole({report.with_name(PAGE): page, report: text})
         _remove_stale(results.path, drawn.values())
+        if kept is None and not failed:
+            keep_figures(results, PurePosixPath(FIGURES), WHOLE_FIGURES, whole)
     except OSError as error:
         raise ReportError(
             f"{error.filename or results.path}: can't write the report: {error.strerror or error}. "
@@ -189,7 +195,7 @@ def _make_all(
     With more than one process the others draw the figures, and this one makes the page meanwhile:
     that alone needs no matplotlib.
     """
-    if jobs <= 1:
+    if jobs <= 1 or not tasks:
         for task in tasks:
             yield task, _draw_task(source, task, failed)
         yield from _scene_parts(source, failed)

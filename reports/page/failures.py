@@ -199,4 +199,5 @@ def explaining(case: CaseRecord) -> str:
 
 def _own_scenes(results: ResultsFolder) -> list[str]:
     """Return the scenes that aren't shipped: their commands need their files."""
-    return [name for name in results.scene_names if name not in scene_names()]
+    shipped = scene_names()
+    return [name for name in results.scene_names if name not in shipped]

@@ -43,8 +43,10 @@ def results(run_folder: Path) -> ResultsFolder:
 
 @pytest.fixture(scope="session")
 def page_url(run_folder: Path) -> str:
-    """Address of the page."""
-    return write_report(run_folder).with_name("report.html").as_uri()
+    """Address of the page, which needs no figure."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("reports.report.WHOLE_FIGURES", {})
+        return write_report(run_folder).with_name("report.html").as_uri()
 
 
 @pytest.fixture(scope="session")

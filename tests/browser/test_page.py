@@ -9,20 +9,21 @@ PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobil
 # `open_page` fails a test whose page says anything on the console, or asks for another file.
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("size", [{}, PHONE])
-def test_the_whole_page_fits_the_screen(open_page, scheme, size):
-    page = open_page(color_scheme=scheme, **size)
-    wide = page.evaluate(
-        """() => [...document.querySelectorAll("main *, nav *")].filter((one) => {
-            const box = one.getBoundingClientRect();
-            const scrolls = (up) => up && (getComputedStyle(up).overflowX !== "visible"
-                || scrolls(up.parentElement));
-            return box.width && box.right > innerWidth + 1 && !scrolls(one.parentElement);
-        }).map((one) => `${one.tagName}.${one.className}`)"""
-    )
-    assert wide == []
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+def test_the_whole_page_fits_the_screen(open_page, size):
+    page = open_page(**size)
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme=scheme)
+        wide = page.evaluate(
+            """() => [...document.querySelectorAll("main *, nav *")].filter((one) => {
+                const box = one.getBoundingClientRect();
+                const scrolls = (up) => up && (getComputedStyle(up).overflowX !== "visible"
+                    || scrolls(up.parentElement));
+                return box.width && box.right > innerWidth + 1 && !scrolls(one.parentElement);
+            }).map((one) => `${one.tagName}.${one.className}`)"""
+        )
+        assert wide == []
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
 def test_a_link_opens_its_scene_and_steps_go_on(open_page, results):

@@ -308,12 +308,13 @@ def test_names_are_text_whatever_they_hold(open_page):
     assert "<img" in replay_of(page, "hostile").locator(".gb-log").inner_text()
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("size", [{}, PHONE])
-def test_nothing_is_wider_than_the_screen(open_page, scheme, size):
-    page = open_page(CUT, color_scheme=scheme, **size)
+def test_nothing_is_wider_than_the_screen(open_page, size):
+    page = open_page(CUT, **size)
     seek(page, 1.5)
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme=scheme)
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
 def redrawn(page):

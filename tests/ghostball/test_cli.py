@@ -185,6 +185,7 @@ def test_the_scene_that_the_bad_ones_vary_is_good(cli, tmp_path):
         (["validate", "smok"], ['"smok"', "smoke"]),
         (["validate", "stop", "--suite", "smoke"], ["exclude each other"]),
         (["validate", "--suite", "tiny"], ["--suite", "smoke"]),
+        (["validate", "stop", "--figures", "--no-report"], ["exclude each other"]),
         (["validate", "--jobs", "0"], ["--jobs"]),
         (["validate", "stop", "--engines", "ghostball,pymonk"], ["'pymonk'"]),
         (["validate", "stop", "--engines", "ghostball,,pymunk"], ["between commas"]),
@@ -310,6 +311,10 @@ def test_validate_writes_the_report_and_report_writes_it_again(cli, tmp_path):
     assert again.stdout == f"{page}\n{report}\n"
     assert report.read_text() == written
     assert page.read_text() == shown
+    assert not (out / "figures" / "stop-paths.png").exists()
+    assert cli("report", out, "--figures").exit_code == 0
+    assert (out / "figures" / "stop-paths.png").exists()
+    assert "figures/stop-paths.png" in report.read_text()
 
 
 def test_what_of_a_report_fails_costs_itself_and_comes_after_the_verdicts(
@@ -351,8 +356,9 @@ def test_verdicts_are_printed_before_anything_is_drawn(cli, tmp_path, monkeypatc
     assert "page:" not in result.stdout
 
 
-@pytest.mark.usefixtures("without_run_figures")
-def test_a_second_run_takes_over_what_is_unchanged_and_says_so(cli, tmp_path):
+def test_a_second_run_takes_over_what_is_unchanged_and_says_so(cli, tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr("reports.report.WHOLE_FIGURES", {"verdicts": drawn.append})
     command = ("validate", "stop", "--engines", "ghostball,paper-discrete", "--out", tmp_path)
     first = cli(*command)
     assert first.exit_code == 0, first.output
@@ -362,6 +368,7 @@ def test_a_second_run_takes_over_what_is_unchanged_and_says_so(cli, tmp_path):
     said = f"2 cases unchanged, taken over from {tmp_path} (run again with --rerun)"
     assert said in second.stderr
     assert f"{said}; their run times are of then" in second.stdout
+    assert len(drawn) == 1  # and the figures are kept
     lines = (tmp_path / "results.jsonl").read_text().splitlines()
     cases = [json.loads(line) for line in lines]
     assert all(case["taken_over"] for case in cases)

@@ -91,7 +91,7 @@ def test_a_figure_costs_itself_alone(small_folder, monkeypatch):
     monkeypatch.setattr(report, "SCENE_FIGURES", {"paths": fail})
     failed, html, text = written(small_folder, figures=True)
     assert failed == ["figure broken", "figure accuracy", "figure stop-paths"]
-    assert [path.name for path in sorted((small_folder / "figures").iterdir())] == [
+    assert [path.name for path in sorted((small_folder / "figures").glob("*"))] == [
         "verdicts.png",
         "verdicts.svg",
     ]

@@ -54,10 +54,15 @@ def test_the_largest_deflection_is_the_published_one():
 
 @pytest.mark.parametrize("name", [THROW_BY_ANGLE, THROW_BY_SPIN])
 def test_the_throw_curves_are_those_of_the_closed_forms(name):
-    # The closed form of the scene knows nothing of the formula of the proof.
-    scene = find_scene(name)
-    form, cuts = closed_form(scene), cuts_of(*run(name))
+    # The closed form of the scene knows nothing of the formula of the proof. Every fourth shot: the
+    # formula is one, and each closed form takes long.
+    sweep = find_scene(name)
+    balls = [ball for k in range(0, len(sweep.balls), 8) for ball in sweep.balls[k : k + 2]]
+    scene = sweep.model_copy(update={"balls": tuple(balls)})
+    form = closed_form(scene)
+    cuts = cuts_of(scene, motion_of(simulate(scene, record="trajectory")))
     assert form is not None
+    assert len(cuts) == len(balls) // 2 > 5
     cut, speed, spin = np.array([[c.cut, c.speed, c.spin] for c in cuts]).T
     expected = np.degrees(throw_angle(scene, np.radians(cut), speed, spin))
     ends = np.array([[float(x) for x in v] for v in form.final_velocities[1::2]])

@@ -186,6 +186,7 @@ def test_the_report_has_a_section_where_it_was_measured(with_precision):
     assert (with_precision / "figures" / "precision-work.png").exists()
 
 
+@pytest.mark.usefixtures("without_run_figures")
 def test_the_report_says_what_is_wrong_with_a_measurement(with_precision):
     part = MEASURED.model_copy(update={"interrupted": True, "quick": True})
     save(part, with_precision / "precision.json", "--out")
@@ -194,6 +195,7 @@ def test_the_report_says_what_is_wrong_with_a_measurement(with_precision):
     assert "its times mean nothing" in text
 
 
+@pytest.mark.usefixtures("without_run_figures")
 def test_a_report_without_a_measurement_has_no_section(small_folder):
     assert "## What time buys" not in write_report(small_folder).read_text(encoding="utf-8")
 

@@ -90,6 +90,7 @@ def test_what_a_run_counted_is_shown(report):
     assert "left unsolved" not in text
 
 
+@pytest.mark.usefixtures("without_run_figures")
 def test_an_unsolved_contact_step_is_told_at_the_top(small_folder):
     path = small_folder / "results.jsonl"
     path.write_text(path.read_text().replace('"steps":50', '"unsolved_contact_steps":1', 1))
@@ -103,6 +104,7 @@ def test_a_case_that_did_not_finish_has_a_column_of_its_own(report):
     assert "| `newcomer:dt=1e-3` | 0 | 0 | 0 | 1 | 0 |" in text
 
 
+@pytest.mark.usefixtures("without_run_figures")
 def test_a_run_that_was_killed_is_reported_and_said_to_be(small_folder, caplog):
     path = small_folder / "results.jsonl"
     path.write_bytes(path.read_bytes()[:-40])
@@ -116,6 +118,7 @@ def test_a_run_that_was_killed_is_reported_and_said_to_be(small_folder, caplog):
     ]
 
 
+@pytest.mark.usefixtures("without_run_figures")
 def test_nothing_is_called_rest_where_nothing_rests(small_folder):
     path = small_folder / "results.jsonl"
     path.write_text(path.read_text().replace('"status":"rest"', '"status":"t-max"'))
@@ -131,7 +134,7 @@ def linked(text):
 
 
 def drawn(folder):
-    return {f"figures/{path.name}" for path in (folder / "figures").iterdir()}
+    return {f"figures/{path.name}" for path in (folder / "figures").glob("[!.]*")}
 
 
 def test_every_figure_that_is_linked_exists_and_no_other(report):
@@ -143,23 +146,37 @@ def test_every_figure_that_is_linked_exists_and_no_other(report):
 
 
 def test_figures_of_scenes_are_drawn_where_asked_for_and_go_with_the_next_report(small_folder):
-    stale = small_folder / "figures" / "gone-paths.png"
-    stale.parent.mkdir()
-    stale.touch()
     seen = []
-    report = write_report(
-        small_folder, progress=lambda *part: seen.append(part), jobs=2, figures=True
-    )
+    report = write_report(small_folder, progress=lambda *part: seen.append(part), figures=True)
     assert [(done, of) for done, of, _ in seen] == [(1, 3), (2, 3), (3, 3)]
     assert {what for *_, what in seen} == {"the whole run", "stop", "figures of stop"}
     assert linked(report.read_text()) == drawn(small_folder)
     assert {"figures/stop-paths.svg", "figures/stop-energy.png"} <= drawn(small_folder)
     assert "--figures" not in report.read_text()
-    page = (small_folder / PAGE).read_text(encoding="utf-8")
-    assert not (small_folder / "report.md.part").exists()
     assert linked(write_report(small_folder).read_text()) == drawn(small_folder)
-    assert (small_folder / PAGE).read_text(encoding="utf-8") == page  # made by one process
     assert not any("stop-" in name for name in drawn(small_folder))
+
+
+@pytest.mark.usefixtures("without_run_figures")
+def test_another_process_draws_the_same(small_folder):
+    stale = small_folder / "figures" / "gone-paths.png"
+    stale.parent.mkdir()
+    stale.touch()
+
+    def contents():
+        paths = [small_folder / PAGE, small_folder / "report.md"]
+        paths += (small_folder / name for name in drawn(small_folder))
+        return {path.name: path.read_bytes() for path in paths}
+
+    seen = []
+    write_report(small_folder, figures=True)
+    one = contents()
+    write_report(small_folder, progress=lambda *part: seen.append(part), jobs=2, figures=True)
+    assert [(done, of) for done, of, _ in seen] == [(1, 2), (2, 2)]
+    assert contents() == one
+    assert len(one) == 8  # the page, the text, and three figures twice
+    assert not stale.exists()
+    assert not (small_folder / "report.md.part").exists()
 
 
 def test_an_engine_that_is_unavailable_has_no_settings_and_costs_nothing(small_folder, tmp_path):

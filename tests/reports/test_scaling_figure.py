@@ -91,6 +91,7 @@ def test_the_report_has_a_section_where_it_was_measured(with_scaling):
     assert (with_scaling / "figures" / "scaling.png").exists()
 
 
+@pytest.mark.usefixtures("without_run_figures")
 def test_the_report_says_what_is_wrong_with_a_measurement(with_scaling):
     part = MEASURED.model_copy(update={"interrupted": True, "quick": True})
     save(part, with_scaling / "scaling.json", "--out")
@@ -98,6 +99,7 @@ def test_the_report_says_what_is_wrong_with_a_measurement(with_scaling):
     assert "This measurement was interrupted. This is a trial" in text
 
 
+@pytest.mark.usefixtures("without_run_figures")
 def test_a_report_without_a_measurement_has_no_section(small_folder):
     assert "## Time per event" not in write_report(small_folder).read_text(encoding="utf-8")
 
