@@ -50,8 +50,12 @@ FLAGS = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "CPU_NAME", "C
 _COMPILED = ".compiled"
 """Ending of the empty file that says that a variant is in the cache."""
 
-KEPT_CACHES = 4
-"""Caches of other sources or flags that are kept; switching between two revisions stays quick."""
+KEPT_CACHES = 12
+"""Caches of other sources or flags that are kept, each of some 30 MB.
+
+Enough for a few checkouts beside each other: each has one for its kernels, one for those that check
+bounds, and small ones for copies of the engine that tests compile.
+"""
 
 
 class _InnerKernel(CPUDispatcher):

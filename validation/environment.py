@@ -6,6 +6,7 @@ import os
 import platform
 import sys
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -75,6 +76,7 @@ def git_state(root: Path) -> dict[str, Any] | None:
     return {"revision": revision, "dirty": bool(changes)}
 
 
+@cache  # reading what is installed takes milliseconds, and every results folder asks
 def _version(package: str) -> str | None:
     try:
         return version(package)

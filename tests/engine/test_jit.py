@@ -98,14 +98,14 @@ def test_key_depends_on_flags(monkeypatch, flag):
 
 def test_old_caches_are_removed_and_recent_ones_kept(tmp_path):
     now = time.time()
-    for age in range(8):
+    for age in range(16):
         folder = tmp_path / f"cache{age}"
         folder.mkdir()
         (folder / "index").write_text("x")
         os.utime(folder, (now - age, now - age))
-    _jit._prune(tmp_path, keep=tmp_path / "cache7")
+    _jit._prune(tmp_path, keep=tmp_path / "cache15")
     left = {path.name for path in tmp_path.iterdir()}
-    assert left == {"cache7", "cache0", "cache1", "cache2", "cache3"}
+    assert left == {"cache15", *(f"cache{age}" for age in range(_jit.KEPT_CACHES))}
 
 
 @pytest.mark.slow
