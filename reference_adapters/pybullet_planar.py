@@ -131,7 +131,8 @@ class PlanarRun:
         for i, (speed, (x, y)) in enumerate(zip(speeds, self._velocities, strict=True)):
             if speed > 0.0 and not (x or y):
                 # One that Bullet left alone stops where the closed form says, within the step.
-                rolled = dt if i in touched else min(dt, speed / self._slowed_by[i])
+                slowed_by = 0.0 if i in touched else self._slowed_by[i]
+                rolled = min(dt, speed / slowed_by) if slowed_by else dt
                 self._recorder.event(self.t + rolled, EventKind.ROLL_TO_REST, i)
                 self.rest_time = max(self.rest_time, self.t + rolled)
         self.t = t

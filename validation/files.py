@@ -6,7 +6,7 @@ import hashlib
 import io
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
@@ -94,7 +94,14 @@ def _load_case(line: str, place: str) -> CaseRecord:
     return record
 
 
-def parse_line(adapter: TypeAdapter[Any], line: str, place: str, schema: int, again: str) -> Any:
+def parse_line(
+    adapter: TypeAdapter[Any],
+    line: str,
+    place: str,
+    schema: int,
+    again: str,
+    older: Collection[int] = (),
+) -> Any:
     """Read what a line of JSON holds.
 
     Parameters
@@ -106,6 +113,8 @@ def parse_line(adapter: TypeAdapter[Any], line: str, place: str, schema: int, ag
         Its version.
     again : str
         What to do where it can't be read: a sentence without its full stop.
+    older : collection of int
+        Versions that lack what has a default now, and are read as well, as the present one.
 
     Raises
     ------
@@ -116,6 +125,8 @@ def parse_line(adapter: TypeAdapter[Any], line: str, place: str, schema: int, ag
         data = json.loads(line)
         if not isinstance(data, dict):
             raise ResultsError(f"{place}: a JSON object was expected. {again}")
+        if data.get("schema") in older:
+            data["schema"] = schema
         _check_schema(data.get("schema"), place, schema, again)
         return adapter.validate_python(data)
     except json.JSONDecodeError as error:

@@ -10,8 +10,11 @@ from pydantic import ConfigDict
 from validation.predictability.bifurcations import Bifurcation
 from validation.records import FloatArray
 
-SCHEMA: Final = 1
-"""Version of a line; another one is refused."""
+SCHEMA: Final = 2
+"""Version of a line; another one is refused, but for those of `OLDER`."""
+
+OLDER: Final = (1,)
+"""Versions that are read too: 1 had no `code_hash`, so what it says is measured again."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from typing import Final
 from pydantic import TypeAdapter
 
 from validation.files import cannot_write, parse_line, read_whole_lines, write_whole_lines
-from validation.predictability.records import SCHEMA, Predictability
+from validation.predictability.records import OLDER, SCHEMA, Predictability
 from validation.records import definition_hash
 from validation.store import ResultsFolder
 
@@ -44,7 +44,7 @@ def load_predictability(folder: Path) -> dict[str, Predictability]:
     path = folder / PREDICTABILITY_FILE
     lines = read_whole_lines(path, _AGAIN) or []
     records = [
-        parse_line(_RECORD, line, f"{path}:{number}", SCHEMA, _AGAIN)
+        parse_line(_RECORD, line, f"{path}:{number}", SCHEMA, _AGAIN, OLDER)
         for number, line in enumerate(lines, 1)
     ]
     return {record.scene: record for record in records}

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 from engine import Scene
+from validation.files import ResultsError
 from validation.library import find_scene
 from validation.predictability import load_predictability, predict
 from validation.predictability.predict import predict_scenes
+from validation.predictability.records import SCHEMA
 from validation.predictability.store import PREDICTABILITY_FILE
 from validation.unchanged import Code
 
@@ -65,6 +69,31 @@ def test_code_that_cannot_be_told_neither_gives_nor_takes(measured, monkeypatch,
     for _ in range(2):
         predict_scenes(scenes, tmp_path)
     assert len(measured) == 3
+
+
+def test_a_file_of_schema_1_is_read_and_what_it_holds_is_measured_again(measured, tmp_path, caplog):
+    # It had no hash of the code.
+    scenes = [find_scene("stop")]
+    (now,) = predict_scenes(scenes, tmp_path)
+    path = tmp_path / PREDICTABILITY_FILE
+    line = json.loads(path.read_text())
+    assert line["schema"] == SCHEMA
+    del line["code_hash"]
+    path.write_text(json.dumps(line | {"schema": 1}) + "\n")
+    then = load_predictability(tmp_path)["stop"]
+    assert (then.schema, then.code_hash, then.rest_time) == (SCHEMA, "", now.rest_time)
+    predict_scenes(scenes, tmp_path)
+    assert len(measured) == 2
+    assert caplog.text == ""
+
+
+def test_a_file_of_a_newer_schema_is_said_to_be_of_another_version(measured, tmp_path):
+    predict_scenes([find_scene("stop")], tmp_path)
+    path = tmp_path / PREDICTABILITY_FILE
+    line = json.loads(path.read_text()) | {"schema": SCHEMA + 1, "unheard_of": 1}
+    path.write_text(json.dumps(line) + "\n")
+    with pytest.raises(ResultsError, match="another version of ghostball wrote it"):
+        load_predictability(tmp_path)
 
 
 def test_a_damaged_file_is_replaced(measured, tmp_path, caplog):
