@@ -22,7 +22,7 @@ from reports.attribution_figure import draw_attribution
 from reports.chaos_figure import draw_chaos
 from reports.figures import SCENE_FIGURES, draw_accuracy, draw_ensemble, draw_verdicts
 from reports.guarded import FailedPart, IncompleteReportError, attempt
-from reports.kept_figures import keep_figures, kept_figures
+from reports.kept_figures import inputs_hash, keep_figures, kept_figures
 from reports.markdown import report_text
 from reports.markdown_parts import Drawn
 from reports.page import ScenePart, failed_scene_part, page_text, scene_part
@@ -125,6 +125,7 @@ def write_report(
     IncompleteReportError
         Where a section or a figure could not be made. All else is written by then.
     """
+    inputs = inputs_hash(Path(results_dir), WHOLE_FIGURES)
     source = Source.load(results_dir)
     results = source.results
     if not results.cases:
@@ -141,7 +142,7 @@ def write_report(
     tasks = [WHOLE, *(ENSEMBLE + name for name in perturbed)]
     if figures:
         tasks += [PICTURES + name for name in results.scene_names]
-    kept = kept_figures(results, PurePosixPath(FIGURES), WHOLE_FIGURES)
+    kept = kept_figures(results.path, PurePosixPath(FIGURES), inputs)
     if kept is not None:
         tasks.remove(WHOLE)
     drawn: dict[str, Drawn] = {} if kept is None else {WHOLE: kept}
@@ -176,7 +177,7 @@ def write_report(
         write_all_whole({report.with_name(PAGE): page, report: text})
         _remove_stale(results.path, drawn.values())
         if kept is None and not failed:
-            keep_figures(results, PurePosixPath(FIGURES), WHOLE_FIGURES, whole)
+            keep_figures(results.path, PurePosixPath(FIGURES), WHOLE_FIGURES, whole, inputs)
     except OSError as error:
         raise ReportError(
             f"{error.filename or results.path}: can't write the report: {error.strerror or error}. "
