@@ -210,7 +210,8 @@ def _make_all(
             yield from _scene_parts(source, failed)
             for future in as_completed(waiting):
                 task = waiting[future]
-                made = attempt(f"process that draws {task}", future.result, failed)
+                part = f"process that draws {task}"
+                made = attempt(part, future.result, failed, writes=True)
                 figures, wrong = ({}, []) if made is None else made
                 failed += wrong
                 yield task, figures
@@ -221,11 +222,14 @@ def _make_all(
 def _scene_parts(source: Source, failed: list[FailedPart]) -> Iterator[tuple[str, ScenePart]]:
     """Yield each scene's part of the page; where it can't be made, one that says so."""
     for name in source.results.scene_names:
-        change = None if source.regression is None else source.regression.scene(name)
-        shot = load_shot(source.results, name)
-        make = partial(scene_part, shot, source.predictability.get(name), change)
+        make = partial(_scene_part, source, name)
         made = attempt(f"part of {PAGE} on scene {name}", make, failed)
         yield name, failed_scene_part(name, failed[-1]) if made is None else made
+
+
+def _scene_part(source: Source, name: str) -> ScenePart:
+    change = None if source.regression is None else source.regression.scene(name)
+    return scene_part(load_shot(source.results, name), source.predictability.get(name), change)
 
 
 def _draw_in_worker(path: Path, task: str) -> tuple[Drawn, list[FailedPart]]:
@@ -250,7 +254,9 @@ def _draw_task(source: Source, task: str, failed: list[FailedPart]) -> Drawn:
         draw = partial(draw_ensemble, ensembles)
         return _save_all(results.path, f"{name}-", [("ensemble", draw, name)], failed)
     name = task.removeprefix(PICTURES)
-    shot = load_shot(results, name)
+    shot = attempt(task, partial(load_shot, results, name), failed)
+    if shot is None:
+        return {}
     figures = ((kind, draw, shot) for kind, draw in SCENE_FIGURES.items())
     return _save_all(results.path, f"{name}-", figures, failed)
 
@@ -263,19 +269,15 @@ def _save_all(
 ) -> Drawn:
     written: dict[str, PurePosixPath] = {}
     for kind, draw, subject in made:
-        stem = PurePosixPath(FIGURES, prefix + kind)
-        if attempt(f"figure {prefix}{kind}", partial(_save, draw, subject, folder / stem), failed):
-            written[kind] = stem
+        part, stem = f"figure {prefix}{kind}", PurePosixPath(FIGURES, prefix + kind)
+        with style.drawing():
+            figure = attempt(part, partial(draw, subject), failed)
+            if figure is None:
+                continue
+            save = partial(style.save_figure, figure, folder / stem)
+            if attempt(part, save, failed, writes=True):
+                written[kind] = stem
     return written
-
-
-def _save(draw: Callable[[Any], Figure | None], subject: Any, path: Path) -> bool:
-    """Draw and write one figure; whether there is one."""
-    with style.drawing():
-        figure = draw(subject)
-        if figure is not None:
-            style.save_figure(figure, path)
-        return figure is not None
 
 
 def _remove_stale(folder: Path, drawn: Iterable[Drawn]) -> None:
