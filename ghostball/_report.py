@@ -31,7 +31,8 @@ class Written:
         """
         if not self.failed:
             return ExitStatus.PASSED
-        say(escape(self.failed[0].traceback))
+        for traceback in dict.fromkeys(one.traceback for one in self.failed):
+            say(escape(traceback))
         say(
             f"[bold red]warning:[/] the report is written, but "
             f"{escape(failed_text(self.failed))}. [bold red]ghostball itself failed there.[/] This "

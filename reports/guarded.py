@@ -66,7 +66,9 @@ class IncompleteReportError(Exception):
         return f"{self.report}: written, but {failed_text(self.failed)}"
 
 
-def attempt(part: str, make: Callable[[], T], failed: list[FailedPart]) -> T | None:
+def attempt(
+    part: str, make: Callable[[], T], failed: list[FailedPart], *, writes: bool = False
+) -> T | None:
     """Return what `make` returns; where it fails, note that in `failed`, and return None.
 
     Parameters
@@ -75,17 +77,24 @@ def attempt(part: str, make: Callable[[], T], failed: list[FailedPart]) -> T | N
         What is made, as a message names it after "the".
     make : callable
     failed : list of FailedPart, appended to
+    writes : bool
+        Whether `make` writes files. Elsewhere an OSError is a fault of ghostball too: a template
+        or a style sheet that is missing from the installation.
 
     Raises
     ------
-    GhostballError, OSError
-        What whoever asked can mend, such as damaged results or a full disk, is no fault of a part.
+    GhostballError
+        What whoever asked can mend, such as damaged results, is no fault of a part.
+    OSError
+        Where `make` writes files: a full disk is no fault of a part either.
     """
     try:
         return make()
-    except (GhostballError, OSError):
+    except GhostballError:
         raise
     except Exception as error:
+        if writes and isinstance(error, OSError):
+            raise
         said = " ".join(f"{type(error).__name__}: {error}".split())
         lines = "".join(traceback.format_exception(error)).rstrip()
         failed.append(FailedPart(part, said, lines))

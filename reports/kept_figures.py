@@ -2,10 +2,12 @@
 
 Beside the figures lies a note: a hash of all that they were drawn from, and of each file. They are
 kept where both are still the same. The hash is generous: of the code of all packages, the libraries
-and the machine, as `validation.unchanged` hashes them, and of every file of the results. Left out
-is only what no figure shows: when and by which command the cases were run, whether they were taken
-over from an earlier run, and the comparison with the baselines, whose run times are measured each
-time.
+and the machine, as `validation.unchanged` hashes them, and of every file of the results that a
+figure may read. Of these, only what no figure shows is left out: when and by which command the
+cases were run, and whether they were taken over from an earlier run.
+
+The hash is taken before anything is read and again after all is drawn: where they differ, something
+changed meanwhile, nobody knows which figure shows what, and no note is written.
 """
 
 from __future__ import annotations
@@ -21,16 +23,35 @@ from typing import Any
 
 from engine import _IMPORTED_NS
 from reports.markdown_parts import Drawn
+from reports.stored import file_of
 from reports.style import FORMATS
-from validation.files import hash_of_file, write_whole
-from validation.store import ResultsFolder
+from validation.attribution import ATTRIBUTIONS_FILE
+from validation.bench import PrecisionMeasurement, ScalingMeasurement
+from validation.files import (
+    ENVIRONMENT_FILE,
+    MOTION_FOLDER,
+    RESULTS_FILE,
+    hash_of_file,
+    write_whole,
+)
+from validation.predictability.store import PREDICTABILITY_FILE
 from validation.unchanged import Code, hash_sources
 
 NOTE = ".drawn.json"
 """The note, in the folder of the figures."""
 
-NOT_SHOWN = ("report.md", "report.html", "regression.json", ".lock", "env.json", "results.jsonl")
-"""Files of a results folder that aren't hashed as they are: no figure shows them, or not all."""
+READ = (
+    ATTRIBUTIONS_FILE,
+    PREDICTABILITY_FILE,
+    *(file_of(kind) for kind in (PrecisionMeasurement, ScalingMeasurement)),
+)
+"""Files that figures of the run read where a results folder has them, beside cases and motions.
+
+Ensembles have figures of their own, which are always drawn.
+"""
+
+DRAW = ("matplotlib", "pillow", "contourpy", "kiwisolver", "fonttools", "cycler")
+"""Distributions that draw; `validation.unchanged` hashes those that compute."""
 
 OF_THE_RUN = ("date", "command", "taken_over")
 """Entries of `env.json` that are of one run, and that no figure shows."""
@@ -38,74 +59,89 @@ OF_THE_RUN = ("date", "command", "taken_over")
 _TAKEN_OVER = re.compile(rb'"taken_over":(?:true|false)')
 
 
-def kept_figures(
-    results: ResultsFolder, folder: PurePosixPath, asked: Collection[str]
-) -> Drawn | None:
+def kept_figures(path: Path, folder: PurePosixPath, inputs: str) -> Drawn | None:
     """Return the figures that lie in `folder` of the results, or None where they must be drawn.
 
     Parameters
     ----------
-    results : ResultsFolder
+    path : Path
+        Of the results.
     folder : PurePosixPath
         Within that of the results.
-    asked : collection of str
-        Kinds of figures that would be drawn; a kind without anything to show has none.
+    inputs : str
+        What `inputs_hash` returned.
     """
     try:
-        note = json.loads((results.path / folder / NOTE).read_text(encoding="utf-8"))
+        note = json.loads((path / folder / NOTE).read_text(encoding="utf-8"))
         files = {name: str(found) for name, found in note["files"].items()}
         kinds = [str(kind) for kind in note["kinds"]]
+        noted = str(note["inputs"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
     drawn = {kind: folder / kind for kind in kinds}
-    if files != _files(results.path, drawn) or note.get("inputs") != (
-        inputs_hash(results, asked) or None
-    ):
+    if not inputs or noted != inputs or files != _files(path, drawn):
         return None
     return drawn
 
 
 def keep_figures(
-    results: ResultsFolder, folder: PurePosixPath, asked: Collection[str], drawn: Drawn
+    path: Path, folder: PurePosixPath, asked: Collection[str], drawn: Drawn, before: str
 ) -> None:
-    """Note what the figures were drawn from, so that a next report may keep them."""
-    inputs = inputs_hash(results, asked)
-    if inputs:
-        note = {"inputs": inputs, "kinds": list(drawn), "files": _files(results.path, drawn)}
-        write_whole(results.path / folder / NOTE, json.dumps(note, indent=2) + "\n")
+    """Note what the figures were drawn from, so that a next report may keep them.
+
+    Parameters
+    ----------
+    path : Path
+        Of the results.
+    folder : PurePosixPath
+        Within that of the results.
+    asked : collection of str
+        Kinds of figures that were drawn; one without anything to show has none.
+    drawn : dict
+        The figures.
+    before : str
+        What `inputs_hash` returned before the results were read. Where it returns something else
+        now, nothing is noted.
+    """
+    if before and before == inputs_hash(path, asked):
+        note = {"inputs": before, "kinds": list(drawn), "files": _files(path, drawn)}
+        write_whole(path / folder / NOTE, json.dumps(note, indent=2) + "\n")
 
 
-def inputs_hash(results: ResultsFolder, asked: Collection[str]) -> str:
-    """Return the hash of all that figures are drawn from; "" where the code can't be told.
+def inputs_hash(path: Path, asked: Collection[str]) -> str:
+    """Return the hash of all that figures of the results in `path` are drawn from.
 
-    That is so where a file of it was edited after it was loaded.
+    It is "" where the code can't be told, for a file of it was edited after it was loaded, and
+    where the results can't be read: whoever loads them says why.
     """
     code, ours = Code.now().hash, Path(__file__).parent
-    states = [path.stat() for path in ours.rglob("*.py")]
+    states = [file.stat() for file in ours.rglob("*.py")]
     changes = [one.st_mtime_ns if os.name == "nt" else one.st_ctime_ns for one in states]
     if not code or max(changes) > _IMPORTED_NS:
         return ""
-    environment: dict[str, Any] = {
-        key: value for key, value in results.environment.items() if key not in OF_THE_RUN
-    }
-    path = results.path
-    # Several processes end their cases in any order; those taken over are in that of the plan.
-    lines = sorted(_TAKEN_OVER.sub(b"", (path / "results.jsonl").read_bytes()).splitlines())
-    inputs = {
-        "code": [code, hash_sources([ours])],
-        "versions": {name: version(name) for name in ("matplotlib", "pillow", "contourpy")},
-        "asked": list(asked),
-        "environment": environment,
-        "cases": hashlib.sha256(b"\n".join(lines)).hexdigest(),
-        "files": {
-            name: hash_of_file(file)
-            for file in sorted(path.rglob("*"))
-            if (name := file.relative_to(path).as_posix()) not in NOT_SHOWN
-            and not name.startswith("figures/")
-            and file.is_file()
-        },
-    }
+    try:
+        inputs = {
+            "code": [code, hash_sources([ours])],
+            "versions": {name: version(name) for name in DRAW},
+            "asked": list(asked),
+            **_results_read(path),
+        }
+    except (OSError, ValueError, TypeError):
+        return ""
     return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
+
+
+def _results_read(path: Path) -> dict[str, Any]:
+    """Return the content, or hashes of it, of every file of the results that a figure may read."""
+    environment = json.loads((path / ENVIRONMENT_FILE).read_text(encoding="utf-8"))
+    # Several processes end their cases in any order; those taken over are in that of the plan.
+    lines = sorted(_TAKEN_OVER.sub(b"", (path / RESULTS_FILE).read_bytes()).splitlines())
+    files = [*sorted((path / MOTION_FOLDER).glob("*")), *(path / name for name in READ)]
+    return {
+        "environment": {key: environment[key] for key in environment if key not in OF_THE_RUN},
+        "cases": hashlib.sha256(b"\n".join(lines)).hexdigest(),
+        "files": {file.name: hash_of_file(file) for file in files if file.is_file()},
+    }
 
 
 def _files(path: Path, drawn: Drawn) -> dict[str, str]:

@@ -22,7 +22,7 @@ from reports.attribution_figure import draw_attribution
 from reports.chaos_figure import draw_chaos
 from reports.figures import SCENE_FIGURES, draw_accuracy, draw_ensemble, draw_verdicts
 from reports.guarded import FailedPart, IncompleteReportError, attempt
-from reports.kept_figures import keep_figures, kept_figures
+from reports.kept_figures import inputs_hash, keep_figures, kept_figures
 from reports.markdown import report_text
 from reports.markdown_parts import Drawn
 from reports.page import ScenePart, failed_scene_part, page_text, scene_part
@@ -125,6 +125,7 @@ def write_report(
     IncompleteReportError
         Where a section or a figure could not be made. All else is written by then.
     """
+    inputs = inputs_hash(Path(results_dir), WHOLE_FIGURES)
     source = Source.load(results_dir)
     results = source.results
     if not results.cases:
@@ -141,7 +142,7 @@ def write_report(
     tasks = [WHOLE, *(ENSEMBLE + name for name in perturbed)]
     if figures:
         tasks += [PICTURES + name for name in results.scene_names]
-    kept = kept_figures(results, PurePosixPath(FIGURES), WHOLE_FIGURES)
+    kept = kept_figures(results.path, PurePosixPath(FIGURES), inputs)
     if kept is not None:
         tasks.remove(WHOLE)
     drawn: dict[str, Drawn] = {} if kept is None else {WHOLE: kept}
@@ -176,7 +177,7 @@ def write_report(
         write_all_whole({report.with_name(PAGE): page, report: text})
         _remove_stale(results.path, drawn.values())
         if kept is None and not failed:
-            keep_figures(results, PurePosixPath(FIGURES), WHOLE_FIGURES, whole)
+            keep_figures(results.path, PurePosixPath(FIGURES), WHOLE_FIGURES, whole, inputs)
     except OSError as error:
         raise ReportError(
             f"{error.filename or results.path}: can't write the report: {error.strerror or error}. "
@@ -209,7 +210,8 @@ def _make_all(
             yield from _scene_parts(source, failed)
             for future in as_completed(waiting):
                 task = waiting[future]
-                made = attempt(f"process that draws {task}", future.result, failed)
+                part = f"process that draws {task}"
+                made = attempt(part, future.result, failed, writes=True)
                 figures, wrong = ({}, []) if made is None else made
                 failed += wrong
                 yield task, figures
@@ -220,11 +222,14 @@ def _make_all(
 def _scene_parts(source: Source, failed: list[FailedPart]) -> Iterator[tuple[str, ScenePart]]:
     """Yield each scene's part of the page; where it can't be made, one that says so."""
     for name in source.results.scene_names:
-        change = None if source.regression is None else source.regression.scene(name)
-        shot = load_shot(source.results, name)
-        make = partial(scene_part, shot, source.predictability.get(name), change)
+        make = partial(_scene_part, source, name)
         made = attempt(f"part of {PAGE} on scene {name}", make, failed)
         yield name, failed_scene_part(name, failed[-1]) if made is None else made
+
+
+def _scene_part(source: Source, name: str) -> ScenePart:
+    change = None if source.regression is None else source.regression.scene(name)
+    return scene_part(load_shot(source.results, name), source.predictability.get(name), change)
 
 
 def _draw_in_worker(path: Path, task: str) -> tuple[Drawn, list[FailedPart]]:
@@ -249,7 +254,9 @@ def _draw_task(source: Source, task: str, failed: list[FailedPart]) -> Drawn:
         draw = partial(draw_ensemble, ensembles)
         return _save_all(results.path, f"{name}-", [("ensemble", draw, name)], failed)
     name = task.removeprefix(PICTURES)
-    shot = load_shot(results, name)
+    shot = attempt(task, partial(load_shot, results, name), failed)
+    if shot is None:
+        return {}
     figures = ((kind, draw, shot) for kind, draw in SCENE_FIGURES.items())
     return _save_all(results.path, f"{name}-", figures, failed)
 
@@ -262,19 +269,15 @@ def _save_all(
 ) -> Drawn:
     written: dict[str, PurePosixPath] = {}
     for kind, draw, subject in made:
-        stem = PurePosixPath(FIGURES, prefix + kind)
-        if attempt(f"figure {prefix}{kind}", partial(_save, draw, subject, folder / stem), failed):
-            written[kind] = stem
+        part, stem = f"figure {prefix}{kind}", PurePosixPath(FIGURES, prefix + kind)
+        with style.drawing():
+            figure = attempt(part, partial(draw, subject), failed)
+            if figure is None:
+                continue
+            save = partial(style.save_figure, figure, folder / stem)
+            if attempt(part, save, failed, writes=True):
+                written[kind] = stem
     return written
-
-
-def _save(draw: Callable[[Any], Figure | None], subject: Any, path: Path) -> bool:
-    """Draw and write one figure; whether there is one."""
-    with style.drawing():
-        figure = draw(subject)
-        if figure is not None:
-            style.save_figure(figure, path)
-        return figure is not None
 
 
 def _remove_stale(folder: Path, drawn: Iterable[Drawn]) -> None:

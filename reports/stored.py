@@ -15,8 +15,13 @@ Measured = TypeVar("Measured", bound=Measurement)
 
 def stored_in(results: ResultsFolder, kind: type[Measured]) -> Measured | None:
     """Return the measurement that `ghostball bench ... --out FOLDER` put there, or None."""
-    path = results.path / f"{_name_of(kind)}.json"
+    path = results.path / file_of(kind)
     return load(path, kind) if path.exists() else None
+
+
+def file_of(kind: type[Measurement]) -> str:
+    """Return the name of the file that holds such a measurement in a results folder."""
+    return f"{_name_of(kind)}.json"
 
 
 def committed(kind: type[Measured]) -> Measured | None:

@@ -1,7 +1,7 @@
 """A small run with its page, and Chromium to open it.
 
 Where there is no Chromium these tests are skipped, unless GHOSTBALL_BROWSER_TESTS=required: CI sets
-it, since a test that nobody runs finds nothing.
+it, since a test that nobody runs finds nothing. All of them are slow: `make test-slow` runs them.
 """
 
 import os
@@ -27,6 +27,11 @@ FLAGS = [
     "--disable-component-update",
     "--disable-sync",
 ]
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark every test of this folder as slow; pytest calls this for no other."""
+    item.add_marker(pytest.mark.slow)
 
 
 @pytest.fixture(scope="session")

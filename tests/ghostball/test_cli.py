@@ -323,7 +323,7 @@ def test_what_of_a_report_fails_costs_itself_and_comes_after_the_verdicts(
     def fail(*_):
         raise ZeroDivisionError("no [bold]balls")
 
-    monkeypatch.setattr("reports.report.WHOLE_FIGURES", {"verdicts": fail})
+    monkeypatch.setattr("reports.report.WHOLE_FIGURES", {"verdicts": fail, "accuracy": fail})
     monkeypatch.setattr("reports.page.page.environment_html", fail)
     out = tmp_path / "out"
     page, report = out / "report.html", out / "report.md"
@@ -335,11 +335,12 @@ def test_what_of_a_report_fails_costs_itself_and_comes_after_the_verdicts(
     for result in (validated, again):
         assert result.exit_code == 3
         (warning,) = (line for line in result.stderr.splitlines() if "warning:" in line)
-        assert "2 parts of it could not be made: figure verdicts" in warning
+        assert "3 parts of it could not be made: figure verdicts" in warning
         assert "(ZeroDivisionError: no [bold]balls)" in warning
         assert 'section "Environment" of report.html' in warning
         assert "please report it" in warning
-        assert result.stderr.count("Traceback") == 1
+        # Of both figures it is the same.
+        assert result.stderr.count("Traceback") == 2
     assert "could not be made: ZeroDivisionError" in page.read_text()
     assert "could not be made: figure verdicts (ZeroDivisionError" in report.read_text()
 

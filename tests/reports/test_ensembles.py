@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from itertools import combinations
 from pathlib import Path
 
@@ -75,6 +76,19 @@ def test_a_comparison_with_proved_shots_is_said_to_be_one(folder: Path, tmp_path
 
 def test_a_folder_without_ensembles_has_no_section(small_folder: Path):
     assert ensembles_section(ResultsFolder.load(small_folder), {}) == []
+
+
+@pytest.mark.slow
+def test_other_processes_draw_the_figures_of_the_run_and_of_ensembles_alike(
+    folder: Path, tmp_path: Path
+):
+    drawn = []
+    for jobs in (1, 2):
+        copy = shutil.copytree(folder, tmp_path / str(jobs))
+        write_report(copy, jobs=jobs)
+        drawn.append({path.name: path.read_bytes() for path in (copy / "figures").glob("[!.]*")})
+    assert {"verdicts.svg", "accuracy.png", "break-7-ensemble.png"} <= drawn[0].keys()
+    assert drawn[0] == drawn[1]
 
 
 @pytest.mark.usefixtures("without_run_figures")

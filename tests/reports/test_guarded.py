@@ -131,6 +131,61 @@ def test_what_the_user_can_mend_is_no_fault_of_a_part():
     assert failed == []
 
 
+def test_a_file_that_is_missing_is_a_fault_of_ghostball_where_none_is_written():
+    def unreadable():
+        raise FileNotFoundError(2, "No such file", "page.css")
+
+    failed = []
+    assert attempt("page", unreadable, failed) is None
+    assert [one.part for one in failed] == ["page"]
+    with pytest.raises(FileNotFoundError):
+        attempt("page", unreadable, failed, writes=True)
+    assert len(failed) == 1
+
+
+@pytest.mark.usefixtures("without_run_figures")
+def test_a_template_that_is_missing_costs_its_section_alone(small_folder, monkeypatch):
+    monkeypatch.setattr(page, "environment_html", lambda *_: page.render("nowhere.html"))
+    failed, html, _ = written(small_folder)
+    assert failed == ['section "Environment" of report.html']
+    assert "TemplateNotFound" in html
+    assert '<section class="scene"' in html
+
+
+def test_a_figure_that_lacks_a_file_costs_itself_alone(small_folder, monkeypatch):
+    def draw(_):
+        raise FileNotFoundError(2, "No such file", "font.ttf")
+
+    monkeypatch.setattr(report, "WHOLE_FIGURES", {"broken": draw})
+    assert written(small_folder)[0] == ["figure broken"]
+
+
+def test_a_disk_that_is_full_is_no_fault_of_a_figure(small_folder, monkeypatch):
+    def save(figure, path):
+        raise OSError(28, "No space left on device", str(path))
+
+    kept = {"verdicts": report.WHOLE_FIGURES["verdicts"]}
+    monkeypatch.setattr(report, "WHOLE_FIGURES", kept)
+    monkeypatch.setattr(report.style, "save_figure", save)
+    with pytest.raises(GhostballError, match="verdicts: can't write the report: No space left"):
+        write_report(small_folder)
+
+
+@pytest.mark.usefixtures("without_run_figures")
+def test_a_scene_that_cannot_be_loaded_costs_itself_alone(module_folder, monkeypatch):
+    paths = {"paths": report.SCENE_FIGURES["paths"]}
+    monkeypatch.setattr(report, "SCENE_FIGURES", paths)
+    real = report.load_shot
+    monkeypatch.setattr(
+        report, "load_shot", lambda of, name: fail() if name == "stop" else real(of, name)
+    )
+    failed, html, _ = written(module_folder, figures=True)
+    assert failed == ["figures of stop", "part of report.html on scene stop"]
+    assert 'data-replay="replay-head-on"' in html
+    names = {path.name for path in (module_folder / "figures").glob("*.png")}
+    assert names == {"head-on-paths.png", "break-7-paths.png"}
+
+
 def test_many_parts_are_counted_not_all_named():
     failed = [FailedPart(f"part {k}", "E: e", "") for k in range(NAMED + 3)]
     text = failed_text(failed)

@@ -251,13 +251,17 @@ def test_an_unknown_scene_names_those_there_are(results_folder):
 
 def test_the_gallery_is_complete(results_folder, tmp_path, monkeypatch):
     # How a figure is written is tested with figures; drawing all of these takes seconds.
-    monkeypatch.setattr(
-        style, "save_figure", lambda figure, path: [path.with_suffix(".png")] if figure else []
-    )
-    names = {path.name for path in write_gallery(results_folder, tmp_path / "new" / "gallery")}
-    assert {"hero.png", "verdicts.png", "paper-figure-2.png"} <= names
-    assert {"physics-deflection.png", "physics-throw.png"} <= names
-    assert (tmp_path / "new" / "gallery").is_dir()
+    monkeypatch.setattr(style, "lay_out", lambda _: None)
+    monkeypatch.setattr(style, "save_one", lambda figure, path: path.write_text(str(figure)))
+    folder = tmp_path / "new" / "gallery"
+    written = write_gallery(results_folder, folder)
+    assert sorted(written) == sorted(folder.iterdir())
+    names = {path.stem for path in written}
+    assert len(written) == len(names) * len(style.FORMATS)
+    assert {f".{ending}" for ending in style.FORMATS} == {path.suffix for path in written}
+    assert all(path.read_text().startswith("Figure(") for path in written)
+    assert {"hero", "verdicts", "paper-figure-2"} <= names
+    assert {"physics-deflection", "physics-throw"} <= names
 
 
 def test_a_gallery_without_its_scenes_is_an_error(small_folder, tmp_path):
