@@ -453,6 +453,8 @@ def test_a_process_that_dies_costs_one_case(tmp_path: Path) -> None:
     assert multiprocessing.active_children() == []
 
 
+# That stopping early ends what runs is asserted in test_worker.py, and what a run keeps, above.
+@pytest.mark.slow
 def test_an_interrupt_leaves_no_process_behind(tmp_path: Path) -> None:
     def interrupt(record: CaseRecord, done: int, total: int) -> None:
         raise KeyboardInterrupt
