@@ -16,7 +16,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar, overload
@@ -26,6 +26,7 @@ import llvmlite.binding
 import numba
 import numpy as np
 import platformdirs
+from filelock import FileLock
 from numba.core import types
 from numba.core.registry import CPUDispatcher
 
@@ -209,21 +210,26 @@ def compiled(variant: str = "") -> bool:
 def compiling(variant: str) -> Iterator[None]:
     """Say so where what is done here will compile a variant of the kernels, and note that it did.
 
-    At warning level: a program that never configured logging still shows it on stderr.
+    At warning level: a program that never configured logging still shows it on stderr. Of several
+    processes that need the same variant one compiles it; the others wait, and load it.
     """
+    directory = None if _config.DISABLE_JIT else cache_directory()
+    lock = FileLock(directory / f"{variant}.lock") if directory is not None else nullcontext()
     if compiled(variant):
         yield
     else:
-        logger.warning(
-            "compiling the engine's kernels (%s) for this machine: once, %s ...",
-            variant,
-            "10 to 30 seconds",
-        )
-        with _without_collection():
-            yield
-    directory = None if _config.DISABLE_JIT else cache_directory()
-    if directory is not None:
-        (directory / f"{variant}{_COMPILED}").touch()
+        with lock:
+            if compiled(variant):  # by who had the lock before
+                yield
+            else:
+                logger.warning(
+                    "compiling the engine's kernels (%s) for this machine, once: 10 to 30 s ...",
+                    variant,
+                )
+                with _without_collection():
+                    yield
+            if directory is not None:
+                (directory / f"{variant}{_COMPILED}").touch()
 
 
 @contextmanager

@@ -80,15 +80,6 @@ def warm_up(variant: Variant) -> None:
             raise KeyboardInterrupt
 
 
-def comes_to_contacts(scene: Scene) -> bool:
-    """Play a scene to see whether it comes to a joint impact or to sustained contact.
-
-    Of what comes after the first `_CHUNK` events nothing is known.
-    """
-    run = Run(scene, keep_log=False)
-    return not run.is_unsound and run._enter(_CHUNK, False) == s.RUN_CONTACTS
-
-
 def still_scene(variant: Variant) -> Scene:
     """Return a scene in which nothing happens."""
     laws: dict[str, Any] = {}
@@ -157,14 +148,9 @@ class Run:
         arrays = [part for part in parts if isinstance(part, np.ndarray)]
         return sum(array.nbytes for array in arrays) + self._end.nbytes
 
-    @property
-    def is_unsound(self) -> bool:
-        """Whether a number of the scene is NaN or infinite, so that the kernels must not get it."""
-        return bool(self._layout.unsound)
-
     def go(self, max_events: int) -> None:
         """Run to the end, to `max_events` events, or to an interrupt."""
-        if self.is_unsound:
+        if self._layout.unsound:
             self._stay()
             return
         try:

@@ -1,7 +1,7 @@
 """Which variants of the compiled kernels scenes need, and how they are compiled beforehand.
 
-A variant leaves out what a scene doesn't need. Compiling one takes some ten seconds, once on a
-machine; variants can be compiled side by side, each in a process of its own.
+A variant leaves out what a scene doesn't need. Variants can be compiled side by side, each in a
+process of its own, and whoever needs one that isn't compiled yet compiles it then.
 """
 
 from __future__ import annotations
@@ -13,52 +13,63 @@ from engine.errors import GhostballError
 from engine.scene import Scene
 from engine.simulate import MAX_EVENTS, check_request
 
+MANY = 3
+"""Balls from which on joint impacts and sustained contact are likely: two seldom come to them."""
+
 
 @dataclass(frozen=True)
 class Variants:
-    """The variants that some scenes need of one kind of kernels; what one process compiles.
+    """Variants of one kind of kernels that belong together; one process compiles them.
 
     Attributes
     ----------
-    name : str
-        Of the variant that a run of these scenes begins with.
-    scenes : tuple of Scene
+    scene : Scene
+        One of those that need them.
+    contacts : bool
+        Whether they may come to joint impacts or to sustained contact. A run begins with kernels
+        that know neither; those that do are compiled too, and share with them what they can.
     tangents : bool
         Whether they are the kernels of the tangent map, not those of shots.
     """
 
-    name: str
-    scenes: tuple[Scene, ...]
+    scene: Scene
+    contacts: bool = False
     tangents: bool = False
 
     @property
-    def is_compiled(self) -> bool:
-        """Whether the variant that these scenes begin with is in the cache."""
-        from engine._jit import compiled  # noqa: PLC0415 - it loads the compiler
+    def names(self) -> list[str]:
+        """What messages, and the cache, call these variants."""
+        from engine import _run, sensitivity  # noqa: PLC0415 - they load the compiler
 
-        return compiled(self.name)
+        if self.tangents:
+            return [sensitivity.variant_name(self.scene)]
+        return [
+            _run.variant_of(self.scene, contacts).name("shots")
+            for contacts in (False, True)[: 1 + self.contacts]
+        ]
+
+    @property
+    def are_compiled(self) -> bool:
+        """Whether all of them are in the cache."""
+        from engine._jit import compiled  # noqa: PLC0415
+
+        return all(compiled(name) for name in self.names)
 
     def compile(self) -> None:
-        """Compile what these scenes need, or load it where it is in the cache.
+        """Compile them, or load what is in the cache; nothing is played but a still ball."""
+        from engine import _run, sensitivity  # noqa: PLC0415
 
-        A run begins with kernels that know no joint impact and no sustained contact. Those that do
-        take twice as long to compile, so each scene is played to see whether it comes to need them.
-        """
         if self.tangents:
-            from engine import sensitivity  # noqa: PLC0415
-
-            sensitivity.warm_up(self.scenes[0])
+            sensitivity.warm_up(self.scene)
             return
-        from engine import _run  # noqa: PLC0415
-
-        _run.warm_up(_run.variant_of(self.scenes[0], contacts=False))
-        meeting = (scene for scene in self.scenes if len(scene.balls) > 1)
-        if any(_run.comes_to_contacts(scene) for scene in meeting):
-            _run.warm_up(_run.variant_of(self.scenes[0], contacts=True))
+        for contacts in (False, True)[: 1 + self.contacts]:
+            _run.warm_up(_run.variant_of(self.scene, contacts))
 
 
-def variants_of(scenes: Iterable[Scene], *, tangents: bool = False) -> list[Variants]:
-    """Return what `scenes` need of the kernels; each entry can be compiled in a process of its own.
+def variants_of(
+    scenes: Iterable[Scene], *, tangents: bool = False, contacts_from: int = 2
+) -> list[Variants]:
+    """Return what `scenes` need of the kernels.
 
     Parameters
     ----------
@@ -66,30 +77,32 @@ def variants_of(scenes: Iterable[Scene], *, tangents: bool = False) -> list[Vari
         One that this engine can't play needs nothing.
     tangents : bool
         Whether the kernels of the tangent map are needed too (`Result.sensitivity`).
+    contacts_from : int
+        Number of balls from which on a scene is taken to come to joint impacts or to sustained
+        contact. Where one with fewer does, what it needs is compiled then.
     """
     from engine import _run, sensitivity  # noqa: PLC0415
 
-    shots: dict[str, list[Scene]] = {}
-    maps: dict[str, list[Scene]] = {}
+    shots: dict[str, Variants] = {}
+    maps: dict[str, Variants] = {}
     for scene in scenes:
         try:
             check_request(scene, "rest", MAX_EVENTS)
         except GhostballError:
             continue
-        shots.setdefault(_run.variant_of(scene, contacts=False).name("shots"), []).append(scene)
+        contacts = len(scene.balls) >= contacts_from
+        name = _run.variant_of(scene, contacts=False).name("shots")
+        if name not in shots or (contacts and not shots[name].contacts):
+            shots[name] = Variants(scene, contacts)
         if tangents:
-            maps.setdefault(sensitivity.variant_name(scene), []).append(scene)
-    return [
-        *(Variants(name, tuple(those)) for name, those in shots.items()),
-        *(Variants(name, tuple(those), tangents=True) for name, those in maps.items()),
-    ]
+            maps.setdefault(sensitivity.variant_name(scene), Variants(scene, tangents=True))
+    return [*shots.values(), *maps.values()]
 
 
 def warm_up(scenes: Iterable[Scene] = ()) -> None:
     """Compile or load the kernels that `scenes` need now, rather than in the first `simulate`.
 
-    A compilation is announced. Before several processes are started, this keeps each of them from
-    compiling for itself. Without scenes: what a shot of one ball needs.
+    A compilation is announced. Without scenes: what a shot of one ball needs.
     """
     from engine import _run  # noqa: PLC0415
 

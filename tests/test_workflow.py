@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from engine._jit import cache_key
+
 ROOT = Path(__file__).parent.parent
 WORKFLOW = yaml.safe_load((ROOT / ".github/workflows/ghostball.yml").read_text(encoding="utf-8"))
 SETUP = yaml.safe_load((ROOT / ".github/actions/setup/action.yml").read_text(encoding="utf-8"))
@@ -81,13 +83,26 @@ def test_each_job_gets_its_own_kernels_back():
         if step.get("uses") == "./.github/actions/setup"
     ]
     assert len(names) == len(set(names)) == len(JOBS)
-    (kernels,) = (
-        step["with"]
-        for step in SETUP["runs"]["steps"]
-        if "cache" in step.get("uses", "") and "ghostball" in step["with"]["path"]
+    kept = [step["with"] for step in SETUP["runs"]["steps"] if "cache" in step.get("uses", "")]
+    (kernels,) = (one for one in kept if one["path"].endswith("/kernels"))
+    assert all(part in kernels["key"] for part in ("inputs.job", "inputs.python", "hash.outputs"))
+    assert "restore-keys" not in kernels  # other kernels are of no use, and would be carried along
+    (proofs,) = (one for one in kept if one["path"].endswith("/proofs"))
+    assert "inputs.job" in proofs["key"]
+
+
+def test_the_key_of_the_kernels_is_the_name_of_their_folder(tmp_path):
+    (command,) = (
+        step["run"] for step in SETUP["runs"]["steps"] if "cache_key" in step.get("run", "")
     )
-    for part in ("inputs.job", "inputs.python", "processor.outputs.model"):
-        assert part in kernels["key"]
+    binary = tmp_path / ".venv/bin/python"
+    binary.parent.mkdir(parents=True)
+    written = tmp_path / "output"
+    environment = os.environ | {"GITHUB_OUTPUT": str(written), "PYTHONPATH": str(ROOT)}
+    binary.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
+    binary.chmod(0o755)
+    subprocess.run(["bash", "-e", "-c", command], cwd=tmp_path, env=environment, check=True)
+    assert written.read_text() == f"kernels={cache_key()}\n"
 
 
 def test_what_failed_is_shown_and_kept():

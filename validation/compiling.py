@@ -1,7 +1,4 @@
-"""Compiles the kernels of our engine before many scenes are run: side by side, each variant once.
-
-Without this each process that runs scenes would compile for itself what another compiles too.
-"""
+"""Compiles kernels of our engine before many scenes are run: side by side, each variant once."""
 
 from __future__ import annotations
 
@@ -16,46 +13,50 @@ from validation.worker import run_tasks
 _LOGGER = logging.getLogger("ghostball.validation")
 
 
-def compile_kernels(scenes: Iterable[Scene], jobs: int, *, tangents: bool = False) -> None:
+def compile_kernels(
+    scenes: Iterable[Scene], jobs: int, *, tangents: bool = False, contacts_from: int = 2
+) -> None:
     """Compile in `jobs` processes what `scenes` need of the kernels, then load it into this one.
 
     Parameters
     ----------
     scenes : iterable of Scene
     jobs : int
-    tangents : bool
-        Whether their tangent maps will be asked for too.
+    tangents, contacts_from
+        See `engine.kernels.variants_of`.
 
     Raises
     ------
     GhostballError
         Where a process that compiles dies.
     """
-    needed = variants_of(scenes, tangents=tangents)
-    missing = [variants for variants in needed if not variants.is_compiled]
+    needed = variants_of(scenes, tangents=tangents, contacts_from=contacts_from)
+    # Those with contacts take longest, so they come first.
+    missing = sorted(
+        (variants for variants in needed if not variants.are_compiled),
+        key=lambda variants: not variants.contacts,
+    )
     if jobs > 1 and len(missing) > 1:
-        names = "; ".join(variants.name for variants in missing)
         _LOGGER.warning(
-            "compiling the engine's kernels for this machine, once, in %d processes: %s. "
-            "This takes about half a minute ...",
+            "compiling the engine's kernels for this machine, once, in %d processes, 10 to 30 s "
+            "each: %s ...",
             min(jobs, len(missing)),
-            names,
+            "; ".join(name for variants in missing for name in variants.names),
         )
-        # What is needed by most scenes comes first: it is what takes longest.
-        missing.sort(key=lambda variants: -len(variants.scenes))
         with closing(run_tasks(missing, jobs, _compile, _died)) as finished:
-            for failure in finished:
+            for done, failure in enumerate(finished, start=1):
                 if failure:
                     raise GhostballError(failure)
+                _LOGGER.warning("compiling: %d of %d parts are done", done, len(missing))
     for variants in needed:
         variants.compile()
 
 
 def _compile(variants: Variants) -> str:
-    logging.getLogger("ghostball.engine").setLevel(logging.ERROR)  # the parent has announced it
+    logging.getLogger("ghostball.engine").setLevel(logging.ERROR)  # it was announced by the caller
     variants.compile()
     return ""
 
 
 def _died(variants: Variants, reason: str) -> str:
-    return f"the kernels could not be compiled ({variants.name}): {reason}"
+    return f"the kernels ({', '.join(variants.names)}) could not be compiled: {reason}"

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from engine import GhostballError, Scene
+from engine.kernels import MANY
 from reference_adapters.registry import (
     EngineUnavailableError,
     engine_names,
@@ -250,7 +251,7 @@ def _run(
         if not rest:
             begin()
         else:
-            compile_kernels(plan.scenes_of(rest), jobs, tangents=True)
+            compile_kernels(plan.scenes_of(rest), jobs, tangents=True, contacts_from=MANY)
             with closing(run_cases(plan.cases(rest), jobs, time_limit)) as finished:
                 for ran, motion in finished:
                     if not writer.begun:

@@ -122,6 +122,26 @@ def test_old_caches_are_removed_and_recent_ones_kept(tmp_path):
 
 
 @pytest.mark.compiled
+def test_of_two_processes_one_compiles_and_the_other_waits(copy):
+    environment = {**os.environ, "PYTHONPATH": str(copy), "GHOSTBALL_CACHE_DIR": str(copy / "c")}
+    command = [sys.executable, "-c", "import engine._caller"]
+    both = [
+        subprocess.Popen(
+            command,
+            env=environment,
+            cwd=copy,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for _ in range(2)
+    ]
+    said = [process.communicate() for process in both]
+    assert [out for out, _ in said] == ["7.0\n", "7.0\n"]
+    assert sum("compiling" in messages for _, messages in said) == 1
+
+
+@pytest.mark.compiled
 def test_an_unwritable_cache_is_said_and_does_not_stop_the_run(copy):
     blocked = copy / "file"
     blocked.write_text("")

@@ -234,8 +234,7 @@ def _run(
     try:
         if any(parse_spec(task.label)[0] == OURS for task in rest):
             examples = {id(task.trial): task.trial for task in rest}.values()
-            played = [scene for trial in examples for scene in trial.examples()]
-            compile_kernels(played, jobs)
+            compile_kernels((scene for trial in examples for scene in trial.examples()), jobs)
         with closing(run_tasks(rest, jobs, run_trial, _died, limit)) as findings:
             for one in findings:
                 stamped = replace(one, code_hash=code_hash if code.holds() else "")
