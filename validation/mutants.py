@@ -28,6 +28,9 @@ from engine import GhostballError, Record, Result, Scene
 MAX_EVENTS = 20_000
 """Events after which a shot of a mutant is given up: a bug may make it go on for ever."""
 
+START_LIMIT = 120.0
+"""How long the process of a mutant may take to start [s]: minutes pass on a busy machine."""
+
 _PROGRAM = """\
 import pickle, sys
 from pathlib import Path
@@ -130,7 +133,8 @@ class Mutant:
         max_events : int
             Events after which a shot is given up.
         timeout : float [s]
-            For each of them; a shot without an answer until then is a `Crash`.
+            For each of them; a shot without an answer until then is a `Crash`. The start of a
+            process doesn't count.
 
         Raises
         ------
@@ -157,6 +161,7 @@ class Mutant:
         command = [sys.executable, "-c", _PROGRAM, str(self.folder), str(place)]
         hung = threading.Event()
         answered = False
+        limit = START_LIMIT
         with (
             tempfile.TemporaryFile(mode="w+") as messages,
             subprocess.Popen(
@@ -176,7 +181,7 @@ class Mutant:
             assert process.stdout is not None
             try:
                 while True:
-                    watch = threading.Timer(timeout, give_up)
+                    watch = threading.Timer(limit, give_up)
                     watch.start()
                     try:
                         line = process.stdout.readline()
@@ -184,13 +189,13 @@ class Mutant:
                         watch.cancel()
                     if not line:
                         break
-                    answered = True
+                    answered, limit = True, timeout
             finally:
                 process.kill()
             code = process.wait()
             messages.seek(0)
             said = (messages.read().strip().splitlines() or ["no message"])[-1]
-        how = f"no answer in {timeout:g} s" if hung.is_set() else f"exit code {code}: {said}"
+        how = f"no answer in {limit:g} s" if hung.is_set() else f"exit code {code}: {said}"
         if not answered:
             raise MutantError(
                 f'mutant "{self.name}" can\'t be imported: {how}. Mend the mutation: it should '

@@ -82,15 +82,7 @@ def test_the_unchanged_engine_is_not_caught_and_gives_the_same_bits() -> None:
         assert np.array_equal(run.rest_positions, ours.rest_positions)
 
 
-def test_a_shot_that_never_ends_is_given_up() -> None:
-    with planted() as mutant:
-        (run,) = mutant.run([find_scene("break-7")], max_events=3)
-    assert isinstance(run, Result)
-    assert not run.status.complete
-    assert faults_of(grade(run, certify(run.scene, motion=True)), run.scene)
-
-
-def test_a_mutant_that_raises_in_a_shot_is_a_crash_of_that_shot() -> None:
+def test_a_shot_that_raises_is_a_crash_and_one_that_never_ends_is_given_up() -> None:
     mutation = Mutation(
         "raises",
         "simulate.py",
@@ -100,9 +92,11 @@ def test_a_mutant_that_raises_in_a_shot_is_a_crash_of_that_shot() -> None:
         "",
     )
     with planted(mutation) as mutant:
-        alone, pair = mutant.run([find_scene("stop"), find_scene("half-ball-cut")])
+        alone, pack = mutant.run([find_scene("stop"), find_scene("break-7")], max_events=3)
     assert alone == Crash("ZeroDivisionError: planted")
-    assert isinstance(pair, Result)
+    assert isinstance(pack, Result)
+    assert not pack.status.complete
+    assert faults_of(grade(pack, certify(pack.scene, motion=True)), pack.scene)
 
 
 def test_a_mutant_that_breaks_its_module_says_so() -> None:
@@ -114,6 +108,7 @@ def test_a_mutant_that_breaks_its_module_says_so() -> None:
 @pytest.mark.parametrize(
     ("planted_text", "timeout", "reason"),
     [
+        # Without the start of its process.
         pytest.param("while True: pass", 10.0, "no answer in 10 s", marks=pytest.mark.slow),
         ("import os; os._exit(7)", 20.0, "exit code 7"),
     ],

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ import pytest
 
 import validation.suite
 from engine import Ball, GhostballError, Scene
+from validation.case import Case
 from validation.criteria import Criteria, Criterion
 from validation.library import find_scene
 from validation.store import CaseRecord, ResultsError, ResultsFolder
@@ -437,6 +439,9 @@ def test_processes_find_what_one_process_finds(tmp_path: Path) -> None:
     assert multiprocessing.active_children() == []
 
 
+# What it costs is asserted of one process with a limit of time, below; that the others go on, in
+# test_worker.py.
+@pytest.mark.slow
 def test_a_process_that_dies_costs_one_case(tmp_path: Path) -> None:
     engines = ["fake:does=die", "fake", "fake:shift=1.0", "fake:shift=2.0"]
     outcome = run_suite([scene()], engines, tmp_path, jobs=2)
@@ -448,6 +453,8 @@ def test_a_process_that_dies_costs_one_case(tmp_path: Path) -> None:
     assert multiprocessing.active_children() == []
 
 
+# That stopping early ends what runs is asserted in test_worker.py, and what a run keeps, above.
+@pytest.mark.slow
 def test_an_interrupt_leaves_no_process_behind(tmp_path: Path) -> None:
     def interrupt(record: CaseRecord, done: int, total: int) -> None:
         raise KeyboardInterrupt
@@ -473,6 +480,8 @@ def group_is_gone(group: int, within: float) -> bool:
     return False
 
 
+# That workers are deaf to it is asserted in test_worker.py, and what a run keeps, above.
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals to a process group are POSIX")
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_ctrl_c_in_a_terminal(tmp_path: Path, fake_engines: Path, jobs: int) -> None:
@@ -521,13 +530,21 @@ def test_ctrl_c_in_a_terminal(tmp_path: Path, fake_engines: Path, jobs: int) -> 
     assert group_is_gone(process.pid, within=10.0)
 
 
-def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(tmp_path: Path) -> None:
-    # With one job, too: breaks where that runs engines in this very process.
+def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # With one job, too: breaks where that runs engines in this very process. The hanging one has a
+    # limit of its own: that of the others must do for a busy machine.
+    def limit_of(seconds: float | None) -> Callable[[Case], float]:
+        assert seconds == 300.0
+        return lambda case: 0.5 if "hang" in case.label else seconds
+
+    monkeypatch.setattr(validation.suite, "limit_of", limit_of)
     engines = ["fake:does=die", "fake:does=hang", "fake"]
-    outcome = run_suite([scene()], engines, tmp_path, time_limit=3.0)
+    outcome = run_suite([scene()], engines, tmp_path, time_limit=300.0)
     cases = by_label(ResultsFolder.load(tmp_path).cases)
     assert "exit code 7" in cases["fake:does=die"].reason
-    assert "longer than 3 s" in cases["fake:does=hang"].reason
+    assert "longer than 0.5 s" in cases["fake:does=hang"].reason
     assert cases["fake"].outcome == "ran"
     assert outcome.exit_status == 3
     assert multiprocessing.active_children() == []

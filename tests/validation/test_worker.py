@@ -169,3 +169,51 @@ if __name__ == "__main__":
     list(run_tasks([float(sys.argv[1])], 1, work, print, limit_of(900.0)))
     time.sleep(600)
 """
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals to a process group are POSIX")
+def test_ctrl_c_in_a_terminal_is_for_the_parent_alone(tmp_path):
+    # A terminal signals the whole process group: workers must not answer it themselves.
+    script = tmp_path / "parent.py"
+    script.write_text(INTERRUPTED)
+    with subprocess.Popen(
+        [sys.executable, str(script)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        start_new_session=True,
+    ) as parent:
+        assert parent.stdout is not None
+        assert [parent.stdout.readline() for _ in range(2)] == [b"at work\n"] * 2
+        os.killpg(parent.pid, signal.SIGINT)
+        # Waits for the workers too, which have the same pipes.
+        rest, errors = parent.communicate(timeout=60.0)
+    assert (rest, errors) == (b"interrupted\n", b"")
+    assert parent.returncode == 130
+
+
+INTERRUPTED = """
+import sys, time
+import validation.worker
+from validation.worker import run_tasks
+
+
+def work(seconds):
+    sys.stdout.write("at work\\n")
+    sys.stdout.flush()
+    time.sleep(seconds)
+
+
+def close_late(pool):  # so that a worker that answers has the time to say so
+    time.sleep(0.3)
+    close(pool)
+
+
+if __name__ == "__main__":
+    close, validation.worker._Pool.close = validation.worker._Pool.close, close_late
+    try:
+        list(run_tasks([600.0, 600.0], 2, work, print))
+    except KeyboardInterrupt:
+        print("interrupted", flush=True)
+        raise SystemExit(130)
+"""

@@ -24,14 +24,14 @@ from dataclasses import dataclass, field
 from typing import IO, Any
 
 from validation.leash import end_group
-from validation.mutants import Mutant, MutantError, Mutation, planted
+from validation.mutants import START_LIMIT, Mutant, MutantError, Mutation, planted
 from validation.stress.mutations import MUTATIONS
 from validation.stress.probe import small_trials
 from validation.stress.run import CHECK_FAILED, INTERRUPTED, PASSED
 from validation.stress.trial import StressError
 
 TIME_LIMIT = 30.0
-"""How long a mutant may be silent [s]: for its start, and for each trial."""
+"""How long a mutant may be silent in a trial [s]."""
 
 UNCHANGED = "unchanged"
 """Name of the copy without a bug."""
@@ -135,7 +135,7 @@ def self_test(
     progress : callable, optional
         See `Progress`.
     time_limit : float [s]
-        How long a trial may take.
+        How long a trial may take; the start of a copy doesn't count.
 
     Raises
     ------
@@ -234,7 +234,7 @@ class _Watch:
                     place.pop_all(),
                     listener,
                     now,
-                    now + self._limit,
+                    now + START_LIMIT,
                 )
             )
         listener.start()
@@ -258,7 +258,8 @@ class _Watch:
                 done.append(found)
         for one in list(self.running):
             if time.monotonic() >= one.deadline:
-                done.append(self._given_up(one, f"no answer in {self._limit:g} s"))
+                limit = self._limit if one.tried else START_LIMIT
+                done.append(self._given_up(one, f"no answer in {limit:g} s"))
         return done
 
     def _heard(self, one: _Running, line: str) -> Found | None:

@@ -36,7 +36,7 @@ def test_shots_are_graded_and_counted() -> None:
 
 
 def test_two_processes_find_what_one_finds(tmp_path: Path) -> None:
-    one, two = (measure_accuracy(60, first=100, jobs=jobs) for jobs in (1, 2))
+    one, two = (measure_accuracy(40, first=100, jobs=jobs) for jobs in (1, 2))
     assert two.model_copy(update={"environment": one.environment}) == one
     path = tmp_path / "accuracy.json"
     measurements.save(two, path, "--out")
