@@ -95,10 +95,10 @@ coverage: test test-nojit  ## coverage of both runs
 	$(BIN)/coverage combine --keep --quiet .coverage.compiled .coverage.interpreted
 	$(BIN)/coverage report
 
-# A negative index that wraps is seen by compiled bounds checks alone. These tests run every module of
-# kernels. Compiling takes most of the time, so shots run the kernels with all parts, and no variant
-# that leaves some out (tests/support/whole_kernels.py). Checks are the same where the optimiser does
-# less, and so is every bit: it compiles in three quarters of the time.
+# A negative index that wraps is seen by compiled bounds checks alone. These tests run every module
+# of kernels. Compiling takes most of the time, so shots run the kernels with all parts, and but a
+# few of them a variant that leaves some out (tests/support/whole_kernels.py). Checks are the same
+# where the optimiser does less, and so is every bit: it compiles in three quarters of the time.
 CHECKED := NUMBA_BOUNDSCHECK=1 NUMBA_OPT=1
 BOUNDED := impact_laws test_batch.py test_cells.py test_clusters.py test_elastic_gas.py \
 	test_look_again.py test_plastic.py test_press.py test_sensitivity.py \

@@ -4,10 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from invariants import overlaps
+from invariants import fingerprint, overlaps
+from whole_kernels import begin_without_contacts
 
-from engine import Ball, EventKind, Physics, Scene, Status, _run, simulate
+from engine import Ball, EventKind, Physics, Scene, Status, Table, _run, simulate
 from engine._tolerances import CONTACT_TOLERANCE, EPS
+from validation.library import FOLDER
 
 SCENES = Path(__file__).parent.parent / "support" / "scenes"
 
@@ -85,6 +87,30 @@ def test_a_contact_step_may_be_cut_by_t_max():
     assert np.allclose(
         stopped.rest_positions, whole.sample([0.0503]).positions[0], rtol=0.0, atol=1e-12
     )
+
+
+def driven_into_a_cushion():
+    """A ball at rest at a cushion, whose spin drives it there."""
+    spinning = Ball(id="ball", radius=R, position=(R, 0.5), angular_velocity=(0.0, -60.0, 0.0))
+    table, physics = Table(length=1.0, width=1.0), Physics(motion="sliding")
+    return Scene(name="driven", table=table, physics=physics, balls=[spinning])
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [  # one for each of the places where a run finds that it needs contacts
+        driven_into_a_cushion(),
+        Scene.load(FOLDER / "push-line.toml"),
+        Scene.load(FOLDER / "three-ball-symmetric.toml"),
+    ],
+    ids=lambda scene: scene.name,
+)
+def test_a_run_that_comes_to_contacts_goes_on_as_with_them_from_the_first(scene, monkeypatch):
+    """Under bounds checks these alone begin without contacts (`whole_kernels`)."""
+    with_them = simulate(scene, record="events", no_skip=["contacts"])
+    begin_without_contacts(monkeypatch)
+    assert _run.comes_to_contacts(scene)
+    assert fingerprint(simulate(scene, record="events")) == fingerprint(with_them)
 
 
 def deepest_overlap(scene, result, samples=20_001):

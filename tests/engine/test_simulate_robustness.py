@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from invariants import EPS, collisions, energies, instants, overlaps
 from shots import POOL_TABLE, R, ball, random_break, scene_of
+from whole_kernels import checks_bounds
 
 from engine import Ball, EventKind, GhostballError, Physics, Result, Scene, Status, Table, simulate
 
@@ -237,9 +238,15 @@ def test_a_small_break(e):
         )
 
 
+# More of the same: where bounds are checked they run with the fast tests.
+MORE = () if checks_bounds() else pytest.mark.slow
+
+
 @pytest.mark.compiled
 @pytest.mark.parametrize("e", RESTITUTIONS)
-@pytest.mark.parametrize("first", range(0, 50, 10))
+@pytest.mark.parametrize(
+    "first", [0, 10, *(pytest.param(seed, marks=MORE) for seed in (20, 30, 40))]
+)
 def test_random_breaks_of_sixteen_end_at_rest_without_overlap(first, e):
     # With e = 0 and with a touching rack (every fourth seed) contact lasts: engines get stuck.
     for seed in range(first, first + 10):

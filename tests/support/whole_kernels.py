@@ -1,15 +1,19 @@
-"""Where kernels are compiled for one test run, every shot runs those with all their parts.
+"""Where kernels are compiled for one test run, shots run those with all their parts.
 
-That is so under bounds checks, and without the optimiser. A variant that leaves parts out has no
-lines of its own, and its results are the same to the bit (`test_skips.py`), so that nothing more is
-found with it. Compiling it takes most of what it costs.
+That is so under bounds checks. Compiling a variant that leaves parts out takes most of what it
+costs, and its results are the same to the bit (`test_skips.py`). The few lines of its own that one
+without contacts has, where it finds that it needs them (`engine/_resolve.py`), are run by one test:
+`begin_without_contacts` lets its shots begin as they do elsewhere. No sweep in cells is run with
+bounds checked, for that takes another 20 s to compile: of its own it has that cells are emptied
+before each shot (`engine/_sweep.py`), and no more.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Collection
 from functools import wraps
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numba
 
@@ -18,13 +22,21 @@ from engine._run import Run, Variant
 from engine.scene import Scene
 from engine.skips import Skip
 
+if TYPE_CHECKING:
+    import pytest
+
 PARTS = frozenset((Skip.CONTACTS, Skip.INTEGRATED_LAWS))
-"""What is never left out."""
+"""What is never left out, where a test doesn't ask for it."""
 
 
 def checks_bounds() -> bool:
     """Whether kernels are compiled with every access to an array checked."""
     return bool(numba.config.BOUNDSCHECK) and not numba.config.DISABLE_JIT
+
+
+def begin_without_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the shots of a test begin without contacts also where others don't."""
+    monkeypatch.setattr(sys.modules[__name__], "PARTS", PARTS - {Skip.CONTACTS})
 
 
 def use_whole_kernels() -> None:

@@ -115,12 +115,14 @@ def test_a_path_that_cannot_be_written_is_refused_before(tmp_path):
 
 def test_the_store_has_a_folder_for_each_machine(tmp_path, monkeypatch):
     monkeypatch.setattr(measurements, "STORE", tmp_path)
+    monkeypatch.setattr(measurements, "CHECKOUT", tmp_path)
+    (tmp_path / "pyproject.toml").touch()
     path = store_path(ENVIRONMENT, "targets")
     assert path == tmp_path / "amd-epyc-2-cores" / "targets.json"
     assert stored_paths("targets") == []
     save(MEASURED, path, "--store")
     assert stored_paths("targets") == [path]
-    monkeypatch.setattr(measurements, "CHECKOUT", tmp_path)
+    (tmp_path / "pyproject.toml").unlink()
     with pytest.raises(BenchError, match="`--store` needs a checkout"):
         store_path(ENVIRONMENT, "targets")
 
