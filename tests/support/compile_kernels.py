@@ -33,6 +33,7 @@ SWEEPS = [{CONTACTS}, {CELLS}, set()]
 if checks_bounds():
     use_whole_kernels()
     SHOTS = [{INTEGRATED, CONTACTS, *one} for one in (set(), {CELLS}, {LOOKS_AGAIN})]
+    SHOTS.append({INTEGRATED})  # of a test of runs that begin without contacts
     SWEEPS = [{CONTACTS}, set()]
 
 
