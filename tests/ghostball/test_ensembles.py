@@ -151,7 +151,7 @@ def test_ctrl_c_keeps_what_is_done(cli, tmp_path, monkeypatch):
         (ENGINES, ["--ensemble", "1"], "must have 2 to 1000 members, got 1"),
         (ENGINES, ["--ensemble", "100000"], "must have 2 to 1000 members"),
         ("ghostball", ["--ensemble", "5"], "there must be that one and another"),
-        ("pymunk,pybullet", ["--ensemble", "5"], "compare engines with `ghostball`"),
+        ("pymunk,paper-discrete", ["--ensemble", "5"], "compare engines with `ghostball`"),
         (ENGINES, ["--ensemble", "5", "--ensemble-size", "velocity=-1"], "at least 0, got -1"),
         (ENGINES, ["--ensemble", "5", "--ensemble-size", "position=nan"], "finite"),
         (ENGINES, ["--ensemble", "5", "--ensemble-size", "position=1"], "could change places"),

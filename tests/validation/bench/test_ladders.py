@@ -35,6 +35,8 @@ def steps_of(label, duration=4.0, extent=WIDE):
     ],
 )
 def test_steps_are_halved_from_the_longest_and_the_own_one_is_among_them(label, own):
+    if label.startswith("pybullet"):
+        pytest.importorskip("pybullet")
     steps = steps_of(label)
     assert own in steps
     assert all(a == 2.0 * b for a, b in itertools.pairwise(steps))

@@ -79,7 +79,7 @@ def test_what_is_stored_reads_back(tmp_path):
     ("damage", "message"),
     [
         (lambda text: text[:-20], "is cut short"),
-        (lambda text: text.replace('"schema":1', '"schema":9'), "`schema` must be 1, got 9"),
+        (lambda text: text.replace('"schema":2', '"schema":9'), "`schema` must be 2, got 9"),
         (lambda text: "nonsense\n" + text, r":1: not valid JSON"),
         (lambda text: text.replace('"rest_time"', '"resttime"'), "rest_time"),
     ],
