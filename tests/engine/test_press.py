@@ -8,6 +8,7 @@ from invariants import fingerprint, overlaps
 from whole_kernels import begin_without_contacts
 
 from engine import Ball, EventKind, Physics, Scene, Status, Table, _run, simulate
+from engine._state import RUN_CONTACTS
 from engine._tolerances import CONTACT_TOLERANCE, EPS
 from validation.library import FOLDER
 
@@ -109,7 +110,9 @@ def test_a_run_that_comes_to_contacts_goes_on_as_with_them_from_the_first(scene,
     """Under bounds checks these alone begin without contacts (`whole_kernels`)."""
     with_them = simulate(scene, record="events", no_skip=["contacts"])
     begin_without_contacts(monkeypatch)
-    assert _run.comes_to_contacts(scene)
+    beginning = _run.Run(scene, keep_log=False)
+    assert beginning.contacts is None
+    assert beginning._enter(65_536, False) == RUN_CONTACTS
     assert fingerprint(simulate(scene, record="events")) == fingerprint(with_them)
 
 
