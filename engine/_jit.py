@@ -213,32 +213,31 @@ def compiling(variant: str) -> Iterator[None]:
     At warning level: a program that never configured logging still shows it on stderr. Of several
     processes that need the same variant one compiles it; the others wait, and load it.
     """
-    directory = None if _config.DISABLE_JIT else cache_directory()
-    lock = FileLock(directory / f"{variant}.lock") if directory is not None else nullcontext()
     if compiled(variant):
         yield
-    else:
-        with lock:
-            if compiled(variant):  # by who had the lock before
-                yield
-            else:
-                logger.warning(
-                    "compiling the engine's kernels (%s) for this machine, once: 10 to 30 s ...",
-                    variant,
-                )
-                with _without_collection():
-                    yield
-            if directory is not None:
-                (directory / f"{variant}{_COMPILED}").touch()
+        return
+    directory = cache_directory()
+    if directory is None:
+        with _announced(variant):
+            yield
+        return
+    with FileLock(directory / f"{variant}.lock"):
+        # Another process may have compiled it while this one waited.
+        with nullcontext() if compiled(variant) else _announced(variant):
+            yield
+        (directory / f"{variant}{_COMPILED}").touch()
 
 
 @contextmanager
-def _without_collection() -> Iterator[None]:
-    """Look for no garbage meanwhile.
+def _announced(variant: str) -> Iterator[None]:
+    """Say that a variant is being compiled, and look for no garbage meanwhile.
 
     The compiler makes millions of objects and keeps them: looking through them takes a tenth of its
     time.
     """
+    logger.warning(
+        "compiling the engine's kernels (%s) for this machine, once: 10 to 30 s ...", variant
+    )
     collected = gc.isenabled()
     gc.disable()
     try:

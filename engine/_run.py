@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine import _state as s
-from engine import skips
+from engine import _state as s, skips
 from engine._entry import enter
 from engine._jit import compiling
 from engine._layout import contacts_of, layout_of, log_of

@@ -43,10 +43,7 @@ class Variants:
 
         if self.tangents:
             return [sensitivity.variant_name(self.scene)]
-        return [
-            _run.variant_of(self.scene, contacts).name("shots")
-            for contacts in (False, True)[: 1 + self.contacts]
-        ]
+        return [_run.variant_of(self.scene, each).name("shots") for each in self._each]
 
     @property
     def are_compiled(self) -> bool:
@@ -62,8 +59,13 @@ class Variants:
         if self.tangents:
             sensitivity.warm_up(self.scene)
             return
-        for contacts in (False, True)[: 1 + self.contacts]:
-            _run.warm_up(_run.variant_of(self.scene, contacts))
+        for each in self._each:
+            _run.warm_up(_run.variant_of(self.scene, each))
+
+    @property
+    def _each(self) -> tuple[bool, ...]:
+        """For each variant of shots, whether it knows contacts."""
+        return (False, True) if self.contacts else (False,)
 
 
 def variants_of(

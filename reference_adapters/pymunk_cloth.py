@@ -100,15 +100,19 @@ class ClosedFormCloth:
 
         `turns`, (n, 3) [rad/s], is what they did to the angular velocities; None is nothing.
         """
+        if changes.any() or (turns is not None and turns.any()):
+            self._kick_all(changes, turns, dt)
+            return
+        # Most steps. Without a ball that was hit, all else that `_kick_all` would do is to write
+        # the spins that velocities say into those of rolling balls, which nothing reads before a
+        # hit has written them. What is added is 0, and makes a velocity or a spin of -0 one of 0.
+        self.velocities = self.velocities + changes
+        if turns is not None and self._may_slide:
+            self._angular_velocities += turns
+
+    def _kick_all(self, changes: FloatArray, turns: FloatArray | None, dt: float) -> None:
         before = self.velocities
         self.velocities = before + changes
-        if not changes.any() and (turns is None or not turns.any()):
-            # Most steps. Without a ball that was hit all that the rest would do is to write the
-            # spins that velocities say into those of rolling balls, which nothing reads before
-            # a hit has written them; and to add zeros, which makes a spin of -0 one of 0.
-            if turns is not None and self._may_slide:
-                self._angular_velocities += turns
-            return
         hit = np.any(changes != 0.0, axis=1)
         # A ball that gives all its speed away stops; what cancellation leaves of it is rounding.
         cancelled = np.abs(self.velocities) <= 4.0 * EPS * np.abs(before)

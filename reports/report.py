@@ -2,7 +2,7 @@
 
 The page draws its own charts and needs no figure. Those of the whole run are few and always drawn;
 those of each scene, four a scene, take most of a minute for all shipped scenes, and wait until
-somebody asks for them. Where nothing has changed that the figures of the run show, they are kept.
+somebody asks for them.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from reports.attribution_figure import draw_attribution
 from reports.chaos_figure import draw_chaos
 from reports.figures import SCENE_FIGURES, draw_accuracy, draw_ensemble, draw_verdicts
 from reports.guarded import FailedPart, IncompleteReportError, attempt
-from reports.kept_figures import inputs_hash, keep_figures, kept_figures
 from reports.markdown import report_text
 from reports.markdown_parts import Drawn
 from reports.page import ScenePart, failed_scene_part, page_text, scene_part
@@ -47,8 +46,8 @@ REPORT = "report.md"
 PAGE = "report.html"
 ENDINGS = tuple(f".{ending}" for ending in style.FORMATS)
 
-WHOLE = "the whole run"
-"""What a task calls the figures that belong to no scene; no scene's name has a space."""
+WHOLE = "figure "
+"""What a task calls a figure of the whole run, before its kind; no scene's name has a space."""
 
 ENSEMBLE = "ensemble of "
 """What a task calls the figure of a scene's ensemble, before the scene's name."""
@@ -125,7 +124,6 @@ def write_report(
     IncompleteReportError
         Where a section or a figure could not be made. All else is written by then.
     """
-    inputs = inputs_hash(Path(results_dir), WHOLE_FIGURES)
     source = Source.load(results_dir)
     results = source.results
     if not results.cases:
@@ -139,13 +137,10 @@ def write_report(
         )
     ensembles = Ensembles.load(results.path)
     perturbed = () if ensembles is None else ensembles.run.scenes
-    tasks = [WHOLE, *(ENSEMBLE + name for name in perturbed)]
+    tasks = [*(WHOLE + kind for kind in WHOLE_FIGURES), *(ENSEMBLE + name for name in perturbed)]
     if figures:
         tasks += [PICTURES + name for name in results.scene_names]
-    kept = kept_figures(results.path, PurePosixPath(FIGURES), inputs)
-    if kept is not None:
-        tasks.remove(WHOLE)
-    drawn: dict[str, Drawn] = {} if kept is None else {WHOLE: kept}
+    drawn: dict[str, Drawn] = {}
     parts: dict[str, ScenePart] = {}
     failed: list[FailedPart] = []
     count = len(tasks) + len(results.scene_names)
@@ -158,7 +153,12 @@ def write_report(
                 drawn[task] = made
             if progress is not None:
                 progress(done, count, task)
-        whole = drawn[WHOLE]
+        # In the table's order, in whichever the processes drew them.
+        whole = {
+            kind: path
+            for figure in WHOLE_FIGURES
+            for kind, path in drawn.get(WHOLE + figure, {}).items()
+        }
         physics, paper = (
             {kind: path for kind, path in whole.items() if kind in kinds}
             for kinds in (PHYSICS_FIGURES, PAPER_FIGURES)
@@ -176,8 +176,6 @@ def write_report(
         report = results.path / REPORT
         write_all_whole({report.with_name(PAGE): page, report: text})
         _remove_stale(results.path, drawn.values())
-        if kept is None and not failed:
-            keep_figures(results.path, PurePosixPath(FIGURES), WHOLE_FIGURES, whole, inputs)
     except OSError as error:
         raise ReportError(
             f"{error.filename or results.path}: can't write the report: {error.strerror or error}. "
@@ -244,9 +242,9 @@ def _load_once(path: Path) -> Source:
 
 def _draw_task(source: Source, task: str, failed: list[FailedPart]) -> Drawn:
     results = source.results
-    if task == WHOLE:
-        made = ((kind, draw, results) for kind, draw in WHOLE_FIGURES.items())
-        return _save_all(results.path, "", made, failed)
+    if task.startswith(WHOLE):
+        kind = task.removeprefix(WHOLE)
+        return _save_all(results.path, "", [(kind, WHOLE_FIGURES[kind], results)], failed)
     if task.startswith(ENSEMBLE):
         name = task.removeprefix(ENSEMBLE)
         ensembles = Ensembles.load(results.path)

@@ -9,8 +9,7 @@ from engine._jit import kernel
 from engine._state import Laws
 from engine.impact_laws.ball_frictional import frictional as frictional_balls
 from engine.impact_laws.ball_mathavan2014 import mathavan2014
-from engine.impact_laws.cushion_han2005 import frictional as frictional_cushion
-from engine.impact_laws.cushion_han2005 import han2005
+from engine.impact_laws.cushion_han2005 import frictional as frictional_cushion, han2005
 from engine.impact_laws.cushion_mathavan2010 import mathavan2010
 from engine.impact_laws.cushion_restitution import restitution
 from engine.impact_laws.interface import BallImpact, BallImpulse, CushionBounce, CushionImpact

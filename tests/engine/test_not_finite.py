@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from shots import POOL_TABLE, ball, scene_of
 
-from engine import Status, simulate, simulate_sweep
-from engine import _state as s
+from engine import Status, _state as s, simulate, simulate_sweep
 from engine._run import Run
 from engine.batch import STATUSES
 

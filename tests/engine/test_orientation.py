@@ -5,13 +5,20 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from knots import SPIN_DECELERATION, rest, roll, slide, trajectory_of, whole_shot
 from shots import R
 
-from engine import Ball, ExactTrajectory, GhostballError, Physics, Scene, Table, simulate
-from engine import _orientation as turning
+from engine import (
+    Ball,
+    ExactTrajectory,
+    GhostballError,
+    Physics,
+    Scene,
+    Table,
+    _orientation as turning,
+    simulate,
+)
 from engine._orientation import SERIES_TERMS, STEP_TURN, fixed_axis_turn, series_turn
 
 

@@ -6,8 +6,7 @@ import copy
 
 import pytest
 import tomli_w
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from refusals import loading as refusal
 from shots import POOL_TABLE
 

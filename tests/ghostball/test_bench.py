@@ -15,11 +15,11 @@ from validation.bench import (
     ScalingMeasurement,
     SkipsMeasurement,
     TargetsMeasurement,
+    accuracy as bench_accuracy,
     measurements,
+    skips as bench_skips,
     targets,
 )
-from validation.bench import accuracy as bench_accuracy
-from validation.bench import skips as bench_skips
 from validation.bench.peer_engines import PeerAbsentError
 from validation.bench.workloads import Workload
 

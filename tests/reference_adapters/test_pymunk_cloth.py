@@ -11,7 +11,7 @@ from shots import R, ball, random_cloth_shot, scene_of
 from engine import EventKind, Scene, simulate
 from engine.features import missing_features
 from reference_adapters import pymunk_steppers
-from reference_adapters.pymunk_cloth import EPS, SHORTEST, ClosedFormCloth
+from reference_adapters.pymunk_cloth import ClosedFormCloth
 from reference_adapters.pymunk_engine import PymunkEngine, PymunkSettings
 from validation.library import find_scene
 
@@ -94,18 +94,7 @@ class WholeKicks(ClosedFormCloth):
 
     def kick(self, changes, turns, dt):
         WholeKicks.early += not changes.any() and (turns is None or not turns.any())
-        before = self.velocities
-        self.velocities = before + changes
-        hit = np.any(changes != 0.0, axis=1)
-        cancelled = np.abs(self.velocities) <= 4.0 * EPS * np.abs(before)
-        self.velocities[hit[:, np.newaxis] & cancelled] = 0.0
-        if self._may_slide:
-            self._angular_velocities = self._spins(before)
-            if turns is not None:
-                self._angular_velocities += turns
-                hit |= np.any(turns != 0.0, axis=1)
-            self._end_slides(hit, max(dt, SHORTEST))
-        self._end_rolls(hit & self.rolling, max(dt, SHORTEST))
+        self._kick_all(changes, turns, dt)
 
 
 def bits(scene: Scene, mode: str, **settings: object) -> list[bytes]:

@@ -112,12 +112,12 @@ def test_a_section_of_the_text_costs_itself_alone(small_folder, monkeypatch):
     assert '<section class="scene"' in html
 
 
-@pytest.mark.usefixtures("without_run_figures")
 def test_a_process_that_fails_costs_its_figures_alone(small_folder, monkeypatch):
+    monkeypatch.setattr(report, "WHOLE_FIGURES", {"verdicts": fail})
     # The other process can't run what is planted here.
     monkeypatch.setattr(report, "_draw_in_worker", lambda *_: None)
     failed, html, _ = written(small_folder, jobs=2)
-    assert failed == ["process that draws the whole run"]
+    assert failed == ["process that draws figure verdicts"]
     assert '<section class="scene"' in html
 
 

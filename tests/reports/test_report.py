@@ -16,6 +16,7 @@ from reports import (
     write_gallery,
     write_report,
 )
+from reports.report import WHOLE_FIGURES
 from reports.shots import load_shot
 from validation.junit import write_junit
 from validation.store import CaseRecord, ResultsFolder, ResultsWriter
@@ -134,7 +135,7 @@ def linked(text):
 
 
 def drawn(folder):
-    return {f"figures/{path.name}" for path in (folder / "figures").glob("[!.]*")}
+    return {f"figures/{path.name}" for path in (folder / "figures").glob("*")}
 
 
 def test_every_figure_that_is_linked_exists_and_no_other(report):
@@ -148,8 +149,13 @@ def test_every_figure_that_is_linked_exists_and_no_other(report):
 def test_figures_of_scenes_are_drawn_where_asked_for_and_go_with_the_next_report(small_folder):
     seen = []
     report = write_report(small_folder, progress=lambda *part: seen.append(part), figures=True)
-    assert [(done, of) for done, of, _ in seen] == [(1, 3), (2, 3), (3, 3)]
-    assert {what for *_, what in seen} == {"the whole run", "stop", "figures of stop"}
+    count = len(WHOLE_FIGURES) + 2
+    assert [(done, of) for done, of, _ in seen] == [(done, count) for done in range(1, count + 1)]
+    assert {what for *_, what in seen} == {
+        *(f"figure {kind}" for kind in WHOLE_FIGURES),
+        "stop",
+        "figures of stop",
+    }
     assert linked(report.read_text()) == drawn(small_folder)
     assert {"figures/stop-paths.svg", "figures/stop-energy.png"} <= drawn(small_folder)
     assert "--figures" not in report.read_text()

@@ -6,8 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from engine import EventKind, Result
-from engine import fingerprint as hashes
+from engine import EventKind, Result, fingerprint as hashes
 from validation.stress.judges import FloatArray, energies, instants, overlaps
 
 __all__ = [

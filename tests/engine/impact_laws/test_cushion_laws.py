@@ -8,8 +8,7 @@ from itertools import pairwise
 
 import pytest
 from cushion_impacts import R, energy, impact_of, laws_of, outcome, reflected, rolling
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from kernels import entry_to
 
 from engine.impact_laws.cushion_han2005 import frictional, han2005

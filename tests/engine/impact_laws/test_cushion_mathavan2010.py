@@ -19,8 +19,7 @@ from cushion_impacts import (
     outcome,
     rolling,
 )
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 from kernels import entry_to
 
 from engine.impact_laws.cushion_mathavan2010 import mathavan2010

@@ -13,8 +13,14 @@ from shots import POOL_TABLE, R, ball, random_break, random_cloth_shot, random_s
 from engine import EventKind, Table, UnsupportedSceneError, simulate
 from engine.result import COLLISION_KINDS
 from engine.scene import CUSHIONS
-from reference_adapters.certified import Certificate, CertifiedSettings, Choice, Enclosure, certify
-from reference_adapters.certified import gaps as gaps_module
+from reference_adapters.certified import (
+    Certificate,
+    CertifiedSettings,
+    Choice,
+    Enclosure,
+    certify,
+    gaps as gaps_module,
+)
 from validation.closed_forms import FORMS, closed_form
 from validation.library import find_scene
 

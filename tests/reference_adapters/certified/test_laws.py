@@ -8,8 +8,7 @@ from dataclasses import replace
 import pytest
 from flint import arb
 from mpmath import mp, mpf, workdps
-from oracle import ALCIATORE
-from oracle import Laws as OracleLaws
+from oracle import ALCIATORE, Laws as OracleLaws
 from oracle_laws import SIDES, Body, bounced, collided, settled, slip, unit
 from shots import R, ball, scene_of
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 from flint import arb
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from mpmath import mpf, workdps
 from oracle_roots import first_entry as oracle_entry
 

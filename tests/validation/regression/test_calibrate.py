@@ -7,8 +7,7 @@ from contextlib import contextmanager
 
 import gate
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from validation.bench.measurements import measured_where
 from validation.environment import describe_environment

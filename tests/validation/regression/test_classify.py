@@ -8,8 +8,7 @@ from dataclasses import replace
 import gate
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from engine import GhostballError
 from engine.result import EventKind

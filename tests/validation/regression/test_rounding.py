@@ -7,8 +7,7 @@ import math
 import gate
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 
 from engine import Scene, simulate
 from engine.fingerprint import bits_hash

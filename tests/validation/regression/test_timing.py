@@ -8,8 +8,7 @@ from dataclasses import replace
 
 import gate
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from engine import simulate
 from validation.bench.measurements import measured_where

@@ -17,8 +17,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from engine import Ball, Physics, Scene, Table
-from engine.scene import POOL_BALL_MASS as MASS
-from engine.scene import POOL_BALL_RADIUS as RADIUS
+from engine.scene import POOL_BALL_MASS as MASS, POOL_BALL_RADIUS as RADIUS
 from validation.stress.family import Family
 from validation.stress.proved import ProvedTrial
 from validation.stress.scaling import ScaledTrial
