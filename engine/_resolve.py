@@ -2,7 +2,7 @@
 
 What changes a ball's motion marks it in `balls.changed`, and leaves it to the loop to predict it.
 
-`Contacts` may be missing. What needs them then returns NEEDS_CONTACTS, having changed nothing, and
+`Contacts` may be missing. What needs them then returns NEEDS_CONTACTS, having changed no motion, and
 is called again when they are there.
 """
 

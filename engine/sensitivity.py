@@ -161,8 +161,8 @@ def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> Ta
 
     Each number that an event sets is changed by its size with a random sign, in LANES independent
     ways; what they do together is within some 25 % of the root mean square over all signs.
-    The signs depend on where the balls began and on nothing else: the same shot has the same result,
-    however its balls are numbered.
+    The signs depend on where the balls began and on nothing else: the same shot has the same
+    result, however its balls are numbered.
     """
     start = np.zeros((len(scene.balls), s.PARTS, s.LANES))
     return TangentMap(s.LANES, trajectory.t_end, (_run(scene, trajectory, events, start, 1.0),))

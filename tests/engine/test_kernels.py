@@ -5,7 +5,7 @@ import math
 import pytest
 from shots import ball, scene_of
 
-from engine import Ball, Physics, Scene, kernels, simulate, warm_up
+from engine import simulate, warm_up
 from engine.kernels import MANY, variants_of
 
 ONE = scene_of(ball((0.0, 0.0), (1.0, 0.0)))

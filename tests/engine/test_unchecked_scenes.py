@@ -88,7 +88,7 @@ def test_parts_made_without_their_checks_are_refused_where_they_become_a_scene()
     spoilt = Ball.model_construct(**{**dict(SHOT.balls[1]), "mass": math.nan})
     with pytest.raises(SceneError, match=r"`balls\[1\].mass` must be a finite number"):
         Scene(name="a", balls=(SHOT.balls[0], spoilt))
-    with pytest.raises(SceneError, match="`physics.gravity` must be greater than 0"):
+    with pytest.raises(SceneError, match=r"`physics.gravity` must be greater than 0"):
         Scene(
             name="a",
             balls=SHOT.balls,
