@@ -53,7 +53,7 @@ from engine.errors import GhostballError, SceneError, UnsupportedSceneError
 from engine.kernels import warm_up
 from engine.result import EVENT_DTYPE, EventKind, Record, Result, Status
 from engine.scene import CUSHIONS, Ball, Physics, Scene, Table
-from engine.simulate import simulate
+from engine.shot import simulate
 from engine.trajectory import (
     Energy,
     ExactTrajectory,

@@ -31,6 +31,7 @@ from engine._state import (
 from engine._ties import (
     comes_before,
     hand_over,
+    has_room,
     is_listed,
     is_pair_listed,
     list_hit,
@@ -124,6 +125,8 @@ def _touching_several(
             if verdict == NOT_YET:
                 _advance_slot(balls, laws, cells, contacts, i, j, bound, t, t, counters)
                 _advance_slot(balls, laws, cells, contacts, j, i, bound, t, t, counters)
+            elif not has_room(balls, count, pressed, counters):
+                return True
             elif verdict == PRESSED:
                 # From the other end, out of the way of impacts.
                 pressed += 1
@@ -209,6 +212,8 @@ def _join_ties(
                     continue
                 verdict, _, _ = touch(balls, i, j, t, tie_rounding(balls, i, j, t))
                 if verdict == IMPACT:
+                    if not has_room(balls, count, 0, counters):
+                        return count
                     list_hit(balls, count, i, j)
                     count += 1
     return count

@@ -9,12 +9,14 @@ from engine._state import (
     FIRST,
     FREE,
     NEXT,
+    NO_ROOM,
     NOWHERE,
     PARTNER,
     SECOND,
     Balls,
     Cells,
     Contacts,
+    IntArray,
     Laws,
     X,
     Y,
@@ -149,15 +151,26 @@ def _join(balls: Balls, laws: Laws, contacts: Contacts, k: int, label: int, t: f
 
 @kernel
 def gather_contacts(
-    balls: Balls, laws: Laws, contacts: Contacts, members: int, listed: int, t: float
+    balls: Balls,
+    laws: Laws,
+    contacts: Contacts,
+    members: int,
+    listed: int,
+    t: float,
+    counters: IntArray,
 ) -> int:
-    """List the contacts of the members with each other and with cushions; return how many."""
+    """List the contacts of the members with each other and with cushions; return how many.
+
+    Where there are more than `contacts` has room for, NO_ROOM says so.
+    """
     count = 0
     for m in range(members):
         k = contacts.member[m]
         for other in range(m + 1, members):
             partner = contacts.member[other]
             if _is_listed(balls, listed, k, partner) or pair_in_contact(balls, k, partner, t):
+                if not _has_room(contacts, count, counters):
+                    return count
                 contacts.ends[count, FIRST] = k
                 contacts.ends[count, SECOND] = partner
                 _hold_to(contacts, k, partner)
@@ -166,7 +179,21 @@ def gather_contacts(
         for cushion in range(4):
             listed_here = _is_listed(balls, listed, k, -1 - cushion)
             if listed_here or cushion_in_contact(balls, k, laws, cushion):
+                if not _has_room(contacts, count, counters):
+                    return count
                 contacts.ends[count, FIRST] = k
                 contacts.ends[count, SECOND] = -1 - cushion
                 count += 1
     return count
+
+
+@kernel
+def _has_room(contacts: Contacts, count: int, counters: IntArray) -> bool:
+    """Whether `contacts` takes one more than `count` contacts of a cluster, which holds two balls.
+
+    Where it doesn't, NO_ROOM says so, and the loop ends the run.
+    """
+    if count < contacts.ends.shape[0] and contacts.free[0] >= 2:
+        return True
+    counters[NO_ROOM] = 1
+    return False

@@ -55,7 +55,6 @@ from engine._state import (
     Y,
 )
 from engine.impact_laws.friction_curve import friction_coefficient
-from engine.impact_laws.registry import CUSHION_LAW_NAMES
 
 SWEEPS = 200
 """Most Gauss-Seidel sweeps; where they don't do, the step is halved: in a short one, gaps hardly
@@ -70,9 +69,6 @@ _DEEP = 0.75
 _WITHIN = 29.0 / 32.0
 """Part of the tolerance that a gap may reach where it is looked at, each eighth of the step: a
 cubic that is closed at the end goes at most 6.8 % beyond the largest of what it has there."""
-
-_RUBBING_CUSHIONS = CUSHION_LAW_NAMES.index("frictional")
-"""From this one on, the laws of cushions have friction."""
 
 
 @kernel
@@ -241,7 +237,7 @@ def _rub(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) 
     if not laws.slides:
         return 0.0
     a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    if b < 0 and laws.cushion_law < _RUBBING_CUSHIONS:
+    if b < 0 and not laws.cushion_turns:
         return 0.0
     along, up, change_along, change_up = _slip(balls, contacts, c)
     coefficient = laws.cushion_friction

@@ -80,7 +80,7 @@ def laws_from(numbers: FloatArray, integrated: int | None) -> Laws:
         numbers[7],
         numbers[8] != 0.0,
         int(numbers[9]),
-        numbers[10],
+        numbers[10] != 0.0,
         numbers[11],
         numbers[12],
         numbers[13],
@@ -89,5 +89,6 @@ def laws_from(numbers: FloatArray, integrated: int | None) -> Laws:
         numbers[16],
         numbers[17],
         numbers[18],
+        numbers[19],
         integrated,
     )

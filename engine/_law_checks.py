@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def check_laws(physics: Physics) -> None:
-    """Refuse a field that the chosen impact law would ignore in silence.
+    """Refuse a field that the chosen impact law, or balls that stay on the cloth, would ignore.
 
     Whoever set one wants another law. What the preset or the default gives is allowed, so that a
     law can be swapped for another with nothing else changed.
@@ -30,8 +30,8 @@ def check_laws(physics: Physics) -> None:
         chosen = _entry(laws, getattr(physics, chooser))
         for field in dict.fromkeys(field for law in laws for field in law.uses):
             value = getattr(physics, field)
-            given = (type(physics).model_fields[field].default, _from_preset(physics, field))
-            if field in chosen.uses or field == "sliding_friction" or value in given:
+            given = value in _given(physics, field)
+            if field in chosen.uses or field == "sliding_friction" or given:
                 continue  # sliding friction is the cloth's, whatever the law
             raise problem(
                 "no_effect",
@@ -44,6 +44,15 @@ def check_laws(physics: Physics) -> None:
                 law=chosen.name,
                 others=_choice(law.name for law in laws if field in law.uses),
             )
+    landing = physics.table_restitution
+    if not physics.airborne and landing not in _given(physics, "table_restitution"):
+        raise problem(
+            "no_effect",
+            "`table_restitution` = {value} has no effect with `airborne` = false: no ball lands. "
+            "Set `airborne` = true, or leave the field out",
+            at=("table_restitution",),
+            value=landing,
+        )
 
 
 def check_laws_in_scene(scene: Scene) -> None:
@@ -67,15 +76,14 @@ def _from_preset(physics: Physics, field: str) -> Any:
     return physics.PRESETS[physics.preset].get(field)
 
 
+def _given(physics: Physics, field: str) -> tuple[Any, Any]:
+    """Return what a field is where nobody sets it: by default, and by the preset."""
+    return type(physics).model_fields[field].default, _from_preset(physics, field)
+
+
 def _choice(names: Iterable[str]) -> str:
     *others, last = (f'"{name}"' for name in names)
     return f"{', '.join(others)} or {last}" if others else last
-
-
-def _turns_balls(law: LawEntry) -> bool:
-    # Only what acts along a surface turns a ball. `ball_friction` is a number of its own: it may
-    # be 0, and then the law leaves spin alone.
-    return "cushion_friction" in law.uses or "sliding_friction" in law.uses
 
 
 def _check_laws_without_spin(scene: Scene) -> None:
@@ -84,11 +92,11 @@ def _check_laws_without_spin(scene: Scene) -> None:
     if physics.motion != "rolling":
         return
     wrong: dict[str, str] = {}  # field, and what to set it to
-    if table is not None and table.cushions and _turns_balls(_entry(CUSHION_LAWS, physics.cushion)):
-        wrong["cushion"] = _choice(law.name for law in CUSHION_LAWS if not _turns_balls(law))
+    if table is not None and table.cushions and _entry(CUSHION_LAWS, physics.cushion).turns:
+        wrong["cushion"] = _choice(law.name for law in CUSHION_LAWS if not law.turns)
     if len(scene.balls) > 1:
-        if _turns_balls(_entry(BALL_LAWS, physics.ball_impact)):
-            wrong["ball_impact"] = _choice(law.name for law in BALL_LAWS if not _turns_balls(law))
+        if _entry(BALL_LAWS, physics.ball_impact).turns:
+            wrong["ball_impact"] = _choice(law.name for law in BALL_LAWS if not law.turns)
         if physics.ball_friction != 0.0:
             wrong["ball_friction"] = "0"
     if not wrong:

@@ -47,8 +47,9 @@ from engine._state import (
     X,
     Y,
 )
-from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
-from engine.scene import CUSHIONS, Scene
+from engine.features import CAPABILITIES, check_supported
+from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
+from engine.scene import CUSHIONS, Scene, check_whole
 from engine.skips import (
     MATRIX_SKIPS,
     Skip,
@@ -74,11 +75,24 @@ class Layout:
     cells: Cells | None
     radii: FloatArray
     smallest_radius: float
-    unsound: str  # which number is NaN or infinite; else ""
 
 
-def is_laid_out(scene: Scene) -> bool:
-    """Whether `layout_of` has made this scene's layout already."""
+def admit(scene: Scene) -> None:
+    """Refuse a scene that breaks a rule of scenes, or needs physics that this engine lacks.
+
+    Whatever way a scene takes to the kernels, it needs a layout, and one is made of no other scene.
+
+    Raises
+    ------
+    SceneError, UnsupportedSceneError
+    """
+    if not _is_laid_out(scene):
+        check_whole(scene)
+        check_supported("ghostball", CAPABILITIES, scene)
+
+
+def _is_laid_out(scene: Scene) -> bool:
+    """Whether `layout_of` has made this scene's layout already, and so admitted it."""
     kept = _LAYOUTS.get(id(scene))
     return kept is not None and kept[0]() is scene
 
@@ -88,25 +102,27 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
 
     Kept by identity. Two equal scenes have a layout each: comparing scenes would take longer. One
     with skips switched off isn't kept.
+
+    Raises
+    ------
+    SceneError, UnsupportedSceneError
+        As `admit`.
     """
-    if not off and is_laid_out(scene):
+    if not off and _is_laid_out(scene):
         return _LAYOUTS[id(scene)][1]
+    admit(scene)
     radii, laws = scene.radii, laws_of(scene, off)
     radii.flags.writeable = False
-    with np.errstate(all="ignore"):  # what isn't finite is told, not warned of
-        balls = balls_of(scene)
-    unsound = first_not_finite(scene, balls)
-    many = uses_cells(scene, off) and not unsound
+    many = uses_cells(scene, off)
     pairs = pairs_of(0 if many else len(scene.balls))
     layout = Layout(
-        balls=balls,
+        balls=balls_of(scene),
         laws=np.array(laws[:-1], dtype=np.float64),
         integrated=laws.integrated,
         pairs=pairs._replace(looked_at=looked_at(off)),
         cells=cells_of(scene) if many else None,
         radii=radii,
         smallest_radius=float(np.min(radii)),
-        unsound=unsound,
     )
     if not off:
         key = id(scene)
@@ -115,48 +131,6 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
 
 
 _LAYOUTS: dict[int, tuple[weakref.ref[Scene], Layout]] = {}
-
-
-def first_not_finite(scene: Scene, balls: Balls) -> str:
-    """Return which number of a scene is NaN or infinite, and what it is; "" where none is.
-
-    No checked scene has one; but pydantic also makes scenes without their checks. What the kernels
-    have of the balls is looked at first, for to look at a scene's own numbers takes as long as a
-    short shot.
-    """
-    table, physics = scene.table, scene.physics.__dict__
-    numbers = [scene.t_max, *physics.values()]
-    for ball in scene.balls:  # of heights the kernels have nothing
-        numbers += [*ball.position[2:], *ball.velocity[2:]]
-    if table is not None:
-        numbers += [table.length, table.width]
-    finite = all(math.isfinite(n) for n in numbers if isinstance(n, float))
-    # Of each ball one number is infinite: when its next event is.
-    if finite and np.count_nonzero(np.isfinite(balls.state)) == balls.state.size - len(balls.state):
-        return ""
-    scalars: dict[str, object] = {f"physics.{name}": value for name, value in physics.items()}
-    if table is not None:
-        scalars |= {"table.length": table.length, "table.width": table.width}
-    for name, value in (scalars | {"t_max": scene.t_max}).items():
-        if isinstance(value, float) and not math.isfinite(value):
-            return f"`{name}` is {value}"
-    columns = {  # the radius first: what rolls has its angular velocity from it
-        "radius": scene.radii,
-        "mass": scene.masses,
-        "rolling_friction": scene.rolling_frictions,
-        "sliding_friction": scene.sliding_frictions,
-        "spinning_friction_rate": scene.spinning_friction_rates,
-        "position": scene.positions,
-        "velocity": scene.velocities,
-    }
-    with np.errstate(all="ignore"):
-        columns["angular_velocity"] = scene.angular_velocities
-    for name, column in columns.items():
-        if not np.all(np.isfinite(column)):
-            place = np.argwhere(~np.isfinite(column))[0]
-            axis = "".join(f"[{k}]" for k in place[1:])
-            return f"`balls[{place[0]}].{name}{axis}` is {column[tuple(place)]}"
-    return ""
 
 
 def balls_of(scene: Scene) -> Balls:
@@ -202,6 +176,7 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
         for index, name in enumerate(CUSHIONS):
             if name in table.cushions:
                 noses[index] = lines[index]
+    cushion_law = CUSHION_LAW_NAMES.index(physics.cushion)
     mirror = physics.cushion == "mirror"
     speed_dependent = physics.ball_friction == "alciatore"
     return Laws(
@@ -214,7 +189,8 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
         ball_restitution=float(physics.ball_restitution),
         ball_friction=0.0 if speed_dependent else float(physics.ball_friction),
         speed_dependent=speed_dependent,
-        cushion_law=CUSHION_LAW_NAMES.index(physics.cushion),
+        cushion_law=cushion_law,
+        cushion_turns=CUSHION_LAWS[cushion_law].turns,
         cushion_restitution=1.0 if mirror else float(physics.cushion_restitution),
         cushion_tangential=1.0 if mirror else float(physics.cushion_tangential_restitution),
         cushion_friction=float(physics.cushion_friction),
@@ -291,7 +267,11 @@ def contacts_of(n: int) -> Contacts:
 
 
 def _most_pairs(n: int) -> int:
-    """Pairs of n balls that can touch at once: a planar graph has fewer than 3 n edges."""
+    """Pairs of n balls that can touch at once: a planar graph has fewer than 3 n edges.
+
+    More do where gaps can't be told: between balls hardly larger than the rounding of their
+    coordinates. Such a run ends, see `NO_ROOM`.
+    """
     return min(n * (n - 1) // 2, 3 * n)
 
 

@@ -24,6 +24,7 @@ from engine._state import (
     FARTHEST,
     FREE,
     LAST_EVENT,
+    NO_ROOM,
     NOW,
     OWN_TIME,
     PENDING,
@@ -32,6 +33,7 @@ from engine._state import (
     RUN_CONTACTS,
     RUN_EVENT_LIMIT,
     RUN_LOG_FULL,
+    RUN_NO_ROOM,
     RUN_NOT_FINITE,
     RUN_RESTED,
     RUN_T_MAX,
@@ -73,7 +75,8 @@ def run(
     """Process events until every ball rests, `t_max`, a full log, or `limit` events and steps.
 
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE; or
-    RUN_CONTACTS, where balls press each other, or hit several at once, and `contacts` is None.
+    RUN_NO_ROOM, where more balls touch at once than the arrays have room for; or RUN_CONTACTS,
+    where balls press each other, or hit several at once, and `contacts` is None.
 
     One of `pairs` and `cells` is None: which scheduler works, `_schedule` says.
 
@@ -100,6 +103,8 @@ def run(
                 log.counters[UNSOUND] = k
         if log.counters[UNSOUND] != FREE:  # here, so that each ball has its motion in the log
             return RUN_NOT_FINITE
+        if log.counters[NO_ROOM] > 0:
+            return RUN_NO_ROOM
         update_balls(balls, laws, pairs, cells, contacts, t, log.counters)
         _unmark(balls)
 
@@ -124,6 +129,8 @@ def run(
             if single >= 0 or log.counters[PENDING] > 0:
                 break
             t = touching(balls, laws, pairs, cells, contacts, t, row, log.counters)
+            if log.counters[NO_ROOM] > 0:
+                return RUN_NO_ROOM
             if t < math.inf:
                 break
             in_vain += 1

@@ -57,6 +57,7 @@ from engine._state import (
 from engine._ties import (
     comes_before,
     hand_over,
+    has_room,
     is_listed,
     list_hit,
     takes_precedence,
@@ -307,7 +308,7 @@ def _follow(
     if verdict == IMPACT and laws.simultaneous:
         after = t + tie_rounding(balls, i, j, t) / speed
         if others <= after or _until(pairs.least, after) > 1:
-            hand_over(balls, _join_ties(balls, pairs, t, speed, 1), 0, counters)
+            hand_over(balls, _join_ties(balls, pairs, t, speed, 1, counters), 0, counters)
     return t
 
 
@@ -343,6 +344,8 @@ def _touching_several(balls: Balls, laws: Laws, pairs: Pairs, t: float, counters
             if verdict == NOT_YET:
                 own = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
                 pairs.bound[i * n + j] = bound if bound <= own else math.inf
+            elif not has_room(balls, count, pressed, counters):
+                return True
             elif verdict == PRESSED:
                 # From the other end, out of the way of impacts.
                 pressed += 1
@@ -353,12 +356,14 @@ def _touching_several(balls: Balls, laws: Laws, pairs: Pairs, t: float, counters
                 list_hit(balls, count - 1, i, j)
         rescan(balls, pairs, i)
     if count > 0 and laws.simultaneous:
-        count = _join_ties(balls, pairs, t, fastest, count)
+        count = _join_ties(balls, pairs, t, fastest, count, counters)
     return hand_over(balls, count, pressed, counters)
 
 
 @kernel
-def _join_ties(balls: Balls, pairs: Pairs, t: float, speed: float, listed: int) -> int:
+def _join_ties(
+    balls: Balls, pairs: Pairs, t: float, speed: float, listed: int, counters: IntArray
+) -> int:
     """List also the pairs that share a ball with a listed one, and touch too but for rounding.
 
     Which of the gaps closes first is then noise: a symmetric hit on two touching balls would be
@@ -377,6 +382,8 @@ def _join_ties(balls: Balls, pairs: Pairs, t: float, speed: float, listed: int) 
                 continue
             verdict, _, _ = touch(balls, i, j, t, tie_rounding(balls, i, j, t))
             if verdict == IMPACT:
+                if not has_room(balls, count, 0, counters):
+                    return count
                 list_hit(balls, count, i, j)
                 count += 1
     return count

@@ -172,7 +172,7 @@ def _press(
     members = gather_members(balls, laws, cells, contacts, i, listed, t)
     for m in range(members):
         contacts.again[contacts.member[m]] = False
-    count = gather_contacts(balls, laws, contacts, members, listed, t)
+    count = gather_contacts(balls, laws, contacts, members, listed, t, counters)
     if count == 0:
         release(balls, laws, contacts, i, t)
         return

@@ -2,8 +2,8 @@
 
 What changes a ball's motion marks it in `balls.changed`, and leaves it to the loop to predict it.
 
-`Contacts` may be missing. What needs them then returns NEEDS_CONTACTS, having changed nothing, and
-is called again when they are there.
+`Contacts` may be missing. What needs them then returns NEEDS_CONTACTS, having changed no motion,
+and is called again when they are there.
 """
 
 from __future__ import annotations

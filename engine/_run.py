@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from functools import cache
+from threading import Event
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,9 +21,7 @@ from engine.skips import MATRIX_SKIPS, Skip, is_integrated, uses_cells
 from engine.trajectory import ExactTrajectory, Samples
 
 _CHUNK = 65_536
-"""Events between two returns from the kernel, where an interrupt is seen: some 20 ms.
-
-With contacts fewer, and the fewer the more balls there are, for a step of hundreds takes long."""
+"""Events between two returns from the kernel, without contacts."""
 
 _FIRST_LOG = 1_024
 """Events that the first log holds; a full one is followed by one twice as large."""
@@ -89,6 +88,15 @@ def still_scene(variant: Variant) -> Scene:
     return Scene(name="warm-up", balls=balls, physics=Physics(**laws))
 
 
+def events_at_once(n: int, with_contacts: bool) -> int:
+    """Return how many events and contact steps of n balls a kernel does between two returns.
+
+    Some 20 ms, so that an interrupt is seen. With contacts fewer, and the fewer the more balls
+    there are, for a step of hundreds takes long.
+    """
+    return min(max(_CHUNK // 16 // n, 16), _CHUNK) if with_contacts else _CHUNK
+
+
 class Run:
     """One run of the kernel on one scene.
 
@@ -147,17 +155,14 @@ class Run:
         arrays = [part for part in parts if isinstance(part, np.ndarray)]
         return sum(array.nbytes for array in arrays) + self._end.nbytes
 
-    def go(self, max_events: int) -> None:
-        """Run to the end, to `max_events` events, or to an interrupt."""
-        if self._layout.unsound:
-            self._stay()
-            return
+    def go(self, max_events: int, stop: Event | None = None) -> None:
+        """Run to the end, to `max_events` events, to an interrupt, or until `stop` is set."""
         try:
-            code = self._go(max_events)
+            code = self._go(max_events, stop)
             self.status = STATUS[code]
         except KeyboardInterrupt:
             # The kernel had returned: its arrays are as they were after its last whole event.
-            self._enter(0, True)
+            code = self._enter(0, True)
             self.status = Status.INTERRUPTED
         self.t_end = float(self._clock[s.END])
         now = float(self._clock[s.NOW])
@@ -165,24 +170,16 @@ class Run:
             events, steps = self._counters[s.EVENTS], self._counters[s.CONTACT_STEPS]
             self.reason = f"{events} events and {steps} contact steps by t = {now:.9g} s"
         elif self.status is Status.FAILED:
-            self.reason = f"{self._unsound()} at t = {now:.9g} s"
+            self.reason = f"{self._unsound(code)} at t = {now:.9g} s"
         self._check_resolved()
 
-    def _stay(self) -> None:
-        """Fail at the start: a NaN in the scene isn't given to the kernels."""
-        self.reason = f"{self._layout.unsound} at t = 0 s: the scene was made without its checks"
-        self._end[:] = (
-            self._scene.positions,
-            self._scene.velocities,
-            self._scene.angular_velocities,
-        )
-        if self._keep_log:
-            self._log.ball[: self.size] = np.arange(self.size)
-            self._log.motion[: self.size] = self._state[:, : s.KNOT]
-            self._counters[s.LOGGED_MOTIONS] = self.size
-
-    def _unsound(self) -> str:
-        """Say what isn't finite where a run failed."""
+    def _unsound(self, code: int) -> str:
+        """Say what isn't finite where a run failed, or what it had no room for."""
+        if code == s.RUN_NO_ROOM:
+            return (
+                "more balls touch than can lie side by side: they are hardly larger than the "
+                "rounding of their coordinates. Move the scene to the origin. It stopped"
+            )
         k = int(self._counters[s.UNSOUND])
         if k == s.FREE:
             return "the time of the next event became NaN"
@@ -201,12 +198,13 @@ class Run:
             return f"{ball} has its next event at {state[s.OWN_TIME]:.9g} s, not later than now"
         return f"{ball} has no finite motion ({', '.join(wrong)})"
 
-    def _go(self, max_events: int) -> int:
+    def _go(self, max_events: int, stop: Event | None) -> int:
         counters = self._counters
         while True:
+            if stop is not None and stop.is_set():
+                raise KeyboardInterrupt
             done = int(counters[s.EVENTS] + counters[s.CONTACT_STEPS])
-            chunk = _CHUNK if self.contacts is None else max(_CHUNK // 16 // self.size, 16)
-            limit = min(done + min(chunk, _CHUNK), max_events)
+            limit = min(done + events_at_once(self.size, self.contacts is not None), max_events)
             code = self._enter(limit, limit == max_events)
             if code == s.RUN_LOG_FULL:
                 self._start_new_log()
@@ -316,5 +314,6 @@ STATUS = {
     s.RUN_T_MAX: Status.T_MAX,
     s.RUN_EVENT_LIMIT: Status.EVENT_LIMIT,
     s.RUN_NOT_FINITE: Status.FAILED,
+    s.RUN_NO_ROOM: Status.FAILED,
 }
 """What a run's return means."""

@@ -11,7 +11,7 @@ import numpy as np
 from engine import _state as s
 from engine._jit import compiling
 from engine._layout import Layout, contacts_of, layout_of, log_of
-from engine._run import Variant, still_scene, variant_of
+from engine._run import Variant, events_at_once, still_scene, variant_of
 from engine._sweep import Shots, sweep
 from engine.scene import Scene
 
@@ -22,20 +22,16 @@ _SHARE = 256
 def run_sweep(scene: Scene, cue: int, shots: Shots, max_events: int, threads: int) -> None:
     """Simulate shots of ball `cue` of one scene; the results are put in `shots`.
 
-    Those that turn out to need contacts are done again, with them. Interrupted by Ctrl-C, the
-    threads finish what they have in hand.
+    Those that turn out to need contacts are done again, with them. Interrupted by Ctrl-C, each
+    thread stops after some events more.
     """
     layout = layout_of(scene)
-    if layout.unsound:
-        shots.status[:], shots.rest[:] = (
-            s.RUN_NOT_FINITE,
-            layout.balls.state[:, [s.X, s.Y, s.RADIUS]],
-        )
-        return
     pending = np.arange(len(shots.status))
+    stop = np.zeros(1, dtype=np.bool_)
 
     def simulate_part(part: s.IntArray, with_contacts: bool) -> None:
-        sweep(part, cue, shots, max_events, *_room(layout, with_contacts))
+        at_once = events_at_once(len(layout.radii), with_contacts)
+        sweep(part, cue, shots, max_events, at_once, stop, *_room(layout, with_contacts))
 
     for with_contacts in (False, True):
         if len(pending) == 0:
@@ -47,6 +43,7 @@ def run_sweep(scene: Scene, cue: int, shots: Shots, max_events: int, threads: in
                 for done in [pool.submit(simulate_part, part, with_contacts) for part in parts]:
                     done.result()
             except KeyboardInterrupt:
+                stop[0] = True
                 pool.shutdown(wait=True, cancel_futures=True)
                 raise
         pending = np.flatnonzero(shots.status == s.RUN_CONTACTS)
@@ -58,7 +55,8 @@ def _warm_up(variant: Variant) -> None:
     scene = still_scene(variant)
     with compiling(variant.name("sweeps")):
         none = shots_of(0, len(scene.balls))
-        sweep(np.arange(0), 0, none, 1, *_room(layout_of(scene), variant.contacts))
+        stop = np.zeros(1, dtype=np.bool_)
+        sweep(np.arange(0), 0, none, 1, 1, stop, *_room(layout_of(scene), variant.contacts))
 
 
 def shots_of(k: int, n: int) -> Shots:

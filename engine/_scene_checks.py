@@ -1,12 +1,12 @@
 """The rules between the fields of a scene: each refuses what breaks it with one sentence.
 
-What a single field may hold is in `_scene_fields`.
+What a single field may hold is in `_scene_fields`. The rules of how balls begin to move are asked
+about many motions at once: those of a scene's balls, or those of one ball in the shots of a sweep.
 """
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,21 @@ from engine._tolerances import position_rounding
 
 if TYPE_CHECKING:
     from engine.scene import Scene
+
+
+class Motions(NamedTuple):
+    """First motions: of each of a scene's balls, or of one of them in each shot of a sweep."""
+
+    ball: NDArray[np.int64]  # (m,) whose it is: index in the scene
+    velocity: NDArray[np.float64]  # (m, 3) [m/s]
+    spin: NDArray[np.float64]  # (m, 3) angular velocity [rad/s]
+    rolling: NDArray[np.float64]  # (m, 3) what that of rolling without slip would be [rad/s]
+    given: NDArray[np.bool_]  # (m,) whether the spin is given; else it is that of rolling
+    in_sweep: bool = False
+
+    def name(self, k: int, field: str = "") -> str:
+        """Return how a message calls the ball of motion k, or a field of it."""
+        return f"`balls[{self.ball[k]}]{field}`" + f" in shot {k}" * self.in_sweep
 
 
 def check_scene(scene: Scene, rolling: NDArray[np.float64]) -> None:
@@ -38,10 +53,26 @@ def check_scene(scene: Scene, rolling: NDArray[np.float64]) -> None:
     _check_resolved(scene)
     _check_inside(scene)
     _check_overlaps(scene)
-    _check_rolling(scene, rolling)
-    _check_spin(scene)
+    given = np.array([ball.angular_velocity is not None for ball in scene.balls])
+    each = np.arange(len(scene.balls))
+    motions = Motions(each, scene.velocities, scene.angular_velocities, rolling, given)
+    _check_rolling(scene, motions)
+    _check_spin(scene, motions)
     check_laws_in_scene(scene)
-    _check_ends(scene)
+    _check_ends(scene, motions)
+
+
+def check_motions(scene: Scene, motions: Motions) -> None:
+    """Check motions that balls of a scene, which is in order itself, would begin with instead.
+
+    Raises
+    ------
+    PydanticCustomError
+        For the first rule that a scene with one of these motions would break.
+    """
+    _check_rolling(scene, motions)
+    _check_spin(scene, motions)
+    _check_ends(scene, motions)
 
 
 def _check_ids(scene: Scene) -> None:
@@ -189,103 +220,107 @@ def overlapping_pairs(
     return sorted(found, key=lambda pair: (pair[0], -pair[2], pair[1]))
 
 
-def _check_rolling(scene: Scene, rolling: NDArray[np.float64]) -> None:
+def _check_rolling(scene: Scene, motions: Motions) -> None:
     if scene.physics.motion != "rolling":
         return
-    for i, ball in enumerate(scene.balls):
-        spin = ball.angular_velocity
-        if spin is None:
-            continue
-        scale = max(float(np.max(np.abs(rolling[i]))), *map(abs, spin))
-        if not np.allclose(spin, rolling[i], rtol=0.0, atol=1e-9 * scale):
-            raise problem(
-                "not_rolling",
-                "`balls[{i}].angular_velocity` must be that of rolling without slip, {rolling}, "
-                'where `motion` = "rolling", got {spin}. Leave it out, or set `motion` = "sliding"',
-                at=("balls", i, "angular_velocity"),
-                i=i,
-                rolling=tuple(rolling[i].tolist()),
-                spin=spin,
-            )
+    spin, rolling = motions.spin, motions.rolling
+    scale = np.max(np.abs(np.hstack((rolling, spin))), axis=1, keepdims=True)
+    for k in np.flatnonzero(np.any(np.abs(spin - rolling) > 1e-9 * scale, axis=1))[:1]:
+        raise problem(
+            "not_rolling",
+            "{name} must be that of rolling without slip, {rolling}, "
+            'where `motion` = "rolling", got {spin}. Leave it out, or set `motion` = "sliding"',
+            at=("balls", int(motions.ball[k]), "angular_velocity"),
+            name=motions.name(k, ".angular_velocity"),
+            rolling=tuple(rolling[k].tolist()),
+            spin=tuple(spin[k].tolist()),
+        )
 
 
-def _check_spin(scene: Scene) -> None:
-    for i, ball in enumerate(scene.balls):
-        spin = ball.angular_velocity or (0.0, 0.0, 0.0)
-        surface = ball.radius * math.hypot(*spin)
-        if surface > LARGEST:
-            raise problem(
-                "fast_spin",
-                "`balls[{i}].angular_velocity` must turn the ball's surface at no more than "
-                "{largest:g} m/s, got {spin} rad/s, which make {surface:g} m/s",
-                at=("balls", i, "angular_velocity"),
-                i=i,
-                largest=LARGEST,
-                spin=spin,
-                surface=surface,
-            )
+def _check_spin(scene: Scene, motions: Motions) -> None:
+    surface = np.where(motions.given, scene.radii[motions.ball] * _size(motions.spin), 0.0)
+    for k in np.flatnonzero(surface > LARGEST)[:1]:
+        raise problem(
+            "fast_spin",
+            "{name} must turn the ball's surface at no more than "
+            "{largest:g} m/s, got {spin} rad/s, which make {surface:g} m/s",
+            at=("balls", int(motions.ball[k]), "angular_velocity"),
+            name=motions.name(k, ".angular_velocity"),
+            largest=LARGEST,
+            spin=tuple(motions.spin[k].tolist()),
+            surface=float(surface[k]),
+        )
 
 
-def _check_ends(scene: Scene) -> None:
+def _size(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the lengths of vectors (m, 2) or (m, 3); the squares of tiny ones don't vanish."""
+    sizes: NDArray[np.float64] = np.hypot.reduce(vectors, axis=1)
+    return sizes
+
+
+def _check_ends(scene: Scene, motions: Motions) -> None:
     # A ball that moves may set any other moving: its speed is held against every ball's friction.
     if scene.t_max is not None:
         return
     rolls = ("roll", "rolling_friction", scene.rolling_frictions)
     slides = ("slide", "sliding_friction", scene.sliding_frictions)
-    spins, sliding = scene.angular_velocities, scene.physics.motion == "sliding"
-    speeds = [
-        max(ball.speed, ball.radius * math.hypot(*spin[:2]))
-        for ball, spin in zip(scene.balls, spins, strict=True)
-    ]
+    sliding = scene.physics.motion == "sliding"
+    surface = scene.radii[motions.ball] * _size(motions.spin[:, :2])
+    speeds = np.maximum(_size(motions.velocity), surface)
     for verb, field, frictions in (rolls, slides) if sliding else (rolls,):
-        _check_stops(scene, speeds, verb, field, frictions)
+        _check_stops(scene, motions, speeds, verb, field, frictions)
     if sliding:
-        _check_spin_ends(scene, speeds)
+        _check_spin_ends(scene, motions, speeds)
 
 
 def _check_stops(
-    scene: Scene, speeds: list[float], verb: str, field: str, frictions: NDArray[np.float64]
+    scene: Scene,
+    motions: Motions,
+    speeds: NDArray[np.float64],
+    verb: str,
+    field: str,
+    frictions: NDArray[np.float64],
 ) -> None:
-    i, j = int(np.argmax(speeds)), int(np.argmin(frictions))
+    k, j = int(np.argmax(speeds)), int(np.argmin(frictions))
     # The product as the engine takes it: of two tiny factors it may round to 0.
     deceleration = float(frictions[j]) * scene.physics.gravity
-    if deceleration == 0.0 and speeds[i] > 0.0:
+    if deceleration == 0.0 and speeds[k] > 0.0:
         raise problem(
             "endless",
-            "`t_max` must be given where a ball moves (`balls[{i}]`) and a ball loses no speed "
+            "`t_max` must be given where a ball moves ({name}) and a ball loses no speed "
             "while it {verb}s (`balls[{j}]`, `{field}` = {friction}): it might never come to rest. "
             "Set `t_max` to a time in seconds",
-            at=("balls", i),
-            i=i,
+            at=("balls", int(motions.ball[k])),
+            name=motions.name(k),
             j=j,
             verb=verb,
             field=field,
             friction=float(frictions[j]),
         )
-    if speeds[i] > LARGEST * deceleration:
+    if speeds[k] > LARGEST * deceleration:
         raise problem(
             "endless",
-            "`t_max` must be given where a ball with the speed of `balls[{i}]`, {speed:g} m/s, "
+            "`t_max` must be given where a ball with the speed of {name}, {speed:g} m/s, "
             "would {verb} for more than {longest:g} s: `balls[{j}]` loses {deceleration:g} m/s "
             "each second. Set `t_max` to a time in seconds",
-            at=("balls", i),
-            i=i,
+            at=("balls", int(motions.ball[k])),
+            name=motions.name(k),
             j=j,
             verb=verb,
             longest=LARGEST,
-            speed=speeds[i],
+            speed=float(speeds[k]),
             deceleration=deceleration,
         )
 
 
-def _check_spin_ends(scene: Scene, speeds: list[float]) -> None:
+def _check_spin_ends(scene: Scene, motions: Motions, speeds: NDArray[np.float64]) -> None:
     # Spin about the vertical may also come from friction in an impact, out of speed. Where its
     # rate is 0 nobody waits for its end.
     rates = scene.spinning_friction_rates
     if not np.any(rates > 0.0):
         return
-    vertical = scene.radii * np.abs(scene.angular_velocities[:, 2])
-    spin = max(float(np.max(vertical)), *speeds) / float(np.min(scene.radii))
+    vertical = scene.radii[motions.ball] * np.abs(motions.spin[:, 2])
+    spin = float(max(np.max(vertical), np.max(speeds))) / float(np.min(scene.radii))
     j = int(np.argmin(np.where(rates > 0.0, rates, np.inf)))
     if spin > LARGEST * float(rates[j]):
         raise problem(

@@ -71,7 +71,7 @@ def touching(
     Return when the first of them touches, if nothing else comes before: PENDING of them are then in
     the first rows of `balls.hits`, by their indices, and PENDING_VERDICT is IMPACT, for all pairs
     that approach, or for the fastest of them where impacts are sequential; or else PRESSED. Return
-    inf where all those bounds have moved on.
+    inf where all those bounds have moved on. More than there is room for leave NO_ROOM.
     """
     if pairs is not None:
         return touching_pairs(balls, laws, pairs, t, row, counters)

@@ -86,6 +86,7 @@ class Laws(NamedTuple):
     ball_friction: float
     speed_dependent: bool  # whether Alciatore's curve stands for `ball_friction`
     cushion_law: int  # its place in `registry.CUSHION_LAWS`
+    cushion_turns: bool  # whether that turns balls: see `registry.LawEntry`
     cushion_restitution: float
     cushion_tangential: float
     cushion_friction: float
@@ -248,7 +249,7 @@ class Log(NamedTuple):
     time: FloatArray  # (m,) [s]
     what: IntArray  # (3, m): rows WHAT_KIND (EventKind), WHAT_A, WHAT_B
     ball: IntArray  # (k,)
-    motion: FloatArray  # (k, KNOT): the first rows of `Balls.state`
+    motion: FloatArray  # (k, KNOT): the first columns of `Balls.state`
 
 
 WHAT_KIND = 0
@@ -272,7 +273,8 @@ PENDING = 11  # pairs in `Balls.hits` that are found, and not resolved yet
 PENDING_VERDICT = 12  # IMPACT or PRESSED: see `_touch`
 CELL_MOVES = 13
 UNSOUND = 14  # of RUN_NOT_FINITE: the ball with it, or FREE where none is to blame
-COUNTERS = 15
+NO_ROOM = 15  # 1: more balls touch at once than `Balls.hits`, or `Contacts`, has room for
+COUNTERS = 16
 
 # Places in the array of instants, float64 [s].
 NOW = 0
@@ -302,3 +304,4 @@ RUN_EVENT_LIMIT = 2
 RUN_LOG_FULL = 3
 RUN_NOT_FINITE = 4
 RUN_CONTACTS = 5  # go on with `Contacts`, which the run was not given
+RUN_NO_ROOM = 6

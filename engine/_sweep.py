@@ -11,6 +11,7 @@ from engine._loop import finish, run
 from engine._state import (
     BALL_BALL,
     BALL_CUSHION,
+    CONTACT_STEPS,
     END,
     EVENTS,
     FARTHEST,
@@ -19,6 +20,7 @@ from engine._state import (
     PHASE,
     ROLLING,
     RUN_CONTACTS,
+    RUN_EVENT_LIMIT,
     SLIDING,
     STATE_COLUMNS,
     VX,
@@ -56,6 +58,8 @@ def sweep(
     cue: int,
     shots: Shots,
     limit: int,
+    at_once: int,
+    stop: BoolArray,
     start: FloatArray,
     numbers: FloatArray,
     integrated: int | None,
@@ -68,6 +72,7 @@ def sweep(
 ) -> None:
     """Simulate the shots `which`; `start` is the state of all balls but for ball `cue`'s motion.
 
+    After each `at_once` events it looks whether `stop`, (1,), was set: then it leaves off.
     The rest is room to work in, a thread's own. A shot that needs `contacts` and has none is left
     with the status RUN_CONTACTS.
 
@@ -91,10 +96,19 @@ def sweep(
         balls.state[cue, PHASE] = SLIDING if shots.slides[k] else ROLLING
         if cells is None:
             _clear_pairs(pairs)
-            status = run(balls, laws, pairs, None, contacts, log, limit)
         else:
             _clear_cells(cells)
-            status = run(balls, laws, None, cells, contacts, log, limit)
+        status = RUN_EVENT_LIMIT
+        done = 0
+        while status == RUN_EVENT_LIMIT and done < limit:
+            if stop[0]:
+                return
+            until = min(done + at_once, limit)
+            if cells is None:
+                status = run(balls, laws, pairs, None, contacts, log, until)
+            else:
+                status = run(balls, laws, None, cells, contacts, log, until)
+            done = log.counters[EVENTS] + log.counters[CONTACT_STEPS]
         if status != RUN_CONTACTS:
             status = finish(balls, laws, log, status, end)
         shots.status[k] = status

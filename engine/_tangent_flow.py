@@ -260,6 +260,8 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: i
     a ball's place along an axis changes only where it moves along it: what is symmetric about an
     axis is so to the last bit in our engine. A place is as uncertain as its gaps, which are
     compared with radii, and as what the ball covers while the clock, at t, rounds.
+
+    The signs are a function of the ball's first place among all, and of how many knots it has had.
     """
     slides = run.knots[k, PHASE] == SLIDING
     radius = run.state[ball, RADIUS]
@@ -281,7 +283,8 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: i
     if not slides:
         turn_x, turn_y = 0.0, 0.0
     size = run.rounding
-    at = SIGNS + (_mixed(k) % SIGN_ROWS) * ROW
+    knot = _mixed(_mixed(run.rank[ball]) + (k - run.first[ball]))
+    at = SIGNS + (knot % SIGN_ROWS) * ROW
     row, signs = run.work[place * ROW : (place + 1) * ROW], run.work[at : at + ROW]
     _add_signed(run.lanes, row, signs, size * x, size * y, size * speed_x, size * speed_y)
     if run.laws.slides:

@@ -15,7 +15,7 @@ from engine._state import (
     Y,
 )
 from engine._tangent_flow import shift_before
-from engine._tangent_laws import put_cushion_law, put_integrated_ball_law
+from engine._tangent_laws import put_ball_law, put_cushion_law
 from engine._tangent_state import (
     A_VN,
     A_VT,
@@ -51,7 +51,12 @@ from engine._tangent_state import (
     Tangents,
 )
 from engine.impact_laws.ball_frictional import STICKING, contact_slip, length
-from engine.impact_laws.dispatch import FRICTIONAL_CUSHION, MATHAVAN2014, ball_law
+from engine.impact_laws.dispatch import (
+    FRICTIONAL_BALLS,
+    MIRROR_CUSHION,
+    RESTITUTION_CUSHION,
+    ball_law,
+)
 from engine.impact_laws.friction_curve import friction_coefficient, friction_slope
 from engine.impact_laws.interface import BallImpact
 
@@ -103,7 +108,7 @@ def pass_impact(run: Tangents, i: int, j: int) -> None:
         impact.b_wn,
         impact.b_wt,
     )
-    _pass_law(run, impact, i, j, nx, ny, run.laws.integrated)
+    _pass_law(run, impact, i, j, nx, ny)
 
 
 @kernel(inline=True)
@@ -176,25 +181,19 @@ def _see(
 
 
 @kernel(inline=True)
-def _pass_law(
-    run: Tangents,
-    impact: BallImpact,
-    i: int,
-    j: int,
-    nx: float,
-    ny: float,
-    integrated: int | None,
-) -> None:
-    """Change the perturbations of balls i and j by what the law gives."""
+def _pass_law(run: Tangents, impact: BallImpact, i: int, j: int, nx: float, ny: float) -> None:
+    """Change the perturbations of balls i and j by what the law gives.
+
+    One law has a derivative that is written out. That of every other is a central difference.
+    """
     impulse = ball_law(impact, run.laws)
-    # The compiler leaves out what follows `is not None` where the type of an argument is None.
-    if integrated is not None and run.laws.ball_law == MATHAVAN2014:
-        put_integrated_ball_law(run, impact)
+    if run.laws.ball_law == FRICTIONAL_BALLS:
+        _pass_frictional(run, impact)
+    else:
+        put_ball_law(run, impact)
         _apply_law(run, LAW_OUT, LAW_IN)
         _rub_cloth(run, i, 0, nx, ny, impulse.a_cloth_n, impulse.a_cloth_t)
         _rub_cloth(run, j, 1, nx, ny, impulse.b_cloth_n, impulse.b_cloth_t)
-    else:
-        _pass_frictional(run, impact)
     total = run.state[i, MASS] + run.state[j, MASS]
     to_i, to_j = run.state[j, MASS] / total, run.state[i, MASS] / total
     turn_i, turn_j = 2.5 * to_i / run.state[i, RADIUS], 2.5 * to_j / run.state[j, RADIUS]
@@ -340,7 +339,8 @@ def _give_frictional(
 def pass_cushion(run: Tangents, ball: int, cushion: int) -> None:
     """Take the perturbation of a ball, in the first row, through its impact with a cushion.
 
-    Contract: as `pass_impact`. The derivative of a law with friction is a central difference.
+    Contract: as `pass_impact`. The derivative of a law is a central difference, but of the two that
+    multiply the velocity.
     """
     inward_x, inward_y, _ = cushion_side(run.laws, cushion)
     nx, ny = -inward_x, -inward_y
@@ -350,7 +350,7 @@ def pass_cushion(run: Tangents, ball: int, cushion: int) -> None:
         work[TAU + lane] = by_x * work[DX + lane] + by_y * work[DY + lane]
         work[THETA + lane] = 0.0
     shift_before(run, 0)
-    if run.laws.cushion_law < FRICTIONAL_CUSHION:
+    if run.laws.cushion_law in (MIRROR_CUSHION, RESTITUTION_CUSHION):
         e, f = -run.laws.cushion_restitution, run.laws.cushion_tangential
         _multiply(run.lanes, work, e * nx * nx + f * ny * ny, f * nx * nx + e * ny * ny)
         return

@@ -31,8 +31,8 @@ _STEP = 2.0**-17
 
 
 @kernel
-def put_integrated_ball_law(run: Tangents, impact: BallImpact) -> None:
-    """Put the derivative of a law that integrates in `run.law`, by central differences."""
+def put_ball_law(run: Tangents, impact: BallImpact) -> None:
+    """Put the derivative of the balls' law in `run.law`, by central differences."""
     speed = max(
         abs(impact.a_vn) + abs(impact.a_vt),
         abs(impact.b_vn) + abs(impact.b_vt),

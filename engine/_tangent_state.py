@@ -74,6 +74,7 @@ class Tangents(NamedTuple):
     laws: Laws
     knots: FloatArray  # (k, KNOT)
     first: IntArray  # (n + 1,) row of each ball's first knot, then k
+    rank: IntArray  # (n,) of each ball by its first place: what its number doesn't change
     time: FloatArray  # (m,) of the events [s]
     what: IntArray  # (m, 3): EventKind, a, b
     rounding: float  # size of the perturbation that each event adds, over the state's; 0: none

@@ -11,6 +11,7 @@ from engine._state import (
     AY,
     EPOCH,
     FIRST,
+    NO_ROOM,
     OWN_CUSHION,
     OWN_TIME,
     PENDING,
@@ -71,8 +72,23 @@ def _sum_of_places(balls: Balls, i: int, j: int, t: float) -> tuple[float, float
 
 
 @kernel
+def has_room(balls: Balls, count: int, pressed: int, counters: IntArray) -> bool:
+    """Whether `balls.hits` takes one more pair than `count` impacts and `pressed` pairs.
+
+    Where it doesn't, NO_ROOM says so, and the loop ends the run.
+    """
+    if count + pressed < balls.hits.shape[0]:
+        return True
+    counters[NO_ROOM] = 1
+    return False
+
+
+@kernel
 def list_hit(balls: Balls, c: int, i: int, j: int) -> None:
-    """Put the pair of balls i and j in row c of `balls.hits`, the lower index first."""
+    """Put the pair of balls i and j in row c of `balls.hits`, the lower index first.
+
+    Contract: there is that row; see `has_room`.
+    """
     balls.hits[c, FIRST] = min(i, j)
     balls.hits[c, SECOND] = max(i, j)
 

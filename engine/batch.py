@@ -6,16 +6,20 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from threading import Event
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydantic_core import PydanticCustomError
 
 from engine._layout import layout_of
+from engine._scene_checks import Motions, check_motions
+from engine._scene_errors import refusal
 from engine._tolerances import position_rounding
-from engine.errors import GhostballError
+from engine.errors import GhostballError, SceneError
 from engine.result import Status
-from engine.scene import Scene, rolling_angular_velocity
-from engine.simulate import MAX_EVENTS, check_request
+from engine.scene import Ball, Scene, rolling_angular_velocity
+from engine.shot import MAX_EVENTS, check_request
 
 STATUSES = tuple(Status)
 """What the numbers in `Batch.status` mean: indices of this."""
@@ -85,10 +89,11 @@ def simulate_many(
     rest = np.full((len(scenes), most, 3), np.nan)
     times, counts = np.empty(len(scenes)), np.zeros((len(scenes), 3), dtype=np.int64)
     status = np.empty(len(scenes), dtype=np.int8)
+    stop = Event()
 
     def simulate_one(k: int) -> None:
         run = Run(scenes[k], keep_log=False)
-        run.go(max_events)
+        run.go(max_events, stop)
         rest[k, : len(scenes[k].balls)] = run.final_state().positions[0]
         times[k] = run.t_end
         counts[k] = *run.collision_counts().values(), run.work()["events"]
@@ -99,6 +104,7 @@ def simulate_many(
             for _ in pool.map(simulate_one, range(len(scenes))):
                 pass
         except KeyboardInterrupt:
+            stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
             raise
     return Batch(status, times, rest, *counts.T)
@@ -135,15 +141,17 @@ def simulate_sweep(
     Raises
     ------
     UnsupportedSceneError, GhostballError
-        Where the scene, or an argument, is wrong.
+        Where the scene, or an argument, is wrong; SceneError where one with such a shot would be.
     """
     workers = _workers(threads)
     check_request(scene, "rest", max_events)
-    velocity, spin = _cue_motions(scene, speeds, angles, ball)
+    with np.errstate(over="ignore", invalid="ignore"):  # what isn't finite is refused by the rules
+        velocity, spin = _cue_motions(scene, speeds, angles, ball)
+    _check_shots(scene, ball, velocity, spin)
     from engine import _run, _run_sweep  # noqa: PLC0415 - they load the compiler
 
     shots = _run_sweep.shots_of(len(velocity), len(scene.balls))
-    shots.velocity[:], shots.spin[:] = velocity, spin
+    shots.velocity[:], shots.spin[:] = velocity[:, :2], spin
     shots.slides[:] = not scene.rolls[ball]
     _run_sweep.run_sweep(scene, ball, shots, max_events, workers)
     resolved = position_rounding(1.0) * shots.farthest < layout_of(scene).smallest_radius
@@ -171,7 +179,7 @@ def _workers(threads: int | None) -> int:
 def _cue_motions(
     scene: Scene, speeds: ArrayLike, angles: ArrayLike, ball: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return velocities (k, 2) and angular velocities (k, 3) of the ball that is shot."""
+    """Return velocities (k, 3) and angular velocities (k, 3) of the ball that is shot."""
     n = len(scene.balls)
     if not isinstance(ball, int) or isinstance(ball, bool) or not 0 <= ball < n:
         raise GhostballError(f"`ball` must be the index of a ball, 0 to {n - 1}, got {ball!r}")
@@ -188,7 +196,7 @@ def _cue_motions(
     velocity[:, 0], velocity[:, 1] = speed * np.cos(angle), speed * np.sin(angle)
     shot = scene.balls[ball]
     if shot.angular_velocity is None:
-        return velocity[:, :2], rolling_angular_velocity(velocity, np.array(shot.radius))
+        return velocity, rolling_angular_velocity(velocity, np.array(shot.radius))
     if shot.speed == 0.0:
         raise GhostballError(
             f"ball \"{shot.id}\" spins but doesn't move, so its spin can't be turned with the "
@@ -201,7 +209,34 @@ def _cue_motions(
     spin[:, 0] = factor * (np.cos(turn) * wx - np.sin(turn) * wy)
     spin[:, 1] = factor * (np.sin(turn) * wx + np.cos(turn) * wy)
     spin[:, 2] = factor * wz
-    return velocity[:, :2], spin
+    return velocity, spin
+
+
+def _check_shots(
+    scene: Scene, ball: int, velocity: NDArray[np.float64], spin: NDArray[np.float64]
+) -> None:
+    """Refuse a shot that a scene with it would be refused for: by the rules of scenes themselves.
+
+    What a single number may be is a range, so that the largest of all is the one to be asked about.
+    """
+    if len(velocity) == 0:
+        return
+    shot = scene.balls[ball]
+    fields = shot.model_dump()
+    given = np.full(len(velocity), shot.angular_velocity is not None)
+    for name, vectors in (("velocity", velocity), ("angular_velocity", spin)):
+        if name == "velocity" or given[0]:
+            k = int(np.argmax(np.max(np.abs(vectors), axis=1)))  # the first NaN, if there is one
+            try:
+                Ball(**{**fields, name: tuple(vectors[k].tolist())})
+            except SceneError as error:
+                raise refusal(f"shot {k} of `balls[{ball}]`: {error}") from None
+    rolling = rolling_angular_velocity(velocity, np.array(shot.radius))
+    who = np.full(len(velocity), ball)
+    try:
+        check_motions(scene, Motions(who, velocity, spin, rolling, given, in_sweep=True))
+    except PydanticCustomError as error:
+        raise refusal(error.message()) from None
 
 
 def _numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:

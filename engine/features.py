@@ -63,6 +63,19 @@ CUSHION_LAW_FEATURES = {
 }
 
 
+_LATER = Capability("none", "not in this version of the engine")
+_INTEGRATED = Capability("approximate", "integrated to a relative accuracy of 1e-9 of the speeds")
+
+CAPABILITIES: Capabilities = {
+    **dict.fromkeys(Feature, EXACT),
+    Feature.MATHAVAN_BALL: _INTEGRATED,
+    Feature.MATHAVAN_CUSHION: _INTEGRATED,
+    Feature.AIR_DRAG: _LATER,
+    Feature.FLIGHT: _LATER,
+}
+"""What our own engine represents, feature by feature."""
+
+
 def scene_features(scene: Scene) -> tuple[Feature, ...]:
     """Return the features that `scene` needs, in the order of `Feature`."""
     physics, table = scene.physics, scene.table

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from engine.errors import GhostballError
 from engine.scene import Scene
-from engine.simulate import MAX_EVENTS, check_request
+from engine.shot import MAX_EVENTS, check_request
 
 MANY = 3
 """Balls from which on joint impacts and sustained contact are likely: two seldom come to them."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+import weakref
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -58,7 +59,10 @@ CUSHIONS: tuple[CushionName, ...] = ("left", "right", "bottom", "top")
 
 
 class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+    # A part that pydantic made without its checks is checked where it becomes part of a whole.
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", populate_by_name=True, revalidate_instances="always"
+    )
 
     def __init__(self, /, **data: Any) -> None:
         try:
@@ -379,7 +383,41 @@ class Scene(_Model):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         check_scene(self, rolling_angular_velocity(self.velocities, self.radii))
+        _note_checked(self)
         return self
+
+
+_CHECKED: dict[int, weakref.ref[Scene]] = {}
+"""Scenes that are known to keep the rules. By identity, since pydantic copies all else: a field, or
+a private one, that said so would say so of a copy with other fields, too."""
+
+
+def _note_checked(scene: Scene) -> None:
+    key = id(scene)
+    _CHECKED[key] = weakref.ref(scene, lambda _: _CHECKED.pop(key, None))
+
+
+def check_whole(scene: Scene) -> None:
+    """Check a scene anew, with all its parts, unless it was made by its checks.
+
+    `model_copy`, `model_construct`, `copy` and `pickle` make scenes past them.
+
+    Raises
+    ------
+    SceneError
+        Where a rule is broken.
+    """
+    kept = _CHECKED.get(id(scene))
+    if kept is not None and kept() is scene:
+        return
+    made = "The scene was made without its checks (by a copy, or by `model_construct`)"
+    try:
+        checked = type(scene).model_validate(scene)
+    except SceneError as error:
+        raise SceneError(f"{error} {made}") from None
+    if checked != scene:
+        raise refusal(f"{made}, which would have changed it. Make it by Scene(...)")
+    _note_checked(scene)
 
 
 def _own_or_shared(own: Iterable[float | None], shared: float) -> NDArray[np.float64]:

@@ -25,10 +25,10 @@ from engine import _tangent_state as s
 from engine._jit import compiling
 from engine._layout import laws_of, layout_of
 from engine._run import Variant, still_scene
-from engine._state import KNOT, PHASE, RESTING, ROLL
+from engine._state import KNOT, PHASE, RESTING, ROLL, X, Y
 from engine._tangent import run_tangent, sample_growth, sample_tangent
 from engine.errors import GhostballError
-from engine.result import EVENT_DTYPE, Events
+from engine.result import EVENT_DTYPE, EventKind, Events
 from engine.scene import Scene
 from engine.skips import is_integrated
 from engine.trajectory import ExactTrajectory
@@ -135,7 +135,8 @@ def tangent_of(
     Raises
     ------
     GhostballError
-        Where `directions` has another shape, or isn't finite.
+        Where `directions` has another shape, or isn't finite; where the trajectory or the events
+        are of other balls; or where our engine doesn't simulate the scene.
     """
     n = len(scene.balls)
     given = np.asarray(directions, dtype=np.float64)
@@ -160,7 +161,8 @@ def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> Ta
 
     Each number that an event sets is changed by its size with a random sign, in LANES independent
     ways; what they do together is within some 25 % of the root mean square over all signs.
-    The signs are functions of the event's number, so that the same shot has the same result.
+    The signs depend on where the balls began and on nothing else: the same shot has the same
+    result, however its balls are numbered.
     """
     start = np.zeros((len(scene.balls), s.PARTS, s.LANES))
     return TangentMap(s.LANES, trajectory.t_end, (_run(scene, trajectory, events, start, 1.0),))
@@ -235,8 +237,11 @@ def _arrays(
     scene: Scene, trajectory: ExactTrajectory, events: Events, rounding: float
 ) -> s.Tangents:
     n, m, layout = len(scene.balls), len(events), layout_of(scene)
+    _check_recorded(n, trajectory, events)
     first = np.zeros(n + 1, dtype=np.int64)
     np.cumsum([len(knots) for knots in trajectory.knots], out=first[1:])
+    rank = np.empty(n, dtype=np.int64)
+    rank[np.lexsort((layout.balls.state[:, Y], layout.balls.state[:, X]))] = np.arange(n)
     what = np.empty((m, 3), dtype=np.int64)
     what[:, 0], what[:, 1], what[:, 2] = events["kind"], events["a"], events["b"]
     return s.Tangents(
@@ -245,6 +250,7 @@ def _arrays(
         laws=laws_of(scene),
         knots=np.concatenate(trajectory.knots),
         first=first,
+        rank=rank,
         time=np.ascontiguousarray(events["t"]),
         what=what,
         rounding=rounding,
@@ -256,6 +262,18 @@ def _arrays(
         work=_work().copy(),
         law=np.zeros((s.LAW_OUT, s.LAW_IN)),
     )
+
+
+def _check_recorded(n: int, trajectory: ExactTrajectory, events: Events) -> None:
+    """Refuse what isn't of n balls: the kernels would read beyond their arrays."""
+    pairs = events["kind"] == EventKind.BALL_BALL
+    named = np.concatenate((events["a"], events["b"][pairs]))
+    if len(trajectory.knots) != n or np.any((named < 0) | (named >= n)):
+        raise GhostballError(
+            f"`trajectory` and `events` must be those of the scene, of {n} balls, got the "
+            f"trajectories of {len(trajectory.knots)} and events of balls "
+            f"{sorted(set(named.tolist()))}"
+        )
 
 
 def _growing() -> AbstractContextManager[None]:

@@ -7,8 +7,8 @@ from typing import Annotated, ClassVar
 from pydantic import Field, field_validator
 
 from engine import Record, Result, Scene, simulate
-from engine.features import Capabilities
-from engine.simulate import CAPABILITIES, MAX_EVENTS
+from engine.features import CAPABILITIES, Capabilities
+from engine.shot import MAX_EVENTS
 from engine.skips import chosen_skips
 from reference_adapters.base import EngineBase, EngineSettings
 

@@ -15,8 +15,11 @@ from engine.impact_laws.cushion_restitution import restitution
 from engine.impact_laws.interface import BallImpact, BallImpulse, CushionBounce, CushionImpact
 from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 
-MATHAVAN2014 = BALL_LAW_NAMES.index("mathavan2014")
-FRICTIONAL_CUSHION = CUSHION_LAW_NAMES.index("frictional")
+FRICTIONAL_BALLS = BALL_LAW_NAMES.index("frictional")
+_MATHAVAN2014 = BALL_LAW_NAMES.index("mathavan2014")
+MIRROR_CUSHION = CUSHION_LAW_NAMES.index("mirror")
+RESTITUTION_CUSHION = CUSHION_LAW_NAMES.index("restitution")
+_FRICTIONAL_CUSHION = CUSHION_LAW_NAMES.index("frictional")
 _HAN2005 = CUSHION_LAW_NAMES.index("han2005")
 _MATHAVAN2010 = CUSHION_LAW_NAMES.index("mathavan2010")
 
@@ -30,7 +33,7 @@ def ball_law(impact: BallImpact, laws: Laws) -> BallImpulse:
 @kernel(inline=True)
 def _ball_law(impact: BallImpact, laws: Laws, integrated: int | None) -> BallImpulse:
     # The compiler leaves out what follows `is not None` where the type of an argument is None.
-    if integrated is not None and laws.ball_law == MATHAVAN2014:
+    if integrated is not None and laws.ball_law == _MATHAVAN2014:
         return mathavan2014(impact, laws)
     return frictional_balls(impact, laws)
 
@@ -47,6 +50,6 @@ def _cushion_law(impact: CushionImpact, laws: Laws, integrated: int | None) -> C
         return mathavan2010(impact, laws)
     if laws.cushion_law == _HAN2005:
         return han2005(impact, laws)
-    if laws.cushion_law == FRICTIONAL_CUSHION:
+    if laws.cushion_law == _FRICTIONAL_CUSHION:
         return frictional_cushion(impact, laws)
     return restitution(impact, laws)  # a mirror where both its factors are 1

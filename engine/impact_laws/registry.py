@@ -16,6 +16,11 @@ class LawEntry(NamedTuple):
     source: str
     limits: tuple[tuple[str, float], ...] = ()
     """Fields that it uses, each with the largest value up to which it describes balls."""
+    turns: bool = False
+    """Whether it turns balls, by friction that is part of it: spin must be a state of its own.
+
+    `ball_friction` is no such part: it may be 0, and then a law leaves spin alone.
+    """
     integrated: bool = False
     """Whether it integrates over the impact: such laws are compiled only where a scene has one."""
 
@@ -34,6 +39,7 @@ BALL_LAWS = (
         # on it. Below 5/7 the cloth can't keep the ball from slipping however strongly it is
         # pressed: so its slip passes through zero, and it never rolls during an impact.
         limits=(("ball_friction", 1.0), ("sliding_friction", 0.7)),
+        turns=True,
         integrated=True,
     ),
 )
@@ -49,16 +55,19 @@ CUSHION_LAWS = (
         "frictional",
         ("cushion_restitution", "cushion_friction"),
         "restitution and Coulomb friction at the height of the ball's centre",
+        turns=True,
     ),
     LawEntry(
         "han2005",
         ("cushion_restitution", "cushion_friction", "cushion_height"),
         "restitution and Coulomb friction at the height of the nose (Han 2005)",
+        turns=True,
     ),
     LawEntry(
         "mathavan2010",
         ("cushion_restitution", "cushion_friction", "cushion_height", "sliding_friction"),
         "integrated over the impulse, with the friction of the cloth (Mathavan et al. 2010)",
+        turns=True,
         integrated=True,
     ),
 )

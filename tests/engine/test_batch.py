@@ -1,6 +1,12 @@
 """Batches and sweeps: each shot to the bit as `simulate` gives it, whoever does it."""
 
 import math
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,7 +14,7 @@ from breaks import break_scene
 from shots import POOL_TABLE, R, ball, rack, random_break, scene_of
 
 from engine import STATUSES, GhostballError, Scene, Status, simulate, simulate_many, simulate_sweep
-from engine.errors import UnsupportedSceneError
+from engine.errors import SceneError, UnsupportedSceneError
 
 
 def shot(velocity=(2.0, 0.0), **cue) -> Scene:
@@ -107,6 +113,100 @@ def test_a_ball_that_is_not_there_is_refused(wrong):
 def test_a_wrong_number_of_threads_is_refused(wrong):
     with pytest.raises(GhostballError, match="threads"):
         simulate_many([shot()], threads=wrong)
+
+
+def one_ball(**fields) -> Scene:
+    return scene_of(ball((0.5, 0.5), (1.0, 0.0)), **fields)
+
+
+@pytest.mark.parametrize(
+    ("scene", "speeds", "rule"),
+    [
+        (scene_of(ball((0, 0)), rolling_friction=0.0), [1.0, 2.0], r"`t_max` must be given where"),
+        (
+            one_ball(),
+            [1.0, 1e60],
+            r"shot 1 of `balls\[0\]`: `velocity\[0\]` must be at most 1e\+50",
+        ),
+        (one_ball(), [1.0, 1e308], "must be at most"),
+        (one_ball(rolling_friction=1e-40), [1.0, 1e20], "`t_max` must be given .* 1e\\+20 m/s"),
+        (
+            scene_of(
+                ball((0, 0), (1e-10, 0.0), angular_velocity=(0.0, 0.0, 1e5)),
+                motion="sliding",
+                t_max=1.0,
+            ),
+            [1.0, 1e38],
+            r"shot 1 of `balls\[0\]`: `angular_velocity\[2\]` must be at most 1e\+50",
+        ),
+        (
+            scene_of(
+                ball((0, 0), (1e-9, 0.0), angular_velocity=(0.0, 0.0, 9.0)),
+                motion="sliding",
+                spinning_friction_rate=1e-5,
+            ),
+            [1.0, 1e36],
+            "`t_max` must be given where a ball might spin",
+        ),
+        (
+            scene_of(
+                ball((0, 0), (1.0, 0.0), angular_velocity=(0.0, 0.0, 9e3), radius=10.0),
+                motion="sliding",
+                t_max=1.0,
+            ),
+            [1.0, 1e46],
+            r"`balls\[0\].angular_velocity` in shot 1 must turn the ball's surface",
+        ),
+    ],
+    ids=["endless", "fast", "overflow", "long", "spin", "spin-ends", "surface"],
+)
+def test_a_shot_is_refused_that_a_scene_would_be_refused_for(scene, speeds, rule):
+    with pytest.raises(SceneError, match=rule):
+        simulate_sweep(scene, speeds, 0.0)
+    # As the scene itself is, whose rules these are.
+    cue, v = scene.balls[0], scene.balls[0].velocity[0]
+    spin = cue.angular_velocity and tuple(speeds[1] / v * w for w in cue.angular_velocity)
+    shot = {**cue.model_dump(), "velocity": (speeds[1], 0.0), "angular_velocity": spin}
+    with pytest.raises(SceneError):
+        Scene(**{**dict(scene), "balls": [shot]})
+
+
+def test_no_shots_give_an_empty_batch():
+    assert len(simulate_sweep(one_ball(), [], []).status) == 0
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("many", [False, True], ids=["sweep", "many"])
+def test_endless_shots_are_interrupted(many):
+    # Whoever waits for the limit of events waits for minutes.
+    rolls_on = scene_of(
+        ball((0.5, 0.5), (1.0, 0.3)), table=POOL_TABLE, rolling_friction=0.0, t_max=1e50
+    )
+    interrupt = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    simulate_sweep(rolls_on, 1.0, 0.3, max_events=2)  # compiled before the clock runs
+    simulate_many([rolls_on], max_events=2)
+    endless: Callable[[], object] = partial(
+        simulate_sweep, rolls_on, np.linspace(1.0, 2.0, 600), 0.3, max_events=10**12
+    )
+    if many:
+        endless = partial(simulate_many, [rolls_on] * 50, threads=2, max_events=10**12)
+    began = time.process_time()
+    interrupt.start()
+    with pytest.raises(KeyboardInterrupt):
+        endless()
+    assert time.process_time() - began < 3.0  # of two threads
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("threads", [1, 2])
+def test_every_part_of_a_long_sweep_is_as_shot_by_shot(threads):
+    """Threads take 256 shots at a time: those of the second part are looked at one by one."""
+    speeds, angles = np.linspace(0.4, 3.0, 300), np.linspace(0.0, 1.5, 300)
+    scene = scene_of(ball((0.6, 0.6), (1.0, 0.0)), table=POOL_TABLE)
+    batch = simulate_sweep(scene, speeds, angles, threads=threads)
+    for k in (0, 127, 128, *range(140, 160), 254, 255, 256, 257, *range(290, 300)):
+        velocity = (speeds[k] * np.cos(angles[k]), speeds[k] * np.sin(angles[k]))
+        assert_same(batch, k, simulate(scene_of(ball((0.6, 0.6), velocity), table=POOL_TABLE)))
 
 
 def test_a_ball_that_only_spins_gives_no_direction():

@@ -1,5 +1,6 @@
 """The kernel cache: nothing stale is ever used, and old caches go away."""
 
+import ast
 import os
 import shutil
 import subprocess
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 from kernels import entry_to
 
+import reference_adapters
 from engine import _jit, _loop
 
 SOURCES = Path(_jit.__file__).parent
@@ -84,6 +86,40 @@ def test_a_kernel_without_a_wrapper_refuses_a_call_from_python():
     assert entry_to(entry_to(doubled)) is entry_to(doubled)
     with pytest.raises(TypeError, match="kernel `twice`"):
         _jit.kernel(twice)(1.5)
+
+
+def is_kernel(function):
+    decorators = [getattr(one, "func", one) for one in function.decorator_list]
+    return any(isinstance(one, ast.Name) and one.id == "kernel" for one in decorators)
+
+
+def borrowed_by_kernels(source):
+    """Return the names that a file's kernels use and that it imports, but from the engine."""
+    module = ast.parse(source)
+    imported, used = set(), set()
+    for node in ast.walk(module):
+        if isinstance(node, ast.Import):
+            imported |= {(one.asname or one.name) for one in node.names if one.name != "math"}
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] != "engine":
+            imported |= {one.asname or one.name for one in node.names}
+        elif isinstance(node, ast.FunctionDef) and is_kernel(node):
+            used |= {one.id for part in node.body for one in ast.walk(part) if hasattr(one, "id")}
+    return imported & used
+
+
+def test_a_kernel_outside_the_engine_uses_what_is_in_its_file_alone():
+    """The cache's key has the sources of the engine; of any other file, numba looks at that alone.
+
+    So a kernel that borrows one, or a number, from a file beside it would stay as it is when that
+    is edited.
+    """
+    folder = Path(reference_adapters.__file__).parent
+    files = [path for path in folder.rglob("*.py") if "@kernel" in path.read_text("utf-8")]
+    assert len(files) >= 2
+    for path in files:
+        assert borrowed_by_kernels(path.read_text("utf-8")) == set(), path.name
+    text = "from reference_adapters.b import c\n@kernel(entry=True)\ndef f(x):\n    return c(x)\n"
+    assert borrowed_by_kernels(text) == {"c"}
 
 
 def twice(x):

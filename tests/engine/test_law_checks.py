@@ -31,6 +31,13 @@ UNUSED = [
 USED = [(law.name, field) for law in CUSHION_LAWS for field in law.uses]
 
 
+def test_a_restitution_of_the_table_needs_balls_that_land():
+    with pytest.raises(SceneError, match=r"`table_restitution` = .* has no effect with `airborne`"):
+        Physics(table_restitution=0.3)
+    assert Physics(table_restitution=0.3, airborne=True).table_restitution == 0.3
+    assert Physics(table_restitution=0.5).airborne is False  # the default does no harm
+
+
 class TestLawNames:
     def test_the_tests_know_every_cushion_law(self):
         assert {*SPIN_LAWS, *PLAIN_LAWS} == set(CUSHION_LAW_NAMES)

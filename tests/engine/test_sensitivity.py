@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+import random
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from shots import R, ball, scene_of
+from transforms import shuffled
 
-from engine import GhostballError, Scene, simulate
-from engine.sensitivity import QUALITY, ROUNDING
+from engine import GhostballError, Scene, sensitivity, simulate
+from engine.impact_laws.registry import BALL_LAWS
+from engine.sensitivity import LANES, PARTS, QUALITY, ROUNDING, TangentMap, tangent_of
 from reference_adapters.certified import certify
 from validation.library import find_scene
 
@@ -194,6 +197,48 @@ def test_sensitivity_is_the_same_whatever_memory_held():
         junk = np.full(150 * 56, np.nan)
         del junk
         assert np.array_equal(recorded(scene).sensitivity([1.0, 18.0]), first)
+
+
+@pytest.mark.parametrize("name", ["break-7", "half-ball-cut", "throw-slip", "moving-moving"])
+def test_the_numbering_of_the_balls_does_not_matter(name):
+    """Breaks where the signs of roundings are those of a row of the log, or of a ball's number."""
+    result = recorded(find_scene(name))
+    order = list(range(len(result.scene.balls)))
+    times = np.linspace(0.0, 1.0, 9) * result.rest_time
+    base = result.sensitivity(times)
+    for seed in range(3):
+        random.Random(seed).shuffle(order)
+        other = recorded(shuffled(result.scene, order))
+        assert np.array_equal(other.rest_positions, result.rest_positions[order])
+        assert other.sensitivity(times) == pytest.approx(base[:, order], rel=1e-9)
+        assert other.horizon() == pytest.approx(result.horizon(), rel=1e-9)
+
+
+def test_a_law_without_a_derivative_of_its_own_has_that_of_differences():
+    """A law of a code that nobody knows: a derivative that is written out is not its own."""
+    result = recorded(find_scene("throw-slip"))
+    known = result.tangent(_directions(result.scene, 2))
+    events = result.events
+    start = np.zeros((2, PARTS, LANES))
+    start[:, :, :2] = _directions(result.scene, 2).transpose(1, 2, 0)
+    arrays = sensitivity._arrays(result.scene, result.trajectory, events, 0.0)
+    unknown = arrays._replace(laws=arrays.laws._replace(ball_law=len(BALL_LAWS)))
+    unknown.tangent.reshape(-1, 7 * LANES)[unknown.first[:-1]] = start.reshape(2, -1)
+    sensitivity.run_tangent(unknown)
+    found = TangentMap(2, result.trajectory.t_end, (unknown,)).sample([result.rest_time])
+    expected = known.sample([result.rest_time])
+    assert not np.array_equal(found, expected)
+    assert found == pytest.approx(expected, rel=1e-6, abs=1e-6)
+
+
+def test_what_was_recorded_must_be_of_the_scene():
+    one, two = recorded(find_scene("stop")), recorded(find_scene("half-ball-cut"))
+    with pytest.raises(GhostballError, match="must be those of the scene, of 2 balls"):
+        tangent_of(two.scene, one.trajectory, one.events, np.ones((1, 2, 7)))
+    events = two.events.copy()
+    events["a"][0] = 99
+    with pytest.raises(GhostballError, match="99"):
+        tangent_of(two.scene, two.trajectory, events, np.ones((1, 2, 7)))
 
 
 def test_what_is_exact_by_symmetry_is_not_taken_for_chaos():

@@ -85,7 +85,7 @@ def test_the_unchanged_engine_is_not_caught_and_gives_the_same_bits() -> None:
 def test_a_shot_that_raises_is_a_crash_and_one_that_never_ends_is_given_up() -> None:
     mutation = Mutation(
         "raises",
-        "simulate.py",
+        "shot.py",
         "    check_request(scene, record, max_events)\n    # The compiler",
         "    check_request(scene, record, max_events)\n    if len(scene.balls) == 1:\n"
         "        raise ZeroDivisionError('planted')\n    # The compiler",
@@ -118,7 +118,7 @@ def test_a_shot_that_hangs_or_kills_its_process_costs_that_shot(
 ) -> None:
     mutation = Mutation(
         "ends",
-        "simulate.py",
+        "shot.py",
         "    check_request(scene, record, max_events)\n    # The compiler",
         "    check_request(scene, record, max_events)\n    if len(scene.balls) == 1:\n"
         f"        {planted_text}\n    # The compiler",

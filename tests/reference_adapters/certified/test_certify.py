@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from types import SimpleNamespace
 
 import pytest
+from flint import arb
 from mpmath import mpf, workdps
 from oracle import solve
 from shots import POOL_TABLE, R, ball, random_break, random_cloth_shot, random_shot, scene_of
@@ -21,6 +23,8 @@ from reference_adapters.certified import (
     certify,
     gaps as gaps_module,
 )
+from reference_adapters.certified.problem import problem_of
+from reference_adapters.certified.run import TIE_BITS, Run, largest_speeds
 from validation.closed_forms import FORMS, closed_form
 from validation.library import find_scene
 
@@ -602,3 +606,22 @@ def test_what_has_no_closed_form_is_refused(physics, reason):
     )
     with pytest.raises(UnsupportedSceneError, match=reason):
         certify(scene)
+
+
+@pytest.mark.parametrize(("speed", "apart"), [(1.0, True), (1e28, True), (1e32, False)])
+def test_a_tie_passes_only_where_no_ball_is_fast_enough_to_reach_it(speed, apart):
+    """Breaks where balls are taken to be slower than scenes may have them: here 1 m is left."""
+    scene = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0), (0.0, speed)), t_max=1.0)
+    one = SimpleNamespace(balls=(0,))
+    assert Run(problem_of(scene), 200)._isolated(one, arb(0), 2.0**-TIE_BITS) is apart
+
+
+def test_no_ball_exceeds_the_speed_that_all_energy_would_give_it():
+    """A heavy ball throws a light one at twice its speed: its bound is above, and not by much."""
+    scene = scene_of(
+        ball((0.0, 0.0), (1.0, 0.0), mass=1.0), ball((0.1, 0.0), mass=0.01), rolling_friction=0.0,
+        t_max=1.0,
+    )  # fmt: skip
+    heavy, light = largest_speeds(problem_of(scene))
+    assert heavy == pytest.approx(math.sqrt(7 / 5), rel=1e-12)
+    assert 2.0 / 1.01 < light == pytest.approx(math.sqrt(140), rel=1e-12)

@@ -111,7 +111,7 @@ def checkout(tmp_path_factory):
     found.branch("lossy", LAW, r"-laws\.cushion_restitution", "-0.999999")
     found.branch("broken", "engine/__init__.py", r"\Z", "\ndef broken(:\n")
     found.branch(
-        "crashing", "engine/simulate.py", r"\Z",
+        "crashing", "engine/shot.py", r"\Z",
         "\n\ndef simulate(*_, **__):\n    import os\n    os._exit(11)\n",
     )  # fmt: skip
     return found

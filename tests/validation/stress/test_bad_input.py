@@ -138,7 +138,7 @@ def test_the_command_line_refuses():
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_a_number_past_the_checks_fails_by_name(value):
+def test_a_scene_past_the_checks_is_refused_by_name(value):
     verdict = Unchecked("unchecked", "rolling", 3, value).run(make_engine("ghostball"))
     assert verdict.faults == ()
     assert verdict.shots == len(list(spoilt(unchecked_base(UNCHECKED["rolling"], 3), value)))
@@ -155,9 +155,13 @@ def test_an_engine_that_swallows_a_nan_is_seen():
     verdict = Unchecked("unchecked", "rolling", 3, math.nan).run(deaf())
     assert verdict.broken == verdict.shots
     assert "T_MAX" in verdict.faults[0]
-    # Nor is it enough to fail without saying where.
-    verdict = Unchecked("unchecked", "rolling", 3, math.nan).run(deaf(status=Status.FAILED))
+    # Nor is it enough to refuse without saying what.
+    verdict = Unchecked("unchecked", "rolling", 3, math.nan).run(SimpleNamespace(simulate=vague))
     assert verdict.broken == verdict.shots
+
+
+def vague(scene, record):
+    raise SceneError("something is wrong. The scene was made without its checks")
 
 
 def test_a_result_that_is_not_finite_is_seen():

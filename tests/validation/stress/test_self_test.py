@@ -31,7 +31,7 @@ def raising(text: str) -> Mutation:
     new = START.replace(
         "\n", f"\n    if len(scene.balls) == 1:\n        import os, time\n        {text}\n"
     )
-    return Mutation("drastic", "simulate.py", START, new, "")
+    return Mutation("drastic", "shot.py", START, new, "")
 
 
 def test_a_bug_is_killed_and_the_unchanged_copy_survives() -> None:
@@ -53,7 +53,7 @@ def test_a_bug_is_killed_and_the_unchanged_copy_survives() -> None:
 
 @pytest.mark.slow
 def test_a_bug_that_no_trial_shows_survives_and_fails_the_self_test() -> None:
-    harmless = Mutation("harmless", "simulate.py", START, START + " ", "Nothing is wrong.")
+    harmless = Mutation("harmless", "shot.py", START, START + " ", "Nothing is wrong.")
     outcome = self_test(only=["graded/stop"], mutations=[harmless])
     assert [one.name for one in outcome.survivors] == ["harmless"]
     assert outcome.exit_status == 1

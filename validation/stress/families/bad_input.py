@@ -1,4 +1,4 @@
-"""Bad input: every malformed scene is refused by name, and a NaN that slips through is found."""
+"""Bad input: every malformed scene is refused by name, and a NaN that comes up is found."""
 
 from __future__ import annotations
 
@@ -236,7 +236,7 @@ FAMILY = Family(
     "Malformed scenes and NaN",
     "Every malformed scene, as plain values, as text or as a file, is refused with an error that "
     "names field, rule, value and place; none crashes, hangs or is half run, nor is a valid one "
-    "refused. A NaN that gets past the checks, or comes up later, ends the run there, named.",
+    "refused; so is one made past the checks. A NaN that comes up in a run ends it there, named.",
     _trials,
     ours_alone=True,
 )

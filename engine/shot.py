@@ -1,30 +1,14 @@
-"""The engine's front door: check the scene, run the kernel, wrap what it found."""
+"""One shot, the engine's front door: check the scene, run the kernel, wrap what it found."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 
-from engine._layout import is_laid_out
+from engine._layout import admit
 from engine.errors import GhostballError
-from engine.features import EXACT, Capability, Feature, check_supported
 from engine.result import RECORDS, Record, Result
 from engine.scene import Scene
 from engine.skips import Skip, chosen_skips
-
-_LATER = Capability("none", "not in this version of the engine")
-
-CAPABILITIES = {
-    **dict.fromkeys(Feature, EXACT),
-    Feature.MATHAVAN_BALL: Capability(
-        "approximate", "integrated to a relative accuracy of 1e-9 of the speeds"
-    ),
-    Feature.MATHAVAN_CUSHION: Capability(
-        "approximate", "integrated to a relative accuracy of 1e-9 of the speeds"
-    ),
-    Feature.AIR_DRAG: _LATER,
-    Feature.FLIGHT: _LATER,
-}
-"""What the engine represents, feature by feature."""
 
 MAX_EVENTS = 10_000_000
 """Default event limit: a shot has hundreds of events, a long run of an elastic gas millions."""
@@ -59,6 +43,8 @@ def simulate(
     ------
     UnsupportedSceneError
         Where the scene needs physics that this engine lacks.
+    SceneError
+        Where the scene was made without its checks, and breaks a rule.
     GhostballError
         Where `scene`, `record`, `max_events` or `no_skip` is wrong.
 
@@ -104,8 +90,7 @@ def check_request(scene: Scene, record: Record, max_events: int) -> None:
         raise GhostballError(
             f"`scene` must be a Scene, got {type(scene).__name__}. Read one with Scene.load(path)"
         )
-    if not is_laid_out(scene):
-        check_supported("ghostball", CAPABILITIES, scene)
+    admit(scene)
     if record not in RECORDS:
         raise GhostballError(f"`record` must be one of {', '.join(RECORDS)}, got {record!r}")
     if not isinstance(max_events, int) or isinstance(max_events, bool) or max_events < 1:

@@ -1,0 +1,61 @@
+"""Names and numbers that must not be mixed up, which no type checker sees."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+
+import numpy as np
+import pytest
+from kernels import entry_to
+
+from engine._entry import laws_from
+from engine._state import Laws
+from engine.impact_laws.dispatch import ball_law, cushion_law
+from engine.impact_laws.interface import BallImpact, CushionImpact
+from engine.impact_laws.registry import BALL_LAWS, CUSHION_LAWS
+
+NUMBERS = Laws._fields[:-1]
+NOTHING = Laws(*(0.0,) * len(NUMBERS), integrated=1)
+
+
+@pytest.mark.parametrize(
+    "package", ["engine", "reference_adapters", "validation", "reports", "ghostball"]
+)
+def test_no_name_of_a_package_hides_a_module_of_it(package):
+    """`import engine.simulate as m` gave a function, while there was a module of that name."""
+    loaded = importlib.import_module(package)
+    for module in pkgutil.iter_modules(loaded.__path__):
+        named = vars(loaded).get(module.name)
+        assert named is None or named.__name__ == f"{package}.{module.name}"
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_laws_come_out_of_the_kernels_numbers_as_they_went_in(name):
+    """Breaks where a field is added to `Laws` and `laws_from` counts as before."""
+    laws = NOTHING._replace(**{name: 1.0})
+    found = entry_to(laws_from)(np.array(laws[:-1], dtype=np.float64), 1)
+    assert [field for field in NUMBERS if getattr(found, field) != 0.0] == [name]
+    assert len(found) == len(Laws._fields)
+
+
+def test_every_law_of_the_registry_is_called():
+    """A law that `dispatch` doesn't know would be another one in silence."""
+    laws = NOTHING._replace(
+        slides=1.0, rubs=1.0, ball_restitution=0.9, ball_friction=0.1, cushion_restitution=0.8,
+        cushion_tangential=0.7, cushion_friction=0.2, cushion_height=0.036,
+    )  # fmt: skip
+    ball = (0.028, 0.17, 0.2)
+    hit = BallImpact(1.0, 0.3, 5.0, 20.0, 30.0, *ball, -0.5, 0.2, 1.0, 2.0, 3.0, *ball)
+    bounce = CushionImpact(1.0, 0.4, 3.0, 20.0, 10.0, *ball)
+    kernels = {"ball": (entry_to(ball_law), hit), "cushion": (entry_to(cushion_law), bounce)}
+    for kind, registry in (("ball", BALL_LAWS), ("cushion", CUSHION_LAWS)):
+        kernel, impact = kernels[kind]
+        found = set()
+        for code, law in enumerate(registry):
+            if law.name == "mirror":
+                continue  # the law `restitution`, with factors of 1
+            one = laws._replace(**{f"{kind}_law": float(code)})
+            numbers = entry_to(laws_from)(np.array(one[:-1], dtype=np.float64), 1)
+            found.add(tuple(kernel(impact, numbers)))
+        assert len(found) == len(registry) - (kind == "cushion")

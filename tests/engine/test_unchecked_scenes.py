@@ -1,0 +1,164 @@
+"""Scenes made past their checks are refused, and no scene has a kernel write beyond its arrays."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+
+import numpy as np
+import pytest
+from shots import POOL_TABLE, R, ball, scene_of
+
+from engine import (
+    Ball,
+    Physics,
+    Scene,
+    SceneError,
+    Status,
+    simulate,
+    simulate_many,
+    simulate_sweep,
+)
+from engine.errors import UnsupportedSceneError
+from engine.sensitivity import tangent_of
+
+SHOT = scene_of(
+    ball((0.3, 0.3), (2.0, 0.1)), ball((0.8, 0.32)), ball((0.86, 0.36)), table=POOL_TABLE
+)
+DRAG = scene_of(ball((0.3, 0.3), (2.0, 0.1)), air_drag=0.5)
+
+
+def with_ball(scene, i, **fields):
+    balls = list(scene.balls)
+    balls[i] = balls[i].model_copy(update=fields)
+    return scene.model_copy(update={"balls": tuple(balls)})
+
+
+def heap():
+    """Ten balls at one place, all of which touch: 45 pairs, where room for 31 is laid out."""
+    balls = tuple(
+        Ball(id=f"b{k}", position=(0.5 + 1e-4 * k, 0.5), velocity=(1.0 - 0.1 * k, 0.0))
+        for k in range(10)
+    )
+    return SHOT.model_copy(update={"balls": balls})
+
+
+def paths(scene):
+    """Yield every way from a scene to a kernel."""
+    recorded = simulate(SHOT, record="trajectory")
+    change = np.ones((1, len(scene.balls), 7))
+    yield lambda: simulate(scene)
+    yield lambda: simulate(scene, no_skip=["receding"])
+    yield lambda: simulate_many([SHOT, scene])
+    yield lambda: simulate_sweep(scene, 1.0, [0.0, 0.1])
+    yield lambda: tangent_of(scene, recorded.trajectory, recorded.events, change)
+
+
+@pytest.mark.parametrize(
+    ("scene", "says"),
+    [
+        (heap(), "must not overlap"),
+        (with_ball(SHOT, 1, velocity=(0.0, math.nan, 0.0)), "`balls[1].velocity[1]` must be a fin"),
+        (with_ball(SHOT, 1, mass=math.inf), "`balls[1].mass` must be a finite number, got inf"),
+        (with_ball(SHOT, 2, radius=-R), "`balls[2].radius` must be greater than 0"),
+        (SHOT.model_copy(update={"t_max": math.nan}), "`t_max` must be a finite number"),
+        (SHOT.model_copy(update={"balls": ()}), "`balls` must have at least 1"),
+        (SHOT.model_copy(update={"balls": list(SHOT.balls)}), "would have changed it"),
+        (Scene.model_construct(name="none"), "`balls` must be given"),
+        (
+            SHOT.model_copy(
+                update={"physics": SHOT.physics.model_copy(update={"ball_restitution": 1.5})}
+            ),
+            "`physics.ball_restitution` must be at most 1",
+        ),
+    ],
+    ids=["heap", "nan", "inf", "radius", "t_max", "empty", "list", "missing", "law"],
+)
+def test_a_scene_made_without_its_checks_is_refused_on_every_path(scene, says):
+    # Without the refusal, the heap makes a compiled kernel write past an array.
+    paths_of = paths(scene) if "balls" in scene.__dict__ else [lambda: simulate(scene)]
+    for path in paths_of:
+        with pytest.raises(SceneError, match="made without its checks") as caught:
+            path()
+        assert says in str(caught.value)
+
+
+def test_parts_made_without_their_checks_are_refused_where_they_become_a_scene():
+    spoilt = Ball.model_construct(**{**dict(SHOT.balls[1]), "mass": math.nan})
+    with pytest.raises(SceneError, match=r"`balls\[1\].mass` must be a finite number"):
+        Scene(name="a", balls=(SHOT.balls[0], spoilt))
+    with pytest.raises(SceneError, match=r"`physics.gravity` must be greater than 0"):
+        Scene(
+            name="a",
+            balls=SHOT.balls,
+            physics=SHOT.physics.model_copy(update={"gravity": -1.0}),
+        )
+    with pytest.raises(SceneError, match="must not overlap"):
+        Scene.model_validate(heap())
+
+
+@pytest.mark.parametrize(
+    "copied",
+    [
+        copy.copy,
+        copy.deepcopy,
+        lambda scene: pickle.loads(pickle.dumps(scene)),
+        lambda scene: scene.model_copy(),
+        lambda scene: scene.model_copy(update={"t_max": 9.0}),
+        lambda scene: Scene.model_construct(**dict(scene)),
+    ],
+    ids=["copy", "deepcopy", "pickle", "model_copy", "update", "construct"],
+)
+def test_a_copy_that_keeps_the_rules_is_played(copied):
+    result = simulate(copied(SHOT))
+    assert np.array_equal(result.rest_positions, simulate(SHOT).rest_positions)
+
+
+def test_what_an_engine_lacks_is_said_on_every_path_whatever_was_asked_before():
+    recorded = simulate(DRAG.model_copy(update={"physics": Physics()}), record="trajectory")
+    change = np.ones((1, 1, 7))
+    for _ in range(2):  # a layout that one path makes must not open another
+        for path in (
+            lambda: tangent_of(DRAG, recorded.trajectory, recorded.events, change),
+            lambda: simulate(DRAG),
+            lambda: simulate(DRAG, no_skip=["receding"]),
+            lambda: simulate_many([DRAG]),
+            lambda: simulate_sweep(DRAG, 1.0, 0.0),
+        ):
+            with pytest.raises(UnsupportedSceneError, match="no air drag"):
+                path()
+
+
+def far_away(velocity, **fields):
+    """Balls in a square that are hardly larger than the rounding of their places, 1e6 m away."""
+    place, rows = 1e6, 6
+    radius = 1.5 * 16.0 * 2.0**-52 * 2.0 * place
+    balls = []
+    for k in range(rows * rows):
+        i, j = k % rows, k // rows
+        own = {name: value(i) for name, value in fields.items()}
+        at = (place + 1.3 * i * radius, place + 1.3 * j * radius)
+        balls.append(ball(at, velocity(i, j), radius=radius, **own))
+    return scene_of(*balls, t_max=1.0)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        # More pairs hit at once than balls side by side can: all run to the middle.
+        far_away(lambda i, j: (1e-3 * (3 - i), 1e-3 * (3 - j))),
+        # More are pressed: each column is slowed more than the one behind it.
+        far_away(lambda i, j: (1e-4, 0.0), rolling_friction=lambda i: 0.01 * (1 + i)),
+    ],
+    ids=["hit", "pressed"],
+)
+def test_more_contacts_than_there_is_room_for_end_the_run(scene):
+    # A scene in order: its balls overlap by no more than rounding.
+    for no_skip in ([], ["contacts"]):
+        result = simulate(scene, record="events", no_skip=no_skip, max_events=100)
+        assert result.status is Status.FAILED
+        assert "more balls touch than can lie side by side" in result.reason
+    vx, vy, _ = scene.balls[0].velocity
+    batch = simulate_sweep(scene, math.hypot(vx, vy), [math.atan2(vy, vx)], max_events=100)
+    assert not batch.complete.any()
