@@ -13,7 +13,8 @@ import numpy as np
 from engine import Ball, Physics, Scene, Status, Table, _state
 from engine._run import Run
 from reference_adapters import ReferenceEngine
-from validation.stress.trial import Trial, Verdict, blamed_on_engine
+from validation.playing import blamed_on_engine, run_engine
+from validation.stress.trial import Trial, Verdict
 
 _FIELDS: tuple[tuple[str, int | None], ...] = (
     *((field, axis) for field in ("position", "velocity", "angular_velocity") for axis in range(3)),
@@ -101,7 +102,7 @@ class Unchecked(Trial):
         tried = 0
         for where, scene in spoilt(base, self.value):
             tried += 1
-            with blamed_on_engine():
+            with blamed_on_engine(engine.name):
                 result = engine.simulate(scene, record="trajectory")
             says = f"`{where}` is {self.value} at t = 0 s"
             if result.status is not Status.FAILED or says not in result.reason:
@@ -141,8 +142,7 @@ class Overflow(Trial):
         tried = 0
         for scene in self.examples():
             tried += 1
-            with blamed_on_engine():
-                result = engine.simulate(scene, record="events")
+            result = run_engine(engine, scene, "events")
             finite = all(bool(np.all(np.isfinite(part))) for part in result.final_state)
             if result.status is Status.FAILED and result.reason:
                 continue
