@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from engine import EngineFailedError, Result, Scene, UnsupportedSceneError
+from engine import EngineFailedError, Result, Scene, Status, UnsupportedSceneError
 from engine.features import scene_features
 from engine.result import initial_state
 from engine.trajectory import energy_of
@@ -88,6 +88,8 @@ def run_case(
             )
             resolution = resolution_of(engine, case.scene)
         result = run_engine(engine, case.scene)
+        if result.status is Status.FAILED:  # of its numbers none need be one
+            return failed(record, f"it says that it failed: {result.reason}"), None
         # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
         with np.errstate(invalid="ignore", over="ignore"):
             horizon = case.truth.horizon_of(resolution)

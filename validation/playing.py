@@ -13,14 +13,14 @@ import pickle
 import traceback
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Any
 
 from engine import EngineFailedError, Record, Result, Scene, Status, UnsupportedSceneError
 from reference_adapters.base import EngineSettings, ReferenceEngine
 from reference_adapters.registry import OURS, EngineUnavailableError
-from validation.returned import check_result
+from validation.returned import ResultRefusedError, check_result
 from validation.worker import limit_of, run_tasks
 
 
@@ -43,7 +43,9 @@ def blamed_on_engine(name: str) -> Iterator[None]:
 
 
 def failure_of(name: str, error: BaseException) -> EngineFailedError:
-    """Return what an engine raised as its failure."""
+    """Return what an engine raised, or that what it returned is refused, as its failure."""
+    if isinstance(error, ResultRefusedError) and name != OURS:
+        return EngineFailedError(name, str(error))  # where we looked at it says nothing
     trace = "".join(traceback.format_exception(error))
     return EngineFailedError(name, f"{type(error).__name__}: {error}", trace)
 
@@ -60,8 +62,11 @@ def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajecto
     KeyboardInterrupt
         Where it was interrupted, and handed back what it had.
     """
-    with blamed_on_engine(engine.name):
+    # What goes wrong between two processes is no engine's fault.
+    blamed = nullcontext() if hasattr(engine, "runs_apart") else blamed_on_engine(engine.name)
+    with blamed:
         result = engine.simulate(scene, record=record)
+    with blamed_on_engine(engine.name):
         check_result(result, scene, engine.name, record)
     if result.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
@@ -97,6 +102,8 @@ def apart(
 
         class Apart(base):  # type: ignore[misc]
             """The engine, but for where it runs."""
+
+            runs_apart = True
 
             def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
                 """Run the scene in the other process; see `ReferenceEngine.simulate`."""

@@ -44,7 +44,8 @@ _CONTEXT = multiprocessing.get_context("spawn")
 class _Worker(Generic[T]):
     process: SpawnProcess
     connection: Connection
-    output: IO[bytes]  # the file that it prints into, which is ours to remove
+    path: str  # of the file that it prints into
+    output: IO[bytes]
     task: T | None = None
     started: bool = False  # it has imported what it needs
     deadline: float | None = None  # of the task, in seconds of the monotonic clock
@@ -239,13 +240,12 @@ class _Pool(Generic[T, R]):
 
 def _start(serve: Callable[[Connection, str], None]) -> _Worker[T]:
     ours, theirs = _CONTEXT.Pipe()
-    # Not deleted by its `close`: where that needs Windows' leave, no other process may open it.
-    output = tempfile.NamedTemporaryFile(prefix="ghostball-", buffering=0, delete=False)  # noqa: SIM115
-    process = _CONTEXT.Process(target=serve, args=(theirs, output.name), daemon=True)
+    file, path = tempfile.mkstemp(prefix="ghostball-")
+    process = _CONTEXT.Process(target=serve, args=(theirs, path), daemon=True)
     with _interrupts_held():
         process.start()
     theirs.close()  # so that `recv` ends when the process does
-    return _Worker(process, ours, output.file)
+    return _Worker(process, ours, path, os.fdopen(file, "r+b", buffering=0))
 
 
 @contextmanager
@@ -273,13 +273,13 @@ def _bury(worker: _Worker[T]) -> None:
     worker.connection.close()
     worker.output.close()
     with suppress(OSError):
-        os.unlink(worker.output.name)
+        os.unlink(worker.path)
 
 
 def _serve(work: Callable[[T], R], connection: Connection, output: str) -> None:
     """Do tasks until the other end closes: the body of a worker process."""
     divert(output)
-    faulthandler.enable()  # a crash then says where, into what is printed
+    faulthandler.enable(all_threads=False)  # a crash then says where, into what is printed
     # Ctrl-C reaches the whole group; the parent alone decides what happens then. POSIX workers
     # are deaf already, see `_interrupts_held`.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
