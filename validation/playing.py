@@ -13,7 +13,7 @@ import pickle
 import traceback
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
-from contextlib import closing, contextmanager, nullcontext
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,11 +62,10 @@ def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajecto
     KeyboardInterrupt
         Where it was interrupted, and handed back what it had.
     """
-    # What goes wrong between two processes is no engine's fault.
-    blamed = nullcontext() if hasattr(engine, "runs_apart") else blamed_on_engine(engine.name)
-    with blamed:
-        result = engine.simulate(scene, record=record)
+    if hasattr(engine, "runs_apart"):  # it comes through this door in the other process
+        return engine.simulate(scene, record=record)
     with blamed_on_engine(engine.name):
+        result = engine.simulate(scene, record=record)
         check_result(result, scene, engine.name, record)
     if result.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
@@ -173,8 +172,8 @@ def _play(shot: _Shot) -> _Answer:
     try:
         make: Any = shot.engine  # see `make_engine`
         with blamed_on_engine(name):
-            result = make(shot.settings).simulate(shot.scene, record=shot.record)
-            return _Answer(pickle.dumps(result))
+            engine = make(shot.settings)
+            return _Answer(pickle.dumps(run_engine(engine, shot.scene, shot.record)))
     except (UnsupportedSceneError, EngineUnavailableError, EngineFailedError) as error:
         return _Answer(error=_sendable(name, error))
 

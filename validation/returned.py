@@ -59,7 +59,7 @@ def check_result(result: Result, scene: Scene, engine: str, record: Record = "tr
 def _problem(result: object, scene: Scene, engine: str, record: Record) -> str:
     """Return the first rule that is broken, with the value received; "" where none is."""
     if not isinstance(result, Result):
-        return f"`simulate` must return a `Result`, got {_shown(result)}"
+        return f"`simulate` must return a `Result`, got {type(result).__name__}"
     if result.engine != engine:
         return f"`engine` of the result must be {engine!r}, got {_shown(result.engine)}"
     if result.scene is not scene and result.scene != scene:
@@ -86,7 +86,7 @@ def _of_end(result: Result, scene: Scene) -> str:
     failed = result.status is Status.FAILED
     t = result.rest_time
     if not _is_number(t) or not (failed or (math.isfinite(t) and t >= 0.0)):
-        return f"`rest_time` must be a finite number, at least 0 s, got {_shown(t)}"
+        return f"`rest_time` must be finite and at least 0 s, got {_shown(t)}"
     wanted = (1, len(scene.balls), 3)
     names = ("positions", "velocities", "angular_velocities")
     for name in names:
@@ -111,7 +111,7 @@ def _of_numbers(result: Result) -> str:
     """Look at what the run says of itself: time, counters, settings."""
     t = result.wall_time
     if not _is_number(t) or not (math.isfinite(t) and t >= 0.0):
-        return f"`wall_time` must be a finite number, at least 0 s, got {_shown(t)}"
+        return f"`wall_time` must be finite and at least 0 s, got {_shown(t)}"
     if not isinstance(result.work, Mapping):
         return f"`work` must be a mapping of texts to whole numbers, got {_shown(result.work)}"
     for name, count in result.work.items():
