@@ -102,7 +102,9 @@ def say_printed(engine: str, text: str) -> None:
     """Show on stderr what an engine printed, a line each with its name before."""
     from rich.markup import escape  # noqa: PLC0415
 
-    for line in text.splitlines():
+    from reference_adapters.output import harmless  # noqa: PLC0415
+
+    for line in harmless(text).splitlines():
         say(f"[dim]{escape(f'engine {engine} printed:')}[/] {escape(line)}")
 
 

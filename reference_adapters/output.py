@@ -82,8 +82,13 @@ def _diverted(descriptor: int, file: IO[bytes]) -> Iterator[None]:
 
 
 def divert(path: str) -> None:
-    """Have all that this process prints from now on go to the end of a file."""
+    """Have all that this process prints from now on go to the end of a file that another one reads.
+
+    Its name goes at once, where the system allows that: so no file is left by whoever is killed.
+    """
     file = os.open(path, os.O_WRONLY | os.O_APPEND)
+    with suppress(OSError):
+        os.unlink(path)
     for descriptor in (1, 2):
         os.dup2(file, descriptor)
     os.close(file)

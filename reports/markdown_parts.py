@@ -35,8 +35,8 @@ def table_of(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def one_line(text: str) -> str:
-    """Keep a text on one line and within its cell."""
-    return " ".join(text.split()).replace("|", "\\|")
+    """Keep a text on one line and within its cell, and its control characters from any terminal."""
+    return harmless(" ".join(text.split())).replace("|", "\\|")
 
 
 def many(count: int, noun: str) -> str:

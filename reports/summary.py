@@ -339,7 +339,7 @@ def _cell(text: str) -> str:
     plain = " ".join(text.split())
     if len(plain) > CELL:
         plain = f"{plain[: CELL - 1]}…"
-    return one_line(harmless(plain).replace("<", "&lt;"))
+    return one_line(plain.replace("<", "&lt;"))
 
 
 def _code(text: str) -> str:

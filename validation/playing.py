@@ -15,6 +15,8 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
 from typing import Any
 
 from engine import EngineFailedError, Record, Result, Scene, Status, UnsupportedSceneError
@@ -97,7 +99,7 @@ def apart(
         yield engine
         return
     base: Any = type(engine)
-    with _Line(time_limit, printed) as line:
+    with _Line(base.__module__, time_limit, printed) as line:
 
         class Apart(base):  # type: ignore[misc]
             """The engine, but for where it runs."""
@@ -132,7 +134,9 @@ class _Answer:
 class _Line:
     """One process that is asked for one shot after another."""
 
-    def __init__(self, time_limit: float | None, printed: Callable[[str], None] | None) -> None:
+    def __init__(
+        self, module: str, time_limit: float | None, printed: Callable[[str], None] | None
+    ) -> None:
         self._waiting: deque[_Shot] = deque()
         self._answers: Generator[_Answer] = run_tasks(
             self,
@@ -141,6 +145,7 @@ class _Line:
             _died,
             limit_of(time_limit),
             printed=None if printed is None else lambda _, text: printed(text),
+            prepare=partial(import_module, module),
         )
 
     def __iter__(self) -> Iterator[_Shot]:

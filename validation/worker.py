@@ -63,6 +63,7 @@ def run_tasks(
     died: Callable[[T, str], R],
     limit: Callable[[T], float] | None = None,
     printed: Callable[[T, str], None] | None = None,
+    prepare: Callable[[], object] | None = None,
 ) -> Generator[R]:
     """Do tasks in `jobs` processes; yield what each gives.
 
@@ -84,6 +85,10 @@ def run_tasks(
     printed : callable, optional
         Given a task and what was printed while it was done, where that is anything, before what the
         task gives is yielded; it is dropped otherwise.
+    prepare : callable, optional
+        What another process does first, such as importing what tasks need: no task's limit of time
+        runs meanwhile. What it is made of is found before that process can divert what is printed:
+        it should name what it imports.
 
     Notes
     -----
@@ -97,7 +102,7 @@ def run_tasks(
                 printed(task, output.text)
             yield given
         return
-    pool = _Pool(jobs, work, died, limit, printed)
+    pool = _Pool(jobs, work, died, limit, printed, prepare)
     queue = iter(tasks)
     try:
         while True:
@@ -119,9 +124,10 @@ class _Pool(Generic[T, R]):
         died: Callable[[T, str], R],
         limit: Callable[[T], float] | None,
         printed: Callable[[T, str], None] | None,
+        prepare: Callable[[], object] | None,
     ) -> None:
         self._jobs = jobs
-        self._serve = partial(_serve, work)
+        self._serve = partial(_serve, work, prepare)
         self._died = died
         self._limit = limit
         self._printed = printed
@@ -276,7 +282,12 @@ def _bury(worker: _Worker[T]) -> None:
         os.unlink(worker.path)
 
 
-def _serve(work: Callable[[T], R], connection: Connection, output: str) -> None:
+def _serve(
+    work: Callable[[T], R],
+    prepare: Callable[[], object] | None,
+    connection: Connection,
+    output: str,
+) -> None:
     """Do tasks until the other end closes: the body of a worker process."""
     divert(output)
     faulthandler.enable(all_threads=False)  # a crash then says where, into what is printed
@@ -284,6 +295,8 @@ def _serve(work: Callable[[T], R], connection: Connection, output: str) -> None:
     # are deaf already, see `_interrupts_held`.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    if prepare is not None:
+        prepare()
     with closing(connection):
         if not _told(connection, "started"):
             return

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from reference_adapters.output import KEPT, captured, divert, harmless
+from reference_adapters.output import KEPT, captured, harmless
 
 
 def print_everywhere():
@@ -76,10 +76,10 @@ def test_a_process_that_is_diverted_prints_into_a_file(tmp_path):
     )
     path = tmp_path / "output"
     path.write_text("")
-    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, check=True)
-    assert (done.stdout, done.stderr) == (b"", b"")
-    assert path.read_text() == "out\nerr\nraw"
-    assert callable(divert)
+    with path.open() as file:
+        done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, check=True)
+        assert (done.stdout, done.stderr) == (b"", b"")
+        assert file.read() == "out\nerr\nraw"
 
 
 @pytest.mark.parametrize(
