@@ -49,7 +49,7 @@ import time
 _IMPORTED_NS = time.time_ns()
 
 from engine.batch import STATUSES, Batch, simulate_many, simulate_sweep
-from engine.errors import GhostballError, SceneError, UnsupportedSceneError
+from engine.errors import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
 from engine.kernels import warm_up
 from engine.result import EVENT_DTYPE, EventKind, Record, Result, Status
 from engine.scene import CUSHIONS, Ball, Physics, Scene, Table
@@ -70,6 +70,7 @@ __all__ = [
     "Ball",
     "Batch",
     "Energy",
+    "EngineFailedError",
     "EventKind",
     "ExactTrajectory",
     "GhostballError",

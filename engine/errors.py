@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class GhostballError(Exception):
-    """Base of every error caused by input; the command line turns it into exit status 2."""
+    """Base of every error that is told without a traceback; exit status 2 unless it says else."""
 
 
 class SceneError(GhostballError, ValueError):
@@ -30,3 +30,34 @@ class UnsupportedSceneError(GhostballError):
     def __reduce__(self) -> tuple[type[UnsupportedSceneError], tuple[str, tuple[str, ...]]]:
         # Exception pickles its message alone; a worker process must hand back both parts.
         return (type(self), (self.engine, self.features))
+
+
+class EngineFailedError(GhostballError):
+    """An engine failed: it raised, crashed, hung, or handed back what no engine may.
+
+    The command line turns it into exit status 1: that engine is wrong, neither the input nor
+    ghostball.
+
+    Parameters
+    ----------
+    engine : str
+        Name of the engine.
+    reason : str
+        What it did.
+    trace : str
+        Where it was raised; "" where nothing was.
+    """
+
+    def __init__(self, engine: str, reason: str, trace: str = "") -> None:
+        self.engine = engine
+        self.reason = reason
+        self.trace = trace
+        super().__init__(f"engine `{engine}` failed: {reason}")
+
+    @property
+    def is_our_bug(self) -> bool:
+        """Whether our own engine raised something: then it is ghostball that failed."""
+        return self.engine == "ghostball" and bool(self.trace)
+
+    def __reduce__(self) -> tuple[type[EngineFailedError], tuple[str, str, str]]:
+        return (type(self), (self.engine, self.reason, self.trace))

@@ -107,7 +107,7 @@ def run(
             "the ensembles that it had"
         )
         return ExitStatus.INTERRUPTED
-    return ExitStatus.HARNESS_FAILED if outcome.failed else ExitStatus.PASSED
+    return ExitStatus.CHECK_FAILED if outcome.failed else ExitStatus.PASSED
 
 
 def show(out: Path) -> ExitStatus:

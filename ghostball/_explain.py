@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache, partial
 from pathlib import Path
 
 from pydantic_core import to_json
@@ -14,7 +15,7 @@ from rich.text import Text
 
 from engine.result import Status, initial_state
 from engine.trajectory import energy_of
-from ghostball._terminal import ExitStatus, busy, say, stdout
+from ghostball._terminal import ExitStatus, busy, say, say_printed, stdout
 from reference_adapters import make_engine
 from reports import plot_explanation, style
 from reports.attribution_text import (
@@ -29,23 +30,35 @@ from validation.attribution import Attribution
 from validation.explanation import Explanation, Margin, explain
 from validation.library import find_scene
 from validation.parting import Collision
+from validation.playing import apart
 
 NAMES = {"truth": "in truth", "engine": "in {label}"}
 
 
-def run(scene: str, engine: str, *, as_json: bool, plot: Path | None, attribute: bool) -> int:
+def run(
+    scene: str,
+    engine: str,
+    *,
+    as_json: bool,
+    plot: Path | None,
+    attribute: bool,
+    time_limit: float,
+) -> int:
     """Explain, and return the exit status; see the options of the command.
 
     Raises
     ------
     GhostballError
-        Where the scene or the engine is unknown, the engine can't represent the scene, or there is
-        nothing to explain.
+        Where the scene or the engine is unknown, the engine can't represent the scene, there is
+        nothing to explain, or the engine fails.
     """
     made, shot = make_engine(engine), find_scene(scene)
     what = "a ladder of steps" if attribute else "one run"
-    with busy(f"explaining {shot.name} on {engine}: the truth, and {what}"):
-        explanation = explain(shot, made, label=engine, attributed=attribute)
+    with (
+        busy(f"explaining {shot.name} on {engine}: the truth, and {what}"),
+        apart(made, time_limit, _said_once(made.name)) as player,
+    ):
+        explanation = explain(shot, player, label=engine, attributed=attribute)
     if plot is not None:
         with busy(f"drawing {plot}"):
             plot_explanation(explanation, plot)
@@ -61,9 +74,14 @@ def run(scene: str, engine: str, *, as_json: bool, plot: Path | None, attribute:
     status = explanation.result.status
     if not status.complete:
         why = explanation.result.reason or status.value
-        say(f"[bold red]not complete:[/] {escape(why)}")
+        say(f"[bold red]engine {escape(made.name)} did not finish:[/] {escape(why)}")
         return ExitStatus.CHECK_FAILED
     return ExitStatus.PASSED
+
+
+def _said_once(engine: str) -> Callable[[str], None]:
+    """Return what shows on stderr what an engine prints: of dozens of runs, the same but once."""
+    return cache(partial(say_printed, engine))
 
 
 def parts_of(explanation: Explanation) -> Iterator[RenderableType]:

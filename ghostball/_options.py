@@ -65,6 +65,15 @@ Figures = Annotated[
     ),
 ]
 
+ShotLimit = Annotated[
+    float,
+    typer.Option(
+        metavar="SECONDS",
+        help="How long an engine other than ours may take for a shot. It runs in a process of its "
+        "own: after that it is ended, and has failed.",
+    ),
+]
+
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")]
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from statistics import median
@@ -14,7 +16,8 @@ import pytest
 
 from engine import GhostballError, Scene
 from ghostball.pytest_plugin import PREFIX
-from reference_adapters import names_class
+from reference_adapters import ReferenceEngine, names_class
+from reference_adapters.output import harmless
 from reports.style import format_length
 from validation.conformance import (
     COMPLETES,
@@ -30,7 +33,8 @@ from validation.conformance import (
 from validation.criteria import Criteria
 from validation.library import scene_names, select
 from validation.metric_table import METRICS
-from validation.suite import criteria_beside_paths, shipped_criteria
+from validation.playing import apart
+from validation.suite import check_time_limit, criteria_beside_paths, shipped_criteria
 
 DEFAULT_SCENES = "smoke"
 
@@ -51,6 +55,7 @@ def collect(session: pytest.Session, picked: Sequence[str]) -> list[pytest.Item]
     """
     try:
         plan = _Plan.of(session.config, picked)
+        session.config.add_cleanup(plan.process.close)
         root = _Node.from_parent(session, name="ghostball", nodeid="ghostball")
         nodes = [
             _SceneNode.from_parent(
@@ -119,6 +124,9 @@ class _Plan:
     own: dict[str, Criteria]  # by scene name
     for_all: Criteria | None
     options: tuple[str, ...]  # of the command that runs one of these tests again
+    time_limit: float | None  # of a scene [s]; None: none, and in this process
+    process: ExitStack = field(default_factory=ExitStack)
+    printed: list[str] = field(default_factory=list)
 
     @classmethod
     def of(cls, config: pytest.Config, picked: Sequence[str]) -> _Plan:
@@ -148,13 +156,24 @@ class _Plan:
             options += ["--ghostball-criteria", option.ghostball_criteria]
         if any(scene.name not in scene_names() for scene in scenes):
             options += ["--ghostball-scenes", option.ghostball_scenes]
-        return cls(engine, tuple(scenes), own, for_all, tuple(options))
+        seconds = option.ghostball_time_limit
+        time_limit = None if seconds == math.inf else seconds
+        check_time_limit(time_limit)
+        return cls(engine, tuple(scenes), own, for_all, tuple(options), time_limit)
 
     def asked(self, scene: Scene) -> Asked:
         return asked_of(self.engine, scene, self.own[scene.name], self.for_all)
 
     def run(self, scene: Scene, asked: Asked) -> SceneRun:
-        return run_scene(self.engine, scene, self.own[scene.name], asked)
+        self.printed.clear()
+        found = run_scene(self.engine, scene, self.own[scene.name], asked, lambda: self._player)
+        return replace(found, record=replace(found.record, printed="\n".join(self.printed)))
+
+    @cached_property
+    def _player(self) -> ReferenceEngine:
+        """The engine in a process of its own, one for all scenes; it ends with `process`."""
+        engine = self.engine.make()
+        return self.process.enter_context(apart(engine, self.time_limit, self.printed.append))
 
     def commands(self, nodeid: str, scene: Scene) -> Iterator[str]:
         """Yield what runs a test again, and what shows where the shot parts from the true one."""
@@ -210,9 +229,11 @@ class MetricItem(pytest.Item):
         outcome = self.parent.outcome
         if self.name == COMPLETES:
             self._report_all(outcome)
+            if outcome.record.printed:
+                self.add_report_section("call", "engine", harmless(outcome.record.printed))
         finding = outcome.finding(self.name)
         if finding.outcome == "skipped":
-            pytest.skip(finding.words)
+            pytest.skip(harmless(finding.words))
         if finding.outcome == "failed":
             pytest.fail(self._message(outcome, finding), pytrace=False)
 
@@ -251,4 +272,4 @@ class MetricItem(pytest.Item):
             else:
                 self.parent.traceback_shown = True
                 lines += ["", record.traceback.rstrip()]
-        return "\n".join(lines)
+        return harmless("\n".join(lines))

@@ -14,17 +14,19 @@ from rich.table import Table
 
 from engine import Scene
 from ghostball._progress import counting
-from ghostball._terminal import ExitStatus, check_writable, say, stdout
+from ghostball._terminal import ExitStatus, check_writable, say, stdout, worst
 from validation.environment import describe_environment
-from validation.library import select
+from validation.library import scene_names, select
 from validation.records import COMPLETE_STATUSES, CaseRecord
 from validation.regression import (
+    LimitsBrokenError,
     NotComparableError,
     Regression,
     SceneChange,
     accept,
     baseline_folder,
     calibrate,
+    can_be_accepted,
     check_baselines,
     compare_results,
     compare_revisions,
@@ -67,7 +69,7 @@ _VERDICTS = {
     ExitStatus.PASSED: "[green]passed[/]",
     ExitStatus.CHECK_FAILED: "[bold red]failed[/]",
     ExitStatus.HARNESS_FAILED: "[bold red]failed[/]",
-    ExitStatus.NO_BASELINE: "[bold yellow]no baseline[/]",
+    ExitStatus.NOT_JUDGED: "[bold yellow]no baseline[/]",
 }
 
 
@@ -155,7 +157,7 @@ def run(
                 warnings=(str(error),),
             )
             write_regression_junit(nothing, junit)
-        return ExitStatus.NO_BASELINE
+        return ExitStatus.NOT_JUDGED
     save_regression(regression, out)
     if junit is not None:
         write_regression_junit(regression, junit)
@@ -171,13 +173,14 @@ def _chosen(scenes: Sequence[Scene], names: Container[str]) -> list[Scene]:
 
 
 def _status(regression: Regression, outcome: Outcome) -> ExitStatus:
-    if outcome.counts.failed:
-        return ExitStatus.HARNESS_FAILED
-    if regression.outcome == "failed" or outcome.counts.checks_failed:
-        return ExitStatus.CHECK_FAILED
-    if regression.outcome == "no-baseline":
-        return ExitStatus.NO_BASELINE
-    return ExitStatus.PASSED
+    compared = {
+        "failed": ExitStatus.CHECK_FAILED,
+        "no-baseline": ExitStatus.NOT_JUDGED,
+        "passed": ExitStatus.PASSED,
+    }[regression.outcome]
+    # A comparison judges without a limit.
+    limits = ExitStatus(outcome.exit_status)
+    return worst(compared, ExitStatus.PASSED if limits is ExitStatus.NOT_JUDGED else limits)
 
 
 def _show(
@@ -198,8 +201,8 @@ def _show(
         console.print(f"[yellow]warning:[/] {escape(warning)}", soft_wrap=True)
     counts = Counter(one.change for one in regression.scenes)
     parts = [f"{counts[name]} {words}" for name, words in _WORDS.items() if counts[name]]
-    if outcome.counts.failed:
-        parts.append(f"{outcome.counts.failed} did not finish")
+    if outcome.counts.unfinished:
+        parts.append(f"{outcome.counts.unfinished} did not finish")
     if outcome.counts.checks_failed:
         parts.append(f"{outcome.counts.checks_failed} limits of truth broken")
     verdict = _VERDICTS[_status(regression, outcome)]
@@ -215,9 +218,28 @@ def _show(
         folder = escape(str(out))
         say(f"`ghostball report {folder}` shows it, old and new side by side")
         if regression.accepted:
-            given = "" if out == Path("out/regress") else f" --from {folder}"
-            given += "" if baselines is None else f" --baselines {escape(str(baselines))}"
-            say(f'Where it is right: `ghostball accept{given} --reason "..."`')
+            _say_what_next(regression, out, baselines)
+
+
+def _say_what_next(regression: Regression, out: Path, baselines: Path | None) -> None:
+    """Say how to accept what moved, where that may be right."""
+    if regression.broken:
+        names = ", ".join(one.scene for one in regression.broken)
+        say(f"Limits of truth are broken, so this is to be mended, not accepted: {escape(names)}")
+        return
+    shipped = {*scene_names(), *(scene.name for scene in crowds())}
+    own = [one.scene for one in regression.scenes if one.change == "no-baseline"]
+    homeless = [name for name in own if name not in shipped] if baselines is None else []
+    if homeless:
+        say(
+            "Ghostball keeps no baselines of scenes of your own, such as "
+            f"{escape(', '.join(homeless))}: give a folder for them, by `--baselines DIR`"
+        )
+    moved = [one for one in regression.scenes if can_be_accepted(one) and one.scene not in homeless]
+    if moved or regression.stale:
+        given = "" if out == Path("out/regress") else f" --from {escape(str(out))}"
+        given += "" if baselines is None else f" --baselines {escape(str(baselines))}"
+        say(f'Where it is right: `ghostball accept{given} --reason "..."`')
 
 
 def _show_times(regression: Regression) -> None:
@@ -248,15 +270,38 @@ def _table(changes: Sequence[SceneChange]) -> Table:
     return table
 
 
-def run_accept(out: Path, reason: str, *, only: str, baselines: Path | None) -> None:
-    """Accept, and say what was written."""
-    done = accept(out, reason, only=only, folder=baseline_folder(baselines))
+def run_accept(
+    out: Path,
+    reason: str,
+    *,
+    only: str,
+    baselines: Path | None,
+    even_though_limits_fail: bool,
+) -> ExitStatus:
+    """Accept, say what was written, and return the exit status."""
+    try:
+        done = accept(
+            out,
+            reason,
+            only=only,
+            folder=baseline_folder(baselines),
+            even_though_limits_fail=even_though_limits_fail,
+        )
+    except LimitsBrokenError as error:
+        say(f"[bold red]error:[/] {escape(str(error))}, or say --even-though-limits-fail")
+        return ExitStatus.CHECK_FAILED
     for words, names in (("accepted", done.written), ("removed", done.deleted)):
         if names:
             stdout().print(f"{words}: {escape(', '.join(names))}", soft_wrap=True)
     if done.left:
         say(f"moved too, and left as they were: {escape(', '.join(done.left))}")
+    for one in done.broken:
+        say(
+            "[bold yellow]accepted though limits of truth are broken:[/] "
+            + escape(f"{one.scene}: {'; '.join(one.broken)}")
+        )
     stdout().print(f"noted in {done.changelog}", soft_wrap=True, markup=False)
+    return ExitStatus.PASSED
 
 
 def run_calibrate(*, baselines: Path | None, processes: int, rounds: int, as_json: bool) -> None:

@@ -10,9 +10,10 @@ import errno
 import functools
 import logging
 import os
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, ParamSpec
 
@@ -38,8 +39,24 @@ class ExitStatus(enum.IntEnum):
     CHECK_FAILED = 1
     BAD_INPUT = 2
     HARNESS_FAILED = 3
-    NO_BASELINE = 4
+    NOT_JUDGED = 4
     INTERRUPTED = 130  # 128 + SIGINT, as shells expect
+
+
+def worst(*statuses: int) -> ExitStatus:
+    """Return the status of a command whose parts came to these: the gravest."""
+    found = set(map(ExitStatus, statuses))
+    return next(status for status in _GRAVEST_FIRST if status in found)
+
+
+_GRAVEST_FIRST = (
+    ExitStatus.INTERRUPTED,
+    ExitStatus.HARNESS_FAILED,
+    ExitStatus.BAD_INPUT,
+    ExitStatus.CHECK_FAILED,
+    ExitStatus.NOT_JUDGED,
+    ExitStatus.PASSED,
+)
 
 
 def command(function: Callable[P, None]) -> Callable[P, None]:
@@ -81,6 +98,16 @@ def say(message: str) -> None:
     stderr().print(message, soft_wrap=True)
 
 
+def say_printed(engine: str, text: str) -> None:
+    """Show on stderr what an engine printed, a line each with its name before."""
+    from rich.markup import escape  # noqa: PLC0415
+
+    from reference_adapters.output import harmless  # noqa: PLC0415
+
+    for line in harmless(text).splitlines():
+        say(f"[dim]{escape(f'engine {engine} printed:')}[/] {escape(line)}")
+
+
 @contextmanager
 def busy(message: str) -> Iterator[None]:
     """Show a turning wheel beside `message` while the block runs; nothing without a terminal."""
@@ -113,9 +140,34 @@ def check_writable(path: Path, option: str) -> None:
 
 
 def _console(*, stderr: bool) -> Console:
-    from rich.console import Console  # noqa: PLC0415
+    from rich.console import Console, ConsoleOptions, RenderableType  # noqa: PLC0415
+    from rich.segment import Segment  # noqa: PLC0415
 
-    console = Console(stderr=stderr, highlight=False)
+    from reference_adapters.output import harmless  # noqa: PLC0415
+
+    class Harmless(Console):
+        """A console that shows the control characters of a text instead of obeying them."""
+
+        def render(
+            self, renderable: RenderableType, options: ConsoleOptions | None = None
+        ) -> Iterator[Segment]:
+            for text, style, control in super().render(renderable, options):
+                # What rich itself steers the terminal with says so.
+                yield Segment(text if control else harmless(text), style, control)
+
+    file = None
+    if stderr and sys.stderr is sys.__stderr__ and sys.stderr is not None:
+        # A way of its own to where messages go: what engines print to descriptor 2 is diverted,
+        # also while a bar is drawn.
+        with suppress(OSError):
+            file = open(  # noqa: SIM115 - until the process ends
+                os.dup(sys.stderr.fileno()),
+                "w",
+                encoding=sys.stderr.encoding,
+                errors=sys.stderr.errors,
+                buffering=1,
+            )
+    console = Harmless(file=file, stderr=stderr, highlight=False)
     if not console.is_terminal and "COLUMNS" not in os.environ:
         console.width = WIDTH_WITHOUT_TERMINAL
     return console
@@ -124,8 +176,22 @@ def _console(*, stderr: bool) -> Console:
 def _explain(error: Exception) -> ExitStatus:
     from rich.markup import escape  # noqa: PLC0415
 
-    from engine.errors import GhostballError, UnsupportedSceneError  # noqa: PLC0415
+    from engine.errors import (  # noqa: PLC0415
+        EngineFailedError,
+        GhostballError,
+        UnsupportedSceneError,
+    )
 
+    if isinstance(error, EngineFailedError):
+        if error.is_our_bug:
+            return _our_bug(error.trace, error.reason)
+        if error.trace:
+            say(escape(error.trace.rstrip()))
+        say(
+            f"[bold red]engine {escape(error.engine)} failed:[/] {escape(error.reason)}. Please "
+            "report it to who maintains that engine" + ", with the lines above" * bool(error.trace)
+        )
+        return ExitStatus.CHECK_FAILED
     if isinstance(error, GhostballError):
         hint = ""
         if isinstance(error, UnsupportedSceneError):
@@ -141,10 +207,16 @@ def _explain(error: Exception) -> ExitStatus:
         return ExitStatus.HARNESS_FAILED
     import traceback  # noqa: PLC0415
 
-    say(escape("".join(traceback.format_exception(error)).rstrip()))
+    return _our_bug("".join(traceback.format_exception(error)), f"{type(error).__name__}: {error}")
+
+
+def _our_bug(trace: str, reason: str) -> ExitStatus:
+    from rich.markup import escape  # noqa: PLC0415
+
+    say(escape(trace.rstrip()))
     say(
         "[bold red]ghostball itself failed:[/] "
-        + escape(f"{type(error).__name__}: {error}. ")
+        + escape(f"{reason}. ")
         + "This is a bug: please report it with the lines above and the output of "
         "`ghostball doctor`"
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,13 +12,14 @@ from rich.markup import escape
 from engine import Scene
 from ghostball import _ensembles, _report
 from ghostball._progress import counting
-from ghostball._terminal import ExitStatus, check_writable, say, stdout
+from ghostball._terminal import ExitStatus, check_writable, say, say_printed, stdout, worst
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
 from validation.attribution import attribute_results
+from validation.criteria import SUFFIX
 from validation.environment import describe_environment
 from validation.junit import write_junit
-from validation.library import Suite, select
+from validation.library import Suite, scene_names, select
 from validation.predictability.predict import predict_scenes
 from validation.records import COMPLETE_STATUSES
 from validation.regression import (
@@ -29,12 +31,12 @@ from validation.regression import (
     time_scenes,
     times_path,
 )
-from validation.regression.baseline import FOLDER
+from validation.regression.baseline import FOLDER, baseline_path
 from validation.store import CaseRecord, ResultsFolder, is_results_folder, read_earlier
 from validation.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite
 from validation.truth import OUR_NAME
 from validation.unchanged import Unchanged
-from validation.verdict import Verdict, verdict_of
+from validation.verdict import NOTHING_JUDGED, Verdict, is_nothing_judged, verdict_of
 
 
 def run(
@@ -111,13 +113,15 @@ def run(
     console.print(_headline(outcome, time.perf_counter() - started), soft_wrap=True)
     if outcome.counts.taken_over:
         console.print(f"{_taken_over(outcome.counts.taken_over, out)}; their run times are of then")
-    if not any(check.passed is not None for case in outcome.cases for check in case.checks):
-        say(f"[bold yellow]warning:[/] {escape(_nothing_judged(outcome))}")
+    _say_all_printed(outcome)
+    if is_nothing_judged(outcome.cases):
+        say(f"[bold yellow]{NOTHING_JUDGED}.[/] {escape(_advice(outcome))}")
     status = ExitStatus.PASSED
     try:
         if outcome.interrupted or not _predict(scenes, out, reuse=not rerun):
             raise KeyboardInterrupt
-        if changed := _compare(results, scenes, known, whole=patterns is None):
+        shipped = [one for one in scenes if one.name not in criteria or _has_baseline(one)]
+        if changed := _compare(results, shipped, known, whole=patterns is None):
             console.print(changed, soft_wrap=True)
         if request is not None:
             status = _ensembles.run(
@@ -125,7 +129,7 @@ def run(
             )
             if status is ExitStatus.INTERRUPTED:  # that was said
                 return status
-            status = max(status, _ensembles.show(out))
+            status = worst(status, _ensembles.show(out))
         if attribute:
             with counting("attributing") as count:
                 attribute_results(results, progress=count, jobs=jobs, time_limit=time_limit)
@@ -133,7 +137,7 @@ def run(
             written = _report.write(out, jobs=jobs, figures=figures)
             console.print(f"page: {written.page}", soft_wrap=True, markup=False)
             console.print(f"report: {written.report}", soft_wrap=True, markup=False)
-            status = max(status, written.status())
+            status = worst(status, written.status())
     except KeyboardInterrupt:
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} cases are done and "
@@ -141,7 +145,11 @@ def run(
             "`validate` without --rerun goes on from there"
         )
         return ExitStatus.INTERRUPTED
-    return max(outcome.exit_status, status)
+    return worst(outcome.exit_status, status)
+
+
+def _has_baseline(scene: Scene) -> bool:
+    return baseline_path(FOLDER, scene.name).exists()
 
 
 def _compare(
@@ -150,7 +158,7 @@ def _compare(
     """Compare our engine with its baselines where it ran; store that, and return it in words.
 
     It is shown, not judged: `ghostball regress` is the gate. Nothing is compared where not the
-    `whole` of the metrics was computed.
+    `whole` of the metrics was computed, nor of a user's own scene, which has no baseline here.
 
     Raises
     ------
@@ -161,11 +169,19 @@ def _compare(
         for case in results.cases
         if case.label == OUR_NAME and case.status in COMPLETE_STATUSES
     }
-    if not whole or not ran:
+    compared = [scene for scene in scenes if scene.name in ran]
+    if not whole or not compared:
         return ""
     with counting("timing") as count:
-        times = time_scenes([scene for scene in scenes if scene.name in ran], progress=count)
-    regression = compare_results(results, whole=False, candidates=False, times=times, known=known)
+        times = time_scenes(compared, progress=count)
+    regression = compare_results(
+        results,
+        whole=False,
+        only={scene.name for scene in scenes},
+        candidates=False,
+        times=times,
+        known=known,
+    )
     save_regression(regression, results.path)
     moved = [one.scene for one in regression.scenes if one.failed]
     if not moved:
@@ -225,24 +241,44 @@ def _headline(outcome: Outcome, seconds: float) -> str:
         parts.append(f"{counts.checks_reference} only compare our engine with itself")
     if counts.checks_left_out:
         parts.append(f"{counts.checks_left_out} left out by --metrics")
-    if counts.failed:
-        parts.append(f"cases that did not finish: {counts.failed}")
+    if counts.unfinished:
+        parts.append(f"cases that did not finish: {counts.unfinished}")
     if counts.unavailable:
         parts.append(f"cases without their engine here: {counts.unavailable}")
     colour = "green" if outcome.exit_status == 0 else "bold red"
     return f"[{colour}]{', '.join(parts)}[/] in {seconds:.0f} s"
 
 
-def _nothing_judged(outcome: Outcome) -> str:
-    """Say that a run passed only because nothing was judged, and how to have it judged."""
+def _advice(outcome: Outcome) -> str:
+    """Say why no limit judges what was run, and how to have it judged."""
     if outcome.counts.checks_left_out:
-        return "no check was made: --metrics leaves out every limit. Ask for a metric that has one"
-    names = dict.fromkeys(case.scene for case in outcome.cases if not case.checks)
-    if not names:
-        return "no check was made: every limit compares our engine with itself. Add engines"
-    files = ", ".join(f"{name}.expect.toml" for name in list(names)[:3])
-    more = ", ..." if len(names) > 3 else ""
+        return "--metrics leaves out every limit. Ask for a metric that has one"
+    ran = [case for case in outcome.cases if case.outcome == "ran"]
+    if not ran:
+        return (
+            "No engine that was asked can play these scenes. `ghostball engines` says what each can"
+        )
+    unlimited = [case for case in ran if not case.checks]
+    if not unlimited:
+        return "Every limit compares our engine with itself. Add engines"
+    case = next((one for one in unlimited if one.scene not in scene_names()), unlimited[0])
+    if case.scene in scene_names():
+        return (
+            f"The shipped scenes have no limits for `{case.engine}`. What no engine may break, and "
+            "limits of yours, are judged by "
+            f"`pytest ghostball:: --ghostball-engine {shlex.quote(case.label)}`"
+        )
     return (
-        f"no check was made: nothing here has a limit. Write {files}{more} beside the scene, or "
-        "add engines that its criteria cover"
+        f"Say what must hold in {case.scene}{SUFFIX} beside the scene, such as:\n"
+        f'[[criteria]]\nengines = ["{case.engine}"]\nmetric = "rest_error_max"\nat_most = 5e-3\n'
+        'reason = "why no more than 5 mm"'
     )
+
+
+def _say_all_printed(outcome: Outcome) -> None:
+    """Show what each engine printed in one scene, the first, and how many more there are."""
+    for label in dict.fromkeys(case.label for case in outcome.cases if case.printed):
+        cases = [case for case in outcome.cases if case.label == label and case.printed]
+        say_printed(label, cases[0].printed)
+        more = f", and in {len(cases) - 1} more cases: the report has them" * (len(cases) > 1)
+        say(escape(f"engine {label} printed that in scene {cases[0].scene}{more}"))

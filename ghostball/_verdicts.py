@@ -16,7 +16,7 @@ from reports import style
 from reports.figures.summary import independent_errors
 from reports.shots import NUMBERS_KEY, cell_text, legend_text
 from validation.store import CaseRecord, Check, ResultsFolder
-from validation.verdict import Verdict, verdict_of
+from validation.verdict import Verdict, unfinished_text, verdict_of
 
 COLOURS = {
     Verdict.PASS: "green",
@@ -113,7 +113,7 @@ def _failures(cases: Iterable[CaseRecord]) -> Sequence[str]:
     for case in cases:
         where = escape(f"{case.scene} on {case.label}")
         if verdict_of(case) is Verdict.CRASHED:
-            lines.append(f"[bold red]crashed[/] {where}: {escape(case.reason)}")
+            lines.append(f"[bold red]did not finish[/] {where}: {escape(unfinished_text(case))}")
         lines += [
             f"[bold red]failed[/]  {where}: {escape(_sentence(check))}"
             for check in case.checks

@@ -15,6 +15,7 @@ from ghostball._options import (
     Figures,
     RecordChoice,
     SceneName,
+    ShotLimit,
     StressSuite,
     SuiteChoice,
     check_plot,
@@ -28,8 +29,9 @@ app = typer.Typer(
     name="ghostball",
     help="Runs the same billiard shots on several physics engines and shows which one is right.",
     epilog=(
-        "Exit status: 0 all passed; 1 a check failed; 2 bad usage or bad input; 3 ghostball itself "
-        "failed; 4 nothing to compare with; 130 interrupted."
+        "Exit status: 0 all passed; 1 a check failed, or an engine failed, crashed, hung or did "
+        "not finish; 2 bad usage or bad input; 3 ghostball itself failed; 4 nothing was judged, "
+        "or there is nothing to compare with; 130 interrupted."
     ),
     no_args_is_help=True,
     add_completion=False,
@@ -87,8 +89,12 @@ def simulate(
             "To switch some off: --engine ghostball:no_skip=contacts+cushions.",
         ),
     ] = False,
+    time_limit: ShotLimit = 600.0,
 ) -> None:
-    """Run one scene on one engine; print where the balls stop."""
+    """Run one scene on one engine; print where the balls stop.
+
+    Exit status 1 where the engine fails, crashes, hangs or doesn't come to the end of the shot.
+    """
     if explain_skips and as_json:
         raise typer.BadParameter("--json and --explain-skips exclude each other")
     if plot is not None:
@@ -108,6 +114,7 @@ def simulate(
             as_json=as_json,
             plot=plot,
             explain_skips=explain_skips,
+            time_limit=time_limit,
         )
     )
 
@@ -189,7 +196,11 @@ def validate(
         ),
     ] = False,
 ) -> None:
-    """Run scenes on several engines; say which are right."""
+    """Run scenes on several engines; say which are right.
+
+    Exit status 1 where a limit is broken, or an engine fails, crashes, hangs or doesn't come to the
+    end of a shot; 4 where no limit covers what was run, so that nothing was judged.
+    """
     from ghostball._validate import run  # noqa: PLC0415
 
     if scenes and suite is not None:
@@ -243,19 +254,30 @@ def explain(
             "it. Takes some dozens of runs, at down to an eighth of the step or less."
         ),
     ] = True,
+    time_limit: ShotLimit = 600.0,
 ) -> None:
     """Say where an engine's shot leaves the true one, and why.
 
     The truth is certified where it can be. Named are the first collision that one of both lacks,
     what the other has in its place, by how much, and the balls there; then what the difference is
     made of (model, step, rounding), and by how much the engine played another shot. Exit status 0,
-    whether they part or not; 1 where the engine's run didn't end by itself.
+    whether they part or not; 1 where the engine fails, crashes, hangs or doesn't come to the end of
+    the shot.
     """
     if plot is not None:
         check_plot(plot)
     from ghostball._explain import run  # noqa: PLC0415
 
-    raise typer.Exit(run(scene, engine, as_json=as_json, plot=plot, attribute=attribute))
+    raise typer.Exit(
+        run(
+            scene,
+            engine,
+            as_json=as_json,
+            plot=plot,
+            attribute=attribute,
+            time_limit=time_limit,
+        )
+    )
 
 
 @app.command()
@@ -316,8 +338,9 @@ def stress(
 ) -> None:
     """Try to break engines; say what each survives, with the worst case of all as a scene.
 
-    Exit status 1 where our engine breaks; where it isn't asked, where any engine does. Of a
-    self-test, 1 where a bug isn't caught, or the engine without one breaks.
+    Exit status 1 where our engine breaks; where it isn't asked, where any engine does; 4 where no
+    engine can be asked any of it. Of a self-test, 1 where a bug isn't caught, or the engine without
+    one breaks.
     """
     if self_test:
         if engines is not None or suite is not StressSuite.QUICK:
@@ -432,11 +455,30 @@ def accept(
         typer.Option("--from", metavar="DIR", help="What `regress --out` wrote and you looked at."),
     ] = Path("out/regress"),
     baselines: BaselineFolder = None,
+    even_though_limits_fail: Annotated[
+        bool,
+        typer.Option(
+            "--even-though-limits-fail",
+            help="Accept also what breaks limits of truth, which is wrong and not only another "
+            "answer.",
+        ),
+    ] = False,
 ) -> None:
-    """Accept what `regress` found: rewrite the baselines that moved, and note why."""
+    """Accept what `regress` found: rewrite the baselines that moved, and note why.
+
+    Exit status 1, and nothing is written, where limits of truth are broken.
+    """
     from ghostball._regress import run_accept  # noqa: PLC0415
 
-    run_accept(results, reason, only=only, baselines=baselines)
+    raise typer.Exit(
+        run_accept(
+            results,
+            reason,
+            only=only,
+            baselines=baselines,
+            even_though_limits_fail=even_though_limits_fail,
+        )
+    )
 
 
 @app.command()

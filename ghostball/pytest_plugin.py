@@ -6,7 +6,7 @@
 A test is called `ghostball::SCENE::METRIC`; the first of a scene, `completes`, asks that the run
 ends by itself with finite numbers. Tests can be named on the command line like any other;
 `ghostball::` is all of them, and none of yours. A scene runs once for all its tests, also under
-pytest-xdist.
+pytest-xdist, and in another process: an engine that crashes or hangs fails its scene alone.
 
 What is asked: limits that name the engine, of the scene, of the file of `--ghostball-criteria`, and
 the common ones, in this order for each metric; and, where the scene doesn't name the engine, what
@@ -63,6 +63,16 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--ghostball-as",
         metavar="NAME[:KEY=VALUE,...]",
         help="Judge the engine by the limits of another, such as ghostball or pymunk:mode=landed.",
+    )
+
+    group.addoption(
+        "--ghostball-time-limit",
+        metavar="SECONDS",
+        type=float,
+        default=600.0,
+        help="How long a scene may take. The engine runs in a process of its own: a crash or a "
+        "hang fails the scene, and the others go on. inf: no limit, in pytest's own process, as a "
+        "debugger or a measurement of coverage needs it (default: 600).",
     )
 
 

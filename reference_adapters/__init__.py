@@ -3,32 +3,11 @@
     >>> from reference_adapters import make_engine
     >>> make_engine("pymunk:dt=1e-3,mode=landed").simulate(scene)
 
-Importing this package imports no engine: that waits for `make_engine` or `engine_class`.
+Importing this package imports no engine: that waits for `make_engine` or `engine_class`. Its names,
+listed in `__init__.pyi`, are imported when they are asked for: a process that only needs one light
+module of it, such as `output`, starts at once.
 """
 
-from reference_adapters.base import EngineBase, EngineError, EngineSettings, ReferenceEngine
-from reference_adapters.registry import (
-    EngineUnavailableError,
-    engine_class,
-    engine_names,
-    make_engine,
-    make_engine_of_class,
-    names_class,
-    parse_spec,
-    split_specs,
-)
+import lazy_loader
 
-__all__ = [
-    "EngineBase",
-    "EngineError",
-    "EngineSettings",
-    "EngineUnavailableError",
-    "ReferenceEngine",
-    "engine_class",
-    "engine_names",
-    "make_engine",
-    "make_engine_of_class",
-    "names_class",
-    "parse_spec",
-    "split_specs",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -136,7 +136,9 @@ class PlanarRun:
                 self._recorder.event(self.t + rolled, EventKind.ROLL_TO_REST, i)
                 self.rest_time = max(self.rest_time, self.t + rolled)
         self.t = t
-        if self._recorder.wants_frame(t):
+        # The last ball may have come to rest within the step: then the end is before `t`, and the
+        # recorder's last frame is of there.
+        if not self.at_rest and self._recorder.wants_frame(t):
             self._recorder.rolling_frame(t, self._positions(), np.array(self._velocities))
 
     def _positions(self) -> FloatArray:

@@ -5,8 +5,10 @@ A spec says which engine with which settings, as on the command line: `pymunk:dt
 
 from __future__ import annotations
 
+import logging
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
@@ -17,6 +19,9 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from reference_adapters.base import EngineError, ReferenceEngine
+from reference_adapters.output import captured, harmless
+
+_LOGGER = logging.getLogger("ghostball.reference_adapters")
 
 GROUP = "ghostball.engines"
 """Entry-point group that an engine joins; see `base`."""
@@ -49,7 +54,8 @@ def engine_class(name: str) -> type[ReferenceEngine]:
     """
     point = _entry_point(name)
     try:
-        loaded = point.load()
+        with _told_what_it_prints(name):
+            loaded = point.load()
     # Anyone's module may raise anything, and even exit: name it, don't die of it.
     except (Exception, SystemExit) as error:
         raise EngineUnavailableError(
@@ -166,13 +172,23 @@ def make_engine_of_class(spec: str) -> ReferenceEngine:
         )
     where = f"{module}:{attribute}"
     try:
-        loaded: Any = attrgetter(attribute)(import_module(module))
+        with _told_what_it_prints(where):
+            there = import_module(module)
     # Anyone's module may raise anything, and even exit: name it, don't die of it.
     except (Exception, SystemExit) as error:
         raise EngineUnavailableError(
             f"engine `{where}` can't be imported: {type(error).__name__}: {error}. It must be "
             "importable from here: install its package, or put its folder on the path"
         ) from error
+    try:
+        loaded: Any = attrgetter(attribute)(there)
+    except AttributeError:
+        engines = [key for key, value in vars(there).items() if not _lacks(value)]
+        close = get_close_matches(attribute, engines, n=1)
+        hint = f"Did you mean `{module}:{close[0]}`?" if close else "Name a class that is there"
+        raise EngineUnavailableError(
+            f"engine `{where}`: module `{module}` has no {attribute!r}. {hint}"
+        ) from None
     lacks = _lacks(loaded)
     if not lacks and not isinstance(getattr(loaded, "name", None), str):
         lacks = "its `name` must be a text"
@@ -199,7 +215,13 @@ def _lacks(loaded: object) -> str:
 
 
 def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) -> ReferenceEngine:
-    reason = engine.unavailable()
+    try:
+        with _told_what_it_prints(name):
+            reason = engine.unavailable()
+    except (Exception, SystemExit) as error:
+        raise EngineUnavailableError(
+            f"engine `{name}` can't say whether it can run here: {type(error).__name__}: {error}"
+        ) from error
     if reason is not None:
         raise EngineUnavailableError(f"engine `{name}` is unavailable: {reason}")
     try:
@@ -208,8 +230,28 @@ def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) ->
         raise EngineError(_describe(error, name, engine.Settings)) from None
     # The protocol leaves the constructor open, as protocols do; base.py states this form.
     make: Any = engine
-    made: ReferenceEngine = make(settings)
+    try:
+        with _told_what_it_prints(name):
+            made: ReferenceEngine = make(settings)
+    except (Exception, SystemExit) as error:  # such as an abstract method that it doesn't define
+        raise EngineUnavailableError(
+            f"engine `{name}` can't be made: {type(error).__name__}: {error}"
+        ) from error
     return made
+
+
+@contextmanager
+def _told_what_it_prints(name: str) -> Iterator[None]:
+    """Log what an engine prints while it is imported or made, instead of letting it through."""
+    if name == OURS:  # it prints nothing, and may well compile kernels, which it logs
+        yield
+        return
+    try:
+        with captured(errors=True) as output:
+            yield
+    finally:
+        if output.text:
+            _LOGGER.warning("engine %s printed: %s", name, harmless(output.text))
 
 
 def known_settings(settings: type[BaseModel]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from reports.markdown_ensembles import ensembles_section
 from reports.markdown_parts import (
     Drawn,
     figure_link,
+    harmless_markdown,
     many,
     number_text,
     one_line,
@@ -155,7 +156,8 @@ def report_text(
     # Figures and the page were made before; of this text, everything is by now.
     if failed:
         top += [f"> **Not all of this report is here**: {one_line(failed_text(failed))}."]
-    return "\n\n".join(part.strip() for part in [*top, *parts] if part.strip()) + "\n"
+    text = "\n\n".join(part.strip() for part in [*top, *parts] if part.strip()) + "\n"
+    return harmless_markdown(text)
 
 
 def headline(results: ResultsFolder) -> str:

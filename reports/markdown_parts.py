@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import PurePosixPath
 
+from reference_adapters.output import harmless
 from reports import style
 from validation.store import CaseRecord, ResultsFolder
 
 Drawn = Mapping[str, PurePosixPath]
 """Figures by kind: file without its ending, relative to the report."""
+
+
+_FOREIGN_TAG = re.compile("<(?!/?(?:details|summary)>)")
+"""What begins a tag that we don't write ourselves; ours fold a text and can do nothing else."""
+
+
+def harmless_markdown(text: str) -> str:
+    """Return the text of a report in which no title, id or reason is HTML, or steers a terminal."""
+    return _FOREIGN_TAG.sub("&lt;", harmless(text))
 
 
 def figure_link(caption: str, stem: PurePosixPath | None) -> str:
@@ -24,8 +35,8 @@ def table_of(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def one_line(text: str) -> str:
-    """Keep a text on one line and within its cell."""
-    return " ".join(text.split()).replace("|", "\\|")
+    """Keep a text on one line and within its cell, and its control characters from any terminal."""
+    return harmless(" ".join(text.split())).replace("|", "\\|")
 
 
 def many(count: int, noun: str) -> str:

@@ -145,6 +145,8 @@ def remarks(cases: Sequence[CaseRecord]) -> str:
             lines.append(f"- `{case.label}` {verdict_of(case).words}: {one_line(case.reason)}")
         elif case.reason:
             lines.append(f"- `{case.label}` stopped early ({case.status}): {one_line(case.reason)}")
+        if case.printed:
+            lines.append(f"- `{case.label}` printed: {one_line(case.printed)}")
         lines += [failure_text(case, check) for check in case.checks if check.passed is False]
         if case.approximations:
             lines.append(

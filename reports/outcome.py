@@ -92,7 +92,9 @@ def of_limits(results: ResultsFolder) -> Answer:
         return Answer("!", "Not complete", "What is there holds; the run did not end.")
     passed = sum(check.passed is True for case in results.cases for check in case.checks)
     if not passed:
-        return Answer("○", "Nothing judged", "No limit judges what was run.")
+        return Answer(
+            "○", "Nothing judged", "No limit covers what was run: `ghostball validate` ends with 4."
+        )
     return Answer("✓", "Passed", f"Every limit holds: {many(passed, 'check')} passed.")
 
 
@@ -118,7 +120,10 @@ def of_comparison(regression: Regression) -> Answer:
     accepted = regression.accepted
     gate = "ghostball regress" if accepted else commands.regress(against=regression.against)
     if regression.outcome == "failed":
-        until = " until that is right, or accepted" if accepted else ""
+        until = (
+            " until that is mended" if regression.broken else " until that is right, or accepted"
+        )
+        until *= accepted
         return Answer("✗", "the gate fails", f"{why}: `{gate}` fails{until}.")
     if regression.outcome == "no-baseline":
         return Answer("?", "not all compared", f"{why}: for `{gate}` that is no pass.")

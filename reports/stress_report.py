@@ -6,7 +6,14 @@ from pathlib import Path, PurePosixPath
 
 from engine import GhostballError
 from reports import style
-from reports.markdown_parts import Drawn, figure_link, many, one_line, table_of
+from reports.markdown_parts import (
+    Drawn,
+    figure_link,
+    harmless_markdown,
+    many,
+    one_line,
+    table_of,
+)
 from reports.stress_figures import FIGURES
 from validation.files import write_whole
 from validation.stress import FAMILIES, StressFolder
@@ -77,7 +84,7 @@ def write_stress_report(path: str | Path) -> Path:
     try:
         drawn = _draw(folder)
         report = folder.path / REPORT
-        write_whole(report, report_text(folder, drawn))
+        write_whole(report, harmless_markdown(report_text(folder, drawn)))
     except OSError as error:
         raise GhostballError(
             f"{error.filename or folder.path}: can't write the report: {error.strerror or error}. "

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from engine import GhostballError
+from reference_adapters.output import harmless
 from reports.markdown_parts import many, one_line, table_of
 from reports.outcome import (
     CHANGES,
@@ -31,16 +32,13 @@ from validation.files import write_whole
 from validation.regression.junit import UNCOMPARED, moved_text
 from validation.regression.records import Quantity, Regression, SceneChange
 from validation.store import CaseRecord, ResultsFolder
-from validation.verdict import Verdict, verdict_of
+from validation.verdict import Verdict, unfinished_text, verdict_of
 
 LIMIT = 200_000
 """Bytes that a summary stays below; GitHub refuses a step's summary above 1 MiB."""
 
 CELL = 400
 """Characters of a cell: an error message may be a whole page."""
-
-_FINE = ("✓", "○")
-"""Signs of verdicts that fail no command: all is right, or nothing was asked."""
 
 _UNMOVED = ("identical", "rounding-only")
 
@@ -76,11 +74,11 @@ def summary_text(results: ResultsFolder | None, regression: Regression | None) -
     if regression is not None:
         lines += _change_lines(regression)
     lines += [
-        ("ghostball", "note" if sign in _FINE else "error", words)
+        ("ghostball", "note" if sign == "✓" else "error", words)
         for sign, words in _verdicts(results, regression)
     ]
-    return "".join(
-        f"{place}: {level}: {' '.join(words.split())}\n" for place, level, words in lines
+    return harmless(
+        "".join(f"{place}: {level}: {' '.join(words.split())}\n" for place, level, words in lines)
     )
 
 
@@ -267,8 +265,8 @@ def _failures(results: ResultsFolder) -> Iterator[_Block]:
 def _failure_cells(case: CaseRecord) -> Iterator[list[str]]:
     where = [_cell(case.scene), _code(case.label)]
     command = _code(_command(case))
-    if case.outcome == "failed":
-        yield [*where, _cell(f"did not finish: {case.reason}"), "", command]
+    if why := unfinished_text(case):
+        yield [*where, _cell(f"did not finish: {why}"), "", command]
     for check in case.checks:
         if check.passed is False:
             yield [*where, _cell(check.sentence), _cell(check.reason), command]
@@ -294,8 +292,8 @@ def _matrix(results: ResultsFolder) -> _Block:
 def _case_lines(results: ResultsFolder) -> Iterator[tuple[str, str, str]]:
     for case in bad_cases(results):
         again = f"[{_command(case)}]"
-        if case.outcome == "failed":
-            yield case.scene, "error", f"{case.label}: did not finish: {case.reason} {again}"
+        if why := unfinished_text(case):
+            yield case.scene, "error", f"{case.label}: did not finish: {why} {again}"
         for check in case.checks:
             if check.passed is False:
                 reason = f"({check.reason})"

@@ -15,7 +15,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 @pytest.fixture
 def in_this_process(monkeypatch):
     """Run engines in this process, where a test plants its own, instead of in ones of their own."""
-    for module in ("validation.suite", "validation.ensembles.run"):
+    for module in ("validation.suite", "validation.ensembles.run", "validation.playing"):
         monkeypatch.setattr(f"{module}.limit_of", lambda _: None)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from engine import Result, Scene, Status, UnsupportedSceneError
+from engine import EngineFailedError, Result, Scene, Status, UnsupportedSceneError
 from engine.features import scene_features
 from engine.result import initial_state
 from engine.trajectory import energy_of
@@ -18,8 +18,8 @@ from reference_adapters.registry import EngineUnavailableError, make_engine, par
 from validation.criteria import Criterion
 from validation.metric_table import METRICS
 from validation.metrics import measure
-from validation.records import CaseRecord, Motion, status_name
-from validation.returned import check_result
+from validation.playing import blamed_on_engine, run_engine
+from validation.records import CaseRecord, Fault, Motion, status_name
 from validation.sampling import motion_of
 from validation.truth import Truth
 
@@ -77,30 +77,35 @@ def run_case(
     record = blank_record(case)
     if isinstance(case.truth, TruthFailure):
         reason = f"the truth of the scene could not be computed: {case.truth.reason}"
-        return failed(record, reason, case.truth.traceback), None
+        return failed(record, reason, case.truth.traceback, fault="ghostball"), None
     try:
-        engine = make(case.label)
-        record = replace(
-            record,
-            settings=plain_settings(engine),
-            approximations=approximations_of(engine, case.scene),
-        )
-        result = engine.simulate(case.scene, record="trajectory")
-        check_result(result, case.scene, record.engine)
-        if result.status is Status.INTERRUPTED:  # an engine may hand back what it has
-            raise KeyboardInterrupt
+        with blamed_on_engine(record.engine):
+            engine = make(case.label)
+            record = replace(
+                record,
+                settings=plain_settings(engine),
+                approximations=approximations_of(engine, case.scene),
+            )
+            resolution = resolution_of(engine, case.scene)
+        result = run_engine(engine, case.scene)
+        if result.status is Status.FAILED:  # of its numbers none need be one
+            return failed(record, f"it says that it failed: {result.reason}"), None
         # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
         with np.errstate(invalid="ignore", over="ignore"):
-            horizon = case.truth.horizon_of(resolution_of(engine, case.scene))
+            horizon = case.truth.horizon_of(resolution)
             return _judged(record, case, case.truth, result, horizon), motion_of(result)
     except EngineUnavailableError as error:
         return replace(record, outcome="unavailable", reason=str(error)), None
     except UnsupportedSceneError as error:
         reason = "; ".join(error.features)
         return replace(record, outcome="not-representable", reason=reason), None
-    # An engine may raise anything, and its `sys.exit` must not end the run: kept, never fatal.
+    except EngineFailedError as error:
+        fault: Fault = "ghostball" if error.is_our_bug else "engine"
+        return failed(record, error.reason, error.trace, fault=fault), None
+    # What is left is a bug of the harness: kept, never fatal.
     except (Exception, SystemExit) as error:
-        return failed(record, f"{type(error).__name__}: {error}", traceback.format_exc()), None
+        reason, trace = f"{type(error).__name__}: {error}", traceback.format_exc()
+        return failed(record, reason, trace, fault="ghostball"), None
 
 
 def blank_record(case: Case) -> CaseRecord:
@@ -117,9 +122,11 @@ def blank_record(case: Case) -> CaseRecord:
     )
 
 
-def failed(record: CaseRecord, reason: str, trace: str = "") -> CaseRecord:
-    """Return the record of a case that went wrong, with where it did."""
-    return replace(record, outcome="failed", reason=reason, traceback=trace)
+def failed(
+    record: CaseRecord, reason: str, trace: str = "", *, fault: Fault = "engine"
+) -> CaseRecord:
+    """Return the record of a case that went wrong, with where it did, and whose fault it is."""
+    return replace(record, outcome="failed", reason=reason, traceback=trace, fault=fault)
 
 
 def plain_settings(engine: ReferenceEngine) -> dict[str, Any]:

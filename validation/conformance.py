@@ -290,8 +290,24 @@ def asked_of_any(engine: ReferenceEngine, scene: Scene) -> tuple[Criterion, ...]
     return tuple(asked)
 
 
-def run_scene(engine: EngineUnderTest, scene: Scene, own: Criteria, asked: Asked) -> SceneRun:
+def run_scene(
+    engine: EngineUnderTest,
+    scene: Scene,
+    own: Criteria,
+    asked: Asked,
+    make: Callable[[], ReferenceEngine] | None = None,
+) -> SceneRun:
     """Run a scene on an engine; whatever goes wrong becomes part of the record.
+
+    Parameters
+    ----------
+    engine : EngineUnderTest
+    scene : Scene
+    own : Criteria
+        Of the scene.
+    asked : Asked
+    make : callable, optional
+        Makes the engine that runs, such as one in another process; `engine.make` unless told.
 
     Raises
     ------
@@ -304,7 +320,7 @@ def run_scene(engine: EngineUnderTest, scene: Scene, own: Criteria, asked: Asked
             of_any=tuple(one for one in asked.of_any if METRICS[one.metric].compares != "events"),
         )
     case = Case(scene, engine.label, truth, (*asked.stated, *asked.of_any))
-    record, motion = run_case(case, lambda _: engine.make())
+    record, motion = run_case(case, lambda _: (make or engine.make)())
     return SceneRun(record, asked, "" if motion is None else _not_finite(motion))
 
 

@@ -9,13 +9,13 @@ from typing import Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import CUSHIONS, EventKind, GhostballError, Result, Scene, Status
+from engine import CUSHIONS, EngineFailedError, EventKind, GhostballError, Result, Scene, Status
 from reference_adapters import ReferenceEngine
 from validation.attribution import Attribution, attribute
 from validation.known_shot import KnownShot, known_shot
 from validation.near_misses import approach_speed, depth_of, in_ulps, nearest_approach
 from validation.parting import Agreement, Collision, Parting, collisions_in, compare_logs
-from validation.returned import check_result
+from validation.playing import run_engine
 from validation.sampling import events_of
 
 FloatArray = NDArray[np.float64]
@@ -211,6 +211,8 @@ def explain(
     ------
     UnsupportedSceneError
         Where the engine lacks a feature of the scene.
+    EngineFailedError
+        Where the engine fails, or says that it did.
     ExplanationError
         Where nothing moves, or the engine is itself what is taken for the truth.
     GhostballError
@@ -226,10 +228,9 @@ def explain(
         raise ExplanationError(
             "engine `certified` is the truth that others are explained by. Choose another engine"
         )
-    result = engine.simulate(scene, record="trajectory")
-    check_result(result, scene, engine.name)
-    if result.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
+    result = run_engine(engine, scene)
+    if result.status is Status.FAILED:
+        raise EngineFailedError(engine.name, f"it says so: {result.reason}")
     known = known_shot(scene)
     if engine.name == known.engine and known.kind == "our engine":
         raise ExplanationError(

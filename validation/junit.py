@@ -2,22 +2,35 @@
 
 A metric with a limit passes or fails. One that has none, that proves nothing (our engine against
 itself) or that could not be measured is skipped with the reason: a test that can't fail must not
-count as passed. A case that did not run is one test case, skipped or in error.
+count as passed. A case that did not run is one test case, skipped or in error; one that stopped
+early has a test case in error too. So has a run in which nothing was judged.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
-from validation.junit_document import case_element, document, set_verdict, write_document
+from validation.junit_document import (
+    case_element,
+    document,
+    set_output,
+    set_verdict,
+    write_document,
+)
 from validation.metric_table import METRICS
 from validation.records import CaseRecord, Check, number_with_unit
+from validation.verdict import (
+    NOTHING_JUDGED,
+    is_nothing_judged,
+    is_unfinished,
+    unfinished_text,
+)
 
 
-def write_junit(cases: Iterable[CaseRecord], path: str | Path) -> None:
+def write_junit(cases: Collection[CaseRecord], path: str | Path) -> None:
     """Write the JUnit file of a run, whole or not at all.
 
     Raises
@@ -28,23 +41,32 @@ def write_junit(cases: Iterable[CaseRecord], path: str | Path) -> None:
     write_document(junit_xml(cases), path)
 
 
-def junit_xml(cases: Iterable[CaseRecord]) -> str:
+def junit_xml(cases: Collection[CaseRecord]) -> str:
     """Return the cases as one JUnit document; `classname` is the scene, `name` "engine: metric"."""
     by_scene: dict[str, list[ElementTree.Element]] = defaultdict(list)
     for case in cases:
         by_scene[case.scene].extend(_test_cases(case))
+    if is_nothing_judged(cases):
+        element = case_element("ghostball", "judged")
+        set_verdict(element, "error", NOTHING_JUDGED)
+        by_scene["ghostball"].append(element)
     return document(by_scene)
 
 
 def _test_cases(case: CaseRecord) -> Iterator[ElementTree.Element]:
     if case.outcome != "ran":
         element = _test_case(case, "simulate")
-        if case.outcome == "failed":
+        if is_unfinished(case):
             set_verdict(element, "error", case.reason, case.traceback)
         else:
             set_verdict(element, "skipped", f"{case.outcome}: {case.reason}")
+        set_output(element, case.printed.splitlines())
         yield element
         return
+    if is_unfinished(case):
+        element = _test_case(case, "simulate")
+        set_verdict(element, "error", unfinished_text(case))
+        yield element
     checks: dict[str, list[Check]] = defaultdict(list)
     for check in case.checks:
         checks[check.metric].append(check)
@@ -52,6 +74,8 @@ def _test_cases(case: CaseRecord) -> Iterator[ElementTree.Element]:
         # A simulation's time is given once, with its first metric, so that sums are right.
         element = _test_case(case, metric, case.wall_time if position == 0 else None)
         _judge(element, case, metric, checks[metric])
+        if position == 0:
+            set_output(element, case.printed.splitlines())
         yield element
 
 

@@ -18,7 +18,7 @@ from pydantic import ConfigDict, PlainSerializer, PlainValidator
 from engine import GhostballError, Scene, SceneError, Status
 from engine.result import Events
 
-SCHEMA: Final = 3
+SCHEMA: Final = 4
 """Version of records and of the folder that holds them; another one is refused."""
 
 CLOSED_FORM: Final = "closed form"
@@ -30,6 +30,13 @@ INDEPENDENT: Final = frozenset({CLOSED_FORM, CERTIFIED})
 
 CaseOutcome = Literal["ran", "not-representable", "unavailable", "failed"]
 LimitKind = Literal["at_most", "at_least", "equals"]
+
+Fault = Literal["", "engine", "ghostball"]
+"""Whose fault it is that a case failed; "" where none did.
+
+Ghostball's are a truth that could not be computed, a measurement that raised, and what our own
+engine raises; an engine's are whatever it raises or returns, a crash, and the limit of time.
+"""
 
 _SIGNS: Final[Mapping[LimitKind, str]] = {"at_most": "<=", "at_least": ">=", "equals": "=="}
 
@@ -154,6 +161,10 @@ class CaseRecord:
         Why it did not run, failed, or stopped early; else "".
     traceback : str
         Where it failed; else "".
+    fault : "", "engine" or "ghostball"
+        Whose fault it is that it failed.
+    printed : str
+        What the engine printed meanwhile; else "".
     approximations : tuple of str
         What the engine represents only approximately in this scene, one sentence each.
     truth : "closed form", "certified", "our engine (not independent)" or None
@@ -208,6 +219,8 @@ class CaseRecord:
     status: str | None = None
     reason: str = ""
     traceback: str = ""
+    fault: Fault = ""
+    printed: str = ""
     approximations: tuple[str, ...] = ()
     truth: str | None = None
     truth_positions: FloatArray | None = None

@@ -51,6 +51,7 @@ from validation.unchanged import (
     is_ours,
     stamped,
 )
+from validation.verdict import is_nothing_judged, is_unfinished
 from validation.worker import limit_of, run_tasks
 
 _LOGGER = logging.getLogger("ghostball.validation")
@@ -68,7 +69,7 @@ DEFAULT_ENGINES: tuple[str, ...] = (
 )
 """What `ghostball validate` runs where `--engines` is left out."""
 
-PASSED, CHECK_FAILED, HARNESS_FAILED = 0, 1, 3
+PASSED, CHECK_FAILED, HARNESS_FAILED, NOTHING_JUDGED = 0, 1, 3, 4
 """Exit statuses of a run that went to its end."""
 
 INTERRUPTED = 130
@@ -86,12 +87,16 @@ Announce = Callable[[Unchanged], None]
 
 @dataclass(frozen=True)
 class Counts:
-    """How many cases, by outcome, and how many checks, by verdict."""
+    """How many cases, by outcome, and how many checks, by verdict.
+
+    Unfinished is a case that is no run to its end: it failed, or it stopped early.
+    """
 
     ran: int = 0
     not_representable: int = 0
     unavailable: int = 0
     failed: int = 0
+    unfinished: int = 0
     checks_passed: int = 0
     checks_failed: int = 0
     checks_reference: int = 0
@@ -133,6 +138,7 @@ class Outcome:
             not_representable=outcomes.count("not-representable"),
             unavailable=outcomes.count("unavailable"),
             failed=outcomes.count("failed"),
+            unfinished=sum(is_unfinished(case) for case in self.cases),
             checks_passed=verdicts.count(True),
             checks_failed=verdicts.count(False),
             checks_reference=verdicts.count(None),
@@ -142,13 +148,18 @@ class Outcome:
 
     @property
     def exit_status(self) -> int:
-        """0 all passed; 1 a check failed; 3 the harness failed; 130 interrupted."""
+        """0 all passed; 1 a check failed, or an engine didn't come to its end; 130 interrupted.
+
+        3 ghostball itself failed to judge a case; 4 nothing was judged.
+        """
         counts = self.counts
         if self.interrupted:
             return INTERRUPTED
-        if counts.failed:
+        if any(case.fault == "ghostball" for case in self.cases):
             return HARNESS_FAILED
-        return CHECK_FAILED if counts.checks_failed else PASSED
+        if counts.unfinished or counts.checks_failed:
+            return CHECK_FAILED
+        return NOTHING_JUDGED if is_nothing_judged(self.cases) else PASSED
 
 
 class SuiteError(GhostballError, ValueError):
@@ -283,9 +294,17 @@ def run_cases(
     """Run cases in `jobs` processes; yield each as it ends.
 
     In this one where `jobs` is 1 and there is no `time_limit` [s] for a case. Parameters and notes
-    are those of `validation.worker.run_tasks`.
+    are those of `validation.worker.run_tasks`; what an engine prints is in its record.
     """
-    return run_tasks(cases, jobs, run_case, _died, limit_of(time_limit))
+    outputs: dict[Pair, str] = {}
+
+    def keep(case: Case, text: str) -> None:
+        outputs[case.scene.name, case.label] = text
+
+    finished = run_tasks(cases, jobs, run_case, _died, limit_of(time_limit), printed=keep)
+    with closing(finished):
+        for record, motion in finished:
+            yield replace(record, printed=outputs.pop((record.scene, record.label), "")), motion
 
 
 def _died(case: Case, reason: str) -> Finished:

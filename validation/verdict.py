@@ -7,9 +7,10 @@ balls rest in the wrong place. Such a case is `LIMITS_HOLD`, never `PASS`.
 from __future__ import annotations
 
 import enum
+from collections.abc import Collection
 
 from validation.metric_table import METRICS
-from validation.records import CLOSED_FORM, INDEPENDENT, CaseRecord, Check
+from validation.records import CLOSED_FORM, COMPLETE_STATUSES, INDEPENDENT, CaseRecord, Check
 from validation.truth import OUR_NAME
 
 
@@ -42,6 +43,10 @@ class Verdict(enum.Enum):
         return f"{self.symbol} {self.words}".strip()
 
 
+NOTHING_JUDGED = "nothing was judged: no limit covers what was run"
+"""What is said of a run without a verdict; commands end with exit status 4 then."""
+
+
 class RestError(enum.Enum):
     """What the rest error of a case is worth, and so how it is shown."""
 
@@ -64,12 +69,36 @@ def verdict_of(case: CaseRecord | None) -> Verdict:
         }[case.outcome]
     if case.passed is False:
         return Verdict.FAIL
+    if is_unfinished(case):
+        return Verdict.CRASHED
     if is_own_measure(case):
         return Verdict.REFERENCE
     if case.passed is None:
         return Verdict.SHOWN
     judged = any(_judges_outcome(check, case) for check in case.checks)
     return Verdict.PASS if judged else Verdict.LIMITS_HOLD
+
+
+def is_unfinished(case: CaseRecord) -> bool:
+    """Whether an engine that could play the shot didn't come to its end: it failed or stopped."""
+    if case.outcome == "ran":
+        return case.status not in COMPLETE_STATUSES
+    return case.outcome == "failed"
+
+
+def unfinished_text(case: CaseRecord) -> str:
+    """Say why a case didn't come to its end; "" where it did, or was never begun."""
+    if not is_unfinished(case):
+        return ""
+    if case.outcome == "failed":
+        return case.reason
+    return f"it stopped early: {case.status}" + (f": {case.reason}" if case.reason else "")
+
+
+def is_nothing_judged(cases: Collection[CaseRecord]) -> bool:
+    """Whether nothing failed only because no limit judged anything: that is no pass."""
+    judged = (check for case in cases for check in case.checks if check.passed is not None)
+    return next(judged, None) is None and not any(map(is_unfinished, cases))
 
 
 def rest_verdict_of(case: CaseRecord | None) -> Verdict:

@@ -7,9 +7,11 @@ Nothing of what the tasks do is imported here: a process imports what its own ta
 
 from __future__ import annotations
 
+import faulthandler
 import multiprocessing
 import os
 import signal
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -18,7 +20,9 @@ from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
-from typing import Generic, TypeVar
+from typing import IO, Generic, TypeVar
+
+from reference_adapters.output import captured, divert, flush, text_of
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -40,6 +44,8 @@ _CONTEXT = multiprocessing.get_context("spawn")
 class _Worker(Generic[T]):
     process: SpawnProcess
     connection: Connection
+    path: str  # of the file that it prints into
+    output: IO[bytes]
     task: T | None = None
     started: bool = False  # it has imported what it needs
     deadline: float | None = None  # of the task, in seconds of the monotonic clock
@@ -56,10 +62,13 @@ def run_tasks(
     work: Callable[[T], R],
     died: Callable[[T, str], R],
     limit: Callable[[T], float] | None = None,
+    printed: Callable[[T, str], None] | None = None,
+    prepare: Callable[[], object] | None = None,
 ) -> Generator[R]:
     """Do tasks in `jobs` processes; yield what each gives.
 
-    In this very process where `jobs` is 1 and there is no limit.
+    In this very process where `jobs` is 1 and there is no limit. Nothing that a task prints reaches
+    our own standard output or, from another process, standard error.
 
     Parameters
     ----------
@@ -73,15 +82,27 @@ def run_tasks(
     limit : callable, optional
         How long a task may take [s]: after that its process is ended, and it has died of it. The
         start of a process doesn't count; that has a limit of its own, of minutes.
+    printed : callable, optional
+        Given a task and what was printed while it was done, where that is anything, before what the
+        task gives is yielded; it is dropped otherwise.
+    prepare : callable, optional
+        What another process does first, such as importing what tasks need: no task's limit of time
+        runs meanwhile. What it is made of is found before that process can divert what is printed:
+        it should name what it imports.
 
     Notes
     -----
     Close the generator to stop early: its processes are gone when `close` returns.
     """
     if jobs == 1 and limit is None:
-        yield from map(work, tasks)
+        for task in tasks:
+            with captured() as output:
+                given = work(task)
+            if output.text and printed is not None:
+                printed(task, output.text)
+            yield given
         return
-    pool = _Pool(jobs, work, died, limit)
+    pool = _Pool(jobs, work, died, limit, printed, prepare)
     queue = iter(tasks)
     try:
         while True:
@@ -102,11 +123,14 @@ class _Pool(Generic[T, R]):
         work: Callable[[T], R],
         died: Callable[[T, str], R],
         limit: Callable[[T], float] | None,
+        printed: Callable[[T, str], None] | None,
+        prepare: Callable[[], object] | None,
     ) -> None:
         self._jobs = jobs
-        self._serve = partial(_serve, work)
+        self._serve = partial(_serve, work, prepare)
         self._died = died
         self._limit = limit
+        self._printed = printed
         self._workers: list[_Worker[T]] = []
 
     @property
@@ -149,6 +173,7 @@ class _Pool(Generic[T, R]):
     def _give(self, worker: _Worker[T], task: T) -> None:
         worker.task = task
         self._begin(worker)
+        os.ftruncate(worker.output.fileno(), 0)  # of the task before
         worker.connection.send(task)
 
     def collect(self) -> Iterator[R]:
@@ -179,6 +204,7 @@ class _Pool(Generic[T, R]):
                 worker.started = True
                 self._begin(worker)
             else:
+                self._tell_printed(worker)
                 worker.task = worker.deadline = None
                 yield message
 
@@ -205,17 +231,27 @@ class _Pool(Generic[T, R]):
         assert task is not None
         self._workers.remove(worker)
         worker.process.terminate()
+        worker.process.join(_JOIN_TIMEOUT)
+        self._tell_printed(worker)
         _bury(worker)
         return self._died(task, reason)
 
+    def _tell_printed(self, worker: _Worker[T]) -> None:
+        """Hand on what a worker's task printed, where it did and somebody asks."""
+        if self._printed is not None and worker.task is not None:
+            text = text_of(worker.output)
+            if text:
+                self._printed(worker.task, text)
 
-def _start(serve: Callable[[Connection], None]) -> _Worker[T]:
+
+def _start(serve: Callable[[Connection, str], None]) -> _Worker[T]:
     ours, theirs = _CONTEXT.Pipe()
-    process = _CONTEXT.Process(target=serve, args=(theirs,), daemon=True)
+    file, path = tempfile.mkstemp(prefix="ghostball-")
+    process = _CONTEXT.Process(target=serve, args=(theirs, path), daemon=True)
     with _interrupts_held():
         process.start()
     theirs.close()  # so that `recv` ends when the process does
-    return _Worker(process, ours)
+    return _Worker(process, ours, path, os.fdopen(file, "r+b", buffering=0))
 
 
 @contextmanager
@@ -241,14 +277,26 @@ def _bury(worker: _Worker[T]) -> None:
         worker.process.kill()
         worker.process.join()
     worker.connection.close()
+    worker.output.close()
+    with suppress(OSError):
+        os.unlink(worker.path)
 
 
-def _serve(work: Callable[[T], R], connection: Connection) -> None:
+def _serve(
+    work: Callable[[T], R],
+    prepare: Callable[[], object] | None,
+    connection: Connection,
+    output: str,
+) -> None:
     """Do tasks until the other end closes: the body of a worker process."""
+    divert(output)
+    faulthandler.enable(all_threads=False)  # a crash then says where, into what is printed
     # Ctrl-C reaches the whole group; the parent alone decides what happens then. POSIX workers
     # are deaf already, see `_interrupts_held`.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    if prepare is not None:
+        prepare()
     with closing(connection):
         if not _told(connection, "started"):
             return
@@ -257,7 +305,9 @@ def _serve(work: Callable[[T], R], connection: Connection) -> None:
                 task = connection.recv()
             except (EOFError, ConnectionError):
                 return
-            if not _told(connection, work(task)):
+            given = work(task)
+            flush()
+            if not _told(connection, given):
                 return
 
 

@@ -19,6 +19,7 @@ from validation.regression.junit import moved_text
 from validation.regression.records import SceneChange
 from validation.store import CaseRecord, Check, ResultsFolder
 from validation.truth import OUR_NAME
+from validation.verdict import is_unfinished, unfinished_text
 
 MEANINGS = {
     "rest_error_max": "a contact seen too late or too early, an impact law or a friction that "
@@ -46,7 +47,8 @@ MEANINGS = {
 """What a broken limit on a metric may mean: where to look first."""
 
 CRASHED = (
-    "an exception, a crash of the engine's process, or the limit of time; the reason says which"
+    "an exception, a crash of the engine's process, the limit of time, or a limit of the engine's "
+    "own; the reason says which"
 )
 
 CHANGED = {
@@ -57,6 +59,9 @@ CHANGED = {
     "identical": "the same answer for another cost",
 }
 """What a change that fails the gate may mean."""
+
+BROKEN = "limits of truth are broken: this is wrong, not only another answer"
+"""What a change means that breaks a limit."""
 
 SHOWN_BALLS = 3
 """Of a shot with more, where the others are in the scene's table."""
@@ -112,7 +117,7 @@ def explained(
     """Yield every failure of a run, in the order of its cases; then what fails the gate."""
     for case in bad_cases(results):
         bits = scenes[case.scene].hashes.get(case.label, "")
-        if case.outcome != "ran":
+        if is_unfinished(case):
             yield _explain(case, None, bits)
         for check in case.checks:
             if check.passed is False:
@@ -139,7 +144,7 @@ def _explain_change(change: SceneChange, regression: Regression) -> Explained:
         expected=", ".join(expected),
         found="; ".join([change.summary, *first, *map(moved_text, left)]),
         reason="; ".join(dict.fromkeys(one.why for one in left)),
-        meaning=CHANGED.get(change.change, "see its summary"),
+        meaning=BROKEN if change.broken else CHANGED.get(change.change, "see its summary"),
         command=change.command,
         why="",
         rests=[],
@@ -160,7 +165,7 @@ def _explain(case: CaseRecord, check: Check | None, bits: str) -> Explained:
         ]
     unit = "" if check is None or check.unit == "1" else f" {check.unit}"
     if check is None:
-        what, expected, found = "did not finish", "a run to its end", case.reason
+        what, expected, found = "did not finish", "a run to its end", unfinished_text(case)
         reason, meaning = "", CRASHED
     else:
         what = check.metric

@@ -25,7 +25,7 @@ from reports.shots import cell_text
 from validation.regression import Regression
 from validation.regression.records import SceneChange
 from validation.store import CaseRecord, ResultsFolder
-from validation.verdict import Verdict, rest_error_standing, verdict_of
+from validation.verdict import Verdict, rest_error_standing, unfinished_text, verdict_of
 
 FAILING = {"identical": "identical to the bit, but not in work, run time or the limits it keeps"}
 """What a class of changes means where it fails, if that is something else."""
@@ -63,7 +63,11 @@ class Cell:
 def verdict_html(results: ResultsFolder, regression: Regression | None) -> Markup:
     """Return the verdict in words and numbers, with what failed by name."""
     failures = [
-        (case, [failure_text(case, c) for c in case.checks if c.passed is False])
+        (
+            case,
+            unfinished_text(case),
+            [failure_text(case, check) for check in case.checks if check.passed is False],
+        )
         for case in bad_cases(results)
     ]
     return render(
@@ -130,6 +134,8 @@ def why_text(case: CaseRecord | None) -> str:
     if case.outcome != "ran":
         return f"{verdict.words}: {' '.join(case.reason.split())}"
     failed = [check for check in case.checks if check.passed is False]
+    if not failed and (why := unfinished_text(case)):
+        return f"{verdict.words}: {' '.join(why.split())}"
     if failed:
         return f"{verdict.words}: {', '.join(f'{c.metric} breaks its limit' for c in failed)}"
     stopped = f"; stopped early: {' '.join(case.reason.split())}" if case.reason else ""

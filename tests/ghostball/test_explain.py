@@ -9,7 +9,7 @@ from ghostball.cli import app
 
 
 @pytest.fixture
-def cli(monkeypatch):
+def cli(monkeypatch, in_this_process):
     """Run a command in this process, with lines of a length of its own."""
     monkeypatch.setenv("COLUMNS", "200")
 

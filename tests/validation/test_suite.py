@@ -23,6 +23,7 @@ from validation.criteria import Criteria, Criterion
 from validation.library import find_scene
 from validation.store import CaseRecord, ResultsError, ResultsFolder
 from validation.suite import criteria_beside_paths, run_suite, shipped_criteria
+from validation.verdict import Verdict, unfinished_text, verdict_of
 
 ENGINES = '''
 """Engines that misbehave, one setting for each way."""
@@ -69,6 +70,8 @@ class Fake(EngineBase):
             raise SystemExit(0)
         if does == "hand back a dict":
             return {}
+        if does == "print":
+            print("hello")
         truth = simulate(scene, record=record)
         shifted = truth.final_state._replace(
             positions=truth.final_state.positions + [self.settings.shift, 0.0, 0.0]
@@ -81,7 +84,12 @@ class Fake(EngineBase):
             engine="ghostball" if does == "lie" else "fake",
             settings={},
             scene=scene.model_copy(update={"t_max": 9.0}) if does == "swap" else scene,
-            status=Status.INTERRUPTED if does == "hand back" else truth.status,
+            status={
+                "hand back": Status.INTERRUPTED,
+                "give up": Status.FAILED,
+                "stop": Status.STEP_LIMIT,
+            }.get(does, truth.status),
+            reason={"give up": "lost the cue", "stop": "too many steps"}.get(does, ""),
             final_state=shifted,
             rest_time=np.nan if does == "lose time" else truth.rest_time,
             collision_counts=truth.collision_counts,
@@ -219,18 +227,61 @@ def test_what_an_engine_cannot_do_is_said_with_the_reason(tmp_path: Path) -> Non
     )
     assert absent.outcome == "unavailable"
     assert "not installed here" in absent.reason
-    assert outcome.exit_status == 0
+    assert outcome.exit_status == 4  # nothing was judged: that is no pass
 
 
-@pytest.mark.parametrize(("does", "reason"), [("raise", "lost the"), ("forget", "no `events`")])
-def test_a_failure_is_kept_and_the_run_goes_on(tmp_path: Path, does: str, reason: str) -> None:
-    outcome = run_suite([scene()], [f"fake:does={does}", "fake"], tmp_path)
+def test_a_failure_is_kept_and_the_run_goes_on(tmp_path: Path) -> None:
+    outcome = run_suite([scene()], ["fake:does=raise", "fake"], tmp_path)
     failed, fine = ResultsFolder.load(tmp_path).cases
-    assert failed.outcome == "failed"
-    assert reason in failed.reason
+    assert (failed.outcome, failed.fault) == ("failed", "engine")
+    assert "lost the" in failed.reason
     assert "Traceback" in failed.traceback
-    assert fine.outcome == "ran"
-    assert outcome.exit_status == 3  # the harness failed: stronger than a failed check
+    assert (fine.outcome, fine.fault) == ("ran", "")
+    assert outcome.exit_status == 1  # the engine failed, not ghostball
+
+
+@pytest.mark.parametrize(
+    ("does", "outcome", "reason"),
+    [
+        ("give up", "failed", "it says that it failed: lost the cue"),
+        ("stop", "ran", "too many steps"),
+    ],
+)
+def test_an_engine_that_says_that_it_did_not_finish_fails_the_run(
+    tmp_path: Path, does: str, outcome: str, reason: str
+) -> None:
+    # Breaks where such an engine passes, since no limit names it.
+    found = run_suite([scene()], [f"fake:does={does}", "ghostball"], tmp_path)
+    case = found.cases[0]
+    assert (case.outcome, case.reason) == (outcome, reason)
+    assert verdict_of(case) is Verdict.CRASHED
+    assert reason in unfinished_text(case)
+    assert (found.counts.unfinished, found.exit_status) == (1, 1)
+
+
+def test_what_an_engine_prints_is_in_its_record(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for limit in (None, 60.0):
+        found = run_suite([scene()], ["fake:does=print", "fake"], tmp_path, time_limit=limit)
+        assert [case.printed for case in found.cases] == ["hello", ""]
+        assert ResultsFolder.load(tmp_path).cases[0].printed == "hello"
+    assert capfd.readouterr().out == ""
+
+
+def test_what_raises_in_our_own_code_is_our_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("by ten")
+
+    monkeypatch.setattr("validation.case.measure", fail)
+    found = run_suite([scene()], ["fake"], tmp_path)
+    assert (found.cases[0].fault, found.cases[0].reason) == (
+        "ghostball",
+        "ZeroDivisionError: by ten",
+    )
+    assert found.exit_status == 3
 
 
 @pytest.mark.parametrize(
@@ -238,7 +289,8 @@ def test_a_failure_is_kept_and_the_run_goes_on(tmp_path: Path, does: str, reason
     [
         ("lose a ball", "`rest_positions[0]` must be finite"),
         ("lose time", "`rest_time` must be finite and at least 0 s, got nan"),
-        ("flatten", "`rest_positions` must have shape (1, 3), got (1, 2)"),
+        ("flatten", "`final_state.positions` must be an array of floats with shape (1, 1, 3)"),
+        ("forget", '`events` must be there for record="trajectory", got None'),
         ("lie", "`engine` of the result must be 'fake', got 'ghostball'"),
         ("swap", "`scene` of the result must be the scene that was run"),
         ("hand back a dict", "must return a `Result`, got dict"),
@@ -256,7 +308,7 @@ def test_a_result_that_breaks_the_contract_is_a_failure_that_names_the_field(
     assert reason in failed.reason
     assert failed.rest_positions is None
     assert cases["fake"].outcome == "ran"
-    assert outcome.exit_status == 3
+    assert outcome.exit_status == 1
 
 
 def test_a_truth_that_fails_fails_its_scene_alone(
@@ -449,7 +501,7 @@ def test_a_process_that_dies_costs_one_case(tmp_path: Path) -> None:
     assert cases["fake:does=die"].outcome == "failed"
     assert "exit code 7" in cases["fake:does=die"].reason
     assert [cases[label].outcome for label in engines[1:]] == ["ran"] * 3
-    assert outcome.exit_status == 3
+    assert outcome.exit_status == 1
     assert multiprocessing.active_children() == []
 
 
@@ -546,7 +598,7 @@ def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(
     assert "exit code 7" in cases["fake:does=die"].reason
     assert "longer than 0.5 s" in cases["fake:does=hang"].reason
     assert cases["fake"].outcome == "ran"
-    assert outcome.exit_status == 3
+    assert outcome.exit_status == 1
     assert multiprocessing.active_children() == []
 
 

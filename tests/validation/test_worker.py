@@ -121,11 +121,11 @@ def test_a_process_that_never_starts_is_given_up(monkeypatch):
     assert results(["a"]) == ["a: its process did not start within 0.3 s"]
 
 
-def _never(work, connection):
+def _never(*_):
     os._exit(5)
 
 
-def _hangs(work, connection):
+def _hangs(*_):
     time.sleep(600.0)
 
 
@@ -138,21 +138,23 @@ def test_closing_ends_what_runs():
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 @pytest.mark.parametrize("seconds", [0.0, 1.0, 600.0], ids=["idle", "answers", "hangs"])
-def test_a_worker_whose_parent_is_killed_ends_without_a_word(tmp_path, seconds):
-    script = tmp_path / "parent.py"
+def test_a_worker_whose_parent_is_killed_ends(tmp_path, seconds):
+    script, said = tmp_path / "parent.py", tmp_path / "said"
     script.write_text(PARENT)
-    with subprocess.Popen(
-        [sys.executable, str(script), str(seconds)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-    ) as parent:
-        assert parent.stdout is not None
-        assert parent.stdout.readline() == b"at work\n"
+    os.mkfifo(said)
+    with (
+        subprocess.Popen(
+            [sys.executable, str(script), str(said), str(seconds)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        ) as parent,
+        said.open("rb") as worker,
+    ):
+        assert worker.readline() == b"at work\n"
         parent.kill()
-        # Waits for the worker too, which has the same pipes.
-        _, errors = parent.communicate(timeout=60.0)
-    assert errors == b""
+        assert parent.communicate(timeout=60.0) == (b"", b"")
+        assert worker.read() == b""  # once the worker, which holds the other end, is gone
 
 
 PARENT = """
@@ -160,13 +162,16 @@ import sys, time
 from validation.worker import limit_of, run_tasks
 
 
-def work(seconds):
-    print("at work", flush=True)
+def work(task):
+    said, seconds = task
+    global kept
+    kept = open(said, "w")
+    print("at work", file=kept, flush=True)
     time.sleep(seconds)
 
 
 if __name__ == "__main__":
-    list(run_tasks([float(sys.argv[1])], 1, work, print, limit_of(900.0)))
+    list(run_tasks([(sys.argv[1], float(sys.argv[2]))], 1, work, print, limit_of(900.0)))
     time.sleep(600)
 """
 
@@ -174,20 +179,23 @@ if __name__ == "__main__":
 @pytest.mark.skipif(os.name == "nt", reason="signals to a process group are POSIX")
 def test_ctrl_c_in_a_terminal_is_for_the_parent_alone(tmp_path):
     # A terminal signals the whole process group: workers must not answer it themselves.
-    script = tmp_path / "parent.py"
+    script, said = tmp_path / "parent.py", tmp_path / "said"
     script.write_text(INTERRUPTED)
-    with subprocess.Popen(
-        [sys.executable, str(script)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-        start_new_session=True,
-    ) as parent:
-        assert parent.stdout is not None
-        assert [parent.stdout.readline() for _ in range(2)] == [b"at work\n"] * 2
+    os.mkfifo(said)
+    with (
+        subprocess.Popen(
+            [sys.executable, str(script), str(said)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            start_new_session=True,
+        ) as parent,
+        said.open("rb") as workers,
+    ):
+        assert [workers.readline() for _ in range(2)] == [b"at work\n"] * 2
         os.killpg(parent.pid, signal.SIGINT)
-        # Waits for the workers too, which have the same pipes.
         rest, errors = parent.communicate(timeout=60.0)
+        assert workers.read() == b""  # nothing more until they, who hold the other end, are gone
     assert (rest, errors) == (b"interrupted\n", b"")
     assert parent.returncode == 130
 
@@ -198,10 +206,10 @@ import validation.worker
 from validation.worker import run_tasks
 
 
-def work(seconds):
-    sys.stdout.write("at work\\n")
-    sys.stdout.flush()
-    time.sleep(seconds)
+def work(said):
+    with open(said, "w") as file:
+        print("at work", file=file, flush=True)
+        time.sleep(600.0)
 
 
 def close_late(pool):  # so that a worker that answers has the time to say so
@@ -212,8 +220,42 @@ def close_late(pool):  # so that a worker that answers has the time to say so
 if __name__ == "__main__":
     close, validation.worker._Pool.close = validation.worker._Pool.close, close_late
     try:
-        list(run_tasks([600.0, 600.0], 2, work, print))
+        list(run_tasks(sys.argv[1:] * 2, 2, work, print))
     except KeyboardInterrupt:
         print("interrupted", flush=True)
         raise SystemExit(130)
 """
+
+
+def say(task: str) -> str:
+    """Print, and do what the task says."""
+    print(f"said {task}")
+    os.write(2, b"and more\n")
+    return work(task)
+
+
+@pytest.mark.parametrize("limit", [LIMIT, None], ids=["other process", "this process"])
+def test_what_a_task_prints_is_told_with_it_and_goes_nowhere_else(capfd, limit):
+    heard: list[tuple[str, str]] = []
+    tasks = ["a", "b", "die 3", "c"] if limit else ["a", "b"]
+    with closing(
+        run_tasks(tasks, 1, say, died, limit, printed=lambda *said: heard.append(said))
+    ) as found:
+        list(found)
+    assert [task for task, _ in heard] == tasks  # also of the one that died
+    for task, text in heard:
+        assert text.splitlines()[0] == f"said {task}"
+        assert ("and more" in text) is (limit is not None)
+    seen = capfd.readouterr()
+    assert seen.out == ""
+    assert ("and more" in seen.err) is (limit is None)  # our own messages may be on their way there
+
+
+def wait_a_second() -> None:
+    """Take longer than a task may."""
+    time.sleep(1.0)
+
+
+def test_what_a_process_does_first_is_in_no_limit_of_a_task():
+    with closing(run_tasks(["a"], 1, work, died, limit_of(0.5), prepare=wait_a_second)) as found:
+        assert list(found) == ["done a"]

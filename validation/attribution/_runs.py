@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Ball, GhostballError, Result, Scene, SceneError, Status
+from engine import Ball, GhostballError, Result, Scene, SceneError
 from reference_adapters import ReferenceEngine
 from validation.attribution._phases import begun_earlier
 from validation.parting import Agreement, Collision, collisions_in, compare_logs
-from validation.returned import check_result
+from validation.playing import run_engine
 from validation.rolling import rolling_spin
 from validation.sampling import events_of
 from validation.steps import step_setting, with_step
@@ -94,10 +94,7 @@ def play(engine: ReferenceEngine, scene: Scene, *, lead: float = 0.0) -> tuple[P
     StoppedEarlyError
         Where the run doesn't come to its end.
     """
-    result = engine.simulate(scene, record="events")
-    check_result(result, scene, engine.name)
-    if result.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
+    result = run_engine(engine, scene, "events")
     if not result.status.complete:
         raise StoppedEarlyError(
             f'engine `{engine.name}` stopped early in scene "{scene.name}": '

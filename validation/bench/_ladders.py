@@ -9,7 +9,9 @@ from engine import Record, Result, Scene
 from reference_adapters import ReferenceEngine, parse_spec
 from reference_adapters.certified import CertifiedEngine, CertifiedSettings, certify
 from reference_adapters.certified.engine import result_of
+from reference_adapters.output import captured
 from validation.attribution import begun_earlier
+from validation.playing import run_engine
 from validation.steps import step_of, step_setting, with_step
 
 LONGEST_STEP = 0.02
@@ -64,7 +66,8 @@ class Rung:
         if not isinstance(self.engine, CertifiedEngine):
             # The collisions of a ladder are looked at; an exact engine isn't slowed by its log.
             record: Record = "rest" if self.step is None else "events"
-            return self.engine.simulate(scene, record=record)
+            with captured():
+                return run_engine(self.engine, scene, record)
         self.engine.check(scene)
         settings: CertifiedSettings = self.engine.settings
         return result_of(scene, certify(scene, settings, cached=False), settings, "rest")

@@ -9,13 +9,12 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Result, Scene, Status, UnsupportedSceneError
+from engine import EngineFailedError, Result, Scene, UnsupportedSceneError
 from validation.bench._ladders import Rung, start_of, work_of
 from validation.bench._points import LeftOut, PrecisionPoint
 from validation.bench._reach import Level
 from validation.bench.timing import Clock, Task
 from validation.metrics import ball_errors
-from validation.returned import check_result
 from validation.truth import Truth, collisions_of
 
 FloatArray = NDArray[np.float64]
@@ -117,10 +116,8 @@ class Place:
 
     def _run(self, scene: Scene) -> Result | None:
         """Run a shot; None where that went wrong, which is noted."""
-        name = self.rung.engine.name
         try:
             result = self.rung.simulate(scene)
-            check_result(result, scene, name)
         except UnsupportedSceneError as error:
             why = f"not representable: {'; '.join(error.features)}"
             if self.course.sampled:  # it can play the scene, but not at this step
@@ -128,12 +125,9 @@ class Place:
             else:
                 self.course.lost = why
             return None
-        # An engine may raise anything, and its `sys.exit` must not end the measurement.
-        except (Exception, SystemExit) as error:
-            self.lost = f"failed: {type(error).__name__}: {error}"
+        except EngineFailedError as error:
+            self.lost = f"failed: {error.reason}"
             return None
-        if result.status is Status.INTERRUPTED:
-            raise KeyboardInterrupt
         if not result.status.complete:
             self.lost = f"stopped early: {result.reason or result.status.value}"
             return None

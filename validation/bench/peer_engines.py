@@ -12,10 +12,12 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import IO, Any, Protocol
 
-from engine import Result, Scene, Status, UnsupportedSceneError
+from engine import EngineFailedError, Result, Scene, UnsupportedSceneError
 from reference_adapters import make_engine, split_specs
+from reference_adapters.output import captured
 from reference_adapters.registry import EngineUnavailableError, engine_names
 from validation.bench.running import BenchError
+from validation.playing import run_engine
 
 SCRIPTS = Path(__file__).resolve().parent / "peers"
 
@@ -80,9 +82,12 @@ class AdapterPeer:
     def simulate(self, scene: Scene) -> PeerRun:
         """Run a scene to its end."""
         try:
-            result = self._engine.simulate(scene)
+            with captured():
+                result = run_engine(self._engine, scene, "rest")
         except UnsupportedSceneError as error:
             raise PeerCannotError(str(error)) from None
+        except EngineFailedError as error:
+            raise PeerFailedError(str(error)) from None
         _check_complete(result)
         return PeerRun(result.wall_time, sum(result.collision_counts.values()))
 
@@ -255,8 +260,6 @@ def _make_peer(name: str, python: Path | None) -> Peer:
 
 
 def _check_complete(result: Result) -> None:
-    if result.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
     if not result.status.complete:
         raise PeerFailedError(f"{result.status.value}: {result.reason}")
 

@@ -8,12 +8,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Scene, Status, UnsupportedSceneError
+from engine import EngineFailedError, Scene, UnsupportedSceneError
 from engine.result import COLLISION_KINDS
-from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
+from reference_adapters.registry import EngineUnavailableError, make_engine
 from validation.ensembles.members import Stream
+from validation.playing import run_engine
 from validation.records import status_name
-from validation.returned import check_result
 from validation.sampling import energy_at
 
 MemberOutcome = Literal["ended", "stopped", "failed", "not-representable", "unavailable"]
@@ -84,11 +84,7 @@ def run_member(task: MemberTask) -> MemberResult:
     """
     scene = task.scene
     try:
-        engine = make_engine(task.label)
-        result = engine.simulate(scene, record="trajectory")
-        check_result(result, scene, parse_spec(task.label)[0])
-        if result.status is Status.INTERRUPTED:
-            raise KeyboardInterrupt
+        result = run_engine(make_engine(task.label), scene)
         if not result.status.complete:
             why = f": {result.reason}" if result.reason else ""
             return without_result(task, "stopped", f"{status_name(result.status)}{why}")
@@ -111,6 +107,8 @@ def run_member(task: MemberTask) -> MemberResult:
         return without_result(task, "unavailable", str(error))
     except UnsupportedSceneError as error:
         return without_result(task, "not-representable", "; ".join(error.features))
+    except EngineFailedError as error:
+        return without_result(task, "failed", error.reason)
     # An engine may raise anything, and its `sys.exit` must not end the run: kept, never fatal.
     except (Exception, SystemExit) as error:
         return without_result(task, "failed", f"{type(error).__name__}: {error}")

@@ -8,7 +8,13 @@
 from __future__ import annotations
 
 from validation.files import REGRESSION_FILE
-from validation.regression.accept import Acceptance, AcceptError, accept
+from validation.regression.accept import (
+    Acceptance,
+    AcceptError,
+    LimitsBrokenError,
+    accept,
+    can_be_accepted,
+)
 from validation.regression.against import compare_revisions
 from validation.regression.baseline import (
     Baseline,
@@ -49,6 +55,7 @@ __all__ = [
     "BaselineError",
     "BaselineSchemaError",
     "FirstDifference",
+    "LimitsBrokenError",
     "LoggedEvent",
     "MachineTimes",
     "NotComparableError",
@@ -62,6 +69,7 @@ __all__ = [
     "accept",
     "baseline_folder",
     "calibrate",
+    "can_be_accepted",
     "check_baselines",
     "compare_results",
     "compare_revisions",

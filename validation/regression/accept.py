@@ -36,6 +36,19 @@ class AcceptError(GhostballError, ValueError):
     """Nothing that can be accepted."""
 
 
+class LimitsBrokenError(AcceptError):
+    """What was to be accepted breaks limits of truth, in the scenes `broken`."""
+
+    def __init__(self, broken: Sequence[SceneChange]) -> None:
+        self.broken = tuple(broken)
+        said = "".join(f"\n  {one.scene}: {'; '.join(one.broken)}" for one in broken)
+        super().__init__(
+            f"nothing is accepted, for limits of truth are broken: what was found there is wrong, "
+            f"not only another answer:{said}\nMend the engine. To accept other scenes, leave these "
+            "out by --only"
+        )
+
+
 @dataclass(frozen=True)
 class Acceptance:
     """What was accepted.
@@ -46,16 +59,26 @@ class Acceptance:
         Scenes whose baselines were rewritten, or made; and that have none any more.
     left : tuple of str
         Scenes that moved too, and weren't asked for.
+    broken : tuple of SceneChange
+        Those that were accepted though they break limits of truth.
     changelog : Path
     """
 
     written: tuple[str, ...]
     deleted: tuple[str, ...]
     left: tuple[str, ...]
+    broken: tuple[SceneChange, ...]
     changelog: Path
 
 
-def accept(results: Path, reason: str, *, only: str = "*", folder: Path = FOLDER) -> Acceptance:
+def accept(
+    results: Path,
+    reason: str,
+    *,
+    only: str = "*",
+    folder: Path = FOLDER,
+    even_though_limits_fail: bool = False,
+) -> Acceptance:
     """Accept what a comparison with baselines found.
 
     Parameters
@@ -68,9 +91,13 @@ def accept(results: Path, reason: str, *, only: str = "*", folder: Path = FOLDER
         Pattern of scenes.
     folder : Path
         Of the baselines.
+    even_though_limits_fail : bool
+        Whether to accept also what breaks limits of truth.
 
     Raises
     ------
+    LimitsBrokenError
+        Where what would be accepted breaks limits of truth. Nothing is written then.
     GhostballError
         Where there is no reason, no comparison, one of other code than what is here now, one with
         another revision, or nothing to accept. Nothing is written then.
@@ -104,6 +131,10 @@ def accept(results: Path, reason: str, *, only: str = "*", folder: Path = FOLDER
     if not chosen and not stale:
         there = ", ".join([*(one.scene for one in candidates), *left]) or "nothing"
         raise AcceptError(f'nothing to accept matches "{only}"; what there is to accept: {there}')
+    names = {one.scene for one in chosen}
+    broken = [one for one in regression.broken if one.scene in names]
+    if broken and not even_though_limits_fail:
+        raise LimitsBrokenError(broken)
     entry = _entry(regression, accepted, [one.scene for one in chosen], stale)
     changelog = folder / CHANGES_FILE
     texts = {
@@ -116,8 +147,15 @@ def accept(results: Path, reason: str, *, only: str = "*", folder: Path = FOLDER
         tuple(one.scene for one in chosen),
         tuple(stale),
         tuple(one.scene for one in candidates if one not in chosen),
+        tuple(broken),
         changelog,
     )
+
+
+def can_be_accepted(change: SceneChange) -> bool:
+    """Whether something moved that a baseline holds: broken limits, or times, alone are nothing."""
+    moved = any(not one.within for one in (*change.metrics, *change.counters))
+    return bool(change.head_hash) and (moved or change.change != "identical")
 
 
 def _accepted(regression: Regression, reason: str) -> Accepted:
@@ -143,7 +181,7 @@ def _candidates(regression: Regression, results: Path, folder: Path) -> list[Bas
                 )
             if not _was_accepted(change, candidate, folder):
                 found.append(candidate)
-        elif _needs_one(change):
+        elif can_be_accepted(change):
             raise AcceptError(f"{path}: missing. Run `ghostball regress` again")
     return found
 
@@ -165,12 +203,6 @@ def _was_accepted(change: SceneChange, candidate: Baseline, folder: Path) -> boo
             "`--baselines` was another folder. Run `ghostball regress` again"
         )
     return False
-
-
-def _needs_one(change: SceneChange) -> bool:
-    """Whether something moved: broken limits, or times alone, are nothing to accept."""
-    moved = any(not one.within for one in (*change.metrics, *change.counters))
-    return bool(change.head_hash) and (moved or change.change != "identical")
 
 
 def _entry(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from functools import cache
@@ -78,6 +78,7 @@ def compare_results(
     folder: Path = FOLDER,
     *,
     whole: bool,
+    only: Container[str] | None = None,
     candidates: bool = True,
     times: Mapping[str, Timing] | None = None,
     known: MachineTimes | None = None,
@@ -95,6 +96,8 @@ def compare_results(
     whole : bool
         Whether all shipped scenes were run: then the shots of many balls are run too, and baselines
         of scenes that are no more are `stale`.
+    only : container of str, optional
+        Names of the scenes that are compared; all that were run where it is left out.
     candidates : bool
         Whether to write these; none are left there otherwise.
     times : mapping of str to Timing, optional
@@ -120,6 +123,8 @@ def compare_results(
     accepted: dict[str, Any] = {}
     scenes: list[str] = []
     for scene, found in _observed(results, whole):
+        if only is not None and scene.name not in only:
+            continue
         if isinstance(found, CaseRecord) and found.outcome != "failed" and scene.name not in names:
             continue  # it never could
         scenes.append(scene.name)
@@ -174,7 +179,7 @@ def _crowd(scene: Scene) -> Observed | CaseRecord:
     """Return what our engine did in a shot of many balls, or that it failed."""
     try:
         result = run_ours(scene, "events")
-        check_result(result, scene, OUR_NAME)
+        check_result(result, scene, OUR_NAME, "events")
     except Exception as error:  # a fault of the engine, told with its scene, as in every other one
         case = Case(scene, OUR_NAME, TruthFailure("", ""))
         return failed(blank_record(case), f"{type(error).__name__}: {error}")
@@ -193,11 +198,12 @@ def with_cases(regression: Regression, results: ResultsFolder) -> Regression:
 
 def _within_limits(change: SceneChange, case: CaseRecord | None) -> SceneChange:
     """Return a change that fails also where the scene's limits are broken."""
-    broken = [check.sentence for check in (case.checks if case else ()) if check.passed is False]
+    checks = () if case is None else case.checks
+    broken = tuple(check.sentence for check in checks if check.passed is False)
     if not broken:
         return change
     summary = f"{change.summary}; breaks its limits: {'; '.join(broken)}"
-    return change.model_copy(update={"failed": True, "summary": summary})
+    return change.model_copy(update={"failed": True, "summary": summary, "broken": broken})
 
 
 def _compare(

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from validation.files import REGRESSION_FILE, ResultsError, cannot_write, told, write_whole
 
-SCHEMA: Final = 1
+SCHEMA: Final = 2
 """Version of the file; another one is refused."""
 
 BASELINES: Final = "baselines"
@@ -120,6 +120,8 @@ class SceneChange(_Model):
         Whether it fails the gate.
     summary : str
         One sentence: what moved and by how much.
+    broken : tuple of str
+        The limits of truth that the head breaks, one sentence each.
     horizon : float [s] or None
         Until when both sides can be compared; None: to the end.
     first_difference : FirstDifference or None
@@ -143,6 +145,7 @@ class SceneChange(_Model):
     change: Change
     failed: bool
     summary: str
+    broken: tuple[str, ...] = ()
     horizon: float | None = None
     first_difference: FirstDifference | None = None
     metrics: tuple[Quantity, ...] = ()
@@ -176,7 +179,7 @@ class Regression(_Model):
         What doesn't fail the gate but should be known, one sentence each.
     """
 
-    schema_version: Literal[1] = Field(default=SCHEMA, alias="schema")
+    schema_version: Literal[2] = Field(default=SCHEMA, alias="schema")
     kind: Literal["regression"] = "regression"
     against: str
     base: dict[str, Any]
@@ -190,6 +193,11 @@ class Regression(_Model):
     def accepted(self) -> bool:
         """Whether the base is what was accepted, not another revision."""
         return self.against == BASELINES
+
+    @property
+    def broken(self) -> tuple[SceneChange, ...]:
+        """The scenes in which limits of truth are broken: these are wrong, not only other."""
+        return tuple(change for change in self.scenes if change.broken)
 
     def scene(self, name: str) -> SceneChange | None:
         """Return what became of a scene, or None where it wasn't compared."""

@@ -10,11 +10,25 @@ from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar, Literal
 
-from engine import Record, Result, Scene, simulate
+from engine import Record, Result, Scene, Status, simulate
 from engine.features import EXACT, Capability, Feature
 from reference_adapters import EngineBase, EngineSettings
 
-Fault = Literal["none", "raise", "exit", "die", "abort", "hang", "deaf", "freeze", "garbage"]
+Fault = Literal[
+    "none",
+    "raise",
+    "exit",
+    "die",
+    "abort",
+    "hang",
+    "deaf",
+    "freeze",
+    "garbage",
+    "print",
+    "give-up",
+    "stop",
+    "miscount",
+]
 
 
 class FaultySettings(EngineSettings):
@@ -39,11 +53,18 @@ class FaultyEngine(EngineBase):
         assert isinstance(settings, FaultySettings)
         time.sleep(settings.slow)
         fail(settings.does)
-        return replace(simulate(scene, record=record), engine=self.name, settings={})
+        result = replace(simulate(scene, record=record), engine=self.name, settings={})
+        if settings.does == "give-up":
+            return replace(result, status=Status.FAILED, reason="\x1b[31mlost the cue")
+        if settings.does == "stop":
+            return replace(result, status=Status.STEP_LIMIT, reason="too many steps")
+        if settings.does == "miscount":
+            return replace(result, collision_counts={"ball-ball": -3, "ball-cushion": 10**30})
+        return result
 
 
 def fail(does: Fault) -> None:
-    """Fail in that way; most never return."""
+    """Fail in that way, where it isn't by what is returned; most never return."""
     if does == "raise":
         raise RuntimeError("lost the balls")
     if does == "exit":
@@ -52,6 +73,10 @@ def fail(does: Fault) -> None:
         os._exit(7)  # as where C code calls `exit`
     if does == "abort":
         os.kill(os.getpid(), signal.SIGKILL)  # as by the system, where memory runs out
+    if does == "print":
+        print("\x1b[31mfrom Python")
+        os.write(1, b"\x1b]0;straight to descriptor 1\x07\n")  # as C code does
+        os.write(2, b"straight to descriptor 2\n")
     if does == "deaf":
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
     if does == "freeze":

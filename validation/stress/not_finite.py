@@ -13,7 +13,8 @@ import numpy as np
 from engine import Ball, Physics, Scene, SceneError, Status, Table, _state
 from engine._run import Run
 from reference_adapters import ReferenceEngine
-from validation.stress.trial import Trial, Verdict, blamed_on_engine
+from validation.playing import run_engine
+from validation.stress.trial import Trial, Verdict
 
 _FIELDS: tuple[tuple[str, int | None], ...] = (
     *((field, axis) for field in ("position", "velocity", "angular_velocity") for axis in range(3)),
@@ -150,8 +151,7 @@ class Overflow(Trial):
         tried = 0
         for scene in self.examples():
             tried += 1
-            with blamed_on_engine():
-                result = engine.simulate(scene, record="events")
+            result = run_engine(engine, scene, "events")
             finite = all(bool(np.all(np.isfinite(part))) for part in result.final_state)
             if result.status is Status.FAILED and result.reason:
                 continue

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from engine import Scene, SceneError
 from reference_adapters import ReferenceEngine
-from validation.stress.trial import Verdict, blamed_on_engine
+from validation.playing import run_engine
+from validation.stress.trial import Verdict
 
 if TYPE_CHECKING:
     from hypothesis.strategies import SearchStrategy
@@ -133,8 +134,7 @@ def check_well_formed(data: dict[str, Any], engine: ReferenceEngine) -> tuple[st
         return (f"{text} is refused: {error}",)
     if not same:
         return (f"{text} is read as another scene than its values",)
-    with blamed_on_engine():
-        result = engine.simulate(scene, record="rest")
+    result = run_engine(engine, scene, "rest")
     if not result.status.complete:
         return (f"{text} is not run whole: {result.status.value}: {result.reason}",)
     return ()

@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -18,7 +19,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from engine import GhostballError, UnsupportedSceneError
+from engine import EngineFailedError, GhostballError, UnsupportedSceneError
 from reference_adapters.registry import (
     OURS,
     EngineUnavailableError,
@@ -33,7 +34,6 @@ from validation.stress.records import Finding, Key, StressFolder, StressRun, Str
 from validation.stress.selection import chosen_trials
 from validation.stress.trial import (
     CRASHED,
-    EngineFaultError,
     StressError,
     Suite,
     Trial,
@@ -53,7 +53,9 @@ DEFAULT_ENGINES: tuple[str, ...] = (
 )
 """What is tried where no engine is named."""
 
-PASSED, CHECK_FAILED, HARNESS_FAILED, INTERRUPTED = 0, 1, 3, 130
+PASSED, CHECK_FAILED, HARNESS_FAILED, NOTHING_JUDGED, INTERRUPTED = 0, 1, 3, 4, 130
+
+_LOGGER = logging.getLogger("ghostball.validation")
 
 Progress = Callable[[Finding, int, int], None]
 """Called with each finding, how many there are, and how many there will be."""
@@ -106,7 +108,8 @@ class StressOutcome:
     def exit_status(self) -> int:
         """0 our engine survived (or, where it isn't asked, all did); 1 not.
 
-        3 the harness failed to judge something; 130 interrupted.
+        3 the harness failed to judge something; 4 nothing was judged, for no engine could be asked;
+        130 interrupted.
         """
         if self.interrupted:
             return INTERRUPTED
@@ -114,6 +117,8 @@ class StressOutcome:
         found = [one for one in self.folder.findings if one.key in asked]
         if any(one.outcome == "failed" for one in found):
             return HARNESS_FAILED
+        if not any(one.outcome in ("survived", "broken") for one in found):
+            return NOTHING_JUDGED
         broken = {one.label for one in found if one.outcome == "broken"}
         return CHECK_FAILED if broken.intersection(self.must_hold) else PASSED
 
@@ -231,11 +236,19 @@ def _run(
     def limit(task: StressTask) -> float:
         return min(task.trial.limit, math.inf if time_limit is None else time_limit)
 
+    heard: set[str] = set()
+
+    def printed(task: StressTask, text: str) -> None:
+        if task.label not in heard:  # once: it may well print in every shot
+            heard.add(task.label)
+            trial = f"{task.family}/{task.trial.name}"
+            _LOGGER.warning("engine %s printed in %s, and maybe more: %s", task.label, trial, text)
+
     try:
         if any(parse_spec(task.label)[0] == OURS for task in rest):
             examples = {id(task.trial): task.trial for task in rest}.values()
             compile_kernels((scene for trial in examples for scene in trial.examples()), jobs)
-        with closing(run_tasks(rest, jobs, run_trial, _died, limit)) as findings:
+        with closing(run_tasks(rest, jobs, run_trial, _died, limit, printed)) as findings:
             for one in findings:
                 stamped = replace(one, code_hash=code_hash if code.holds() else "")
                 found[stamped.key] = stamped
@@ -311,8 +324,8 @@ def run_trial(task: StressTask) -> Finding:
             found = _broke(task, f"it refuses a scene of its own: {error}")
         else:
             found = {"outcome": "not-representable", "faults": error.features}
-    except EngineFaultError as error:
-        found = _broke(task, str(error))
+    except EngineFailedError as error:
+        found = _broke(task, error.reason)
     except GhostballError as error:
         found = {"outcome": "failed", "faults": (f"{type(error).__name__}: {error}",)}
     # An engine may raise anything, and its `sys.exit` must not end the run: kept, never fatal.

@@ -12,15 +12,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
-from engine import GhostballError, Record, Result, Scene, UnsupportedSceneError
+from engine import GhostballError, Record, Result, Scene
 from reference_adapters import ReferenceEngine
-from reference_adapters.registry import EngineUnavailableError
-from validation.returned import check_result
+from validation.playing import run_engine
 
 Suite = Literal["quick", "full"]
 """How much is tried: what a CI has time for, or all."""
@@ -173,28 +171,6 @@ class LongTrial(SceneTrial):
     small: ClassVar[bool] = False
 
 
-class EngineFaultError(Exception):
-    """An engine raised what the harness raises too, or handed back what can't be measured."""
-
-
-@contextmanager
-def blamed_on_engine() -> Iterator[None]:
-    """Tell errors of an engine, which runs in the block, apart from those of the harness.
-
-    Raises
-    ------
-    EngineFaultError
-        For a `GhostballError`: of any other one that leaves a trial the harness is to blame. What
-        an engine says of a scene that it lacks something for, or of itself, stays as it is.
-    """
-    try:
-        yield
-    except (UnsupportedSceneError, EngineUnavailableError):
-        raise
-    except GhostballError as error:
-        raise EngineFaultError(f"{type(error).__name__}: {error}") from error
-
-
 def play(engine: ReferenceEngine, scene: Scene, record: Record = "trajectory") -> Result | Verdict:
     """Run a shot; return its result, or the verdict where it has no whole one.
 
@@ -202,12 +178,10 @@ def play(engine: ReferenceEngine, scene: Scene, record: Record = "trajectory") -
     ------
     UnsupportedSceneError
         Where the engine can't represent the scene.
-    EngineFaultError
+    EngineFailedError
         Where it fails.
     """
-    with blamed_on_engine():
-        result = engine.simulate(scene, record=record)
-        check_result(result, scene, engine.name)
+    result = run_engine(engine, scene, record)
     if result.status.complete:
         return result
     why = f": {result.reason}" if result.reason else ""

@@ -27,10 +27,11 @@ from engine.result import initial_state
 from engine.scene import POOL_BALL_RADIUS
 from engine.trajectory import energy_of
 from reference_adapters import ReferenceEngine
+from validation.playing import run_engine
 from validation.steps import step_setting, with_step
 from validation.stress.family import Family
 from validation.stress.judges import energies, is_exact
-from validation.stress.trial import Suite, Trial, Verdict, blamed_on_engine, play
+from validation.stress.trial import Suite, Trial, Verdict, play
 
 DIAMETER = 2.0 * POOL_BALL_RADIUS
 
@@ -285,8 +286,7 @@ def own_step(engine: ReferenceEngine, scene: Scene) -> float:
     assert name is not None
     value = getattr(engine.settings, name)
     if value is None:
-        with blamed_on_engine():
-            value = engine.simulate(scene).settings[name]
+        value = run_engine(engine, scene, "rest").settings[name]
     return float(value)
 
 

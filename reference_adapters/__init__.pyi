@@ -1,0 +1,16 @@
+from .base import (
+    EngineBase as EngineBase,
+    EngineError as EngineError,
+    EngineSettings as EngineSettings,
+    ReferenceEngine as ReferenceEngine,
+)
+from .registry import (
+    EngineUnavailableError as EngineUnavailableError,
+    engine_class as engine_class,
+    engine_names as engine_names,
+    make_engine as make_engine,
+    make_engine_of_class as make_engine_of_class,
+    names_class as names_class,
+    parse_spec as parse_spec,
+    split_specs as split_specs,
+)

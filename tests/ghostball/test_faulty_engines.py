@@ -1,0 +1,205 @@
+"""Commands with an engine that misbehaves: it is named, the exit status says so, nothing leaks."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from xml.etree import ElementTree
+
+import pytest
+from typer.testing import CliRunner
+
+from engine import Scene
+from ghostball.cli import app
+from validation.stress.faulty_engine import planted
+
+SHOT = """
+schema = 1
+name = "shot"
+title = "</script><script>alert('\\u001b[31mred\\u001b[0m')</script>"
+[table]
+length = 2.0
+width = 1.0
+[[balls]]
+id = "<svg onload=alert(1)>"
+position = [0.5, 0.5]
+velocity = [0.5, 0.0]
+"""
+
+
+@pytest.fixture
+def faulty(tmp_path, monkeypatch):
+    """Install the faulty engine, and go to an empty folder with a scene of one's own."""
+    monkeypatch.setenv("COLUMNS", "400")
+    monkeypatch.syspath_prepend(str(planted(tmp_path / "site")))
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    (tmp_path / "here" / "shot.toml").write_text(SHOT)
+    assert Scene.load("shot.toml").title.startswith("</script>")
+    return tmp_path / "here"
+
+
+def run(*arguments):
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    assert "\x1b" not in result.output, "an engine, or a scene, steers the terminal"
+    return result
+
+
+COMMANDS = {
+    "simulate": ("simulate", "stop", "--engine"),
+    "explain": ("explain", "stop", "--no-attribute", "--engine"),
+    "validate": ("validate", "stop", "--no-report", "--engines"),
+}
+
+FAULTS = {
+    "raise": "RuntimeError: lost the balls",
+    "exit": "SystemExit: 0",
+    "garbage": "ValueError: \\x1b[31m",
+    "give-up": "\\x1b[31mlost the cue",
+    "stop": "too many steps",
+    "miscount": '`collision_counts["ball-ball"]` must be a whole number from 0 to 2^53, got -3',
+}
+
+
+@pytest.mark.usefixtures("faulty", "in_this_process")
+@pytest.mark.parametrize("does", FAULTS)
+@pytest.mark.parametrize("command", COMMANDS)
+def test_an_engine_that_fails_is_named_and_the_status_is_1(command, does):
+    # Breaks where one command passes what another one refuses, or calls it a bug of ghostball's.
+    result = run(*COMMANDS[command], f"faulty:does={does}")
+    assert result.exit_code == 1, result.output
+    assert FAULTS[does] in result.output
+    assert "faulty" in result.output
+    assert "ghostball itself failed" not in result.output
+
+
+@pytest.mark.usefixtures("faulty")
+@pytest.mark.parametrize("command", ["simulate", "explain"])
+def test_a_crash_and_a_hang_are_the_engines_too(command):
+    # `validate` and `stress` have tests of their own.
+    for does, reason in (
+        ("die", "the process running it died (exit code 7)"),
+        ("hang", "it took longer than 0.5 s, and was ended"),
+    ):
+        result = run(*COMMANDS[command], f"faulty:does={does}", "--time-limit", "0.5")
+        assert result.exit_code == 1, result.output
+        assert f"engine faulty failed: {reason}" in result.stderr
+        assert result.stdout == ""
+
+
+def test_what_an_engine_prints_never_reaches_the_terminal_or_the_json(faulty):
+    path = os.pathsep.join(filter(None, sys.path))
+    done = subprocess.run(
+        [sys.executable, "-m", "ghostball", *COMMANDS["simulate"], "faulty:does=print", "--json"],
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert json.loads(done.stdout)["engine"] == "faulty"
+    assert done.stdout.count("\n") == 1
+    assert sorted(done.stderr.splitlines()) == [
+        "engine faulty printed: \\x1b[31mfrom Python",
+        "engine faulty printed: \\x1b]0;straight to descriptor 1\\x07",
+        "engine faulty printed: straight to descriptor 2",
+    ]
+
+
+@pytest.mark.usefixtures("in_this_process", "without_run_figures")
+def test_what_an_engine_prints_is_in_the_report_and_said_once(faulty):
+    engines = "ghostball,faulty:does=print"
+    result = run("validate", "stop", "half-ball-cut", "--engines", engines, "--junit", "junit.xml")
+    assert "engine faulty:does=print printed: \\x1b[31mfrom Python" in result.stderr
+    assert "printed that in scene stop, and in 1 more cases" in result.stderr
+    assert result.stderr.count("from Python") == 1
+    assert "from Python" not in result.stdout
+    for file in ("report.md", "report.html"):
+        text = (faulty / "out" / file).read_text()
+        assert "printed: \\x1b[31mfrom Python" in text
+        assert "\x1b" not in text
+    assert "\\x1b[31mfrom Python" in (faulty / "junit.xml").read_text()
+
+
+@pytest.mark.usefixtures("in_this_process", "without_run_figures")
+def test_a_run_in_which_nothing_was_judged_is_no_pass_and_says_what_to_do(faulty):
+    # Breaks where a CI stays green though no limit covers anything; also where one reader of the
+    # results says another thing than the next.
+    result = run("validate", "shot.toml", "--engines", "faulty", "--junit", "junit.xml")
+    assert result.exit_code == 4, result.output
+    assert "nothing was judged: no limit covers what was run." in result.stderr
+    assert "Say what must hold in shot.expect.toml beside the scene" in result.stderr
+    suites = ElementTree.parse(faulty / "junit.xml").getroot()
+    assert suites.get("errors") == "1"
+    assert "nothing was judged" in suites.find("testsuite[@name='ghostball']/testcase/error").get(
+        "message"
+    )
+    assert "Nothing judged" in (faulty / "out" / "report.html").read_text()
+    assert "○ Ghostball: Nothing judged" in run("report", "out", "--summary", "-").stdout
+    assert (
+        "ghostball: error: No limit covers what was run"
+        in run("report", "out", "--text", "-").stdout
+    )
+    # What it says to write is read, and judges.
+    advice = result.stderr.partition("such as:\n")[2].splitlines()[:5]
+    (faulty / "shot.expect.toml").write_text("\n".join(advice))
+    judged = run("validate", "shot.toml", "--engines", "faulty", "--no-report")
+    assert judged.exit_code == 0, judged.output
+    assert "1 checks passed" in judged.stdout
+
+
+@pytest.mark.usefixtures("faulty", "in_this_process")
+def test_why_nothing_was_judged_is_said_of_each_case():
+    def advice(*arguments):
+        result = run("validate", *arguments, "--no-report")
+        assert result.exit_code == 4, result.output
+        return result.stderr
+
+    assert "`pytest ghostball:: --ghostball-engine faulty`" in advice("stop", "--engines", "faulty")
+    assert "can play these scenes" in advice("draw-shot", "--engines", "paper-discrete")
+    everything = advice("stop", "--engines", "ghostball", "--metrics", "wall_time")
+    assert "--metrics leaves out every limit" in everything
+
+
+@pytest.mark.usefixtures("in_this_process", "without_run_figures")
+def test_ones_own_scene_has_no_baseline_and_needs_none(faulty):
+    # Breaks where the page warns that the scene couldn't be compared, which nobody asked for.
+    result = run("validate", "shot.toml", "--engines", "ghostball")
+    assert result.exit_code == 0, result.output
+    page = (faulty / "out" / "report.html").read_text()
+    assert "not all compared" not in page.lower()
+    assert "no-baseline" not in page
+    assert not (faulty / "out" / "regression.json").exists()
+
+
+@pytest.mark.usefixtures("in_this_process", "without_run_figures")
+def test_titles_ids_and_reasons_are_no_markup_and_no_escapes_in_a_report(faulty):
+    result = run("validate", "shot.toml", "--engines", "ghostball,faulty:does=garbage")
+    assert result.exit_code == 1
+    text = (faulty / "out" / "report.md").read_text()
+    assert "alert(" in text
+    for forbidden in ("<script", "</script", "<svg", "\x1b", "\0"):
+        assert forbidden not in text
+    assert "<details><summary>" in text  # our own
+    for option in ("--summary", "--text"):
+        told = run("report", "out", option, "-").stdout
+        assert "in red" in told
+        assert "\0" not in told
+
+
+@pytest.mark.usefixtures("faulty")
+def test_stress_names_an_engine_that_fails_and_judges_no_other(tmp_path):
+    trial = "grazing/rolling-hit-1e-04"
+    for does, part in (("miscount", "got -3"), ("give-up", "\\x1b[31mlost the cue")):
+        result = run(
+            "stress",
+            trial,
+            "--engines",
+            f"faulty:does={does}",
+            "--out",
+            tmp_path / does,
+            "--no-report",
+        )
+        assert result.exit_code == 1, result.output
+        assert part in result.output
