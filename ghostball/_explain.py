@@ -20,8 +20,9 @@ from reports import plot_explanation, style
 from reports.attribution_text import (
     TRUTHS,
     backward_text,
+    better_text,
     compared_text,
-    order_text,
+    ladder_text,
     part_text,
     share_text,
 )
@@ -29,6 +30,8 @@ from validation.attribution import Attribution
 from validation.explanation import Explanation, Margin, explain
 from validation.library import find_scene
 from validation.parting import Collision
+
+NOT_DIVIDED = {"not told": "can't be told apart: ", "not compared": "not compared: "}
 
 NAMES = {"truth": "in truth", "engine": "in {label}"}
 
@@ -199,12 +202,13 @@ def _attribution_table(found: Attribution) -> RenderableType:
     if found.difference is not None:
         table.add_row("difference", f"{style.format_length(found.difference)} {when}")
     if found.reason:
-        table.add_row("", escape(f"{found.outcome}: {found.reason}"))
-    for name, part in (("model", found.model), ("step", found.discretisation)):
-        if part is not None:
-            share = share_text(found, part)
-            of = f", {share} of it" if share else ""
-            table.add_row(name, f"{part_text(part)}{of}{_of(found, name)}")
+        table.add_row("model, step", escape(f"{NOT_DIVIDED[found.outcome]}{found.reason}"))
+    if found.model is not None:
+        table.add_row("model", part_text(found.model) + ("" if found.runs else " (it has no step)"))
+    if found.discretisation is not None:
+        table.add_row("step", f"{part_text(found.discretisation)} ({ladder_text(found)})")
+    if share := share_text(found):
+        table.add_row("shares", share)
     if found.rounding is not None:
         text = f"an ulp of the input moves a ball by {style.format_length(found.rounding)}"
         table.add_row("rounding", text)
@@ -212,14 +216,6 @@ def _attribution_table(found: Attribution) -> RenderableType:
         table.add_row("approximates", escape("\n".join(found.approximations)))
     if stroke := backward_text(found):
         table.add_row("as a shot", escape(stroke))
+    if better := better_text(found):
+        table.add_row("better", escape(better))
     return table
-
-
-def _of(found: Attribution, name: str) -> str:
-    """Say what belongs to a part: of the step, its order."""
-    if name == "model" or found.step is None:
-        return "" if found.step is not None else " (no step to halve)"
-    ladder = f"{style.format_time(found.step)} and {len(found.phases) - 1} halvings"
-    if found.flat:
-        return f": the step doesn't matter ({ladder})"
-    return f"; falls with order {order_text(found)} ({ladder})"

@@ -14,7 +14,6 @@ from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
-from validation.attribution import attribute_results
 from validation.environment import describe_environment
 from validation.junit import write_junit
 from validation.library import Suite, select
@@ -52,7 +51,6 @@ def run(
     figures: bool,
     ensemble: int | None,
     ensemble_size: str | None,
-    attribute: bool,
 ) -> int:
     """Validate, and return the exit status; see the options of the command.
 
@@ -126,9 +124,6 @@ def run(
             if status is ExitStatus.INTERRUPTED:  # that was said
                 return status
             status = max(status, _ensembles.show(out))
-        if attribute:
-            with counting("attributing") as count:
-                attribute_results(results, progress=count, jobs=jobs, time_limit=time_limit)
         if report:
             written = _report.write(out, jobs=jobs, figures=figures)
             console.print(f"page: {written.page}", soft_wrap=True, markup=False)

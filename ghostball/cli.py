@@ -180,14 +180,6 @@ def validate(
             "and y of each ball (m) (default: velocity=1e-3,position=1e-4).",
         ),
     ] = None,
-    attribute: Annotated[
-        bool,
-        typer.Option(
-            "--attribute",
-            help="Say also where each difference comes from: physics that an engine lacks, its "
-            "step, or rounding. Takes each engine to an eighth of its step: minutes.",
-        ),
-    ] = False,
 ) -> None:
     """Run scenes on several engines; say which are right."""
     from ghostball._validate import run  # noqa: PLC0415
@@ -218,7 +210,6 @@ def validate(
             figures=figures,
             ensemble=ensemble,
             ensemble_size=ensemble_size,
-            attribute=attribute,
         )
     )
 
@@ -240,7 +231,7 @@ def explain(
         bool,
         typer.Option(
             help="Say also what the difference is made of, and which other stroke would explain "
-            "it. Takes some dozens of runs, at down to an eighth of the step or less."
+            "it. Takes some two dozen runs, the finest at an eighth of the step or less."
         ),
     ] = True,
 ) -> None:
@@ -248,8 +239,9 @@ def explain(
 
     The truth is certified where it can be. Named are the first collision that one of both lacks,
     what the other has in its place, by how much, and the balls there; then what the difference is
-    made of (model, step, rounding), and by how much the engine played another shot. Exit status 0,
-    whether they part or not; 1 where the engine's run didn't end by itself.
+    made of (model, step, rounding), by how much the engine played another shot, and with which step
+    or mode it would play this one better. Exit status 0, whether they part or not; 1 where the
+    engine's run didn't end by itself.
     """
     if plot is not None:
         check_plot(plot)

@@ -9,7 +9,7 @@ from engine import Record, Result, Scene
 from reference_adapters import ReferenceEngine, parse_spec
 from reference_adapters.certified import CertifiedEngine, CertifiedSettings, certify
 from reference_adapters.certified.engine import result_of
-from validation.attribution import begun_earlier
+from validation.bench._phases import begun_earlier
 from validation.steps import step_of, step_setting, with_step
 
 LONGEST_STEP = 0.02
