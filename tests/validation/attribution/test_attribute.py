@@ -83,7 +83,7 @@ def test_errors_that_do_not_fall_give_no_number():
     ("vy", "blamed"),
     [
         (0.45, 0.30e-3),  # ± 0.03 mm, that the fit of an order gave, where there is none
-        (0.525, 9.8e-3),  # ± 7.6 mm
+        pytest.param(0.525, 9.8e-3, marks=pytest.mark.slow),  # ± 7.6 mm
     ],
 )
 def test_pymunk_is_blamed_for_no_model_error_where_it_has_none(few_steps, vy, blamed):
