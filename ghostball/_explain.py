@@ -31,6 +31,9 @@ from validation.explanation import Explanation, Margin, explain
 from validation.library import find_scene
 from validation.parting import Collision
 
+FEW_ULPS = 1e6
+"""Spacings of doubles below which a length is told in these too [1]: a tenth of a nanometre."""
+
 NOT_DIVIDED = {"not told": "can't be told apart: ", "not compared": "not compared: "}
 
 NAMES = {"truth": "in truth", "engine": "in {label}"}
@@ -148,10 +151,17 @@ def _apart(explanation: Explanation) -> Iterator[RenderableType]:
     table.add_row(f"  in {explanation.label}", _event_text(explanation, parting.other, "truth"))
     yield table
     yield Text("By how much:")
-    for margin in explanation.margins:
+    for margin in _telling(explanation):
         yield Text(f"  {_margin_text(explanation, margin)}")
     yield Text("The balls there:")
     yield _balls_table(explanation)
+
+
+def _telling(explanation: Explanation) -> list[Margin]:
+    """Return the smallest margin, and the others that are less than a ball: more says nothing."""
+    ball = 2.0 * float(explanation.scene.radii.max())
+    smallest, others = explanation.margins[:1], explanation.margins[1:]
+    return [*smallest, *(one for one in others if one.length < ball)]
 
 
 def _event_text(explanation: Explanation, one: Collision | None, instead_of: str) -> str:
@@ -163,7 +173,9 @@ def _event_text(explanation: Explanation, one: Collision | None, instead_of: str
 def _margin_text(explanation: Explanation, margin: Margin) -> str:
     where = NAMES[margin.run].format(label=explanation.label)
     event = margin.event.describe(explanation.scene)
-    length = f"{style.format_length(margin.length)} ({margin.ulps:.2g} ulps)"
+    length = style.format_length(margin.length)
+    if margin.ulps < FEW_ULPS:
+        length += f" ({margin.ulps:.2g} roundings of a position)"
     if margin.what == "miss":
         return f"{where}, {event}: a path would have to be {length} off for it to be missed"
     if margin.what == "hit":

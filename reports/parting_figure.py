@@ -79,7 +79,7 @@ def draw_explanation(explanation: Explanation) -> Figure:
     trails = [run.sample(np.linspace(0.0, t, TRAIL_TIMES)).positions for run in runs]
     view = view_of(scene, *trails, needed=trails[0][-1])
     height = float(np.clip(0.64 * (WIDTH - 1.0) * aspect_of(view), 2.4, 5.0))
-    figure = style.new_figure(WIDTH, height + 1.25)
+    figure = style.new_figure(WIDTH, height + 1.5)
     left, right = figure.subplots(1, 2, width_ratios=[1.9, 1.0])
     close = _close_up(explanation, trails)
     for axes, shown in ((left, view), (right, close)):
@@ -157,7 +157,10 @@ def _point(explanation: Explanation, run: Result, one: Collision) -> FloatArray:
 
 
 def _close_up(explanation: Explanation, trails: list[FloatArray]) -> View:
-    """Return what the close-up shows: the first collision, else the ball that ends farthest off."""
+    """Return what the close-up shows: the first collision, else the ball that ends farthest off.
+
+    The balls of both collisions are in it whole, unless they are too far apart.
+    """
     scene, parting = explanation.scene, explanation.parting
     reach = CLOSE_UP * float(scene.radii.max())
     if parting is None:
@@ -167,7 +170,9 @@ def _close_up(explanation: Explanation, trails: list[FloatArray]) -> View:
     else:
         run = explanation.known.result if parting.first is parting.true else explanation.result
         x, y = _point(explanation, run, parting.first)
-        for trail, ball in product(trails, parting.first.balls):
+        both = (one for one in (parting.true, parting.other) if one is not None)
+        concerned = {ball for one in both for ball in one.balls}
+        for trail, ball in product(trails, sorted(concerned)):
             from_there = np.abs(trail[-1, ball, :2] - (x, y)).max() + scene.radii[ball]
             if ROOM * from_there <= FARTHEST * float(scene.radii.max()):
                 reach = max(reach, ROOM * float(from_there))

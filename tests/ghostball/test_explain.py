@@ -28,7 +28,6 @@ def test_where_two_shots_part(cli, tmp_path):
         "They part at t = 0.62675331",
         '"1" hits "3" at t =',
         '"3" hits "5" at t =',
-        "ulps",
         "before what the other has",
         "comes no nearer to",
         "velocity in truth",
