@@ -222,8 +222,8 @@ def _attribution_table(found: Attribution) -> RenderableType:
     if share := share_text(found):
         table.add_row("shares", share)
     if found.rounding is not None:
-        text = f"an ulp of the input moves a ball by {style.format_length(found.rounding)}"
-        table.add_row("rounding", text)
+        moved = style.format_length(found.rounding)
+        table.add_row("rounding", f"the last digit of the input moves a ball by {moved}")
     if found.approximations:
         table.add_row("approximates", escape("\n".join(found.approximations)))
     if stroke := backward_text(found):

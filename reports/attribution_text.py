@@ -49,7 +49,7 @@ def better_text(found: Attribution) -> str:
             said.append(f"no step brings it nearer than {least}")
         elif not model.told_from_zero and model.uncertainty > AIM:
             needed = style.format_time(step * AIM / model.uncertainty)
-            said.append(f"by the same bound a step of {needed} brings it within 1 mm")
+            said.append(f"a step of {needed} would bring it within 1 mm of its end at zero step")
     return "; ".join(said)
 
 

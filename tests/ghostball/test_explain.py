@@ -60,7 +60,7 @@ def test_json_is_one_object(cli):
     found = cli("stop", "--engine", "paper-continuous", "--json")
     assert found.exit_code == 0, found.output
     data = json.loads(found.stdout)
-    assert data["schema"] == 1
+    assert data["schema"] == 2
     assert data["parting"] is None
     assert data["attribution"]["outcome"] == "attributed"
     assert data["attribution"]["backward"]["ball"] == "cue"

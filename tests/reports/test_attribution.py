@@ -55,7 +55,7 @@ def test_what_plays_it_better_is_advised():
     assert better_text(DIVIDED) == measured
     open_ = replace(DIVIDED, model=Part(5e-3, 1e-2, 0.1))
     assert better_text(open_) == (
-        f"{measured}; by the same bound a step of 1.56 µs brings it within 1 mm"
+        f"{measured}; a step of 1.56 µs would bring it within 1 mm of its end at zero step"
     )
     lacking = replace(DIVIDED, model=Part(5e-2, 1e-2, 0.9), better=())
     assert better_text(lacking) == "no step brings it nearer than 40 mm"

@@ -10,18 +10,18 @@ which, no number is given.
 
 from validation.attribution._attribute import attribute
 from validation.attribution._backward import BackwardError, NoCueBallError, backward_error
-from validation.attribution._limit import Limit, largest_distance, limit_of
+from validation.attribution._zero_step import ZeroStep, largest_distance, zero_step_of
 from validation.attribution.records import Attribution, Better, Part
 
 __all__ = [
     "Attribution",
     "BackwardError",
     "Better",
-    "Limit",
     "NoCueBallError",
     "Part",
+    "ZeroStep",
     "attribute",
     "backward_error",
     "largest_distance",
-    "limit_of",
+    "zero_step_of",
 ]

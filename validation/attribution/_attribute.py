@@ -13,7 +13,6 @@ from engine import GhostballError, Scene
 from reference_adapters import ReferenceEngine
 from validation.attribution._backward import NoCueBallError, NotCertifiedError, backward_error
 from validation.attribution._horizon import horizon
-from validation.attribution._limit import Limit, largest_distance, limit_of
 from validation.attribution._runs import (
     ULPS,
     Played,
@@ -23,6 +22,7 @@ from validation.attribution._runs import (
     play,
     play_ulps,
 )
+from validation.attribution._zero_step import ZeroStep, largest_distance, zero_step_of
 from validation.attribution.records import Attribution, Better, Part
 from validation.case import approximations_of
 from validation.known_shot import KnownShot, known_shot
@@ -68,9 +68,9 @@ class _Ladder:
     instant: float | None
     until: str
 
-    def limit(self) -> Limit:
+    def limit(self) -> ZeroStep:
         """Return what it says of zero step."""
-        return limit_of(self.steps, [one.positions for one in (self.base, *self.runs)])
+        return zero_step_of(self.steps, [one.positions for one in (self.base, *self.runs)])
 
 
 def attribute(
@@ -108,7 +108,7 @@ def attribute(
     by ball, and the shot is predictable; else at the last instant of which both hold, to which the
     engine is run anew. The discretisation is the way from the engine's own run to the limit at zero
     step, the model's part the way from there to the truth, rounding what an ulp of the input does.
-    The limit and its uncertainty are those of `limit_of`. Neither part is given where the
+    The limit and its uncertainty are those of `zero_step_of`. Neither part is given where the
     uncertainty is over half of the difference, or where errors don't fall with the step.
     """
     known = known_shot(scene) if known is None else known
@@ -272,4 +272,4 @@ def _climb(scene: Scene, engine: ReferenceEngine, known: KnownShot) -> _Ladder:
 def _why(instant: float, predictable: float) -> str:
     if instant < predictable:
         return "the collisions of some run of the ladder are others from then on"
-    return "past it, an ulp of the input moves a ball by more than a micrometre"
+    return "past it, the last digit of the input moves a ball by more than a micrometre"

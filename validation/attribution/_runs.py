@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from engine import Ball, GhostballError, Scene, SceneError, Status
 from reference_adapters import ReferenceEngine
-from validation.attribution._limit import LEAST_RATIO, RUNS
+from validation.attribution._zero_step import LEAST_RATIO, RUNS
 from validation.parting import Agreement, Collision, collisions_in, compare_logs
 from validation.returned import check_result
 from validation.rolling import rolling_spin

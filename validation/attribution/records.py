@@ -24,7 +24,7 @@ class Part:
     size : float [m]
         Of the ball on which it is largest.
     uncertainty : float [m]
-        By how much the size may be off: a bound, see `limit_of`.
+        By how much the size may be off: a bound, see `zero_step_of`.
     share : float [1]
         Its part of the difference: its projection on it, over all balls, over the difference. The
         shares of model and discretisation add up to 1; negative is a part that hides another one.

@@ -38,7 +38,7 @@ with the step makes it 4 over the shortest ladder, and 15 or more over the longe
 
 
 @dataclass(frozen=True, eq=False)
-class Limit:
+class ZeroStep:
     """What runs at several steps say of zero step.
 
     Attributes
@@ -46,7 +46,7 @@ class Limit:
     positions : (n, 2) float64 [m]
         Of the finest run.
     uncertainty : float [m]
-        How far any ball of them may be from the limit; see `limit_of`.
+        How far any ball of them may be from the limit; see `zero_step_of`.
     spread : float [m]
         Largest distance of a ball between the finest run and another.
     growth : float [1]
@@ -70,7 +70,7 @@ def largest_distance(a: FloatArray, b: FloatArray) -> float:
     return float(np.max(np.hypot(*(a - b).T)))
 
 
-def limit_of(steps: Sequence[float], states: Sequence[FloatArray]) -> Limit:
+def zero_step_of(steps: Sequence[float], states: Sequence[FloatArray]) -> ZeroStep:
     """Bound where balls end at zero step from where they end at several steps.
 
     Parameters
@@ -97,7 +97,7 @@ def limit_of(steps: Sequence[float], states: Sequence[FloatArray]) -> Limit:
     - e = c h^p in one direction: d over e(h_f) is (r^p - 1) / (r - 1), r the ratio of the steps, so
       that the bound holds for p >= 1, and with the margin, at r = 2, for p >= 3/4.
 
-    Both need errors that fall: see `Limit.falls`.
+    Both need errors that fall: see `ZeroStep.falls`.
     """
     h, finest = np.array(steps[:-1]), steps[-1]
     differences = np.array([largest_distance(one, states[-1]) for one in states[:-1]])
@@ -105,7 +105,7 @@ def limit_of(steps: Sequence[float], states: Sequence[FloatArray]) -> Limit:
     half = len(h) // 2
     coarse, fine = slopes[:half].max(), slopes[half:].max()
     growth = 0.0 if fine == 0.0 else math.inf if coarse == 0.0 else float(fine / coarse)
-    return Limit(
+    return ZeroStep(
         positions=states[-1],
         uncertainty=MARGIN * finest * float(slopes.max()),
         spread=float(differences.max()),

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from validation.attribution._limit import LEAST_RATIO, MARGIN, RUNS, limit_of
 from validation.attribution._runs import FINEST, ladder_of
+from validation.attribution._zero_step import LEAST_RATIO, MARGIN, RUNS, zero_step_of
 
 LIMIT = np.array([[1.0, 2.0], [0.3, 0.4]])
 WAY = np.array([[0.6, -0.8], [0.0, 0.1]])
@@ -17,7 +17,7 @@ DURATIONS = [100.0, 3.0, 0.5]
 def limit_for(error, duration=3.0):
     """The limit that is found of an error of so many metres at each step [s]."""
     steps = ladder_of(1e-3, duration, None)
-    return limit_of(steps, [LIMIT + error(h) * WAY for h in steps])
+    return zero_step_of(steps, [LIMIT + error(h) * WAY for h in steps])
 
 
 def off(limit):
@@ -47,7 +47,7 @@ def test_contacts_seen_late_by_a_random_part_of_a_step_are_covered(contacts, dur
         ways = random.normal(size=(contacts, 2, 2))
         steps = ladder_of(1e-3, duration, None)
         late = random.random((len(steps), contacts)) * np.array(steps)[:, np.newaxis]
-        limit = limit_of(steps, [LIMIT + np.tensordot(one, ways, 1) for one in late])
+        limit = zero_step_of(steps, [LIMIT + np.tensordot(one, ways, 1) for one in late])
         outside += off(limit) > limit.uncertainty
         rising += not limit.falls
     assert outside <= 0.01 * shots  # the margin leaves far less than one in twenty
@@ -61,7 +61,7 @@ def test_the_largest_of_twenty_is_outside_at_most_without_the_margin():
     shots, outside = 2000, 0
     for _ in range(shots):
         errors = steps * random.pareto(1.0, len(steps))
-        limit = limit_of(steps.tolist(), [LIMIT + e * WAY for e in errors])
+        limit = zero_step_of(steps.tolist(), [LIMIT + e * WAY for e in errors])
         outside += off(limit) > limit.uncertainty / MARGIN
     assert outside <= 0.05 * shots * 1.2  # counted, so within three deviations of one in twenty
 
