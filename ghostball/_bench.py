@@ -193,6 +193,39 @@ def accuracy(
 
 @app.command()
 @command
+def attribution(
+    shots: Annotated[
+        int | None, typer.Option(min=1, help="How many random shots (default: 200).")
+    ] = None,
+    first: Annotated[
+        int, typer.Option(min=0, help="Number of the first shot: the same number, the same shot.")
+    ] = 0,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    out: Out = None,
+    store: Store = False,
+) -> None:
+    """Count how often the bound of a model error that `explain` gives holds.
+
+    Random shots on engines whose model error is known. Exit status 1 where fewer than 95 % of the
+    bounds hold.
+    """
+    from ghostball._bench_tables import attribution_tables  # noqa: PLC0415
+    from ghostball._progress import counting  # noqa: PLC0415
+    from validation import bench  # noqa: PLC0415
+    from validation.bench.attribution import SHOTS  # noqa: PLC0415
+
+    paths = _paths("attribution", out, store, part=first > 0 or (shots or SHOTS) < SHOTS)
+    with counting("attributing") as count:
+        measured = bench.measure_attribution(shots or SHOTS, first=first, jobs=jobs, progress=count)
+    stdout().print(attribution_tables(measured))
+    _finish(measured, paths)
+    if measured.failing:
+        say(f"[bold red]Too few bounds hold:[/] {', '.join(measured.failing)}")
+        raise typer.Exit(ExitStatus.CHECK_FAILED)
+
+
+@app.command()
+@command
 def precision(
     scenes: Annotated[
         list[str] | None,

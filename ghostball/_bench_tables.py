@@ -15,6 +15,7 @@ from engine.skips import Skip
 from reports.style import format_quantity, format_time
 from validation.bench import (
     AccuracyMeasurement,
+    AttributionMeasurement,
     PeerRow,
     Row,
     ScalingMeasurement,
@@ -122,6 +123,26 @@ def accuracy_tables(measured: AccuracyMeasurement) -> RenderableType:
             quality = "–" if row.quality_factor is None else f"{row.quality_factor:.3g}"
             why = f"; {'; '.join(row.faults)}" if row.faults else ""
             parts.append(Text(f"{title}: quality factor {quality}{why}: {row.again}"))
+    return Group(*parts)
+
+
+def attribution_tables(measured: AttributionMeasurement) -> RenderableType:
+    """Return how often bounds of model errors hold, and the shots where one doesn't."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column(f"{measured.shots} shots from number {measured.first}", no_wrap=True)
+    for heading in ("given", "hold", "blamed", "can't be told", "not compared", "± / difference"):
+        table.add_column(heading, justify="right")
+    for one in measured.engines:
+        hold = f"{one.covered} ({one.covered / one.attributed:.1%})" if one.attributed else "–"
+        counts = map(str, (one.blamed, one.not_told, one.not_compared))
+        wide = "–" if one.relative is None else f"{one.relative:.1%}"
+        table.add_row(escape(one.engine), str(one.attributed), hold, *counts, wide)
+    parts: list[RenderableType] = [table]
+    for row in measured.rows:
+        if row.covered is False:
+            what = f"{row.model:.3g} m ± {row.uncertainty:.2g} m, in truth {row.true_model:.3g} m"
+            again = f"ghostball bench attribution --first {row.number} --shots 1"
+            parts.append(Text(f"outside: {what} on {row.engine}: {again}"))
     return Group(*parts)
 
 

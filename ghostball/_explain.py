@@ -21,8 +21,9 @@ from reports import plot_explanation, style
 from reports.attribution_text import (
     TRUTHS,
     backward_text,
+    better_text,
     compared_text,
-    order_text,
+    ladder_text,
     part_text,
     share_text,
 )
@@ -31,6 +32,11 @@ from validation.explanation import Explanation, Margin, explain
 from validation.library import find_scene
 from validation.parting import Collision
 from validation.playing import apart
+
+FEW_ULPS = 1e6
+"""Spacings of doubles below which a length is told in these too [1]: a tenth of a nanometre."""
+
+NOT_DIVIDED = {"not told": "can't be told apart: ", "not compared": "not compared: "}
 
 NAMES = {"truth": "in truth", "engine": "in {label}"}
 
@@ -163,10 +169,17 @@ def _apart(explanation: Explanation) -> Iterator[RenderableType]:
     table.add_row(f"  in {explanation.label}", _event_text(explanation, parting.other, "truth"))
     yield table
     yield Text("By how much:")
-    for margin in explanation.margins:
+    for margin in _telling(explanation):
         yield Text(f"  {_margin_text(explanation, margin)}")
     yield Text("The balls there:")
     yield _balls_table(explanation)
+
+
+def _telling(explanation: Explanation) -> list[Margin]:
+    """Return the smallest margin, and the others that are less than a ball: more says nothing."""
+    ball = 2.0 * float(explanation.scene.radii.max())
+    smallest, others = explanation.margins[:1], explanation.margins[1:]
+    return [*smallest, *(one for one in others if one.length < ball)]
 
 
 def _event_text(explanation: Explanation, one: Collision | None, instead_of: str) -> str:
@@ -178,7 +191,9 @@ def _event_text(explanation: Explanation, one: Collision | None, instead_of: str
 def _margin_text(explanation: Explanation, margin: Margin) -> str:
     where = NAMES[margin.run].format(label=explanation.label)
     event = margin.event.describe(explanation.scene)
-    length = f"{style.format_length(margin.length)} ({margin.ulps:.2g} ulps)"
+    length = style.format_length(margin.length)
+    if margin.ulps < FEW_ULPS:
+        length += f" ({margin.ulps:.2g} roundings of a position)"
     if margin.what == "miss":
         return f"{where}, {event}: a path would have to be {length} off for it to be missed"
     if margin.what == "hit":
@@ -217,27 +232,20 @@ def _attribution_table(found: Attribution) -> RenderableType:
     if found.difference is not None:
         table.add_row("difference", f"{style.format_length(found.difference)} {when}")
     if found.reason:
-        table.add_row("", escape(f"{found.outcome}: {found.reason}"))
-    for name, part in (("model", found.model), ("step", found.discretisation)):
-        if part is not None:
-            share = share_text(found, part)
-            of = f", {share} of it" if share else ""
-            table.add_row(name, f"{part_text(part)}{of}{_of(found, name)}")
+        table.add_row("model, step", escape(f"{NOT_DIVIDED[found.outcome]}{found.reason}"))
+    if found.model is not None:
+        table.add_row("model", part_text(found.model) + ("" if found.runs else " (it has no step)"))
+    if found.discretisation is not None:
+        table.add_row("step", f"{part_text(found.discretisation)} ({ladder_text(found)})")
+    if share := share_text(found):
+        table.add_row("shares", share)
     if found.rounding is not None:
-        text = f"an ulp of the input moves a ball by {style.format_length(found.rounding)}"
-        table.add_row("rounding", text)
+        moved = style.format_length(found.rounding)
+        table.add_row("rounding", f"the last digit of the input moves a ball by {moved}")
     if found.approximations:
         table.add_row("approximates", escape("\n".join(found.approximations)))
     if stroke := backward_text(found):
         table.add_row("as a shot", escape(stroke))
+    if better := better_text(found):
+        table.add_row("better", escape(better))
     return table
-
-
-def _of(found: Attribution, name: str) -> str:
-    """Say what belongs to a part: of the step, its order."""
-    if name == "model" or found.step is None:
-        return "" if found.step is not None else " (no step to halve)"
-    ladder = f"{style.format_time(found.step)} and {len(found.phases) - 1} halvings"
-    if found.flat:
-        return f": the step doesn't matter ({ladder})"
-    return f"; falls with order {order_text(found)} ({ladder})"

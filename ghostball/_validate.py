@@ -15,7 +15,6 @@ from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, say_printed, stdout, worst
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
-from validation.attribution import attribute_results
 from validation.criteria import SUFFIX
 from validation.environment import describe_environment
 from validation.junit import write_junit
@@ -54,7 +53,6 @@ def run(
     figures: bool,
     ensemble: int | None,
     ensemble_size: str | None,
-    attribute: bool,
 ) -> int:
     """Validate, and return the exit status; see the options of the command.
 
@@ -130,9 +128,6 @@ def run(
             if status is ExitStatus.INTERRUPTED:  # that was said
                 return status
             status = worst(status, _ensembles.show(out))
-        if attribute:
-            with counting("attributing") as count:
-                attribute_results(results, progress=count, jobs=jobs, time_limit=time_limit)
         if report:
             written = _report.write(out, jobs=jobs, figures=figures)
             console.print(f"page: {written.page}", soft_wrap=True, markup=False)

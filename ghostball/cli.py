@@ -187,14 +187,6 @@ def validate(
             "and y of each ball (m) (default: velocity=1e-3,position=1e-4).",
         ),
     ] = None,
-    attribute: Annotated[
-        bool,
-        typer.Option(
-            "--attribute",
-            help="Say also where each difference comes from: physics that an engine lacks, its "
-            "step, or rounding. Takes each engine to an eighth of its step: minutes.",
-        ),
-    ] = False,
 ) -> None:
     """Run scenes on several engines; say which are right.
 
@@ -229,7 +221,6 @@ def validate(
             figures=figures,
             ensemble=ensemble,
             ensemble_size=ensemble_size,
-            attribute=attribute,
         )
     )
 
@@ -251,7 +242,7 @@ def explain(
         bool,
         typer.Option(
             help="Say also what the difference is made of, and which other stroke would explain "
-            "it. Takes some dozens of runs, at down to an eighth of the step or less."
+            "it. Takes some two dozen runs, the finest at an eighth of the step or less."
         ),
     ] = True,
     time_limit: ShotLimit = 600.0,
@@ -260,9 +251,9 @@ def explain(
 
     The truth is certified where it can be. Named are the first collision that one of both lacks,
     what the other has in its place, by how much, and the balls there; then what the difference is
-    made of (model, step, rounding), and by how much the engine played another shot. Exit status 0,
-    whether they part or not; 1 where the engine fails, crashes, hangs or doesn't come to the end of
-    the shot.
+    made of (model, step, rounding), by how much the engine played another shot, and with which step
+    or mode it would play this one better. Exit status 0, whether they part or not; 1 where the
+    engine fails, crashes, hangs or doesn't come to the end of the shot.
     """
     if plot is not None:
         check_plot(plot)
@@ -555,7 +546,8 @@ def history(
         str,
         typer.Argument(
             metavar="KIND",
-            help="Which measurement: targets, scaling, skips, accuracy, precision or stress.",
+            help="Which measurement: targets, scaling, skips, accuracy, attribution, precision or "
+            "stress.",
         ),
     ] = "targets",
     quantity: Annotated[

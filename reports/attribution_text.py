@@ -1,36 +1,61 @@
-"""Where a difference comes from, in words and table cells: what reports and commands share."""
+"""Where a difference comes from, in words."""
 
 from __future__ import annotations
 
 from reports import style
-from validation.attribution import Attribution, BackwardError, Part
+from validation.attribution import Attribution, BackwardError, Better, Part
 
-TOLD = 1.0
-"""Widest range of orders that still tells one from the next."""
+AIM = 1e-3
+"""The accuracy for which a step is advised [m]: what an eye sees."""
 
 
 def part_text(part: Part | None) -> str:
     """Return the size of a part with its uncertainty; "–" where there is none."""
     if part is None:
         return "–"
+    if not part.told_from_zero:
+        most = style.format_length(part.size + part.uncertainty)
+        return f"at most {most}, not told from none"
     return f"{style.format_length(part.size)} ± {style.format_length(part.uncertainty)}"
 
 
-def share_text(found: Attribution, part: Part | None) -> str:
-    """Return a part's share of the difference; "" where it is none or its sign isn't known."""
-    if part is None or found.difference is None or part.uncertainty >= found.difference:
+def share_text(found: Attribution) -> str:
+    """Return how much of the difference is which part; "" where one part is all that is told."""
+    model, step = found.model, found.discretisation
+    if model is None or step is None or not (model.told_from_zero and step.told_from_zero):
         return ""
-    return f"{round(100.0 * part.share)} %"
+    if min(model.share, step.share) < 0.0:
+        return "the two point apart, and partly hide each other"
+    return f"{round(100.0 * model.share)} % model, {round(100.0 * step.share)} % step"
 
 
-def order_text(found: Attribution) -> str:
-    """Return the fitted order with its range, or why there is none."""
-    if found.order is None or found.order_low is None or found.order_high is None:
-        return "no matter what step" if found.flat else "–"
-    span = f"{found.order_low:.2g} to {found.order_high:.2g}"
-    if found.order_high - found.order_low <= TOLD or found.order_used is None:
-        return f"{found.order:.2g} ({span})"
-    return f"{found.order_used:.2g}, assumed (any of {span} fits)"
+def ladder_text(found: Attribution) -> str:
+    """Return how many runs at which steps say so; "" where there is no step."""
+    if found.step is None or found.finest is None:
+        return ""
+    first, last = style.format_time(found.step), style.format_time(found.finest)
+    return f"{found.runs} runs with steps from {first} to {last}"
+
+
+def better_text(found: Attribution) -> str:
+    """Return how the engine would play the shot better: as measured, and by the bound."""
+    said = [
+        f"`{_setting(one)}` is {style.format_length(one.difference)} off" for one in found.better
+    ]
+    model, step = found.model, found.finest
+    if model is not None and step is not None:
+        if model.told_from_zero and model.size - model.uncertainty > AIM:
+            least = style.format_length(model.size - model.uncertainty)
+            said.append(f"no step brings it nearer than {least}")
+        elif not model.told_from_zero and model.uncertainty > AIM:
+            needed = style.format_time(step * AIM / model.uncertainty)
+            said.append(f"a step of {needed} would bring it within 1 mm of its end at zero step")
+    return "; ".join(said)
+
+
+def _setting(one: Better) -> str:
+    value = one.value if isinstance(one.value, str) else f"{one.value:.3g}"
+    return f"{one.setting}={value}"
 
 
 def backward_text(found: Attribution) -> str:

@@ -13,7 +13,6 @@ from reports import style
 from reports.counted import COUNTED_MEANS, counted_rows, unsolved
 from reports.figures.summary import independent_errors
 from reports.guarded import FailedPart, attempt, failed_text
-from reports.markdown_attribution import attribution_section
 from reports.markdown_ensembles import ensembles_section
 from reports.markdown_parts import (
     Drawn,
@@ -133,10 +132,9 @@ def report_text(
     for scene in results.scene_names:
         drawn = {} if scenes is None else scenes.get(scene, {})
         parts += section(scene, partial(scene_section, results, scene, drawn))
-    chaos, attribution = whole.get("chaos"), whole.get("attribution")
+    chaos = whole.get("chaos")
     parts += section("Predictability", lambda: predictability_section(results, chaos))
     parts += section("Ensembles", lambda: ensembles_section(results, ensembles))
-    parts += section("Attribution", lambda: attribution_section(results, attribution))
     if physics:
         parts += ["## Laws of the game, from whole shots"]
         parts += [figure_link(PHYSICS_CAPTIONS[kind], path) for kind, path in physics.items()]

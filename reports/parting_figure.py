@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +17,10 @@ from validation.explanation import Explanation
 from validation.parting import Collision
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.patches import Circle
 
 FloatArray = NDArray[np.float64]
 
@@ -26,7 +29,13 @@ TRAIL_TIMES = 601
 """Points of a trail: a bend of the path is then within a millimetre of where it is."""
 
 CLOSE_UP = 3.2
-"""Half the width of the close-up, in radii of the largest ball."""
+"""Half the least width of the close-up, in radii of the largest ball."""
+
+FARTHEST = 10.0
+"""Half its greatest width, in the same: of balls farther apart one would see no detail."""
+
+ROOM = 1.15
+"""What balls that must be seen whole are given around them, in parts of the close-up."""
 
 TRUE_LOOK: dict[str, Any] = {"color": style.BLACK, "linewidth": 4.0, "alpha": 0.25, "zorder": 2}
 
@@ -70,7 +79,7 @@ def draw_explanation(explanation: Explanation) -> Figure:
     trails = [run.sample(np.linspace(0.0, t, TRAIL_TIMES)).positions for run in runs]
     view = view_of(scene, *trails, needed=trails[0][-1])
     height = float(np.clip(0.64 * (WIDTH - 1.0) * aspect_of(view), 2.4, 5.0))
-    figure = style.new_figure(WIDTH, height + 1.25)
+    figure = style.new_figure(WIDTH, height + 1.5)
     left, right = figure.subplots(1, 2, width_ratios=[1.9, 1.0])
     close = _close_up(explanation, trails)
     for axes, shown in ((left, view), (right, close)):
@@ -148,7 +157,10 @@ def _point(explanation: Explanation, run: Result, one: Collision) -> FloatArray:
 
 
 def _close_up(explanation: Explanation, trails: list[FloatArray]) -> View:
-    """Return what the close-up shows: the first collision, else the ball that ends farthest off."""
+    """Return what the close-up shows: the first collision, else the ball that ends farthest off.
+
+    The balls of both collisions are in it whole, unless they are too far apart.
+    """
     scene, parting = explanation.scene, explanation.parting
     reach = CLOSE_UP * float(scene.radii.max())
     if parting is None:
@@ -158,6 +170,12 @@ def _close_up(explanation: Explanation, trails: list[FloatArray]) -> View:
     else:
         run = explanation.known.result if parting.first is parting.true else explanation.result
         x, y = _point(explanation, run, parting.first)
+        both = (one for one in (parting.true, parting.other) if one is not None)
+        concerned = {ball for one in both for ball in one.balls}
+        for trail, ball in product(trails, sorted(concerned)):
+            from_there = np.abs(trail[-1, ball, :2] - (x, y)).max() + scene.radii[ball]
+            if ROOM * from_there <= FARTHEST * float(scene.radii.max()):
+                reach = max(reach, ROOM * float(from_there))
     return float(x) - reach, float(x) + reach, float(y) - reach, float(y) + reach
 
 
@@ -165,20 +183,36 @@ def _name_balls(axes: Axes, explanation: Explanation, trails: list[FloatArray], 
     from matplotlib.patheffects import withStroke  # noqa: PLC0415
 
     left, right, bottom, top = view
+    colours = (style.BLACK, style.engine_style(explanation.label).colour)
     for ball, one in enumerate(explanation.scene.balls):
-        x, y = trails[0][-1, ball, :2]
-        if left < x < right and bottom < y < top:
-            text = axes.text(x, y, one.id, fontsize=8.5, ha="center", va="center", zorder=7)
-            text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
+        ends = [trail[-1, ball, :2] for trail in trails]
+        # Where both are at one place, one name is enough.
+        apart = float(np.hypot(*(ends[1] - ends[0]))) > one.radius
+        for (x, y), colour in zip(ends if apart else ends[:1], colours, strict=False):
+            if left < x < right and bottom < y < top:
+                text = axes.text(
+                    x, y, one.id, fontsize=8.5, color=colour, ha="center", va="center", zorder=7
+                )
+                text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
 
 
 def _add_legend(figure: Figure, explanation: Explanation) -> None:
+    from matplotlib.legend_handler import HandlerPatch  # noqa: PLC0415
     from matplotlib.lines import Line2D  # noqa: PLC0415
+    from matplotlib.patches import Circle  # noqa: PLC0415
 
     look = style.engine_style(explanation.label)
-    handles = [
+    handles: list[Artist] = [
         Line2D([], [], label=f"truth ({explanation.known.kind})", **TRUE_LOOK),
         Line2D([], [], color=look.colour, linewidth=1.1, label=look.name),
+        Circle((0, 0), label="a ball in truth", fill=False, edgecolor=style.BLACK, linewidth=1.2),
+        Circle(
+            (0, 0),
+            label=f"a ball in {look.name}",
+            facecolor=(look.colour, 0.3),
+            edgecolor=look.colour,
+            linestyle="--",
+        ),
     ]
     parting = explanation.parting
     marks: list[tuple[str, str, Collision | None, str]] = []
@@ -199,4 +233,16 @@ def _add_legend(figure: Figure, explanation: Explanation) -> None:
         for marker, colour, one, where in marks
         if one is not None
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    figure.legend(
+        handles=handles,
+        handler_map={Circle: HandlerPatch(patch_func=_round)},
+        loc="outside lower center",
+        ncols=3,
+    )
+
+
+def _round(*_: Any, width: float, height: float, **__: Any) -> Circle:
+    """Return the disc that stands in a legend for a ball; see `HandlerPatch`."""
+    from matplotlib.patches import Circle  # noqa: PLC0415
+
+    return Circle((0.5 * width, 0.5 * height), 0.65 * height)

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 
 from engine import GhostballError
 from reports import style
-from reports.attribution_figure import draw_attribution
 from reports.chaos_figure import draw_chaos
 from reports.figures import SCENE_FIGURES, draw_accuracy, draw_ensemble, draw_verdicts
 from reports.guarded import FailedPart, IncompleteReportError, attempt
@@ -65,7 +64,6 @@ WHOLE_FIGURES: dict[str, Callable[[ResultsFolder], Figure | None]] = {
     "scaling": draw_scaling,
     "precision": draw_precision,
     "precision-work": draw_precision_work,
-    "attribution": draw_attribution,
     **PHYSICS_FIGURES,
     **PAPER_FIGURES,
 }

@@ -67,7 +67,9 @@ def test_times_are_those_measured(scene):
 
 
 def test_the_first_shot_is_as_measured():
-    said = re.search(r"first shot takes ([\d.]+) s, .* compiled first, (\d+) s", on_one_line(README))
+    said = re.search(
+        r"first shot takes ([\d.]+) s, .* compiled first, (\d+) s", on_one_line(README)
+    )
     warm, cold = (MEASURED.row(start, "first_shot").median for start in ("start", "cold-start"))
     assert said.groups() == (f"{warm:.1f}", f"{cold:.0f}")
 

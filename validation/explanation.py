@@ -20,7 +20,7 @@ from validation.sampling import events_of
 
 FloatArray = NDArray[np.float64]
 
-SCHEMA: Final = 1
+SCHEMA: Final = 2
 """Version of `Explanation.to_dict`."""
 
 

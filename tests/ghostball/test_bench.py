@@ -11,11 +11,13 @@ from ghostball.cli import app
 from reports import style
 from validation.bench import (
     AccuracyMeasurement,
+    AttributionMeasurement,
     PrecisionMeasurement,
     ScalingMeasurement,
     SkipsMeasurement,
     TargetsMeasurement,
     accuracy as bench_accuracy,
+    attribution as bench_attribution,
     measurements,
     skips as bench_skips,
     targets,
@@ -259,10 +261,33 @@ def test_accuracy_is_tabled_stored_and_a_fault_is_the_exit_status(monkeypatch, t
     assert "Shots that break a limit" in result.stderr
 
 
-def test_few_random_shots_are_not_stored():
+@pytest.mark.parametrize("kind", ["accuracy", "attribution"])
+def test_few_random_shots_are_not_stored(kind):
     for part in (["--shots", "10"], ["--first", "3"]):
-        result = CliRunner().invoke(app, ["bench", "accuracy", *part, "--store"])
+        result = CliRunner().invoke(app, ["bench", kind, *part, "--store"])
         assert refused(result, "fewer `--shots` than by default")
+
+
+def test_attribution_is_tabled_stored_and_a_bound_that_fails_is_the_exit_status(
+    monkeypatch, tmp_path
+):
+    monkeypatch.setenv("COLUMNS", "300")
+    monkeypatch.setattr(bench_attribution, "SUBJECTS", bench_attribution.SUBJECTS[2:])
+
+    def run():
+        arguments = ["bench", "attribution", "--shots", "2", "--jobs", "1"]
+        return CliRunner().invoke(app, [*arguments, "--out", str(tmp_path)])
+
+    result = run()
+    assert result.exit_code == 0, result.output
+    assert "2 (100.0%)" in result.stdout
+    stored = measurements.load(tmp_path / "attribution.json", AttributionMeasurement)
+    assert [row.number for row in stored.rows] == [0, 1]
+    monkeypatch.setattr(bench_attribution, "_true_model", lambda *_: 1.0)
+    result = run()
+    assert result.exit_code == 1
+    assert "in truth 1 m on paper-discrete: ghostball bench attribution --first 0" in result.stdout
+    assert "Too few bounds hold: paper-discrete" in result.stderr
 
 
 def precision(monkeypatch, *arguments):

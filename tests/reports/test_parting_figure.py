@@ -34,6 +34,33 @@ def test_both_collisions_are_marked_and_all_balls_drawn(parted):
     assert (bottom + top) / 2 == pytest.approx(y)
 
 
+def test_the_balls_of_both_collisions_are_whole_in_the_close_up(parted):
+    with style.drawing():
+        figure = draw_explanation(parted)
+    (left, right), (bottom, top) = figure.axes[1].get_xlim(), figure.axes[1].get_ylim()
+    for run in (parted.known.result, parted.result):
+        centres = run.sample([parted.parting.t]).positions[0, :, :2]
+        for one in (parted.parting.true, parted.parting.other):
+            for ball in one.balls:
+                (x, y), r = centres[ball], parted.scene.radii[ball]
+                assert left < x - r < x + r < right
+                assert bottom < y - r < y + r < top
+
+
+def test_the_legend_says_which_balls_are_whose(parted):
+    with style.drawing():
+        (legend,) = draw_explanation(parted).legends
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert {"a ball in truth", "a ball in pymunk"} < set(texts)
+
+
+def test_balls_that_are_apart_are_named_in_both_shots():
+    found = explain(find_scene("half-ball-cut"), make_engine("paper-discrete"), attributed=False)
+    with style.drawing():
+        close = draw_explanation(found).axes[1]
+    assert [text.get_text() for text in close.texts].count("object") == 2
+
+
 def test_where_nothing_parts_the_ends_are_drawn(tmp_path):
     found = explain(find_scene("half-ball-cut"), make_engine("paper-discrete"), attributed=False)
     with style.drawing():

@@ -4,44 +4,24 @@
     >>> attribute(scene, make_engine("pymunk")).discretisation
 
 difference = model + discretisation + rounding: what the engine's physics lacks, what goes away as
-its step goes to zero, and what an ulp of the input does.
+its step goes to zero, and what an ulp of the input does. Where the steps don't say how much is
+which, no number is given.
 """
 
 from validation.attribution._attribute import attribute
 from validation.attribution._backward import BackwardError, NoCueBallError, backward_error
-from validation.attribution._extrapolation import (
-    FEWEST_LEVELS,
-    WHOLE_ORDERS,
-    Extrapolation,
-    extrapolate,
-)
-from validation.attribution._file import (
-    ATTRIBUTIONS_FILE,
-    read_attributions,
-    write_attributions,
-)
-from validation.attribution._many import attribute_many, attribute_results, attributions_of
-from validation.attribution._phases import begun_earlier
-from validation.attribution._runs import Plan
-from validation.attribution.records import Attribution, Part
+from validation.attribution._zero_step import ZeroStep, largest_distance, zero_step_of
+from validation.attribution.records import Attribution, Better, Part
 
 __all__ = [
-    "ATTRIBUTIONS_FILE",
-    "FEWEST_LEVELS",
-    "WHOLE_ORDERS",
     "Attribution",
     "BackwardError",
-    "Extrapolation",
+    "Better",
     "NoCueBallError",
     "Part",
-    "Plan",
+    "ZeroStep",
     "attribute",
-    "attribute_many",
-    "attribute_results",
-    "attributions_of",
     "backward_error",
-    "begun_earlier",
-    "extrapolate",
-    "read_attributions",
-    "write_attributions",
+    "largest_distance",
+    "zero_step_of",
 ]

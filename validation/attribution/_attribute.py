@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,30 +12,23 @@ from numpy.typing import NDArray
 from engine import GhostballError, Scene
 from reference_adapters import ReferenceEngine
 from validation.attribution._backward import NoCueBallError, NotCertifiedError, backward_error
-from validation.attribution._extrapolation import (
-    Extrapolation,
-    extrapolate,
-    largest_distance,
-)
 from validation.attribution._horizon import horizon
 from validation.attribution._runs import (
-    PLANS,
     ULPS,
-    Plan,
     Played,
     StoppedEarlyError,
     agreed_instant,
-    plan_for,
+    ladder_of,
     play,
-    play_level,
     play_ulps,
 )
-from validation.attribution.records import Attribution, Part
+from validation.attribution._zero_step import ZeroStep, largest_distance, zero_step_of
+from validation.attribution.records import Attribution, Better, Part
 from validation.case import approximations_of
 from validation.known_shot import KnownShot, known_shot
 from validation.parting import collisions_in
 from validation.sampling import events_of
-from validation.steps import step_setting
+from validation.steps import step_setting, with_setting, with_step
 
 FloatArray = NDArray[np.float64]
 
@@ -44,35 +38,39 @@ ATTEMPTS = 8
 EARLIEST = 1e-6
 """Instants before this are the start [s]: nothing has happened."""
 
+ROUNDINGS = 32.0
+"""What an ulp of the input does, times this, is a difference that says nothing."""
+
+MOST_UNCERTAIN = 0.5
+"""Largest uncertainty of a part that is still given, as a part of the difference."""
+
+NO_MATTER = 0.01
+"""Part of the difference below which it doesn't matter what the step changes."""
+
+
+class NoInstantError(GhostballError):
+    """Runs that agree with the truth at no instant, so that nothing can be compared."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Ladder:
     """All runs of one engine that are compared at one instant.
 
-    `base` is the engine as it was asked for; `instant` is None at the end; `until` says why not.
+    `base` is the engine as it was asked for, `runs` are those at shorter steps, none where it has
+    no step; `shot` is the scene up to `instant`, which is None at the end; `until` says why not.
     """
 
     base: Played
-    levels: list[list[Played]]
+    steps: list[float]
+    runs: list[Played]
     ulps: list[Played]
+    shot: Scene
     instant: float | None
     until: str
 
-    def fit(self, known: KnownShot) -> Extrapolation:
+    def limit(self) -> ZeroStep:
         """Return what it says of zero step."""
-        return extrapolate(
-            [level[0].step for level in self.levels],
-            [np.array([one.positions for one in level]) for level in self.levels],
-            known.positions(self.instant),
-        )
-
-
-ROUNDINGS = 32.0
-"""What an ulp of the input does, times this, is a difference that says nothing."""
-
-
-class NoInstantError(GhostballError):
-    """Runs that agree with the truth at no instant, so that nothing can be compared."""
+        return zero_step_of(self.steps, [one.positions for one in (self.base, *self.runs)])
 
 
 def attribute(
@@ -81,7 +79,6 @@ def attribute(
     *,
     label: str = "",
     known: KnownShot | None = None,
-    plan: Plan | None = None,
 ) -> Attribution:
     """Say where the difference of an engine from the truth comes from.
 
@@ -93,8 +90,6 @@ def attribute(
         The engine as asked for; its name where it is left out.
     known : KnownShot, optional
         The true shot, where the caller has it.
-    plan : Plan, optional
-        How much is run; else as much as `plan_for` allows.
 
     Returns
     -------
@@ -111,9 +106,10 @@ def attribute(
     -----
     Balls are compared where they end, as long as every run has the collisions of the truth, ball
     by ball, and the shot is predictable; else at the last instant of which both hold, to which the
-    engine is run anew. The discretisation is the way from the engine's own run to the limit of a
-    ladder of halved steps, each from several start phases; the model's part the way from there to
-    the truth, rounding what an ulp of the input does.
+    engine is run anew. The discretisation is the way from the engine's own run to the limit at zero
+    step, the model's part the way from there to the truth, rounding what an ulp of the input does.
+    The limit and its uncertainty are those of `zero_step_of`. Neither part is given where the
+    uncertainty is over half of the difference, or where errors don't fall with the step.
     """
     known = known_shot(scene) if known is None else known
     found = Attribution(
@@ -125,7 +121,7 @@ def attribute(
         approximations=approximations_of(engine, scene),
     )
     try:
-        ladder = _climb(scene, engine, known, plan)
+        ladder = _climb(scene, engine, known)
     except (StoppedEarlyError, NoInstantError) as error:
         return replace(found, reason=str(error))
     truth, outcome = known.positions(ladder.instant), ladder.base.positions
@@ -137,12 +133,18 @@ def attribute(
         until=ladder.until,
         difference=difference,
         rounding=rounding,
-        step=ladder.base.step or None,
-        phases=tuple(len(level) for level in ladder.levels),
     )
     if ladder.instant is not None and rounding is not None and difference <= ROUNDINGS * rounding:
         return replace(found, reason=_nothing_to_divide(known, ladder.instant))
-    return _with_backward(_divided(found, ladder, known), known, outcome, ladder.instant)
+    if ladder.runs:
+        found = replace(
+            found,
+            step=ladder.base.step,
+            finest=ladder.steps[-1],
+            runs=1 + len(ladder.runs),
+            better=tuple(_better(engine, ladder, truth, difference)),
+        )
+    return _with_backward(_divided(found, ladder, truth), known, outcome, ladder.instant)
 
 
 def _nothing_to_divide(known: KnownShot, instant: float) -> str:
@@ -156,33 +158,53 @@ def _nothing_to_divide(known: KnownShot, instant: float) -> str:
     )
 
 
-def _divided(found: Attribution, ladder: _Ladder, known: KnownShot) -> Attribution:
+def _divided(found: Attribution, ladder: _Ladder, truth: FloatArray) -> Attribution:
     """Divide a difference, as far as the ladder says how."""
-    outcome, truth = ladder.base.positions, known.positions(ladder.instant)
-    rounding = found.rounding or 0.0
-    if not ladder.levels:
+    outcome, rounding, whole = ladder.base.positions, found.rounding or 0.0, found.difference
+    assert whole is not None
+    if not ladder.runs:
         model = _part(outcome - truth, outcome - truth, rounding)
         return replace(found, outcome="no step", model=model)
-    fit = ladder.fit(known)
-    found = replace(
-        found,
-        flat=fit.outcome == "flat",
-        order=fit.order,
-        order_low=fit.order_low,
-        order_high=fit.order_high,
-        order_used=fit.order_used,
-    )
-    if fit.outcome == "not converged":
-        why = "the states don't go to a limit as the step goes to zero, as far as it was halved"
-        return replace(found, outcome="not converged", reason=why)
-    uncertainty = fit.uncertainty + rounding
+    limit = ladder.limit()
+    uncertainty = limit.uncertainty + rounding
+    if uncertainty > MOST_UNCERTAIN * whole:
+        why = (
+            f"steps down to {ladder.steps[-1]:.2g} s leave open by {uncertainty:.2g} m where the "
+            "balls would be at zero step: that is more than half of the difference"
+        )
+        return replace(found, outcome="not told", reason=why)
+    if not limit.falls and limit.spread > NO_MATTER * whole:
+        why = (
+            f"errors don't fall with the step: over the step, they are {limit.growth:.2g} times "
+            f"larger in the finer half of {len(ladder.steps)} runs"
+        )
+        return replace(found, outcome="not told", reason=why)
     difference = outcome - truth
     return replace(
         found,
         outcome="attributed",
-        model=_part(fit.limit - truth, difference, uncertainty),
-        discretisation=_part(outcome - fit.limit, difference, uncertainty),
+        model=_part(limit.positions - truth, difference, uncertainty),
+        discretisation=_part(outcome - limit.positions, difference, uncertainty),
     )
+
+
+def _better(
+    engine: ReferenceEngine, ladder: _Ladder, truth: FloatArray, difference: float
+) -> Iterator[Better]:
+    """Yield how else the engine plays the shot, where that is nearer to the truth."""
+    name = step_setting(engine)
+    assert name is not None  # of an engine with a ladder
+    finest = largest_distance(ladder.runs[-1].positions, truth)
+    if finest < difference:
+        yield Better(name, ladder.steps[-1], finest)
+    if getattr(engine.settings, "mode", None) == "native":
+        try:
+            landed = play(with_setting(engine, "mode", "landed"), ladder.shot)
+        except StoppedEarlyError:
+            return  # no better way to play it
+        nearer = largest_distance(landed.positions, truth)
+        if nearer < difference:
+            yield Better("mode", "landed", nearer)
 
 
 def _part(part: FloatArray, difference: FloatArray, uncertainty: float) -> Part:
@@ -200,32 +222,7 @@ def _with_backward(
         return replace(found, no_backward=str(error))
 
 
-def _climb(scene: Scene, engine: ReferenceEngine, known: KnownShot, plan: Plan | None) -> _Ladder:
-    """Run the ladder: the shortest first, a longer one where it is affordable and says more.
-
-    Errors are those of `_settle`.
-    """
-    predictable = horizon(scene, ULPS)
-    short = PLANS[-1] if plan is None else plan
-    ladder = _settle(scene, engine, known, short, predictable, None, "")
-    if plan is not None or not ladder.levels or ladder.fit(known).outcome == "flat":
-        return ladder
-    duration = known.result.rest_time if ladder.instant is None else ladder.instant
-    longer = plan_for(duration, ladder.base.step)
-    if longer == short:
-        return ladder
-    return _settle(scene, engine, known, longer, predictable, ladder.instant, ladder.until)
-
-
-def _settle(
-    scene: Scene,
-    engine: ReferenceEngine,
-    known: KnownShot,
-    plan: Plan,
-    predictable: float,
-    instant: float | None,
-    until: str,
-) -> _Ladder:
+def _climb(scene: Scene, engine: ReferenceEngine, known: KnownShot) -> _Ladder:
     """Run a ladder to the last instant up to which every run of it agrees with the truth.
 
     Raises
@@ -236,25 +233,29 @@ def _settle(
         Where there is no such instant.
     """
     true = collisions_in(events_of(known.result))
-    phases = () if step_setting(engine) is None else plan.phases
+    predictable = horizon(scene, ULPS)
+    instant: float | None = None
+    until = ""
     for attempt in range(ATTEMPTS):
         shot = scene if instant is None else scene.model_copy(update={"t_max": instant})
         log = [one for one in true if instant is None or one.t <= instant]
         end = predictable if instant is None else math.inf
-        base = play(engine, shot)[0]
-        logs = [base.collisions]
-        levels: list[list[Played]] = []
-        agreed = agreed_instant(log, logs, end)
-        for level, count in enumerate(phases):
-            # The coarsest level parts first as a rule and costs least: at first that is enough.
+        base = play(engine, shot)
+        agreed = agreed_instant(log, [base.collisions], end)
+        steps: list[float] = []
+        if step_setting(engine) is not None:
+            duration = known.result.rest_time if instant is None else instant
+            steps = ladder_of(base.step, duration, shot.t_max)
+        runs: list[Played] = []
+        for step in steps[1:]:
+            # The engine's own run parts first as a rule: at first that is enough.
             if agreed is not None and attempt == 0:
                 break
-            others = play_level(engine, shot, base.step / 2**level, count, first=level > 0)
-            levels.append(others if level else [base, *others])
-            logs += [one.collisions for one in others]
+            runs.append(play(with_step(engine, step), shot))
+            logs = [one.collisions for one in (base, *runs)]
             agreed = agreed_instant(log, logs, end)
         if agreed is None:
-            return _Ladder(base, levels, play_ulps(engine, shot, ULPS), instant, until)
+            return _Ladder(base, steps, runs, play_ulps(engine, shot, ULPS), shot, instant, until)
         if agreed < EARLIEST:
             raise NoInstantError(
                 f"engine `{engine.name}` and the truth part before any instant at which they "
@@ -271,4 +272,4 @@ def _settle(
 def _why(instant: float, predictable: float) -> str:
     if instant < predictable:
         return "the collisions of some run of the ladder are others from then on"
-    return "past it, an ulp of the input moves a ball by more than a micrometre"
+    return "past it, the last digit of the input moves a ball by more than a micrometre"

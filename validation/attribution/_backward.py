@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from engine import Ball, GhostballError, Scene
 from reference_adapters.certified import CertifiedSettings, certify
 from reference_adapters.certified.engine import result_of
-from validation.attribution._extrapolation import largest_distance
+from validation.attribution._zero_step import largest_distance
 from validation.known_shot import KnownShot
 from validation.our_run import run_ours
 from validation.rolling import rolling_spin

@@ -1,4 +1,4 @@
-"""Run an engine at other steps, begun at other phases of them, and at inputs an ulp away."""
+"""Run an engine at other steps, and at inputs an ulp away."""
 
 from __future__ import annotations
 
@@ -10,55 +10,56 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Ball, GhostballError, Result, Scene, SceneError
+from engine import Ball, GhostballError, Scene, SceneError
 from reference_adapters import ReferenceEngine
-from validation.attribution._phases import begun_earlier
+from validation.attribution._zero_step import LEAST_RATIO, RUNS
 from validation.parting import Agreement, Collision, collisions_in, compare_logs
 from validation.playing import run_engine
 from validation.rolling import rolling_spin
 from validation.sampling import events_of
-from validation.steps import step_setting, with_step
+from validation.steps import step_setting
 
 FloatArray = NDArray[np.float64]
 
 ULPS = 2
 """Runs whose input is an ulp away."""
 
-STEPS = 40_000
-"""Steps that a ladder may take in all; one that would take more gets the shortest plan."""
+STEPS = 300_000
+"""Steps that a ladder may take in all; where none takes as few, the shortest one is run."""
+
+FINEST = (256, 128, 64, 32, 16, 8)
+"""Into how many parts the finest run divides the engine's step, from the dearest ladder on."""
 
 
-@dataclass(frozen=True)
-class Plan:
-    """How much is run.
+def ladder_of(step: float, duration: float, end: float | None) -> list[float]:
+    """Return the steps of a ladder [s], falling: the engine's own, `RUNS` in all, and the finest.
 
-    Attributes
+    Parameters
     ----------
-    phases : tuple of int
-        For each level, how many start phases: the first level is the engine's own step, and each
-        next one half of it.
+    step : float [s]
+        The engine's own.
+    duration : float [s]
+        Of the shot, which says how fine a ladder is affordable.
+    end : float or None [s]
+        Where the scene ends by its `t_max`: each step is then shortened to divide it, for engines
+        do so each in its own way.
+
+    Notes
+    -----
+    The steps are spread evenly between the engine's own and twice the finest: shorter ones cost
+    more, and tell no more. A contact falls anywhere into a step, and into another part of each.
     """
-
-    phases: tuple[int, ...] = (3, 2, 1, 1)
-
-    @property
-    def work(self) -> int:
-        """Runs, in units of one at the engine's own step."""
-        return sum(count << level for level, count in enumerate(self.phases))
-
-
-PLANS = (Plan((6,) * 7), Plan((6,) * 6), Plan((6,) * 5), Plan((4,) * 5), Plan())
-"""From the dearest to the shortest.
-
-A step sees a contact up to its length late; p phases leave of that at most h / 2p. So the shortest
-plan has fewer at finer levels: what they leave is then about the same at each.
-"""
-
-
-def plan_for(duration: float, step: float) -> Plan:
-    """Return the dearest plan for a shot of `duration` [s] that takes no more than `STEPS`."""
-    steps = duration / step
-    return next((plan for plan in PLANS if plan.work * steps <= STEPS), PLANS[-1])
+    steps: list[float] = []
+    for finest in FINEST:
+        shares = [*np.linspace(1.0, LEAST_RATIO / finest, RUNS).tolist(), 1.0 / finest]
+        steps = [step * share for share in shares]
+        if duration * sum(1.0 / one for one in steps) <= STEPS:
+            break
+    if end is None:
+        return steps
+    counts = [math.ceil(end / one) for one in steps]
+    counts[-1] = max(counts[-1], math.ceil(LEAST_RATIO * counts[-2]))
+    return [end / count for count in counts]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,16 +69,12 @@ class Played:
     Attributes
     ----------
     step : float [s]
-    lead : float [s]
-        How much earlier it began than the scene does.
     collisions : list of Collision
-        With times counted from the start of the scene.
     positions : (n, 2) float64 [m]
         Centres at the end.
     """
 
     step: float
-    lead: float
     collisions: list[Collision]
     positions: FloatArray
 
@@ -86,8 +83,8 @@ class StoppedEarlyError(GhostballError):
     """A run that did not come to its natural end, so that there is nothing to compare."""
 
 
-def play(engine: ReferenceEngine, scene: Scene, *, lead: float = 0.0) -> tuple[Played, Result]:
-    """Run a scene that begins `lead` [s] early.
+def play(engine: ReferenceEngine, scene: Scene) -> Played:
+    """Run a scene.
 
     Raises
     ------
@@ -100,29 +97,13 @@ def play(engine: ReferenceEngine, scene: Scene, *, lead: float = 0.0) -> tuple[P
             f'engine `{engine.name}` stopped early in scene "{scene.name}": '
             f"{result.reason or result.status.value}"
         )
-    collisions = [
-        Collision(one.kind, one.a, one.b, one.t - lead) for one in collisions_in(events_of(result))
-    ]
     step = float(result.settings.get(step_setting(engine) or "", 0.0) or 0.0)
-    return Played(step, lead, collisions, result.rest_positions[:, :2]), result
-
-
-def play_level(
-    engine: ReferenceEngine, scene: Scene, step: float, phases: int, *, first: bool = True
-) -> list[Played]:
-    """Run the scene at a step, from each of the start phases that there is.
-
-    There is always the first, that of the scene itself, unless it is left out.
-    """
-    stepped = with_step(engine, step)
-    leads = [step * part / phases for part in range(phases)]
-    starts = [(lead, begun_earlier(scene, lead)) for lead in (leads if first else leads[1:])]
-    return [play(stepped, start, lead=lead)[0] for lead, start in starts if start is not None]
+    return Played(step, collisions_in(events_of(result)), result.rest_positions[:, :2])
 
 
 def play_ulps(engine: ReferenceEngine, scene: Scene, count: int) -> list[Played]:
     """Run the scene with the moving balls' positions and velocities an ulp away, up or down."""
-    return [play(engine, moved)[0] for moved in ulps_away(scene, count)]
+    return [play(engine, moved) for moved in ulps_away(scene, count)]
 
 
 def ulps_away(scene: Scene, count: int) -> Iterator[Scene]:

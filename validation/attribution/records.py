@@ -1,20 +1,18 @@
-"""What is known of where a difference comes from, as it is stored."""
+"""What is known of where a difference comes from."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal
-
-from pydantic import ConfigDict
+from typing import Literal
 
 from validation.attribution._backward import BackwardError
 from validation.known_shot import KnownBy
 
-SCHEMA: Final = 1
-"""Version of these records and of their file; another one is refused."""
+Outcome = Literal["attributed", "not told", "no step", "not compared"]
+"""Whether a difference could be divided.
 
-Outcome = Literal["attributed", "not converged", "no step", "not compared"]
-"""Whether a difference could be divided. "no step": the engine has none to halve."""
+"not told": its runs don't say how, "no step": the engine has none that could be shortened.
+"""
 
 
 @dataclass(frozen=True)
@@ -26,6 +24,7 @@ class Part:
     size : float [m]
         Of the ball on which it is largest.
     uncertainty : float [m]
+        By how much the size may be off: a bound, see `zero_step_of`.
     share : float [1]
         Its part of the difference: its projection on it, over all balls, over the difference. The
         shares of model and discretisation add up to 1; negative is a part that hides another one.
@@ -34,6 +33,29 @@ class Part:
     size: float
     uncertainty: float
     share: float
+
+    @property
+    def told_from_zero(self) -> bool:
+        """Whether the part is surely there."""
+        return self.size > self.uncertainty
+
+
+@dataclass(frozen=True)
+class Better:
+    """The same engine with one setting changed, and how it played the shot.
+
+    Attributes
+    ----------
+    setting : str
+    value : float or str
+        A step [s], or a mode.
+    difference : float [m]
+        Largest distance of a ball from the truth, at the same instant.
+    """
+
+    setting: str
+    value: float | str
+    difference: float
 
 
 @dataclass(frozen=True)
@@ -66,20 +88,16 @@ class Attribution:
         What of this scene the engine says that it represents only approximately.
     step : float or None [s]
         The engine's step, where the ladder begins.
-    phases : tuple of int
-        Start phases that were run at each level.
-    flat : bool
-        Whether the step made no difference; `discretisation` is then a bound, and without order.
-    order, order_low, order_high : float or None [1]
-        In which the difference falls with the step, as fitted, and its range.
-    order_used : float or None [1]
-        What the extrapolation used.
+    finest : float or None [s]
+        The step where it ends.
+    runs : int
+        How many runs the ladder has.
+    better : tuple of Better
+        How else the engine plays this shot, as measured: with the finest step, and with a mode that
+        lands its steps on contacts, where it has one.
     backward : BackwardError or None
     no_backward : str
         Why there is none; else "".
-    definition_hash, code_hash : str
-        Hashes of the scene, and of the code as in `CaseRecord`.
-    schema : int
     """
 
     scene: str
@@ -96,16 +114,8 @@ class Attribution:
     rounding: float | None = None
     approximations: tuple[str, ...] = ()
     step: float | None = None
-    phases: tuple[int, ...] = ()
-    flat: bool = False
-    order: float | None = None
-    order_low: float | None = None
-    order_high: float | None = None
-    order_used: float | None = None
+    finest: float | None = None
+    runs: int = 0
+    better: tuple[Better, ...] = ()
     backward: BackwardError | None = None
     no_backward: str = ""
-    definition_hash: str = ""
-    code_hash: str = ""
-    schema: int = SCHEMA
-
-    __pydantic_config__ = ConfigDict(extra="forbid")

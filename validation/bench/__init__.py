@@ -1,6 +1,7 @@
 """Measurements: our engine's speed, against targets and beside peers, its accuracy, and both."""
 
 from validation.bench.accuracy import AccuracyMeasurement, measure_accuracy
+from validation.bench.attribution import AttributionMeasurement, measure_attribution
 from validation.bench.measure import measure_targets
 from validation.bench.measurements import (
     Measurement,
@@ -35,6 +36,7 @@ __all__ = [
     "WIDE",
     "WORKLOADS",
     "AccuracyMeasurement",
+    "AttributionMeasurement",
     "BenchError",
     "Measurement",
     "PeerRow",
@@ -49,6 +51,7 @@ __all__ = [
     "make_peers",
     "many_balls",
     "measure_accuracy",
+    "measure_attribution",
     "measure_precision",
     "measure_scaling",
     "measure_skips",

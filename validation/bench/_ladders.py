@@ -10,7 +10,7 @@ from reference_adapters import ReferenceEngine, parse_spec
 from reference_adapters.certified import CertifiedEngine, CertifiedSettings, certify
 from reference_adapters.certified.engine import result_of
 from reference_adapters.output import captured
-from validation.attribution import begun_earlier
+from validation.bench._phases import begun_earlier
 from validation.playing import run_engine
 from validation.steps import step_of, step_setting, with_step
 

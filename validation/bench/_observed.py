@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field
 
 from validation.bench._points import best_of
 from validation.bench.accuracy import AccuracyMeasurement
+from validation.bench.attribution import AttributionMeasurement
 from validation.bench.measurements import ScalingMeasurement, TargetsMeasurement
 from validation.bench.precision import PrecisionMeasurement
 from validation.bench.skips import COUNTERS, SkipsMeasurement
@@ -91,6 +92,12 @@ def _accuracy(measured: AccuracyMeasurement) -> Pairs:
                 yield f"{name}/{part}", Observed(value, "1")
 
 
+def _attribution(measured: AttributionMeasurement) -> Pairs:
+    for one in measured.engines:
+        for name in ("shots", "attributed", "covered", "not_told", "not_compared", "blamed"):
+            yield f"{one.engine}/{name}", Observed(getattr(one, name), "1")
+
+
 def _precision(measured: PrecisionMeasurement) -> Pairs:
     for curve in measured.curves:
         name = f"{curve.scene}/{curve.engine}"
@@ -148,6 +155,7 @@ _READERS: Mapping[str, tuple[type[BaseModel], Callable[[Any], Pairs]]] = {
     "scaling": (ScalingMeasurement, _scaling),
     "skips": (SkipsMeasurement, _skips),
     "accuracy": (AccuracyMeasurement, _accuracy),
+    "attribution": (AttributionMeasurement, _attribution),
     "precision": (PrecisionMeasurement, _precision),
     "stress": (_Stress, _stress),
 }

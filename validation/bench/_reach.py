@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
-from validation.attribution import FEWEST_LEVELS, WHOLE_ORDERS, Extrapolation, extrapolate
+from validation.bench._extrapolation import (
+    FEWEST_LEVELS,
+    WHOLE_ORDERS,
+    Extrapolation,
+    extrapolate,
+)
 
 FloatArray = NDArray[np.float64]
 

@@ -7,7 +7,6 @@ from toy_engines import ToyEngine, ToySettings, roll
 
 from engine import Ball, Scene
 from reference_adapters import make_engine
-from validation.attribution import begun_earlier
 from validation.bench._ladders import (
     WIDE,
     Extent,
@@ -16,6 +15,7 @@ from validation.bench._ladders import (
     start_of,
     work_of,
 )
+from validation.bench._phases import begun_earlier
 
 
 def steps_of(label, duration=4.0, extent=WIDE):

@@ -10,6 +10,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from validation.attribution import largest_distance
+
 FloatArray = NDArray[np.float64]
 
 ORDERS = np.round(np.linspace(0.2, 4.5, 431), 2)
@@ -64,11 +66,6 @@ class Extrapolation:
     order_low: float | None = None
     order_high: float | None = None
     order_used: float | None = None
-
-
-def largest_distance(a: FloatArray, b: FloatArray) -> float:
-    """Return the largest distance of a ball between two states (n, 2) [m]."""
-    return float(np.max(np.hypot(*(a - b).T)))
 
 
 def extrapolate(

@@ -6,7 +6,7 @@ from toy_engines import cut, roll
 
 from engine import Ball, Scene, Table, simulate
 from validation import find_scene
-from validation.attribution._phases import begun_earlier
+from validation.bench._phases import begun_earlier
 
 
 @pytest.mark.parametrize("name", ["half-ball-cut", "sliding-swerve", "masse", "throw-by-spin"])
