@@ -158,7 +158,8 @@ METRICS: dict[str, Metric] = {
         Metric(
             "energy_rise",
             "1",
-            "largest rise of energy above the least before it, over the initial energy",
+            "largest gain of energy at an impact, or rise above the least before it, over the initial "
+            "energy; of an engine that steps, in a step, beyond what the cloth takes in it",
         ),
         Metric("overlap_max", "m", "deepest overlap of two balls in the recorded motion"),
         Metric("wall_time", "s", "run time of the simulation alone, one sample"),

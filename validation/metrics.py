@@ -15,15 +15,10 @@ from numpy.typing import NDArray
 
 from engine import EventKind, ExactTrajectory, Result, Scene
 from engine.result import COLLISION_KINDS
+from validation.energy_gain import largest_gain
 from validation.grading import Grade, grade
 from validation.metric_table import METRICS
-from validation.sampling import (
-    deepest_overlap,
-    energy_at,
-    energy_series,
-    events_of,
-    largest_rise,
-)
+from validation.sampling import deepest_overlap, energy_at, energy_series, events_of
 from validation.sequences import matching_collisions
 from validation.truth import Truth, collisions_of
 
@@ -292,7 +287,10 @@ def _energy_drift(result: Result, truth: Truth) -> float:  # noqa: ARG001 - need
 
 def _energy_rise(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
     energy = _finite(energy_series(result))
-    return largest_rise(energy) / _initial(energy)
+    gain = largest_gain(result)
+    if gain > 0.0 and energy[0] == 0.0:
+        return math.inf  # made of nothing
+    return gain / _initial(energy)
 
 
 def _overlap_max(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
@@ -338,7 +336,7 @@ def _require_end(result: Result) -> None:
 
 def _finite(energy: FloatArray) -> FloatArray:
     if not np.all(np.isfinite(energy)):
-        raise NotMeasuredError("the energy of the engine's motion is not finite")
+        raise FellShortError("the energy of the engine's motion is not finite")
     return energy
 
 

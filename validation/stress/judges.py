@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from engine import ExactTrajectory, Result, Scene
 from engine._tolerances import CONTACT_TOLERANCE, EPS
 from engine.trajectory import SampledTrajectory
-from validation.sampling import largest_rise
+from validation.energy_gain import largest_rise
 from validation.steps import STEP_SETTINGS
 
 FloatArray = NDArray[np.float64]
