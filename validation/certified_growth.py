@@ -6,10 +6,10 @@
 
 A small change of a ball follows the derivative of its closed form between events; an event h = 0
 comes later for it by dtau = -(grad h . dz) / (grad h . f), and takes it to
-dz+ = DG (dz- + f- dtau) - f+ dtau, f the rate of change before and after. DG, the derivative of what
-the event does, is that of the certified engine's own laws, by automatic differentiation. The motion
-is the proved one. So a bug in the tangent map of the engine that is graded changes no grade, and one
-in its laws changes nothing here.
+dz+ = DG (dz- + f- dtau) - f+ dtau, f the rate of change before and after. DG, the derivative of
+what the event does, is that of the certified engine's own laws, by automatic differentiation. The
+motion is the proved one. So a bug in the tangent map of the engine that is graded changes no grade,
+and one in its laws changes nothing here.
 
 What rounding does is carried as a covariance: exact but for its own rounding, and whatever the
 order of the balls.
@@ -33,6 +33,7 @@ from reference_adapters.certified import Certificate
 from reference_adapters.certified.gaps import SIDES
 from reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
 from reference_adapters.certified.problem import problem_of
+from validation.slope import Slope
 
 FloatArray = NDArray[np.float64]
 
@@ -49,81 +50,6 @@ _HALVINGS = 40
 
 GRID = 2.0**-20
 """Horizons are whole multiples of it [s]: how a matrix product rounds doesn't decide which."""
-
-
-class Slope:
-    """A number and its derivative: what the laws of impacts are given to be differentiated."""
-
-    __slots__ = ("slope", "value")
-
-    def __init__(self, value: float, slope: FloatArray) -> None:
-        self.value = value
-        self.slope = slope
-
-    def is_zero(self) -> bool:
-        return self.value == 0.0
-
-    def __float__(self) -> float:
-        return self.value
-
-    def __neg__(self) -> Slope:
-        return Slope(-self.value, -self.slope)
-
-    def __abs__(self) -> Slope:
-        return -self if self.value < 0.0 else self
-
-    def __add__(self, other: Any) -> Slope:
-        if isinstance(other, Slope):
-            return Slope(self.value + other.value, self.slope + other.slope)
-        return Slope(self.value + float(other), self.slope)
-
-    __radd__ = __add__
-
-    def __sub__(self, other: Any) -> Slope:
-        return self + -other
-
-    def __rsub__(self, other: Any) -> Slope:
-        return -self + other
-
-    def __mul__(self, other: Any) -> Slope:
-        if isinstance(other, Slope):
-            return Slope(
-                self.value * other.value, self.value * other.slope + other.value * self.slope
-            )
-        factor = float(other)
-        return Slope(self.value * factor, self.slope * factor)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> Slope:
-        if isinstance(other, Slope):
-            ratio = self.value / other.value
-            return Slope(ratio, (self.slope - ratio * other.slope) / other.value)
-        return self * (1.0 / float(other))
-
-    def __rtruediv__(self, other: Any) -> Slope:
-        ratio = float(other) / self.value
-        return Slope(ratio, self.slope * (-ratio / self.value))
-
-    def sqrt(self) -> Slope:
-        root = math.sqrt(self.value)
-        return Slope(root, self.slope * (0.5 / root))
-
-    def exp(self) -> Slope:
-        power = math.exp(self.value)
-        return Slope(power, self.slope * power)
-
-    def __lt__(self, other: Any) -> bool:
-        return self.value < float(other)
-
-    def __le__(self, other: Any) -> bool:
-        return self.value <= float(other)
-
-    def __gt__(self, other: Any) -> bool:
-        return self.value > float(other)
-
-    def __ge__(self, other: Any) -> bool:
-        return self.value >= float(other)
 
 
 class _Event(NamedTuple):
@@ -157,6 +83,31 @@ class CertifiedGrowth:
     _balls: tuple[_Ball, ...]
     _events: tuple[_Event, ...]
     _covariances: tuple[FloatArray, ...]
+
+    def carry(self, directions: FloatArray) -> CarriedChanges:
+        """Return what becomes of small changes of the first state, (m, n, 7).
+
+        Each a change of every ball's position x, y [m], velocity x, y [m/s] and angular velocity
+        x, y, z [rad/s], as `Result.tangent` has them.
+        """
+        m, size = len(directions), PARTS * len(self._balls)
+        whole = np.zeros((size, m))
+        kept = [np.full((len(ball.knots), PARTS, m), np.nan) for ball in self._balls]
+        shifts = np.full((len(self._events), m), np.nan)
+        for i, ball in enumerate(self._balls):
+            rows = slice(PARTS * i, PARTS * (i + 1))
+            whole[rows] = kept[i][0] = ball.changed(directions[:, i].T)
+        with np.errstate(over="ignore", invalid="ignore"):
+            for e, event in enumerate(self._events):
+                rows_of = _rows(event.balls)
+                if event.matrix is None or event.later is None:
+                    whole[rows_of] = np.nan
+                else:
+                    shifts[e] = event.later @ whole[rows_of]
+                    whole[rows_of] = event.matrix @ whole[rows_of]
+                for i, k in zip(event.balls, event.knots, strict=True):
+                    kept[i][k] = whole[PARTS * i : PARTS * (i + 1)]
+        return CarriedChanges(self._balls, tuple(kept), shifts)
 
     def sizes(self, times: ArrayLike) -> FloatArray:
         """Return how far rounding displaces each ball, over 2^-53: (k, n) [m], root mean square.
@@ -203,6 +154,30 @@ class CertifiedGrowth:
             else:
                 high = middle
         return math.floor(high / GRID) * GRID
+
+
+@dataclass(frozen=True, eq=False)
+class CarriedChanges:
+    """What becomes of m small changes of a shot's first state.
+
+    Attributes
+    ----------
+    event_shifts : (events, m) float64 [s]
+        How much later each event comes; NaN where no derivative exists.
+    """
+
+    _balls: tuple[_Ball, ...]
+    _kept: tuple[FloatArray, ...]
+    event_shifts: FloatArray
+
+    def sample(self, times: FloatArray) -> FloatArray:
+        """Return the changes of the balls' positions at some instants, (k, m, n, 2) [m]."""
+        out = np.empty((len(times), self.event_shifts.shape[1], len(self._balls), 2))
+        for i, (ball, kept) in enumerate(zip(self._balls, self._kept, strict=True)):
+            rows, flow = ball.displacement(times)
+            with np.errstate(over="ignore", invalid="ignore"):
+                out[:, :, i] = (flow @ kept[rows]).transpose(0, 2, 1)
+        return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,7 +241,7 @@ class _Ball:
         return of, -(slowing / size) * np.array([[y * y, -x * y], [-x * y, x * x]]), slips
 
     def displacement(self, times: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
-        """Return the knot that holds at each instant, and the derivative of the place, (k, 2, 7)."""
+        """Return the knot that holds at each instant, and the derivative of the place there."""
         rows = np.searchsorted(self.knots[:, 0], times, side="right") - 1
         s = (times - self.knots[rows, 0])[:, np.newaxis, np.newaxis]
         turns = np.zeros((len(self.knots), 2, PARTS))
@@ -291,6 +266,17 @@ class _Ball:
             change[_U] = 0.0
         if phase == Phase.RESTING and self.rolls_by > 0.0:
             change[_V] = 0.0
+
+    def changed(self, directions: FloatArray) -> FloatArray:
+        """Return changes of the first state, (7, m), given with the angular velocity in them."""
+        change = directions.copy()
+        change[_U] = change[_V]
+        change[4] -= self.radius * directions[5]
+        change[5] += self.radius * directions[4]
+        if self.knots[0, 13] != Phase.SLIDING:
+            change[_U] = 0.0  # it begins by rolling, or rests
+        self.hold(0, change)
+        return change
 
     def noise(self, k: int, others: tuple[FloatArray, ...]) -> FloatArray:
         """Return the covariance of rounding the state at a knot once, over 2^-53 squared, (7, 7).
@@ -352,10 +338,8 @@ def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
     )
 
 
-def _events(
-    scene: Scene, certificate: Certificate, balls: tuple[_Ball, ...]
-) -> Iterator[_Event]:
-    """Yield what each event does; from a ball's second collision at one instant on nothing known."""
+def _events(scene: Scene, certificate: Certificate, balls: tuple[_Ball, ...]) -> Iterator[_Event]:
+    """Yield what each event does; nothing is known from a ball's second collision at an instant."""
     laws = Laws(problem_of(scene))
     at = [0] * len(balls)
     times = [float(event.t) for event in certificate.events]
@@ -381,9 +365,7 @@ def _events(
             passes.bounce(laws, event.a, event.b)
         else:
             passes.end_phase()
-        noise = tuple(
-            ball.noise(k, passes.states) for ball, k in zip(mine, after, strict=True)
-        )
+        noise = tuple(ball.noise(k, passes.states) for ball, k in zip(mine, after, strict=True))
         yield _Event(t, involved, after, passes.change, passes.later, noise)
 
 
@@ -415,9 +397,7 @@ class _Passage:
     ) -> None:
         self._balls, self._before, self._after, self._slides = balls, before, after, slides
         spans = [t - ball.knots[k, 0] for ball, k in zip(balls, before, strict=True)]
-        moving = [
-            ball.rates(k, s) for ball, k, s in zip(balls, before, spans, strict=True)
-        ]
+        moving = [ball.rates(k, s) for ball, k, s in zip(balls, before, spans, strict=True)]
         self.states = tuple(state for state, _ in moving)
         self._rates = tuple(rate for _, rate in moving)
         size = PARTS * len(balls)
@@ -456,9 +436,10 @@ class _Passage:
         ball, k = self._balls[0], self._before[0]
         slides = ball.knots[k, 13] == Phase.SLIDING
         of, slowing = (_U, 3.5 * ball.slides_by) if slides else (_V, ball.rolls_by)
-        size = ball.state(k)[of]
+        # Against the way of the acceleration: doubles may leave nothing of a slip of rounding size.
+        pull = ball.knots[k, 5:7]
         later = np.zeros(PARTS)
-        later[of] = size / (slowing * np.hypot(*size))
+        later[of] = -pull / (slowing * np.hypot(*pull))
         self._come_later(later)
         self._leave()
 
@@ -494,8 +475,13 @@ class _Passage:
             rows -= np.outer(rate, self.later)
 
 
+def _rows(balls: tuple[int, ...]) -> NDArray[np.intp]:
+    """Return the rows of some balls among those of all."""
+    return np.concatenate([np.arange(PARTS * i, PARTS * (i + 1)) for i in balls])
+
+
 def _covariances(balls: tuple[_Ball, ...], events: tuple[_Event, ...]) -> tuple[FloatArray, ...]:
-    """Return for each ball the covariance of what rounding has done to it at its knots, (k, 7, 7)."""
+    """Return the covariance of what rounding has done to each ball at its knots, (k, 7, 7) each."""
     size = PARTS * len(balls)
     whole = np.zeros((size, size))
     kept = [np.full((len(ball.knots), PARTS, PARTS), np.nan) for ball in balls]
@@ -504,7 +490,7 @@ def _covariances(balls: tuple[_Ball, ...], events: tuple[_Event, ...]) -> tuple[
         whole[here, here] = kept[i][0] = ball.noise(0, ())
     with np.errstate(over="ignore", invalid="ignore"):
         for event in events:
-            rows = np.concatenate([np.arange(PARTS * i, PARTS * (i + 1)) for i in event.balls])
+            rows = _rows(event.balls)
             if event.matrix is None:
                 whole[rows] = whole[:, rows] = np.nan
             else:

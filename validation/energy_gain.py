@@ -66,9 +66,7 @@ def _rows(frames: SampledTrajectory, rows: NDArray[np.intp]) -> Samples:
     return Samples(frames.positions[rows], frames.velocities[rows], frames.angular_velocities[rows])
 
 
-def cloth_takes(
-    scene: Scene, before: Samples, after: Samples, durations: FloatArray
-) -> FloatArray:
+def cloth_takes(scene: Scene, before: Samples, after: Samples, durations: FloatArray) -> FloatArray:
     """Return the least energy that the cloth takes in steps in which balls collide, (k,) [J].
 
     Parameters

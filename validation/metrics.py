@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, ExactTrajectory, Result, Scene
+from engine import EventKind, Result, Scene
 from engine.result import COLLISION_KINDS
 from validation.energy_gain import largest_gain
 from validation.grading import Grade, grade
@@ -238,6 +238,16 @@ def _events_invented(result: Result, truth: Truth) -> int:
     return len(_graded(result, truth).invented)
 
 
+def _graded_until(result: Result, truth: Truth) -> float:
+    until = _graded(result, truth).until
+    assert truth.certificate is not None  # `_graded` needed it
+    return min(until, float(truth.certificate.t_end))
+
+
+def _graded_events(result: Result, truth: Truth) -> int:
+    return _graded(result, truth).events
+
+
 def _event_time_error_ulps(result: Result, truth: Truth) -> float:
     error = _graded(result, truth).time_error_max
     if error is None:
@@ -265,9 +275,7 @@ def _graded(result: Result, truth: Truth) -> Grade:
 @lru_cache(maxsize=1)  # four metrics are made of it
 def _grade(result: Result, truth: Truth) -> Grade:
     assert truth.certificate is not None
-    # Frames say nothing of how far a shot can be predicted; our engine does.
-    exact = isinstance(result.trajectory, ExactTrajectory)
-    return grade(result, truth.certificate, horizon=None if exact else truth.horizon)
+    return grade(result, truth.certificate)
 
 
 def _energy_difference_max(result: Result, truth: Truth) -> float:
@@ -316,6 +324,8 @@ _COMPUTE: dict[str, Callable[[Result, Truth], int | float]] = {
     "ball_cushion_count_error": _count_error(EventKind.BALL_CUSHION),
     "matching_events": _matching_events,
     "first_divergence_time": _first_divergence_time,
+    "graded_until": _graded_until,
+    "graded_events": _graded_events,
     "events_missing": _events_missing,
     "events_invented": _events_invented,
     "event_time_error_ulps": _event_time_error_ulps,
