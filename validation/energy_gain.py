@@ -15,22 +15,39 @@ from numpy.typing import NDArray
 from engine import Result, SampledTrajectory, Samples, Scene
 from engine.result import COLLISION_KINDS
 from engine.trajectory import energy_of
+from reference_adapters.base import resolution_of_step
 from validation.sampling import energy_series, events_of
 
 FloatArray = NDArray[np.float64]
 
+TINY = float(np.finfo(np.float64).tiny)
+"""The fastest speed of a scene at rest [m/s]: a quotient by it is finite, or infinite for good."""
 
-def largest_gain(result: Result) -> float:
+
+def largest_gain(result: Result, resolution: float | None = 0.0) -> float:
     """Return the most energy that a run makes [J]; 0 if none, NaN where its energy isn't finite.
 
     The largest of the rises above the least energy before, and, of an engine that steps, of the
     gains in those of its steps in which balls collide.
+
+    Parameters
+    ----------
+    result : Result
+    resolution : float [m] or None
+        How far off a ball may be when it collides, as the engine states it: `resolution_of`.
+
+    Notes
+    -----
+    An engine that sees contacts late resolves them from speeds that are as old: Chipmunk bounces
+    balls with those that they had before its step, and so gives back what the cloth took in it.
+    What the cloth takes while the fastest ball goes `resolution` is therefore no gain.
     """
     rise = largest_rise(energy_series(result))
     frames = result.trajectory
     if not isinstance(frames, SampledTrajectory):
         return rise
-    return max(rise, float(np.max(_gains_at_impacts(result, frames), initial=0.0)))
+    late = (resolution or 0.0) / max(resolution_of_step(1.0, result.scene), TINY)
+    return max(rise, float(np.max(_gains_at_impacts(result, frames, late), initial=0.0)))
 
 
 def largest_rise(energy: FloatArray) -> float:
@@ -44,8 +61,11 @@ def largest_rise(energy: FloatArray) -> float:
     return float(np.max(energy - np.minimum.accumulate(energy), initial=0.0))
 
 
-def _gains_at_impacts(result: Result, frames: SampledTrajectory) -> FloatArray:
-    """Return what each step with a collision leaves beyond what the cloth takes in it, (m,) [J]."""
+def _gains_at_impacts(result: Result, frames: SampledTrajectory, late: float) -> FloatArray:
+    """Return what each step with a collision leaves beyond what the cloth takes in it, (m,) [J].
+
+    Less what the cloth takes in a time `late` [s].
+    """
     events = events_of(result)
     hits = events["t"][np.isin(events["kind"], COLLISION_KINDS)]
     # A collision at the instant of a frame may belong to the step before or to the one after; two
@@ -58,7 +78,8 @@ def _gains_at_impacts(result: Result, frames: SampledTrajectory) -> FloatArray:
     durations = frames.times[steps + 1] - frames.times[steps]
     taken = cloth_takes(result.scene, before, after, durations)
     gained = energy_of(result.scene, after).total - energy_of(result.scene, before).total
-    gains: FloatArray = gained + taken
+    power = np.maximum(_power(result.scene, before), _power(result.scene, after))
+    gains: FloatArray = gained + np.maximum(taken - late * power, 0.0)
     return gains
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +69,7 @@ def measure(
     metrics: Collection[str] | None = None,
     *,
     horizon: float = math.inf,
+    resolution: float | None = 0.0,
     anyway: Collection[str] = (),
 ) -> Measured:
     """Measure a run recorded with `record="trajectory"` against the truth of its scene.
@@ -83,6 +84,8 @@ def measure(
         Until when the engine can be expected to play this shot: `Truth.horizon_of`. What is an
         error of the end of a shot has no value where that lies later; energies are compared up to
         there.
+    resolution : float [m] or None
+        Of the engine: `reference_adapters.base.resolution_of`.
     anyway : collection of str
         Metrics that have a value all the same.
     """
@@ -91,7 +94,8 @@ def measure(
     if truth.energy is not None:
         before = truth.energy_times <= horizon
         truth = replace(truth, energy_times=truth.energy_times[before], energy=truth.energy[before])
-    for name, compute in _COMPUTE.items():
+    gain = partial(_energy_rise, resolution=resolution)
+    for name, compute in (_COMPUTE | {"energy_rise": gain}).items():
         if metrics is not None and name not in metrics:
             continue
         try:
@@ -293,9 +297,13 @@ def _energy_drift(result: Result, truth: Truth) -> float:  # noqa: ARG001 - need
     return float(np.max(np.abs(energy - energy[0]))) / _initial(energy)
 
 
-def _energy_rise(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
+def _energy_rise(
+    result: Result,
+    truth: Truth,  # noqa: ARG001 - needs no truth
+    resolution: float | None = 0.0,
+) -> float:
     energy = _finite(energy_series(result))
-    gain = largest_gain(result)
+    gain = largest_gain(result, resolution)
     if gain > 0.0 and energy[0] == 0.0:
         return math.inf  # made of nothing
     return gain / _initial(energy)

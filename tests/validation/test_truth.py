@@ -111,7 +111,6 @@ def test_where_our_engine_cannot_help_a_closed_form_stands_alone(
     monkeypatch.setattr(validation.truth, "proof_of", unproved)
     truth = truth_of(find_scene("sliding-stun"))
     assert truth.kind == CLOSED_FORM
-    assert truth.horizon is None
     assert truth.why_not("proof") == "no proof: made to be refused"
     assert truth.rest_positions is not None
     assert truth.energy is None
@@ -152,7 +151,7 @@ def test_without_a_closed_form_the_proof_is_the_truth_and_independent() -> None:
     np.testing.assert_allclose(truth.energy, ours.energy(truth.energy_times).total, atol=1e-13)
     for part in ("rest", "time", "events", "energy", "proof"):
         assert not truth.is_own_measure("ghostball", part)  # type: ignore[arg-type]
-    assert truth.horizon == ours.horizon()
+    assert truth.growth is not None
     assert truth.conditioning is None
     assert "closed form" in truth.why_not("conditioning")
     copy: Truth = pickle.loads(pickle.dumps(truth))
