@@ -156,6 +156,8 @@ def truth_of(
     scene: Scene,
     wanted: WantedTruth | None = None,
     parts: Collection[TruthPart] = PARTS,
+    *,
+    least: int | None = 0,
 ) -> Truth:
     """Return the truth of a scene.
 
@@ -166,12 +168,14 @@ def truth_of(
         What the scene's criteria ask for; None takes the first of them that there is.
     parts : collection of TruthPart
         Those that will be measured against; what only others need may be left out.
+    least : int or None
+        Events that must be proved, where the scene can be proved at all; None: all, to its end.
 
     Raises
     ------
     TruthError
         Where a closed form is asked for and the scene has none; or a proof, and not the whole shot
-        is proved.
+        is proved; or where less is proved than must be.
     """
     check_truth(scene, wanted)
     form = closed_form(scene) if wanted in ("closed-form", None) else None
@@ -185,6 +189,13 @@ def truth_of(
         raise TruthError(
             f'scene "{scene.name}": its criteria say `truth` = "certified", but the whole shot '
             f'isn\'t proved: {_why_partial(proof, no_proof)}. Write `truth` = "engine"'
+        )
+    if proof is not None and not whole and (least is None or len(proof.events) < least):
+        must = "all to its end" if least is None else f"{least}"
+        raise TruthError(
+            f'scene "{scene.name}": only {len(proof.events)} of its events are proved, {must} must '
+            f"be: {_why_partial(proof, no_proof)}. Write `proved` = {len(proof.events)} into its "
+            "criteria if no more can be proved"
         )
     ours, missing = _our_run(scene) if needed else (None, "it was not asked for")
     if form is not None:
