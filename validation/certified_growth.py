@@ -235,7 +235,8 @@ class _Ball:
         of, slowing = (_U, self.slides_by) if slips else (_V, self.rolls_by)
         x, y = state[of]
         size = math.hypot(x, y)
-        if size == 0.0:
+        # A ball that is so slow that the quotient overflows has stopped before it can turn.
+        if size == 0.0 or math.isinf(slowing / size):
             return of, np.zeros((2, 2)), slips
         x, y = x / size, y / size
         return of, -(slowing / size) * np.array([[y * y, -x * y], [-x * y, x * x]]), slips

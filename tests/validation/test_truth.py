@@ -25,9 +25,12 @@ from engine import (
 )
 from reference_adapters.certified import certify
 from validation import our_run
+from validation.case import TruthFailure
 from validation.closed_forms import DIGITS, closed_form
+from validation.criteria import Criteria
 from validation.library import find_scene
 from validation.store import CERTIFIED, CLOSED_FORM, OUR_ENGINE
+from validation.suite import shipped_criteria, truth_or_failure
 from validation.truth import Truth, TruthError, check_truth, truth_of
 
 BB, BC = int(EventKind.BALL_BALL), int(EventKind.BALL_CUSHION)
@@ -259,3 +262,17 @@ def test_only_the_parts_that_are_asked_for_are_computed(monkeypatch: pytest.Monk
     rest = truth_of(scene, parts=frozenset({"rest", "time", "conditioning"}))
     assert np.array_equal(rest.rest_positions, whole.rest_positions)
     assert rest.collisions == whole.collisions
+
+
+def test_a_scene_that_states_its_truth_is_proved_to_its_end_or_as_far_as_it_states() -> None:
+    # Breaks where a proof that gave up early leaves a scene's events unjudged without a word.
+    scene = find_scene("frozen-break")
+    stated = shipped_criteria(scene)
+    assert (stated.proved, stated.least_proved) == (1, 1)
+    assert isinstance(truth_or_failure(scene, stated), Truth)
+    for proved, must in ((None, "all to its end"), (2, "2")):
+        failure = truth_or_failure(scene, stated.model_copy(update={"proved": proved}))
+        assert isinstance(failure, TruthFailure)
+        assert f"only 1 of its events are proved, {must} must be" in failure.reason
+    # What states nothing, as a scene of one's own, is measured against what there is.
+    assert isinstance(truth_or_failure(scene, Criteria()), Truth)

@@ -176,6 +176,8 @@ def own_words(result: Result, proof: Certificate) -> list[str]:
     marks = np.append(growth.times[growth.times < most], most)
     longest = int(np.argmax(np.diff(marks, append=most)))
     t = float(np.mean(marks[longest : longest + 2]))
+    if t < LEAST_INSTANT:
+        return faults
     right, claimed = growth.sizes([t])[0], result.sensitivity([t])[0]
     agree = (claimed <= OVERSTATED * right) & (right <= UNDERSTATED * claimed)
     apart = ~agree & (right > 0.0)
@@ -186,6 +188,10 @@ def own_words(result: Result, proof: Certificate) -> list[str]:
             f"motion's {right[k]:.4g} m"
         )
     return faults
+
+
+LEAST_INSTANT = 2.0**-900
+"""Instant [s] before which a derivative has no room in double precision: its parts overflow."""
 
 
 @cache
