@@ -20,6 +20,9 @@ from validation.sampling import energy_series, events_of
 
 FloatArray = NDArray[np.float64]
 
+_ROLLS = 1e-12
+"""Slip, in units of a ball's speed, that is but the rounding of a frame of a ball that rolls."""
+
 TINY = float(np.finfo(np.float64).tiny)
 """The fastest speed of a scene at rest [m/s]: a quotient by it is finite, or infinite for good."""
 
@@ -78,7 +81,7 @@ def _gains_at_impacts(result: Result, frames: SampledTrajectory, late: float) ->
     durations = frames.times[steps + 1] - frames.times[steps]
     taken = cloth_takes(result.scene, before, after, durations)
     gained = energy_of(result.scene, after).total - energy_of(result.scene, before).total
-    power = np.maximum(_power(result.scene, before), _power(result.scene, after))
+    power = np.maximum(*(np.sum(_powers(result.scene, one), axis=1) for one in (before, after)))
     gains: FloatArray = gained + np.maximum(taken - late * power, 0.0)
     return gains
 
@@ -101,12 +104,21 @@ def cloth_takes(scene: Scene, before: Samples, after: Samples, durations: FloatA
     -----
     The collision comes at an unknown instant of the step. Before it the balls are slowed as if
     there were none; after it they are slowed as at the step's end, or more, since the power of
-    friction only falls on the way. So the cloth takes at least the smaller of what it takes from
+    friction falls on the way. So the cloth takes at least the smaller of what it takes from
     undisturbed balls and of the power at the end times the duration.
+
+    Power rises where a slide of little slip turns into rolling: of a ball that was hit and rolls at
+    the end, where balls may slide, nothing is counted. What balls lose between several collisions
+    in one step may be less still.
     """
     undisturbed = _free_loss(scene, before, durations)
-    at_the_end: FloatArray = durations * _power(scene, after)
-    least: FloatArray = np.minimum(undisturbed, at_the_end)
+    power = _powers(scene, after)
+    if scene.physics.motion == "sliding":
+        change = np.linalg.norm((after.velocities - before.velocities)[..., :2], axis=2)
+        slowed = scene.rolling_frictions * scene.physics.gravity * durations[:, np.newaxis]
+        slips = _cloth(scene, after)[2] > _ROLLS * np.linalg.norm(after.velocities, axis=2)
+        power *= slips | (change <= 1.001 * slowed)
+    least: FloatArray = np.minimum(undisturbed, durations * np.sum(power, axis=1))
     return least
 
 
@@ -130,14 +142,13 @@ def _free_loss(scene: Scene, states: Samples, durations: FloatArray) -> FloatArr
     return total
 
 
-def _power(scene: Scene, states: Samples) -> FloatArray:
-    """Return the power that the cloth takes from the balls at an instant, (k,) [W]."""
+def _powers(scene: Scene, states: Samples) -> FloatArray:
+    """Return the power that the cloth takes from each ball at an instant, (k, n) [W]."""
     velocity, _, slip_speed, slides_by, rolls_by = _cloth(scene, states)
     rolls = 1.4 * rolls_by * np.linalg.norm(velocity, axis=2)
-    total: FloatArray = np.sum(
-        scene.masses * np.where(slip_speed > 0.0, slides_by * slip_speed, rolls), axis=1
-    )
-    return total
+    slips = slip_speed > _ROLLS * np.linalg.norm(velocity, axis=2)
+    powers: FloatArray = scene.masses * np.where(slips, slides_by * slip_speed, rolls)
+    return powers
 
 
 def _cloth(
