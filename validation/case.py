@@ -92,8 +92,7 @@ def run_case(
             return failed(record, f"it says that it failed: {result.reason}"), None
         # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
         with np.errstate(invalid="ignore", over="ignore"):
-            horizon = case.truth.horizon_of(resolution)
-            return _judged(record, case, case.truth, result, horizon), motion_of(result)
+            return _judged(record, case, case.truth, result, resolution), motion_of(result)
     except EngineUnavailableError as error:
         return replace(record, outcome="unavailable", reason=str(error)), None
     except UnsupportedSceneError as error:
@@ -145,10 +144,13 @@ def approximations_of(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
 
 
 def _judged(
-    record: CaseRecord, case: Case, truth: Truth, result: Result, horizon: float
+    record: CaseRecord, case: Case, truth: Truth, result: Result, resolution: float | None
 ) -> CaseRecord:
+    horizon = truth.horizon_of(resolution)
     anyway = {criterion.metric for criterion in case.criteria if criterion.past_horizon}
-    measured = measure(result, truth, case.metrics, horizon=horizon, anyway=anyway)
+    measured = measure(
+        result, truth, case.metrics, horizon=horizon, resolution=resolution, anyway=anyway
+    )
     start = energy_of(result.scene, initial_state(result.scene))
     end = energy_of(result.scene, result.final_state)
     return replace(

@@ -44,6 +44,11 @@ ENERGY_NOISE = 1e-6
 A wrong sign or a wrong mass is beyond it by orders of magnitude.
 """
 
+EXACT_ENERGY_NOISE = 5e-13
+"""The same of an engine that claims rounding alone: an impact rounds the energy by some 2^-53, and
+this is what four thousand of them come to, all the same way.
+"""
+
 EXACT_OVERLAP = 1e-12
 """Overlap [m] of balls whose engine claims rounding alone: a thousand roundings of a table."""
 
@@ -249,19 +254,24 @@ def asked_of_any(engine: ReferenceEngine, scene: Scene) -> tuple[Criterion, ...]
     resolution = resolution_of(engine, scene) or 0.0
     exact = resolution == 0.0 and not approximations_of(engine, scene)
     limit = _Limits(Selector(engine=engine.name))
+    noise, whose = (
+        (EXACT_ENERGY_NOISE, "four thousand roundings")
+        if exact
+        else (ENERGY_NOISE, "a solver's noise")
+    )
     asked = [
         limit.at_most(
             "energy_rise",
-            ENERGY_NOISE,
-            "Cloth, cushions and impacts only take energy; 1e-6 is left to a solver's noise.",
+            noise,
+            f"Cloth, cushions and impacts only take energy; {noise:g} is left to {whose}.",
         )
     ]
     if conserves_energy(scene):
         asked.append(
             limit.at_most(
                 "energy_drift",
-                ENERGY_NOISE,
-                "Nothing in this scene takes energy; 1e-6 is left to a solver's noise.",
+                noise,
+                f"Nothing in this scene takes energy; {noise:g} is left to {whose}.",
             )
         )
     if len(scene.balls) > 1:

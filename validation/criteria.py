@@ -189,12 +189,22 @@ class Criterion(BaseModel):
 
 
 class Criteria(BaseModel):
-    """All criteria of a scene, and which truth it is measured against."""
+    """All criteria of a scene, and which truth it is measured against.
+
+    A scene that states its `truth` must be proved to its end where it can be proved at all, or for
+    as many events as it states in `proved`: what a proof doesn't say isn't judged.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     truth: WantedTruth | None = None
+    proved: Annotated[int, Field(strict=True, ge=0)] | None = None
     criteria: tuple[Criterion, ...] = ()
+
+    @property
+    def least_proved(self) -> int | None:
+        """Events that must be proved of the scene; None: all, to its end."""
+        return 0 if self.truth is None and self.proved is None else self.proved
 
     @model_validator(mode="after")
     def _no_repetition(self) -> Self:

@@ -3,9 +3,12 @@
     >>> grade = grade(simulate(scene, record="trajectory"), certify(scene, motion=True))
     >>> grade.missing, grade.invented, grade.quality_factor
 
-Compared is what can be: up to the predictability horizon of the run itself, since after it rounding
+Compared is what can be: up to the predictability horizon of the shot, since after it rounding
 alone decides; up to where bounces die out, which the model that is graded takes for a contact; and
 up to where the proof ends. `Grade.why` says which of them cut it short.
+
+No number is taken from the run that is graded but what it claims to have happened: the horizon and
+the scale of errors come from the proved motion (`certified_growth`), limits from `tolerances`.
 """
 
 from __future__ import annotations
@@ -19,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import EventKind, ExactTrajectory, GhostballError, Result, Scene
-from engine._tolerances import CAPTURE_HEIGHT, EPS, SLIP_ROUNDING
 from engine.result import COLLISION_KINDS
 from engine.trajectory import Samples
 from reference_adapters.certified import Certificate, Enclosure
@@ -32,13 +34,19 @@ from validation.alignment import (
     found_log,
     proved_log,
 )
+from validation.certified_growth import CertifiedGrowth, growth_of_proof
 from validation.sequences import TIE
+from validation.tolerances import (
+    EPS,
+    LEAST_SLIP,
+    LOWEST_HOP,
+    ROUNDINGS,
+    TOLERANCE,
+    UNIT_ROUNDOFF,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-UNIT_ROUNDOFF = 2.0**-53
-"""Largest relative error of one rounding to double precision."""
 
 Extent = Literal["whole", "horizon", "low hop", "proved part"]
 """Up to where events are graded: the end, the predictability horizon, the first hop too low to be
@@ -109,7 +117,13 @@ class Grade:
         return float(np.median(self.time_errors)) if len(self.time_errors) else None
 
 
-def grade(result: Result, certificate: Certificate, *, horizon: float | None = None) -> Grade:
+def grade(
+    result: Result,
+    certificate: Certificate,
+    *,
+    horizon: float | None = None,
+    growth: CertifiedGrowth | None = None,
+) -> Grade:
     """Grade a run against the proof of its shot.
 
     Parameters
@@ -119,14 +133,15 @@ def grade(result: Result, certificate: Certificate, *, horizon: float | None = N
     certificate : Certificate
         Of the same scene, with its motion: `certify(scene, motion=True)`.
     horizon : float [s], optional
-        Up to when the shot can be predicted. Left out: what the run itself says
-        (`Result.horizon`), or for ever where it recorded frames, which say nothing of that.
+        Up to when the shot can be predicted. Left out: until `ROUNDINGS` roundings at each event
+        have grown to `TOLERANCE`.
+    growth : CertifiedGrowth, optional
+        How errors grow. Left out: as along the proved motion.
 
     Raises
     ------
     GhostballError
-        Where the run recorded too little, or the certificate is of another scene or has no motion
-        though the horizon cuts the shot short.
+        Where the run recorded too little, or the certificate is of another scene or has no motion.
 
     Notes
     -----
@@ -138,30 +153,28 @@ def grade(result: Result, certificate: Certificate, *, horizon: float | None = N
     horizon instants are uncertain by far more than rounding, so that such events are paired in any
     order: their times are graded, which says the same.
 
-    The quality factor is max |x_i - X_i| / (2^-53 A_i), A_i from the run's own tangent map
-    (`Result.sensitivity`): 2^-53 A_i is the standard deviation of ball i's position where the
+    The quality factor is max |x_i - X_i| / (2^-53 A_i), A_i from the proved motion
+    (`CertifiedGrowth.sizes`): 2^-53 A_i is the standard deviation of ball i's position where the
     state is rounded once at each event. An exact method in double precision keeps it near 1; one
     that loses digits, or plays another shot, doesn't.
 
     Two balls, or a ball and a cushion, may bounce ever lower, without end in a finite time. From
-    the first hop that is proved to stay below `CAPTURE_HEIGHT` on, nothing is graded.
+    the first hop that is proved to stay below `LOWEST_HOP` on, nothing is graded.
 
-    A tangent map ends where no derivative exists: a ball has two collisions at one instant, or a
-    contact is sustained. That says nothing of how errors have grown, so that events are compared
-    beyond it, up to the end of the proof; positions at the last instant before it.
+    No derivative exists once a ball has had two collisions at one instant. That says nothing of how
+    errors have grown, so that events are compared beyond it, up to the end of the proof; positions
+    at the last instant before it.
 
-    A slide or a roll is negligible where all that it slows is below `SLIP_ROUNDING` of the fastest
+    A slide or a roll is negligible where all that it slows is below `LEAST_SLIP` of the fastest
     speed at the start, or where it lasts no longer than two roundings of the clock: the slip of
     1e-17 m/s of a stunned ball is a slip to the proof, and nothing in double precision.
     """
     scene = result.scene
     _check(result, certificate)
     exact = isinstance(result.trajectory, ExactTrajectory)
-    if horizon is None:
-        horizon = result.horizon() if exact else math.inf
-    map_end = math.inf
-    if exact and math.isfinite(horizon) and np.isinf(_growth(result, horizon)).any():
-        map_end, horizon = math.nextafter(horizon, 0.0), math.inf
+    growth = growth_of_proof(scene, certificate) if growth is None else growth
+    horizon = growth.horizon(TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF) if horizon is None else horizon
+    map_end = math.nextafter(growth.derivative_ends, 0.0) if exact else math.inf
     extent, why, until = _extent(certificate, horizon, _first_low_hop(scene, certificate))
     kinds = ALL_KINDS if exact else COLLISION_KINDS
     assert result.events is not None  # checked
@@ -180,7 +193,7 @@ def grade(result: Result, certificate: Certificate, *, horizon: float | None = N
         before = _end_of_found(result, certificate, alignment, until)
     invented = tuple(j for j in alignment.invented.tolist() if result.events["t"][j] <= before)
     compared_at, errors = _position_errors(result, certificate, extent, min(until, map_end))
-    quality, no_quality = _quality(result, errors, compared_at)
+    quality, no_quality = _quality(result, errors, UNIT_ROUNDOFF * growth.sizes([compared_at])[0])
     return Grade(
         extent,
         why,
@@ -215,16 +228,21 @@ def _check(result: Result, certificate: Certificate) -> None:
             f"`result` must hold events and motion, but engine `{result.engine}` recorded too "
             f'little in scene "{name}". Run it with record="trajectory"'
         )
+    if certificate.knots is None:
+        raise GhostballError(
+            f'`certificate` of scene "{name}" must hold the motion, along which errors grow. '
+            "Certify with motion=True"
+        )
 
 
 def _extent(certificate: Certificate, horizon: float, low_hop: float) -> tuple[Extent, str, float]:
     """Return how much is graded, why not more, and the last instant of it."""
     end = float(certificate.t_end)
     if low_hop <= min(horizon, end):
-        why = f"a bounce stays below {CAPTURE_HEIGHT:.2g} diameters until t = {low_hop:.6g} s"
+        why = f"a bounce stays below {LOWEST_HOP:.2g} diameters until t = {low_hop:.6g} s"
         return "low hop", why, math.nextafter(low_hop, 0.0)
     if horizon <= end:
-        why = f"the run can't predict the shot beyond t = {horizon:.6g} s"
+        why = f"the shot can't be predicted beyond t = {horizon:.6g} s"
         return "horizon", why, math.nextafter(horizon, 0.0)
     if not certificate.proved:
         return "proved part", f"{certificate.ending}: {certificate.reason}", end
@@ -233,14 +251,11 @@ def _extent(certificate: Certificate, horizon: float, low_hop: float) -> tuple[E
 
 @lru_cache(maxsize=4)  # the same for every engine
 def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
-    """Return when the first hop ends that stays below `CAPTURE_HEIGHT`, inf where none does [s].
+    """Return when the first hop ends that stays below `LOWEST_HOP`, inf where none does [s].
 
-    A hop is what is between two collisions of one contact; its height is taken in the middle. Where
-    the certificate has no motion, none is found.
+    A hop is what is between two collisions of one contact; its height is taken in the middle.
     """
     truth = _proved_motion(scene, certificate)
-    if truth is None:
-        return math.inf
     last: dict[tuple[EventKind, int, int], float] = {}
     hops: list[tuple[EventKind, int, int, float, float]] = []
     times = proved_log(certificate).times.tolist()
@@ -265,13 +280,12 @@ def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
         across = np.abs(places[rows, a, cushion // 2] - sides[cushion]) - radii[a]
         gaps = np.where(pair, gaps, across)
     # Collisions at one instant are no hop: what is struck against a cushion comes back at once.
-    low = (gaps <= CAPTURE_HEIGHT * reach) & (end > start)
+    low = (gaps <= LOWEST_HOP * reach) & (end > start)
     return float(end[low].min()) if low.any() else math.inf
 
 
-def _proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory | None:
-    if certificate.knots is None:
-        return None
+def _proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory:
+    assert certificate.knots is not None  # checked
     end = float(certificate.t_end)
     return ExactTrajectory(scene.radii, certificate.knots, end, scene.spinning_friction_rates)
 
@@ -281,7 +295,7 @@ def _negligible(scene: Scene, log: Log) -> NDArray[np.bool_]:
     gravity, radii = scene.physics.gravity, scene.radii
     surface = np.linalg.norm(scene.velocities, axis=1)
     surface += radii * np.linalg.norm(scene.angular_velocities, axis=1)
-    noise = SLIP_ROUNDING * float(np.max(surface))
+    noise = LEAST_SLIP * float(np.max(surface))
     # du/dt = -(7/2) mu_s g of a solid ball while it slides, dv/dt = -mu_r g while it rolls.
     slowing = {
         EventKind.SLIDE_TO_ROLL: 3.5 * gravity * scene.sliding_frictions,
@@ -364,11 +378,6 @@ def _position_errors(
     """
     if t < float(certificate.t_end) or extent == "horizon":
         truth = _proved_motion(result.scene, certificate)
-        if truth is None:
-            raise GhostballError(
-                f"`certificate` must hold the motion to compare positions at t = {t:.6g} s. "
-                "Certify with motion=True"
-            )
         at = np.array([t])
         apart = _positions(result.sample(at)) - _positions(truth.sample(at))
         return t, np.hypot(apart[:, 0], apart[:, 1])
@@ -402,20 +411,13 @@ def _distance(value: float, enclosure: Enclosure) -> float:
     return max(beyond, 0) / (1 << -lowest)
 
 
-def _growth(result: Result, t: float) -> FloatArray:
-    """Return how far rounding displaces each ball by an instant [s], over 2^-53, (n,) [m]."""
-    growth: FloatArray = result.sensitivity([t])[0]
-    return growth
-
-
-def _quality(result: Result, errors: FloatArray, t: float) -> tuple[float | None, str]:
-    """Return the quality factor at an instant [s], or None and why."""
+def _quality(result: Result, errors: FloatArray, scale: FloatArray) -> tuple[float | None, str]:
+    """Return the largest error over its scale, (n,) [m] both, or None and why."""
     if not isinstance(result.trajectory, ExactTrajectory):
-        return None, f"engine `{result.engine}` records frames, which have no tangent map"
-    scale = UNIT_ROUNDOFF * _growth(result, t)
+        return None, f"engine `{result.engine}` records frames: its steps err by more than rounding"
     known = np.isfinite(scale)
     if not known.any():
-        return None, f"the run's tangent map ends before t = {t:.6g} s"
+        return None, "no derivative says what rounding does to the shot until then"
     errors, scale = errors[known], scale[known]
     if not scale.any() and not errors.any():
         return None, "nothing has moved in what is graded"

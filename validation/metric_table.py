@@ -119,6 +119,14 @@ METRICS: dict[str, Metric] = {
             "first_divergence_time", "s", "when the sequences of collisions first differ", "events"
         ),
         Metric(
+            "graded_until",
+            "s",
+            "how far the run is held against the proof: to its end, or where errors of rounding "
+            "have grown visible",
+            "proof",
+        ),
+        Metric("graded_events", "1", "proved events until then that are looked for", "proof"),
+        Metric(
             "events_missing",
             "1",
             "proved events of any kind that were not found, up to where the shot can be predicted",
@@ -158,7 +166,8 @@ METRICS: dict[str, Metric] = {
         Metric(
             "energy_rise",
             "1",
-            "largest rise of energy above the least before it, over the initial energy",
+            "largest rise of energy above the least before it, at each impact and each frame, over "
+            "the initial energy; in a step with an impact, above what the cloth leaves",
         ),
         Metric("overlap_max", "m", "deepest overlap of two balls in the recorded motion"),
         Metric("wall_time", "s", "run time of the simulation alone, one sample"),

@@ -8,22 +8,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, ExactTrajectory, Result, Scene
+from engine import EventKind, Result, Scene
 from engine.result import COLLISION_KINDS
+from validation.energy_gain import largest_gain
 from validation.grading import Grade, grade
 from validation.metric_table import METRICS
-from validation.sampling import (
-    deepest_overlap,
-    energy_at,
-    energy_series,
-    events_of,
-    largest_rise,
-)
+from validation.sampling import deepest_overlap, energy_at, energy_series, events_of
 from validation.sequences import matching_collisions
 from validation.truth import Truth, collisions_of
 
@@ -74,6 +69,7 @@ def measure(
     metrics: Collection[str] | None = None,
     *,
     horizon: float = math.inf,
+    resolution: float | None = 0.0,
     anyway: Collection[str] = (),
 ) -> Measured:
     """Measure a run recorded with `record="trajectory"` against the truth of its scene.
@@ -88,6 +84,8 @@ def measure(
         Until when the engine can be expected to play this shot: `Truth.horizon_of`. What is an
         error of the end of a shot has no value where that lies later; energies are compared up to
         there.
+    resolution : float [m] or None
+        Of the engine: `reference_adapters.base.resolution_of`.
     anyway : collection of str
         Metrics that have a value all the same.
     """
@@ -96,7 +94,8 @@ def measure(
     if truth.energy is not None:
         before = truth.energy_times <= horizon
         truth = replace(truth, energy_times=truth.energy_times[before], energy=truth.energy[before])
-    for name, compute in _COMPUTE.items():
+    gain = partial(_energy_rise, resolution=resolution)
+    for name, compute in (_COMPUTE | {"energy_rise": gain}).items():
         if metrics is not None and name not in metrics:
             continue
         try:
@@ -243,6 +242,16 @@ def _events_invented(result: Result, truth: Truth) -> int:
     return len(_graded(result, truth).invented)
 
 
+def _graded_until(result: Result, truth: Truth) -> float:
+    until = _graded(result, truth).until
+    assert truth.certificate is not None  # `_graded` needed it
+    return min(until, float(truth.certificate.t_end))
+
+
+def _graded_events(result: Result, truth: Truth) -> int:
+    return _graded(result, truth).events
+
+
 def _event_time_error_ulps(result: Result, truth: Truth) -> float:
     error = _graded(result, truth).time_error_max
     if error is None:
@@ -270,9 +279,7 @@ def _graded(result: Result, truth: Truth) -> Grade:
 @lru_cache(maxsize=1)  # four metrics are made of it
 def _grade(result: Result, truth: Truth) -> Grade:
     assert truth.certificate is not None
-    # Frames say nothing of how far a shot can be predicted; our engine does.
-    exact = isinstance(result.trajectory, ExactTrajectory)
-    return grade(result, truth.certificate, horizon=None if exact else truth.horizon)
+    return grade(result, truth.certificate)
 
 
 def _energy_difference_max(result: Result, truth: Truth) -> float:
@@ -290,9 +297,16 @@ def _energy_drift(result: Result, truth: Truth) -> float:  # noqa: ARG001 - need
     return float(np.max(np.abs(energy - energy[0]))) / _initial(energy)
 
 
-def _energy_rise(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
+def _energy_rise(
+    result: Result,
+    truth: Truth,  # noqa: ARG001 - needs no truth
+    resolution: float | None = 0.0,
+) -> float:
     energy = _finite(energy_series(result))
-    return largest_rise(energy) / _initial(energy)
+    gain = largest_gain(result, resolution)
+    if gain > 0.0 and energy[0] == 0.0:
+        return math.inf  # made of nothing
+    return gain / _initial(energy)
 
 
 def _overlap_max(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
@@ -318,6 +332,8 @@ _COMPUTE: dict[str, Callable[[Result, Truth], int | float]] = {
     "ball_cushion_count_error": _count_error(EventKind.BALL_CUSHION),
     "matching_events": _matching_events,
     "first_divergence_time": _first_divergence_time,
+    "graded_until": _graded_until,
+    "graded_events": _graded_events,
     "events_missing": _events_missing,
     "events_invented": _events_invented,
     "event_time_error_ulps": _event_time_error_ulps,
@@ -338,7 +354,7 @@ def _require_end(result: Result) -> None:
 
 def _finite(energy: FloatArray) -> FloatArray:
     if not np.all(np.isfinite(energy)):
-        raise NotMeasuredError("the energy of the engine's motion is not finite")
+        raise FellShortError("the energy of the engine's motion is not finite")
     return energy
 
 

@@ -1,15 +1,17 @@
-"""Our engine with a bug planted in it, to see that what should catch bugs does.
+"""Our code with a bug planted in it, to see that what should catch bugs does.
 
     >>> with planted(Mutation(...)) as mutant:
     ...     runs = mutant.run([scene])
 
-The package `engine` is copied into a temporary folder, one text of one file is replaced, and shots
-run there in a process of their own, with interpreted kernels: the caller's engine, the checkout and
-the kernels that are kept on the disk stay as they are.
+The package `engine`, and the one that a bug is planted in where that is another, are copied into a
+temporary folder, one text of one file is replaced, and shots run there in a process of their own,
+with interpreted kernels: the caller's engine, the checkout and the kernels that are kept on the
+disk stay as they are.
 """
 
 from __future__ import annotations
 
+import importlib
 import os
 import pickle
 import shutil
@@ -25,6 +27,9 @@ from pathlib import Path
 import engine
 from engine import GhostballError, Record, Result, Scene
 
+_SOURCES = Path(engine.__file__).parent.parent
+"""Where our packages lie, side by side."""
+
 MAX_EVENTS = 20_000
 """Events after which a shot of a mutant is given up: a bug may make it go on for ever."""
 
@@ -36,8 +41,8 @@ import pickle, sys
 from pathlib import Path
 folder, place = sys.argv[1:]
 import engine
-if not Path(engine.__file__).is_relative_to(folder):
-    raise ImportError(f"not the mutant: {engine.__file__}")
+from validation.mutants import check_copies
+check_copies(Path(folder))
 scenes, record, max_events = pickle.loads(Path(place, "asked").read_bytes())
 print("ready", flush=True)
 for number, text in scenes:
@@ -63,11 +68,13 @@ class Mutation:
     ----------
     name : str
     file : str
-        Within the package `engine`, such as "_motion.py" or "impact_laws/cushion_han2005.py".
+        Within the package, such as "_motion.py" or "impact_laws/cushion_han2005.py".
     old, new : str
         What is replaced, exactly one occurrence, and by what.
     what : str
         What is wrong then, one sentence.
+    package : str
+        The package that it is planted in: the engine, or what the engine is judged by.
     """
 
     name: str
@@ -75,21 +82,22 @@ class Mutation:
     old: str
     new: str
     what: str
+    package: str = "engine"
 
-    def apply(self, package: Path) -> None:
-        """Plant the bug in a copy of the package.
+    def apply(self, folder: Path) -> None:
+        """Plant the bug in the copy of its package in a folder.
 
         Raises
         ------
         MutantError
             Where the text isn't there exactly once, or is replaced by itself.
         """
-        path = package / self.file
+        path = folder / self.package / self.file
         try:
             text = path.read_text(encoding="utf-8")
         except OSError as error:
             raise MutantError(
-                f'mutation "{self.name}": `file` must be one of the package `engine`, got '
+                f'mutation "{self.name}": `file` must be one of the package `{self.package}`, got '
                 f"{self.file!r}: {error.strerror}. Adapt the mutation"
             ) from None
         found = text.count(self.old)
@@ -99,6 +107,20 @@ class Mutation:
                 f"from `new`, found {found} times: {self.old!r}. Adapt the mutation"
             )
         path.write_text(text.replace(self.old, self.new), encoding="utf-8")
+
+
+def check_copies(folder: Path) -> None:
+    """Make sure that each package in a folder is the one that is imported.
+
+    Raises
+    ------
+    ImportError
+        Where another one is: it would be taken for the mutant.
+    """
+    for package in folder.glob("*/__init__.py"):
+        found = importlib.import_module(package.parent.name).__file__
+        if found is None or not Path(found).samefile(package):
+            raise ImportError(f"not the mutant: {found}")
 
 
 @dataclass(frozen=True)
@@ -221,16 +243,19 @@ class Mutant:
 def planted(*mutations: Mutation) -> Iterator[Mutant]:
     """Copy our engine, plant bugs in the copy, and remove it at the end; none is a plain copy.
 
+    A package that a bug is planted in is copied beside it.
+
     Raises
     ------
     MutantError
         Where a mutation doesn't fit.
     """
-    source = Path(engine.__file__).parent
     with tempfile.TemporaryDirectory(prefix="ghostball-mutant-") as place:
         folder = Path(place).resolve()
-        package = folder / source.name
-        shutil.copytree(source, package, ignore=shutil.ignore_patterns("__pycache__"))
+        for package in {"engine", *(mutation.package for mutation in mutations)}:
+            shutil.copytree(
+                _SOURCES / package, folder / package, ignore=shutil.ignore_patterns("__pycache__")
+            )
         for mutation in mutations:
-            mutation.apply(package)
+            mutation.apply(folder)
         yield Mutant("+".join(mutation.name for mutation in mutations) or "unchanged", folder)

@@ -87,26 +87,22 @@ def energy_at(result: Result, times: FloatArray) -> Energy:
 def energy_series(result: Result) -> FloatArray:
     """Return the total energy over a whole run, (k,) [J], at every recorded frame.
 
-    Where the motion is exact: at the times of the stored motion.
+    Where the motion is exact: on a uniform grid, at each event, and the last instant before it.
     """
     frames = _frames(result)
     if frames is not None:
         return _energy_at_frames(result.scene, frames).total
+    events = events_of(result)["t"]
     times = union_times(
-        result.rest_time, events_of(result)["t"], uniform=UNIFORM_TIMES, limit=MAX_TIMES
+        result.rest_time,
+        events,
+        uniform=UNIFORM_TIMES,
+        limit=UNIFORM_TIMES + 2 * len(events),
+        before=True,
     )
-    return result.energy(times).total
-
-
-def largest_rise(energy: FloatArray) -> float:
-    """Return by how much energy ever exceeds the least before it [J]; 0 if never.
-
-    Parameters
-    ----------
-    energy : (k,) float64 [J]
-        In order of time.
-    """
-    return float(np.max(energy - np.minimum.accumulate(energy), initial=0.0))
+    return np.concatenate(
+        [result.energy(times[start : start + _CHUNK]).total for start in _starts(times)]
+    )
 
 
 def deepest_overlap(result: Result) -> float:

@@ -22,6 +22,7 @@ from engine import CUSHIONS, EventKind, GhostballError, Result, Scene, Unsupport
 from engine.result import COLLISION_KINDS, Events
 from reference_adapters.certified import Certificate, CertifiedSettings
 from reference_adapters.certified.engine import result_of
+from validation.certified_growth import growth_of_proof
 from validation.closed_forms import DIGITS, ClosedForm, closed_form, has_closed_form
 from validation.horizons import Growth, growth_of
 from validation.our_run import run_ours
@@ -83,11 +84,9 @@ class Truth:
     no_certificate : str
         Why there is none; "" where there is one.
     growth : Growth or None
-        How errors grow along the shot, as our engine says; None where it says nothing of it, or
-        wasn't asked, as for a closed form.
-    horizon : float [s] or None
-        Up to when the shot can be predicted at all in double precision, as our engine says; inf
-        where that is its end. None: our engine says nothing of it, or wasn't asked.
+        How errors grow along the shot: as it is proved, or, where the proof isn't of the whole
+        shot, as our engine says. None where nothing says it, or it wasn't asked, as for a closed
+        form.
     """
 
     kind: str | None
@@ -107,7 +106,6 @@ class Truth:
     certificate: Certificate | None = None
     no_certificate: str = "it was not asked for"
     growth: Growth | None = None
-    horizon: float | None = None
 
     def horizon_of(self, resolution: float | None) -> float:
         """Return until when an engine can be compared with this truth [s]; inf: to the end.
@@ -158,6 +156,8 @@ def truth_of(
     scene: Scene,
     wanted: WantedTruth | None = None,
     parts: Collection[TruthPart] = PARTS,
+    *,
+    least: int | None = 0,
 ) -> Truth:
     """Return the truth of a scene.
 
@@ -168,12 +168,14 @@ def truth_of(
         What the scene's criteria ask for; None takes the first of them that there is.
     parts : collection of TruthPart
         Those that will be measured against; what only others need may be left out.
+    least : int or None
+        Events that must be proved, where the scene can be proved at all; None: all, to its end.
 
     Raises
     ------
     TruthError
         Where a closed form is asked for and the scene has none; or a proof, and not the whole shot
-        is proved.
+        is proved; or where less is proved than must be.
     """
     check_truth(scene, wanted)
     form = closed_form(scene) if wanted in ("closed-form", None) else None
@@ -188,6 +190,13 @@ def truth_of(
             f'scene "{scene.name}": its criteria say `truth` = "certified", but the whole shot '
             f'isn\'t proved: {_why_partial(proof, no_proof)}. Write `truth` = "engine"'
         )
+    if proof is not None and not whole and (least is None or len(proof.events) < least):
+        must = "all to its end" if least is None else f"{least}"
+        raise TruthError(
+            f'scene "{scene.name}": only {len(proof.events)} of its events are proved, {must} must '
+            f"be: {_why_partial(proof, no_proof)}. Write `proved` = {len(proof.events)} into its "
+            "criteria if no more can be proved"
+        )
     ours, missing = _our_run(scene) if needed else (None, "it was not asked for")
     if form is not None:
         truth = _from_form(scene, form, ours, proof if whole else None, missing, parts)
@@ -197,14 +206,13 @@ def truth_of(
         truth = _from_our_run(ours, parts)
     else:
         truth = Truth(None, missing=missing)
-    growth, horizon = (None, None) if ours is None else (_growth_of(truth, ours), ours.horizon())
-    return replace(
-        truth, certificate=proof, no_certificate=no_proof, growth=growth, horizon=horizon
-    )
-
-
-def _growth_of(truth: Truth, ours: Result) -> Growth | None:
-    return None if truth.kind == CLOSED_FORM else growth_of(ours)
+    growth = None
+    if truth.kind != CLOSED_FORM and proof is not None and whole:
+        proved = result_of(scene, proof, CertifiedSettings(), "trajectory")
+        growth = growth_of(proved, growth_of_proof(scene, proof))
+    elif truth.kind != CLOSED_FORM and ours is not None:
+        growth = growth_of(ours)
+    return replace(truth, certificate=proof, no_certificate=no_proof, growth=growth)
 
 
 def _why_partial(proof: Certificate | None, no_proof: str) -> str:

@@ -164,8 +164,10 @@ def _capped(most: arb, slip: arb) -> arb:
     limit = arb(STICKING)
     if most.is_zero():
         return ZERO
-    if most > limit * slip:
+    if most >= limit * slip:
         return limit
+    if most < limit * slip:
+        return most / slip
     if slip > 0:
         return arb.min(most / slip, limit)
     least = ZERO

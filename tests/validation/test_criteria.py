@@ -131,7 +131,11 @@ def test_a_scene_without_a_file_beside_it_has_no_criteria(tmp_path: Path) -> Non
         ('reason = "counted by hand"', "", r"`criteria\[0\].reason` must be given"),
         ("reason =", "raeson =", r"`criteria\[0\].raeson` is not a known field"),
         ('truth = "engine"', 'truth = "guess"', r"`truth` must be .*got 'guess'"),
-        ('truth = "engine"', "thruth = 1", r"`thruth` is not a known field.*truth, criteria"),
+        (
+            'truth = "engine"',
+            "thruth = 1",
+            r"`thruth` is not a known field.*truth, proved, criteria",
+        ),
         ('["pymunk", "pybullet:mode=landed"]', "[]", r"`criteria\[0\].engines` .*at least 1"),
         ('"pymunk",', '"pymunk:fast",', r"`criteria\[0\].engines\[0\]` .*must be `key=value`"),
         ('"pymunk",', "7,", r"`criteria\[0\].engines\[0\]` must be an engine's name"),

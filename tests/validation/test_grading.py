@@ -10,24 +10,35 @@ from typing import Any
 import numpy as np
 import pytest
 from shots import ball, scene_of
-from tangent import MadeUp, with_tangent
+from tangent import made_up
 
 from engine import EventKind, GhostballError, Result, Scene, simulate
-from engine.sensitivity import QUALITY
 from reference_adapters import make_engine
 from reference_adapters.certified import Certificate, CertifiedSettings, Enclosure, certify
-from validation.grading import UNIT_ROUNDOFF, Grade, _distance, grade
+from validation.certified_growth import CertifiedGrowth, growth_of_proof
+from validation.grading import (
+    Grade,
+    _distance,
+    grade as grade_by,
+)
 from validation.library import find_scene
 from validation.random_shots import random_shot
+from validation.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 
 
-def run_and_proof(name: str, **tangent: Any) -> tuple[MadeUp, Certificate]:
+def run_and_proof(name: str, **tangent: Any) -> tuple[Result, Certificate, CertifiedGrowth]:
     scene = find_scene(name)
     result = simulate(scene, record="trajectory")
-    return with_tangent(result, **tangent), certify(scene, motion=True)
+    return result, certify(scene, motion=True), made_up(len(scene.balls), **tangent)
 
 
-def without_event(result: MadeUp, index: int) -> MadeUp:
+def grade(
+    result: Result, certificate: Certificate, growth: CertifiedGrowth | None = None, **more: Any
+) -> Grade:
+    return grade_by(result, certificate, growth=growth, **more)
+
+
+def without_event(result: Result, index: int) -> Result:
     assert result.events is not None
     return replace(result, events=np.delete(result.events, index))
 
@@ -37,8 +48,8 @@ def clean(made: Grade) -> bool:
 
 
 def test_an_exact_run_of_a_whole_shot() -> None:
-    result, certificate = run_and_proof("half-ball-cut")
-    made = grade(result, certificate)
+    result, certificate, growth = run_and_proof("half-ball-cut")
+    made = grade(result, certificate, growth)
     assert (made.extent, made.why, made.until, made.events) == ("whole", "", math.inf, 3)
     assert clean(made)
     assert made.compared_at == result.rest_time
@@ -59,8 +70,8 @@ def test_an_exact_run_of_a_whole_shot() -> None:
 
 
 def test_an_event_that_is_not_found() -> None:
-    result, certificate = run_and_proof("break-7")
-    made = grade(without_event(result, 5), certificate)
+    result, certificate, growth = run_and_proof("break-7")
+    made = grade(without_event(result, 5), certificate, growth)
     assert made.missing == (5,)
     assert made.invented == ()
     assert made.first is not None
@@ -68,16 +79,16 @@ def test_an_event_that_is_not_found() -> None:
 
 
 def test_an_event_that_is_not_so() -> None:
-    result, certificate = run_and_proof("break-7")
+    result, certificate, growth = run_and_proof("break-7")
     assert result.events is not None
     extra = np.insert(result.events, 3, result.events[2])
-    made = grade(replace(result, events=extra), certificate)
+    made = grade(replace(result, events=extra), certificate, growth)
     assert made.missing == ()
     assert len(made.invented) == 1
 
 
 def test_a_time_and_a_place_that_are_wrong() -> None:
-    result, certificate = run_and_proof("half-ball-cut")
+    result, certificate, growth = run_and_proof("half-ball-cut")
     assert result.events is not None
     events = result.events.copy()
     t = events["t"][0]
@@ -86,7 +97,9 @@ def test_a_time_and_a_place_that_are_wrong() -> None:
     moved = state.positions.copy()
     moved[0, 1, 0] += 1e-9
     made = grade(
-        replace(result, events=events, final_state=state._replace(positions=moved)), certificate
+        replace(result, events=events, final_state=state._replace(positions=moved)),
+        certificate,
+        growth,
     )
     assert made.time_error_max == pytest.approx(1000, abs=10)
     assert made.position_errors[1] == pytest.approx(1e-9, rel=1e-5)
@@ -94,69 +107,70 @@ def test_a_time_and_a_place_that_are_wrong() -> None:
 
 
 def test_the_quality_factor_is_in_units_of_each_balls_own_rounding() -> None:
-    result, certificate = run_and_proof("half-ball-cut", amplification=(1.0, 1e6))
-    errors = grade(result, certificate).position_errors
-    made = grade(result, certificate)
+    result, certificate, growth = run_and_proof("half-ball-cut", amplification=(1.0, 1e6))
+    errors = grade(result, certificate, growth).position_errors
+    made = grade(result, certificate, growth)
     assert made.quality_factor == pytest.approx(
         max(errors[0], errors[1] / 1e6) / UNIT_ROUNDOFF, rel=1e-12
     )
 
 
 def test_a_ball_that_nothing_can_have_moved_must_not_move() -> None:
-    result, certificate = run_and_proof("half-ball-cut", amplification=(0.0, 0.0))
-    assert grade(result, certificate).quality_factor == math.inf
+    result, certificate, growth = run_and_proof("half-ball-cut", amplification=(0.0, 0.0))
+    assert grade(result, certificate, growth).quality_factor == math.inf
 
 
 def test_a_tangent_map_that_has_ended_gives_no_quality() -> None:
     made = grade(*run_and_proof("half-ball-cut", amplification=math.inf))
     assert made.quality_factor is None
-    assert "tangent map ends" in made.no_quality
+    assert "no derivative" in made.no_quality
 
 
 def test_a_position_that_is_not_finite_is_infinitely_wrong() -> None:
-    result, certificate = run_and_proof("half-ball-cut")
+    result, certificate, growth = run_and_proof("half-ball-cut")
     lost = result.final_state._replace(positions=np.full((1, 2, 3), math.nan))
-    made = grade(replace(result, final_state=lost), certificate)
+    made = grade(replace(result, final_state=lost), certificate, growth)
     assert made.quality_factor == math.inf
 
 
 def test_only_what_comes_before_the_horizon_is_graded() -> None:
-    result, certificate = run_and_proof("break-7")
+    result, certificate, growth = run_and_proof("break-7")
     times = [float(event.t) for event in certificate.events]
     cut = 0.5 * (times[9] + times[10])
-    made = grade(with_tangent(result, horizon=cut), certificate)
+    growth = made_up(7, horizon=cut)
+    made = grade(result, certificate, growth)
     assert (made.extent, made.events) == ("horizon", 10)
     assert f"{cut:.6g} s" in made.why
     assert made.until == made.compared_at < cut
     assert len(made.time_errors) == 10
     assert made.position_errors.max() < 1e-14
     # What is wrong after it isn't held against the run; what is wrong before it is.
-    assert clean(grade(without_event(with_tangent(result, horizon=cut), 12), certificate))
-    assert grade(without_event(with_tangent(result, horizon=cut), 7), certificate).missing == (7,)
+    assert clean(grade(without_event(result, 12), certificate, growth))
+    assert grade(without_event(result, 7), certificate, growth).missing == (7,)
 
 
-def test_the_motion_is_needed_at_a_horizon() -> None:
-    result, _ = run_and_proof("break-7", horizon=0.1)
+def test_the_motion_is_needed_for_how_errors_grow() -> None:
+    result, _, _ = run_and_proof("break-7")
     with pytest.raises(GhostballError, match="motion=True"):
         grade(result, certify(result.scene))
 
 
 def test_an_event_on_the_other_side_of_the_horizon_is_no_difference() -> None:
-    result, certificate = run_and_proof("break-7")
+    result, certificate, _ = run_and_proof("break-7")
     assert result.events is not None
     cut = float(certificate.events[9].t)
-    made = grade(with_tangent(result, horizon=math.nextafter(cut, 1.0)), certificate)
+    growth = made_up(7, horizon=math.nextafter(cut, 1.0))
+    made = grade(result, certificate, growth)
     assert made.events == 10
     late = result.events.copy()
     late["t"][9] = cut * (1 + 1e-9)
-    moved = replace(with_tangent(result, horizon=math.nextafter(cut, 1.0)), events=late)
-    assert clean(grade(moved, certificate))
+    assert clean(grade(replace(result, events=late), certificate, growth))
 
 
 @pytest.mark.parametrize("name", ["frozen-break", "push-line", "frozen-triangle"])
 def test_what_is_proved_is_graded_where_the_proof_ends_early(name: str) -> None:
-    result, certificate = run_and_proof(name)
-    made = grade(result, certificate)
+    result, certificate, growth = run_and_proof(name)
+    made = grade(result, certificate, growth)
     assert made.extent == "proved part"
     assert made.why == f"{certificate.ending}: {certificate.reason}"
     assert made.events > 0
@@ -165,14 +179,14 @@ def test_what_is_proved_is_graded_where_the_proof_ends_early(name: str) -> None:
     assert made.quality_factor < 32
     assert made.until == float(certificate.t_end)
     if name == "push-line":
-        assert grade(without_event(result, 0), certificate).missing == (0,)
+        assert grade(without_event(result, 0), certificate, growth).missing == (0,)
 
 
 @pytest.mark.parametrize("settings", [{"max_events": 4}, {"max_precision": 60}])
 def test_a_cap_leaves_what_was_proved_until_then(settings: dict[str, Any]) -> None:
     scene = find_scene("break-7")
     certificate = certify(scene, CertifiedSettings(start_precision=53, **settings), motion=True)
-    made = grade(with_tangent(simulate(scene, record="trajectory")), certificate)
+    made = grade(simulate(scene, record="trajectory"), certificate)
     assert made.extent == "proved part"
     assert made.why.startswith(certificate.ending)
     assert made.events == len(certificate.events)
@@ -189,11 +203,11 @@ def test_events_are_compared_beyond_the_end_of_the_tangent_map() -> None:
     # A ball frozen to a cushion is hit onto it: two collisions at one instant, and no derivative.
     scene = find_scene("frozen-to-cushion")
     result, certificate = simulate(scene, record="trajectory"), certify(scene, motion=True)
-    assert math.isfinite(result.horizon())
+    ends = growth_of_proof(scene, certificate).derivative_ends
     made = grade(result, certificate)
     assert (made.extent, made.events) == ("whole", 4)
     assert clean(made)
-    assert made.compared_at < result.horizon() < float(certificate.events[2].t)
+    assert made.compared_at < ends <= float(certificate.events[2].t)
     assert result.events is not None
     shortened = replace(result, events=result.events[:-1])
     assert grade(shortened, certificate).missing == (3,)
@@ -205,7 +219,7 @@ def test_our_engine_keeps_the_quality_that_it_promises(name: str) -> None:
     made = grade(simulate(scene, record="trajectory"), certify(scene, motion=True))
     assert clean(made)
     assert made.quality_factor is not None
-    assert 0.01 < made.quality_factor < QUALITY
+    assert 0.01 < made.quality_factor < ROUNDINGS
 
 
 @pytest.mark.parametrize("number", [223, 224, 287, 2011])
@@ -219,7 +233,7 @@ def test_bounces_that_die_out_are_graded_until_they_do(number: int) -> None:
     assert 0 < made.events < len(certificate.events)
     assert clean(made)
     assert made.quality_factor is not None
-    assert made.quality_factor < QUALITY
+    assert made.quality_factor < ROUNDINGS
     wrong = replace(result, events=np.delete(result.events, made.alignment.found[1]))
     assert len(grade(wrong, certificate).missing) == 1
 
@@ -229,8 +243,8 @@ def test_bounces_that_die_out_are_graded_until_they_do(number: int) -> None:
 
 def test_a_slip_that_is_but_rounding_is_no_event() -> None:
     # The certified engine sees a stunned ball slip by 1e-17 m/s, and roll; ours doesn't.
-    result, certificate = run_and_proof("stun-shot")
-    made = grade(result, certificate)
+    result, certificate, growth = run_and_proof("stun-shot")
+    made = grade(result, certificate, growth)
     assert result.events is not None
     assert len(certificate.events) == len(result.events) + 2
     assert made.negligible == 2
@@ -248,7 +262,7 @@ def slow_slide(slip: float) -> Scene:
 @pytest.mark.parametrize(("slip", "missing"), [(1e-12, (0,)), (1e-9, (0,)), (1e-3, (0,))])
 def test_a_slip_above_rounding_is_an_event(slip: float, missing: tuple[int, ...]) -> None:
     scene = slow_slide(slip)
-    result = with_tangent(simulate(scene, record="trajectory"))
+    result = simulate(scene, record="trajectory")
     certificate = certify(scene, motion=True)
     made = grade(result, certificate)
     assert made.events == 2
@@ -259,7 +273,7 @@ def test_a_slip_above_rounding_is_an_event(slip: float, missing: tuple[int, ...]
 # --- order
 
 
-def swap(result: MadeUp, first: int, by: float) -> MadeUp:
+def swap(result: Result, first: int, by: float) -> Result:
     """Let an event come after the next one, by some time [s]."""
     assert result.events is not None
     events = result.events.copy()
@@ -268,7 +282,7 @@ def swap(result: MadeUp, first: int, by: float) -> MadeUp:
 
 
 def test_events_without_a_common_ball_may_swap_and_their_times_tell() -> None:
-    result, certificate = run_and_proof("thirty-degree-rule")
+    result, certificate, growth = run_and_proof("thirty-degree-rule")
     pairs = [
         k
         for k, (one, two) in enumerate(
@@ -276,17 +290,17 @@ def test_events_without_a_common_ball_may_swap_and_their_times_tell() -> None:
         )
         if float(two.t) - float(one.t) > 1e-3
     ]
-    made = grade(swap(result, pairs[-1], 1e-6), certificate)
+    made = grade(swap(result, pairs[-1], 1e-6), certificate, growth)
     assert clean(made)
     assert made.swapped == 1
     assert made.time_error_max is not None
     assert made.time_error_max > 1e9
-    assert grade(result, certificate).swapped == 0
+    assert grade(result, certificate, growth).swapped == 0
 
 
 def test_events_of_one_ball_may_not_swap() -> None:
-    result, certificate = run_and_proof("around-the-table")
-    made = grade(swap(result, 3, 1e-9), certificate)
+    result, certificate, growth = run_and_proof("around-the-table")
+    made = grade(swap(result, 3, 1e-9), certificate, growth)
     assert len(made.missing) == len(made.invented) == 1
 
 
@@ -308,7 +322,7 @@ def test_an_engine_of_frames_is_graded_by_its_collisions() -> None:
 
 
 def test_a_certificate_of_another_scene_is_refused() -> None:
-    result, _ = run_and_proof("half-ball-cut")
+    result, _, _ = run_and_proof("half-ball-cut")
     with pytest.raises(GhostballError, match=r"1 balls for the 2 .*\"half-ball-cut\""):
         grade(result, certify(find_scene("stop"), motion=True))
 
@@ -324,12 +338,12 @@ def test_a_run_that_recorded_too_little_is_refused(record: Any) -> None:
 
 
 def test_all_kinds_of_events_are_compared() -> None:
-    result, certificate = run_and_proof("follow-shot")
+    result, certificate, growth = run_and_proof("follow-shot")
     assert result.events is not None
     for kind in EventKind:
         indices = np.flatnonzero(result.events["kind"] == kind)
         for k in indices.tolist():
-            assert len(grade(without_event(result, k), certificate).missing) == 1
+            assert len(grade(without_event(result, k), certificate, growth).missing) == 1
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from engine.sensitivity import QUALITY
 from validation.criteria import Criteria, common_criteria
 from validation.library import find_scene, scene_names
 from validation.metrics import measure
+from validation.tolerances import ROUNDINGS
 from validation.truth import truth_of
 
 GRADED = ("events_missing", "events_invented", "quality_factor")
@@ -49,7 +50,7 @@ def test_our_engine_keeps_the_limits_of_every_scene(name: str) -> None:
 def test_the_limit_on_the_quality_factor_is_what_the_engine_promises() -> None:
     # `Result.horizon` takes errors to stay within it.
     (limit,) = [c.limit for c in common_criteria().criteria if c.metric == "quality_factor"]
-    assert limit == QUALITY
+    assert limit == QUALITY == ROUNDINGS
 
 
 def test_a_scenes_own_criterion_replaces_the_common_one() -> None:

@@ -25,9 +25,12 @@ from engine import (
 )
 from reference_adapters.certified import certify
 from validation import our_run
+from validation.case import TruthFailure
 from validation.closed_forms import DIGITS, closed_form
+from validation.criteria import Criteria
 from validation.library import find_scene
 from validation.store import CERTIFIED, CLOSED_FORM, OUR_ENGINE
+from validation.suite import shipped_criteria, truth_or_failure
 from validation.truth import Truth, TruthError, check_truth, truth_of
 
 BB, BC = int(EventKind.BALL_BALL), int(EventKind.BALL_CUSHION)
@@ -111,7 +114,6 @@ def test_where_our_engine_cannot_help_a_closed_form_stands_alone(
     monkeypatch.setattr(validation.truth, "proof_of", unproved)
     truth = truth_of(find_scene("sliding-stun"))
     assert truth.kind == CLOSED_FORM
-    assert truth.horizon is None
     assert truth.why_not("proof") == "no proof: made to be refused"
     assert truth.rest_positions is not None
     assert truth.energy is None
@@ -152,7 +154,7 @@ def test_without_a_closed_form_the_proof_is_the_truth_and_independent() -> None:
     np.testing.assert_allclose(truth.energy, ours.energy(truth.energy_times).total, atol=1e-13)
     for part in ("rest", "time", "events", "energy", "proof"):
         assert not truth.is_own_measure("ghostball", part)  # type: ignore[arg-type]
-    assert truth.horizon == ours.horizon()
+    assert truth.growth is not None
     assert truth.conditioning is None
     assert "closed form" in truth.why_not("conditioning")
     copy: Truth = pickle.loads(pickle.dumps(truth))
@@ -260,3 +262,17 @@ def test_only_the_parts_that_are_asked_for_are_computed(monkeypatch: pytest.Monk
     rest = truth_of(scene, parts=frozenset({"rest", "time", "conditioning"}))
     assert np.array_equal(rest.rest_positions, whole.rest_positions)
     assert rest.collisions == whole.collisions
+
+
+def test_a_scene_that_states_its_truth_is_proved_to_its_end_or_as_far_as_it_states() -> None:
+    # Breaks where a proof that gave up early leaves a scene's events unjudged without a word.
+    scene = find_scene("frozen-break")
+    stated = shipped_criteria(scene)
+    assert (stated.proved, stated.least_proved) == (1, 1)
+    assert isinstance(truth_or_failure(scene, stated), Truth)
+    for proved, must in ((None, "all to its end"), (2, "2")):
+        failure = truth_or_failure(scene, stated.model_copy(update={"proved": proved}))
+        assert isinstance(failure, TruthFailure)
+        assert f"only 1 of its events are proved, {must} must be" in failure.reason
+    # What states nothing, as a scene of one's own, is measured against what there is.
+    assert isinstance(truth_or_failure(scene, Criteria()), Truth)

@@ -13,13 +13,13 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine import CUSHIONS, EventKind, ExactTrajectory, Result, Scene
-from engine.sensitivity import LANES, PARTS, TangentMap
+from engine.sensitivity import LANES, PARTS
 from validation.sampling import events_of
 
 FloatArray = NDArray[np.float64]
@@ -87,13 +87,28 @@ class Bifurcation:
         return f"{first} is {size} from {second} when another collision comes at {at}"
 
 
-def bifurcations_of(result: Result) -> tuple[Bifurcation, ...]:
+class Changes(Protocol):
+    """What becomes of m small changes of a shot's first state."""
+
+    @property
+    def event_shifts(self) -> FloatArray:
+        """How much later each event comes [s], (events, m)."""
+        ...
+
+    def sample(self, times: FloatArray) -> FloatArray:
+        """Return the changes at `times`, (k, m, n, 2 or more), places first [m]."""
+        ...
+
+
+def bifurcations_of(result: Result, tangent: Changes | None = None) -> tuple[Bifurcation, ...]:
     """Return all bifurcations that a shot passes, in order of time.
 
     Parameters
     ----------
     result : Result
         Recorded with `record="trajectory"` by an engine of exact motion.
+    tangent : Changes, optional
+        What becomes of `directions_of` its scene; left out, by its own tangent map.
 
     Raises
     ------
@@ -113,7 +128,8 @@ def bifurcations_of(result: Result) -> tuple[Bifurcation, ...]:
     Left out is what lies where no derivative exists, past ties and sustained contact; the first tie
     itself counts as one with margin 0.
     """
-    tangent = result.tangent(_directions(result.scene))
+    if tangent is None:
+        tangent = result.tangent(directions_of(result.scene))
     found = [*_ties(result), *_grazes(result, tangent), *_orders(result, tangent)]
     return tuple(sorted([*found, *_near_misses(result, tangent)], key=lambda one: one.t))
 
@@ -133,7 +149,7 @@ def extent_of(scene: Scene) -> float:
     return extent if scene.table is None else max(extent, scene.table.length, scene.table.width)
 
 
-def _directions(scene: Scene) -> FloatArray:
+def directions_of(scene: Scene) -> FloatArray:
     """Return changes of the first state, (LANES, n, 7), of relative size 1."""
     signs = (
         np.random.default_rng(_SEED).integers(0, 2, (LANES, len(scene.balls), PARTS)) * 2.0 - 1.0
@@ -160,7 +176,7 @@ def _ties(result: Result) -> Iterator[Bifurcation]:
         at |= dict.fromkeys(balls, t)
 
 
-def _grazes(result: Result, tangent: TangentMap) -> Iterator[Bifurcation]:
+def _grazes(result: Result, tangent: Changes) -> Iterator[Bifurcation]:
     """Yield for each hit of two balls by how much they might miss, sideways."""
     events = events_of(result)
     hits = np.flatnonzero(events["kind"] == EventKind.BALL_BALL)
@@ -181,7 +197,7 @@ def _grazes(result: Result, tangent: TangentMap) -> Iterator[Bifurcation]:
         yield from _bifurcations("graze", t, a, b, np.maximum(margin, 0.0), spread)
 
 
-def _orders(result: Result, tangent: TangentMap) -> Iterator[Bifurcation]:
+def _orders(result: Result, tangent: Changes) -> Iterator[Bifurcation]:
     """Yield for each collision of a ball how near another of the same ball was."""
     events, scene = events_of(result), result.scene
     collisions = np.flatnonzero(events["kind"] <= EventKind.BALL_CUSHION)
@@ -216,7 +232,7 @@ def _orders(result: Result, tangent: TangentMap) -> Iterator[Bifurcation]:
 
 def _competing(
     result: Result,
-    tangent: TangentMap,
+    tangent: Changes,
     rows: IntArray,
     before: FloatArray,
     mover: IntArray,
@@ -243,7 +259,7 @@ def _competing(
     yield from _bifurcations("order", t, mover[close], b, gap[close], _spread(relative))
 
 
-def _near_misses(result: Result, tangent: TangentMap) -> Iterator[Bifurcation]:
+def _near_misses(result: Result, tangent: Changes) -> Iterator[Bifurcation]:
     """Yield how closely two balls pass without touching."""
     times, a, b, gaps = _passings(result)
     for rows in _chunks(np.argsort(times, kind="stable"), len(result.scene.balls)):
@@ -408,7 +424,7 @@ def _meetings(result: Result) -> dict[tuple[int, int], set[float]]:
     return meetings
 
 
-def _changes(tangent: TangentMap, times: FloatArray, a: IntArray, b: IntArray) -> FloatArray:
+def _changes(tangent: Changes, times: FloatArray, a: IntArray, b: IntArray) -> FloatArray:
     """Return the perturbations of the position of b relative to a at times, (k, m, 2) [m]."""
     places = tangent.sample(times)[..., :2]
     at = np.arange(len(times))

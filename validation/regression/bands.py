@@ -23,12 +23,17 @@ ROUNDINGS = 4.0
 _COUNTED_IN_ROUNDINGS = ("rest_error_ulps", "quality_factor")
 """Errors in units of what rounding makes of this very shot: they tell how far others may move."""
 
+_EXTENTS = ("graded_until", "graded_events")
+
+_MORE_IS_BETTER = frozenset({"matching_events", *_EXTENTS})
+
 _IN_ROUNDINGS = frozenset({*_COUNTED_IN_ROUNDINGS, "rest_time_error_ulps"})
 
 _GRAIN = 1e-15
 """What a few roundings are in a scene of metres and seconds, or of an energy over the first one."""
 
 COUNTED = "a count: the same on every machine"
+EXTENT = "how far the run is graded: less of it would hide what comes later"
 OF_WORK = "what the engine does is deterministic: the same on every machine"
 IN_ROUNDINGS = f"an error in roundings: within a factor of {FACTOR:g}, or {ROUNDINGS:g} of them"
 SCALED = "an error: as far as the error in roundings may move"
@@ -62,6 +67,8 @@ def band_of_metric(name: str, metrics: Mapping[str, int | float]) -> Band:
     value = metrics[name]
     if name == "first_divergence_time":
         return Band(None, None, "off", SHOWN)
+    if name in _EXTENTS:
+        return Band(value, value, "error", EXTENT)
     if isinstance(value, int):
         return Band(value, value, "error", COUNTED)
     if name in _IN_ROUNDINGS:
@@ -86,10 +93,10 @@ def band_of_counter(value: int) -> Band:
 
 def is_error(metric: Metric) -> bool:
     """Whether less of a metric is nearer to the truth."""
-    return metric.compares is not None and metric.name not in (
-        "matching_events",
+    return metric.compares is not None and metric.name not in {
         "first_divergence_time",
-    )
+        *_MORE_IS_BETTER,
+    }
 
 
 def direction(quantity: Quantity) -> int:
@@ -107,7 +114,7 @@ def direction(quantity: Quantity) -> int:
         return 0
     if quantity.base is None or quantity.head is None:
         return 0
-    if metric.name == "matching_events":
+    if metric.name in _MORE_IS_BETTER:
         return 1 if quantity.head > quantity.base else -1
     if not is_error(metric):
         return 0

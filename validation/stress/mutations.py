@@ -251,6 +251,91 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    if status == RUN_T_MAX:\n        t = (1.0 - 1e-9) * laws.t_max\n",
         "A run ends a part in a billion before its time.",
     ),
+    # What grading must not lean on: the engine's account of itself.
+    *(
+        Mutation(
+            f"tangent growth * {factor}",
+            "sensitivity.py",
+            "        result[order] = total * math.sqrt(",
+            f"        result[order] = {factor}.0 * total * math.sqrt(",
+            f"Rounding is said to displace balls {factor} times as far as it does.",
+        )
+        for factor in (30, 1000)
+    ),
+    Mutation(
+        "horizon of 0.1 s",
+        "sensitivity.py",
+        "    limit = tolerance / error\n    for times in",
+        "    limit = tolerance / error\n    return 0.1\n    for times in",
+        "Every shot is said to be predictable for a tenth of a second.",
+    ),
+    Mutation(
+        "capture height * 1000",
+        "_tolerances.py",
+        "CAPTURE_HEIGHT = 2.0**-18",
+        "CAPTURE_HEIGHT = 1000.0 * 2.0**-18",
+        "Hops of 0.2 mm are taken for a contact.",
+    ),
+    # The truth: proofs.
+    Mutation(
+        "proof gives up",
+        "certified/run.py",
+        "            if len(self.events) >= max_events:",
+        "            if len(self.events) >= min(max_events, 1):",
+        "Every proof ends after one event.",
+        "reference_adapters",
+    ),
+    Mutation(
+        "proof: wrong sign",
+        "certified/laws.py",
+        "(a.radius * a.wz + b.radius * b.wz)",
+        "(a.radius * a.wz - b.radius * b.wz)",
+        "In proofs the other ball's spin counts with the wrong sign.",
+        "reference_adapters",
+    ),
+    Mutation(
+        "proof: factor",
+        "certified/motion.py",
+        "self.duration = 2 * length(self.ux, self.uy) / (7 * constants.sliding)",
+        "self.duration = (2 + arb(1e-9)) * length(self.ux, self.uy) / (7 * constants.sliding)",
+        "In proofs a slide lasts longer by a part in two billion.",
+        "reference_adapters",
+    ),
+    Mutation(
+        "proof: dropped event",
+        "certified/run.py",
+        "            if line is None:\n                continue",
+        "            if line is None or (cushion == 3 and body.order > 0):\n"
+        "                continue",
+        "In proofs a ball that was hit passes through the top cushion.",
+        "reference_adapters",
+    ),
+    # The truth: closed forms.
+    Mutation(
+        "closed form: wrong sign",
+        "closed_forms/_impacts.py",
+        "wz + turn * py * cos,",
+        "wz - turn * py * cos,",
+        "In closed forms a cushion's friction turns the ball the wrong way.",
+        "validation",
+    ),
+    Mutation(
+        "closed form: factor",
+        "closed_forms/_impacts.py",
+        "size = min(friction * push, 2 * speed / 7)",
+        "size = (1 + mp.mpf(10) ** -9) * min(friction * push, 2 * speed / 7)",
+        "In closed forms friction between balls is too large by a part in a billion.",
+        "validation",
+    ),
+    Mutation(
+        "closed form: dropped event",
+        "closed_forms/_shot.py",
+        "        if collision is not None:\n            self.collisions.append(collision)",
+        "        if collision is not None and self.collisions:\n"
+        "            self.collisions.append(collision)",
+        "A closed form leaves the first collision out of its sequence.",
+        "validation",
+    ),
 )
 """In the order in which they are planted; names are unique."""
 

@@ -17,9 +17,8 @@ from itertools import chain, zip_longest
 from pathlib import Path
 from typing import Any
 
-import engine
 from validation.leash import end_with_input
-from validation.mutants import MAX_EVENTS
+from validation.mutants import MAX_EVENTS, check_copies
 from validation.stress.run import StressTask, run_trial
 from validation.stress.selection import chosen_trials
 from validation.stress.trial import Suite, Trial
@@ -64,8 +63,7 @@ def lines(patterns: Sequence[str]) -> Iterator[dict[str, Any]]:
 def main() -> None:
     """Try everything."""
     folder, *patterns = sys.argv[1:]
-    if not Path(engine.__file__).is_relative_to(folder):
-        raise ImportError(f"not the mutant: {engine.__file__}")
+    check_copies(Path(folder))
     end_with_input()
     # What a trial or a library prints goes with the messages, not among the lines.
     with os.fdopen(os.dup(1), "w", encoding="utf-8") as out:

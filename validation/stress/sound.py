@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine import ExactTrajectory, Result, Samples, Scene
-from engine._tolerances import EPS
 from engine.trajectory import energy_of
 from validation.stress.judges import (
     VISIBLE,
@@ -27,6 +26,7 @@ from validation.stress.judges import (
     rise_limit,
 )
 from validation.stress.trial import Judge, Verdict
+from validation.tolerances import EPS
 
 MOST_DISTANCES = 4_000_000
 """Distances of two balls that are computed in one run: of more instants, some are left out."""

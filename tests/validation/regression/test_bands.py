@@ -112,4 +112,9 @@ def test_what_is_no_metric_is_refused():
 def test_which_metrics_are_errors():
     # A metric of another kind that is compared with truth must say in which direction it is better.
     others = {name for name, one in METRICS.items() if one.compares and not is_error(one)}
-    assert others == {"matching_events", "first_divergence_time"}
+    assert others == {
+        "matching_events",
+        "first_divergence_time",
+        "graded_until",
+        "graded_events",
+    }

@@ -17,12 +17,15 @@ from engine import (
     Scene,
     simulate,
 )
+from reference_adapters.certified import CertifiedSettings, certify
 from reference_adapters.registry import make_engine
 from validation.library import find_scene
+from validation.random_shots import random_shot
 from validation.stress.families import graded, near_degenerate, touching
 from validation.stress.families.extremes import ICE, cut
+from validation.stress.families.graded import FULL_SHOTS, PROOF, form_against_proof
 from validation.stress.judges import VISIBLE
-from validation.stress.proved import AsProved, ProvedTrial, quality_limit
+from validation.stress.proved import AsProved, ProvedTrial, partly_proved, quality_limit
 from validation.stress.sound import Both
 from validation.stress.trial import SceneTrial
 
@@ -141,3 +144,44 @@ def test_of_each_shot_that_is_judged_so_something_is_proved(suite):
     for scene, judge in shots:
         proof = judge.proof(scene)  # raises where it says nothing
         assert proof.proved or proof.events
+
+
+def test_a_proof_that_ends_before_it_must_fails_whatever_the_run() -> None:
+    # Breaks where a proof of one event counts as much as one of all.
+    scene = find_scene("half-ball-cut")
+    result = simulate(scene, record="trajectory")
+    gave_up = CertifiedSettings(max_events=1)
+    for judge in (AsProved(settings=gave_up), AsProved("places", gave_up)):
+        verdict = judge(result)
+        assert "only 1 events of scene 'half-ball-cut' are proved, all to its end" in str(verdict)
+    assert AsProved(settings=gave_up, least=1)(result).faults == ()
+    (fault,) = AsProved(settings=gave_up, least=2)(result).faults
+    assert ", 2 must be: event limit" in fault
+    assert AsProved(least=7)(result).faults == ()  # all of its three are proved
+
+
+def test_partly_proved_shots_are_listed_and_no_others() -> None:
+    listed = partly_proved()
+    assert listed == dict(sorted(listed.items()))
+    assert max(listed) < FULL_SHOTS
+    for number in (1, 2, 12, 13):
+        proof = certify(random_shot(number), PROOF, motion=True)
+        assert proof.proved == (number not in listed)
+        assert proof.proved or len(proof.events) == listed[number]
+
+
+def test_closed_forms_and_proofs_say_the_same_and_a_wrong_one_is_seen(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = find_scene("draw-shot")
+    form = graded.closed_form(scene)
+    assert form is not None
+    assert form_against_proof(scene) == []
+    x, y = form.rest_positions[0]
+    moved = replace(form, rest_positions=((x * (1 + 1e-12), y), *form.rest_positions[1:]))
+    monkeypatch.setattr(graded, "closed_form", lambda _: moved)
+    assert "m or s apart" in form_against_proof(scene)[0]
+    monkeypatch.setattr(graded, "closed_form", lambda _: replace(form, event_sequence=()))
+    assert "has the collisions []" in form_against_proof(scene)[0]
+    monkeypatch.setattr(graded, "closed_form", lambda _: None)
+    assert form_against_proof(scene) == ["it has no closed form any more"]

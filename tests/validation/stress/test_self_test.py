@@ -132,11 +132,11 @@ def test_every_mutation_fits_and_has_a_name_of_its_own(tmp_path: Path) -> None:
     assert UNCHANGED not in names
     import engine
 
-    package = Path(engine.__file__).parent
+    packages = Path(engine.__file__).parent.parent
     for mutation in MUTATIONS:
-        copy = tmp_path / mutation.file
+        copy = tmp_path / mutation.package / mutation.file
         copy.parent.mkdir(parents=True, exist_ok=True)
-        copy.write_bytes((package / mutation.file).read_bytes())
+        copy.write_bytes((packages / mutation.package / mutation.file).read_bytes())
         mutation.apply(tmp_path)
         compile(copy.read_text("utf-8"), mutation.file, "exec")
 

@@ -204,7 +204,9 @@ def _restitutions(suite: Suite) -> Iterator[Trial]:
             if kind != SLIDING:
                 laws["cushion"] = "restitution"
             scene = bank("e", Physics(**(fields | laws)))
-            yield ProvedTrial(f"restitution-cushions-{kind}-{restitution:.13g}", scene)
+            # A cushion that gives nothing back holds a ball that its spin drives on: no proof.
+            least = 5 if kind == SLIDING and restitution <= 1e-12 else None
+            yield ProvedTrial(f"restitution-cushions-{kind}-{restitution:.13g}", scene, least)
 
 
 def _tiny(suite: Suite) -> Iterator[Trial]:

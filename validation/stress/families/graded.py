@@ -8,16 +8,21 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import ClassVar
 
-from engine import Ball, Physics, Scene, Table
+from mpmath import mpf
+
+from engine import CUSHIONS, Ball, Physics, Scene, Table
+from engine.result import COLLISION_KINDS
 from reference_adapters import ReferenceEngine
 from reference_adapters.certified import CertifiedSettings
+from validation.closed_forms import closed_form
 from validation.library import find_scene
 from validation.random_shots import random_shot
 from validation.stress.closed_ends import CLOSED_ENDS, PARTED, PRESSED, parting
 from validation.stress.family import Family
-from validation.stress.proved import AsProved
+from validation.stress.proved import AsProved, partly_proved, proved_too_little
 from validation.stress.ties import ties
 from validation.stress.trial import SceneTrial, Suite, Trial, Verdict, play
 
@@ -56,6 +61,27 @@ BATCH = 10
 """Random shots in a trial."""
 
 QUICK_SHOTS, FULL_SHOTS = 100, 3_000
+
+FORMS_PROVED = (
+    "head-on",
+    "unequal-balls",
+    "restitution-cut",
+    "corner-double-bounce",
+    "sliding-swerve",
+    "draw-shot",
+    "masse",
+    "han-running",
+    "english-check",
+    "throw-slip",
+    "throw-alciatore",
+)
+"""Shipped scenes with a closed form, of each law and way of moving, that are proved in no time."""
+
+FORM_ROUNDING = Fraction(1, 10**17)
+"""Distance [m], [s] of a closed form from its proof: forms have 50 digits, proofs 18 and more."""
+
+PARTLY_PROVED = {"frozen-triangle": 1}
+"""Events that are proved of the shipped scenes here whose proof ends early, in a tie."""
 
 CALM = range(10, 90)
 """Random shots none of which has thousands of steps of sustained contact: quick, interpreted too.
@@ -116,7 +142,9 @@ class ProvedShots(Trial):
         result = play(engine, scene)
         if isinstance(result, Verdict):
             return result
-        return replace(AS_PROVED, cached=self.cached)(result)
+        number = int(scene.name.removeprefix("shot-"))
+        least = partly_proved().get(number)
+        return replace(AS_PROVED, cached=self.cached, least=least)(result)
 
 
 @dataclass(frozen=True)
@@ -125,6 +153,70 @@ class CalmShots(ProvedShots):
 
     small: ClassVar[bool] = True
     cached: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class ClosedForms(Trial):
+    """Whether the closed forms of some shipped scenes end where they are proved to end.
+
+    Neither shares a formula with the other: a bug in one of them is seen here, and whatever engine
+    is tried has no part in it.
+
+    Attributes
+    ----------
+    name : str
+    scenes : tuple of str
+    """
+
+    name: str
+    scenes: tuple[str, ...]
+    limit: ClassVar[float] = 300.0  # where no proof is kept yet
+
+    def run(self, engine: ReferenceEngine) -> Verdict:  # noqa: ARG002 - of no engine
+        """Compare them; the verdict shows the first scene where they differ."""
+        faults = {name: form_against_proof(find_scene(name)) for name in self.scenes}
+        wrong = [name for name, found in faults.items() if found]
+        scene = find_scene((wrong or self.scenes)[0])
+        told = [f"{name}: {fault}" for name in wrong for fault in faults[name]]
+        return Verdict.of(scene, told, 10.0 if wrong else 0.0, {"scenes": len(self.scenes)})
+
+    def examples(self) -> Iterable[Scene]:
+        """Yield the scenes."""
+        return map(find_scene, self.scenes)
+
+
+def form_against_proof(scene: Scene) -> list[str]:
+    """Return where a scene's closed form isn't what is proved: positions, time, collisions."""
+    form, proof = closed_form(scene), AS_PROVED.proof(scene)
+    if form is None:
+        return ["it has no closed form any more"]
+    if too_little := proved_too_little(scene, proof, None):
+        return [too_little]
+    ends = [*(x for place in form.rest_positions for x in place), form.rest_time]
+    proved = [*(x for place in proof.positions for x in place), proof.t_end]
+    apart = max(
+        abs(_fraction(x) - enclosure.mid) - enclosure.rad
+        for x, enclosure in zip(ends, proved, strict=True)
+    )
+    faults = []
+    if apart > FORM_ROUNDING:
+        faults.append(f"closed form and proof end {float(apart):.3g} m or s apart")
+    log = [event for event in proof.events if event.kind in COLLISION_KINDS]
+    found = [(event.kind.label, event.a, event.b) for event in log]
+    stated = [
+        (kind, a, CUSHIONS.index(b) if isinstance(b, str) else b)
+        for kind, a, b in form.event_sequence
+    ]
+    if sorted(found) != sorted(stated):
+        faults.append(f"the closed form has the collisions {stated}, the proof {found}")
+    return faults
+
+
+def _fraction(value: mpf) -> Fraction:
+    """Return the rational number that a multiprecision one is."""
+    sign, mantissa, exponent, _ = value._mpf_
+    size = int(mantissa) << exponent if exponent >= 0 else Fraction(int(mantissa), 1 << -exponent)
+    return Fraction(-size if sign else size)
 
 
 def crowd(name: str, physics: Physics, number: int) -> Scene:
@@ -173,8 +265,10 @@ def _odd_shots() -> Iterator[Scene]:
 
 
 def _trials(suite: Suite) -> Iterator[Trial]:
+    yield ClosedForms("closed-forms", FORMS_PROVED)
     for name in SHIPPED:
-        yield ProvedShot(name, find_scene(name), AS_PROVED)
+        as_proved = replace(AS_PROVED, least=PARTLY_PROVED.get(name))
+        yield ProvedShot(name, find_scene(name), as_proved)
     for name, judge in CLOSED_ENDS.items():
         yield SceneTrial(f"{name}-end", find_scene(name), judge)
     yield SceneTrial("parting-end", parting(), PARTED)

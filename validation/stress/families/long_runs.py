@@ -15,7 +15,6 @@ import numpy as np
 from mpmath import mp, workdps
 
 from engine import Ball, Result, Scene, Table, UnsupportedSceneError
-from engine._tolerances import EPS
 from engine.scene import POOL_BALL_RADIUS as RADIUS
 from reference_adapters import ReferenceEngine
 from reference_adapters.base import resolution_of
@@ -34,6 +33,7 @@ from validation.stress.gas import (
 from validation.stress.judges import VISIBLE, is_exact, overlap_limit, overlaps
 from validation.stress.pressure import PressureTrial
 from validation.stress.trial import Suite, Trial, Verdict, graded_severity, play
+from validation.tolerances import EPS
 
 SEGMENT = 20_000
 """Collisions of a gas that are recorded at once; the next run begins where this one ended."""

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from engine import Ball, Physics, Scene
-from engine._tolerances import CAPTURE_HEIGHT
 from validation.stress.family import Family
 from validation.stress.proved import AsProved
 from validation.stress.rows import RADIUS
 from validation.stress.sound import Both, Ends, Sound
 from validation.stress.trial import SceneTrial, Suite, Trial, size
+from validation.tolerances import LOWEST_HOP
 
 SPEED = 1.0
 T_CATCH = 0.05
@@ -107,7 +107,7 @@ def _slowed_alike(suite: Suite) -> Iterator[Trial]:
             hop = (
                 scene.positions[1, 0] - 2.0 * RADIUS
             )  # as high as one that bounced would rise again
-            pressed = word == "met" and part > 0.0 and hop <= CAPTURE_HEIGHT * 2.0 * RADIUS
+            pressed = word == "met" and part > 0.0 and hop <= LOWEST_HOP * 2.0 * RADIUS
             right = _pressed(hop, friction, own) if pressed else AsProved(cached=False)
             yield SceneTrial(name, scene, Both(sound, right))
 
@@ -115,7 +115,7 @@ def _slowed_alike(suite: Suite) -> Iterator[Trial]:
 def _pressed(hop: float, behind: float, ahead: float) -> Ends:
     """Return how a pair ends whose approach is so slow that the balls are taken to stay together.
 
-    A proof says nothing of it: where bounces would stay below `CAPTURE_HEIGHT` it is over, and
+    A proof says nothing of it: where bounces would stay below `LOWEST_HOP` it is over, and
     nothing happens before. Together both are slowed by the mean, and so is their centre all along.
     An engine may as well follow the bounce: at its top, when the shot ends, the balls are `hop`
     apart; and it takes from each at most half the speed at which they met.

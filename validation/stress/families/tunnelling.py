@@ -22,7 +22,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from engine import Ball, EventKind, Physics, Result, Scene, Table
-from engine._tolerances import EPS
 from engine.result import initial_state
 from engine.scene import POOL_BALL_RADIUS
 from engine.trajectory import energy_of
@@ -32,6 +31,7 @@ from validation.steps import step_setting, with_step
 from validation.stress.family import Family
 from validation.stress.judges import energies, is_exact
 from validation.stress.trial import Suite, Trial, Verdict, play
+from validation.tolerances import EPS
 
 DIAMETER = 2.0 * POOL_BALL_RADIUS
 

@@ -1,0 +1,36 @@
+"""What the grader tolerates, each with its reason; nothing of it is the engine's that is graded."""
+
+from __future__ import annotations
+
+UNIT_ROUNDOFF = 2.0**-53
+"""Largest relative error of one rounding to double precision."""
+
+EPS = 2.0 * UNIT_ROUNDOFF
+"""Spacing of doubles at 1: a clock that shows t can't tell instants that are EPS t apart."""
+
+ROUNDINGS = 32.0
+"""Errors that an exact engine may make, over those of one rounding of the state at each event.
+
+The limit of the common criterion on `quality_factor`: up to the horizon, such errors stay small.
+"""
+
+TOLERANCE = 1e-3
+"""Displacement [m] by such errors at which a shot can't be predicted any further.
+
+A thirtieth of a pool ball's radius: the next hit may be turned by two degrees, and the one after it
+may be missed.
+"""
+
+LOWEST_HOP = 2.0**-18
+"""Height of a hop, in diameters, from which on a shot isn't graded.
+
+2e-7 m for pool balls. Bounces that die out come without end in a finite time, and no engine follows
+them all; a hop of that height lasts less than a millisecond on the cloth, as long as a contact of
+real balls. An engine that takes higher hops for a contact misses events that are graded.
+"""
+
+LEAST_SLIP = 4.0 * EPS
+"""Slip that is but rounding, in units of the fastest speed of a ball's surface at the start.
+
+A slip is the difference of two speeds, each of which carries a rounding or two.
+"""
