@@ -258,7 +258,7 @@ def test_an_unknown_scene_names_those_there_are(results_folder):
 def test_the_gallery_is_complete(results_folder, tmp_path, monkeypatch):
     # How a figure is written is tested with figures; drawing all of these takes seconds.
     monkeypatch.setattr(style, "lay_out", lambda _: None)
-    monkeypatch.setattr(style, "save_one", lambda figure, path: path.write_text(str(figure)))
+    monkeypatch.setattr(style, "save_one", lambda figure, path, _: path.write_text(str(figure)))
     folder = tmp_path / "new" / "gallery"
     written = write_gallery(results_folder, folder)
     assert sorted(written) == sorted(folder.iterdir())
