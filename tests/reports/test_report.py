@@ -168,6 +168,8 @@ def test_another_process_draws_the_same(small_folder):
     stale = small_folder / "figures" / "gone-paths.png"
     stale.parent.mkdir()
     stale.touch()
+    somebodys = small_folder / "figures" / "mine.png"
+    somebodys.touch()
 
     def contents():
         paths = [small_folder / PAGE, small_folder / "report.md"]
@@ -180,7 +182,7 @@ def test_another_process_draws_the_same(small_folder):
     write_report(small_folder, progress=lambda *part: seen.append(part), jobs=2, figures=True)
     assert [(done, of) for done, of, _ in seen] == [(1, 2), (2, 2)]
     assert contents() == one
-    assert len(one) == 8  # the page, the text, and three figures twice
+    assert len(one) == 9  # the page, the text, three figures twice, and what isn't ours
     assert not stale.exists()
     assert not (small_folder / "report.md.part").exists()
 
