@@ -141,6 +141,25 @@ def _ratios(suite: Suite) -> Iterator[Trial]:
                 yield ProvedTrial(f"{what}-ratio-{kind}-{_tag(power)}", scene)
 
 
+def _crowds(suite: Suite) -> Iterator[Trial]:
+    """Yield two large balls that meet beside a hundred small ones: of 1 : 40, and of 1 : 400.
+
+    Who finds neighbours in cells must have cells for the largest ball.
+    """
+    for ratio in (40.0,) if suite == "quick" else (40.0, 400.0):
+        small = 0.25 / ratio
+        rest = [
+            Ball(id=f"b{k}", position=(0.25 * (k % 10), 3.0 + 0.25 * (k // 10)), radius=small)
+            for k in range(101)
+        ]
+        large = [
+            Ball(id="cue", position=(0.0, 0.1), velocity=(SPEED, 0.0), radius=0.25),
+            Ball(id="object", position=(1.0, 0.0), radius=0.25),
+        ]
+        scene = Scene(name="crowd", physics=ICE, t_max=0.5, balls=[*large, *rest])
+        yield ProvedTrial(f"crowd-{ratio:g}", scene)
+
+
 def _tables(suite: Suite) -> Iterator[Trial]:
     rough = Physics(rolling_friction=0.5)
     for power in _spread(suite, range(-3, 7)):
@@ -239,7 +258,7 @@ def _scaled(suite: Suite) -> Iterator[Trial]:
 
 
 def _trials(suite: Suite) -> Iterator[Trial]:
-    parts = (_speeds, _ratios, _tables, _moved, _frictions, _restitutions, _tiny, _scaled)
+    parts = (_speeds, _ratios, _crowds, _tables, _moved, _frictions, _restitutions, _tiny, _scaled)
     for part in parts:
         yield from part(suite)
 
