@@ -14,7 +14,7 @@ from validation.stress.mutations import CAUGHT_BY_TESTS, MUTATIONS
 ROOT = Path(__file__).parents[3]
 
 
-def tested(mutant: Mutant, test: str) -> subprocess.CompletedProcess[str]:
+def run_on(mutant: Mutant, test: str) -> subprocess.CompletedProcess[str]:
     """Run a test of this checkout on a copy of the engine.
 
     With interpreted kernels, but where it calls one or two of them a million times.
@@ -48,7 +48,7 @@ def test_names_are_unique():
 )
 def test_a_bug_fails_its_test(mutation, test):
     with planted(mutation) as mutant:
-        done = tested(mutant, test)
+        done = run_on(mutant, test)
     assert done.returncode == 1, done.stdout + done.stderr
 
 
@@ -57,5 +57,5 @@ def test_a_bug_fails_its_test(mutation, test):
 def test_the_unchanged_engine_passes_them_all():
     with planted() as mutant:
         for test in {test for _, test in CAUGHT_BY_TESTS}:
-            done = tested(mutant, test)
+            done = run_on(mutant, test)
             assert done.returncode == 0, done.stdout + done.stderr

@@ -142,19 +142,23 @@ def _ratios(suite: Suite) -> Iterator[Trial]:
 
 
 def _crowds(suite: Suite) -> Iterator[Trial]:
-    """Yield two large balls that meet beside a hundred small ones: of 1 : 40, and of 1 : 400.
+    """Yield two large balls that meet in front of a hundred small ones, 40 and 400 times smaller.
 
-    Who finds neighbours in cells must have cells for the largest ball.
+    Two of those meet a little later. Who finds neighbours in cells must have cells for the largest
+    ball, or finds the first contact after the second, which is too late.
     """
     for ratio in (40.0,) if suite == "quick" else (40.0, 400.0):
         small = 0.25 / ratio
+        step = 3.0 * small
         rest = [
-            Ball(id=f"b{k}", position=(0.25 * (k % 10), 3.0 + 0.25 * (k // 10)), radius=small)
-            for k in range(101)
+            Ball(id=f"b{k}", position=(-0.5 - step * (k % 10), step * (k // 10)), radius=small)
+            for k in range(99)
         ]
         large = [
             Ball(id="cue", position=(0.0, 0.1), velocity=(SPEED, 0.0), radius=0.25),
             Ball(id="object", position=(1.0, 0.0), radius=0.25),
+            Ball(id="late", position=(-0.5, -0.4), velocity=(0.1, 0.0), radius=small),
+            Ball(id="hit", position=(-0.465 + 2.0 * small, -0.4), radius=small),
         ]
         scene = Scene(name="crowd", physics=ICE, t_max=0.5, balls=[*large, *rest])
         yield ProvedTrial(f"crowd-{ratio:g}", scene)
