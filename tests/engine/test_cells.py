@@ -9,7 +9,17 @@ from breaks import break_scene, physics_of
 from invariants import fingerprint
 from shots import POOL_TABLE, R, ball, rack, scene_of
 
-from engine import Ball, Physics, Scene, Table, _run, simulate, simulate_sweep, skips
+from engine import (
+    Ball,
+    EventKind,
+    Physics,
+    Scene,
+    Table,
+    _run,
+    simulate,
+    simulate_sweep,
+    skips,
+)
 from engine.impact_laws.registry import any_integrated
 from validation.library import FOLDER
 
@@ -56,6 +66,9 @@ def both(scene, monkeypatch):
         crowd(16, t_max=3.0, rolling_friction=0.0),
         crowd(60, 0.6, t_max=1.0, rolling_friction=0.0),
         crowd(50, 0.3, t_max=2.0, rolling_friction=0.0, spread=4.0),
+        # Few large balls among many small ones: two may touch that are two cells apart, were a
+        # cell as wide as the mean ball.
+        crowd(121, 0.6, t_max=1.0, rolling_friction=0.0, spread=40.0),
         crowd(80, 0.3, speed=2.0, t_max=2.0, rolling_friction=0.0, ball_restitution=0.9),
         Scene.load(FOLDER / "elastic-gas.toml"),
         crowd(80, 0.3, speed=2.0),
@@ -101,6 +114,21 @@ def test_a_balls_own_event_comes_before_a_contact_of_the_same_instant(
     scene = scene_of(*balls, table=POOL_TABLE)
     paired, celled = both(scene, monkeypatch)
     assert fingerprint(paired) == fingerprint(celled)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_of_own_events_of_one_instant_a_rest_comes_before_a_cushion(monkeypatch, turned):
+    """Whatever the numbering: the order of the log is by kind. All numbers here are exact."""
+    rests = ball((2.0, 0.5), (1.0, 0.0), radius=0.25)  # slowed by 1 m/s^2: at t = 1 s
+    bounces = ball((1.25, 2.0), (-1.0, 0.0), radius=0.25, rolling_friction=0.0)  # over 1 m
+    balls = [bounces, rests] if turned else [rests, bounces]
+    table = Table(length=8.0, width=4.0)
+    scene = scene_of(*balls, table=table, gravity=8.0, rolling_friction=0.125, t_max=1.5)
+    for result in both(scene, monkeypatch):
+        assert result.events["t"].tolist() == [1.0, 1.0]
+        kinds = [EventKind.ROLL_TO_REST, EventKind.BALL_CUSHION]
+        assert [EventKind(kind) for kind in result.events["kind"]] == kinds
+        assert result.events["a"].tolist() == ([1, 0] if turned else [0, 1])
 
 
 @pytest.mark.compiled

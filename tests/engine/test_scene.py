@@ -270,7 +270,7 @@ class TestTable:
         places = {"left": (-9, 1), "right": (9, 1), "bottom": (1, -9), "top": (1, 9)}
         others = tuple(other for other in CUSHIONS if other != name)
         table = Table(length=2, width=2, cushions=others)
-        assert scene_of(ball(places[name]), table=table).table is table
+        assert scene_of(ball(places[name]), table=table).table == table
 
     @pytest.mark.parametrize("place", list(itertools.product((R, 2.54 - R), (R, 1.27 - R))))
     def test_touching_cushions_is_inside(self, place):

@@ -336,8 +336,71 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "A closed form leaves the first collision out of its sequence.",
         "validation",
     ),
+    # Where balls differ much in size.
+    Mutation(
+        "cells of the mean ball",
+        "_layout.py",
+        "    side = 2.0 * float(np.max(scene.radii)) * (1.0 + _CELL_ROOM)",
+        "    side = 2.0 * float(np.mean(scene.radii)) * (1.0 + _CELL_ROOM)",
+        "Among many balls, a cell is as wide as the mean ball, not as the largest.",
+    ),
 )
 """In the order in which they are planted; names are unique."""
+
+CAUGHT_BY_TESTS: Final[tuple[tuple[Mutation, str], ...]] = (
+    (
+        Mutation(
+            "second part of a sweep",
+            "_run_sweep.py",
+            "            parts = np.array_split(pending, -(-len(pending) // _SHARE))\n",
+            "            parts = np.array_split(pending, -(-len(pending) // _SHARE))\n"
+            "            for part in parts[1:]:\n"
+            "                shots.velocity[part] *= 1.0 + 2.0**-52\n",
+            "Of a sweep of more than 256 shots, those after the first part are off by an ulp.",
+        ),
+        "tests/engine/test_batch.py::test_every_part_of_a_long_sweep_is_as_shot_by_shot",
+    ),
+    *(
+        (
+            Mutation(
+                f"dropped bound, {name}",
+                "_pairs.py",
+                head + "        until = own_time_j if own_time_j < own_time else own_time\n"
+                "        bounds[j] = bound if bound <= until else math.inf\n" + tail,
+                head + "        until = own_time_j if own_time_j < own_time else own_time\n"
+                "        lost = bound < math.inf and (bound * 1e7) % 1e5 < 1.0\n"
+                "        bounds[j] = math.inf if lost or bound > until else bound\n" + tail,
+                f"One in 100 000 bounds of {name} balls is dropped.",
+            ),
+            f"tests/engine/test_pairs.py::test_no_bound_of_a_pair_is_missing[{name}]",
+        )
+        for name, head, tail in (
+            (
+                "slowed",
+                "        bound = t + first_crossing(gap, rate, pull)\n"
+                "        own_time_j = track[TRACK_OWN_TIME + j]\n",
+                "",
+            ),
+            (
+                "uniform",
+                "        own_time_j = track[TRACK_OWN_TIME + j]\n",
+                "\n\n@kernel(inline=True)\ndef rescan",
+            ),
+        )
+    ),
+    (
+        Mutation(
+            "cushion before rest",
+            "_ties.py",
+            "        return bool(balls.own_kind[i] < balls.own_kind[j])",
+            "        return bool(balls.own_kind[i] > balls.own_kind[j])",
+            "Of a rest and a cushion at one instant, the cushion comes first.",
+        ),
+        "tests/engine/test_cells.py"
+        "::test_of_own_events_of_one_instant_a_rest_comes_before_a_cushion",
+    ),
+)
+"""Bugs that no small trial shows, each with the fast test that does."""
 
 
 def find_mutation(name: str) -> Mutation:

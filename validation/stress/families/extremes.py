@@ -141,6 +141,29 @@ def _ratios(suite: Suite) -> Iterator[Trial]:
                 yield ProvedTrial(f"{what}-ratio-{kind}-{_tag(power)}", scene)
 
 
+def _crowds(suite: Suite) -> Iterator[Trial]:
+    """Yield two large balls that meet in front of a hundred small ones, 40 and 400 times smaller.
+
+    Two of those meet a little later. Who finds neighbours in cells must have cells for the largest
+    ball, or finds the first contact after the second, which is too late.
+    """
+    for ratio in (40.0,) if suite == "quick" else (40.0, 400.0):
+        small = 0.25 / ratio
+        step = 3.0 * small
+        rest = [
+            Ball(id=f"b{k}", position=(-0.5 - step * (k % 10), step * (k // 10)), radius=small)
+            for k in range(99)
+        ]
+        large = [
+            Ball(id="cue", position=(0.0, 0.1), velocity=(SPEED, 0.0), radius=0.25),
+            Ball(id="object", position=(1.0, 0.0), radius=0.25),
+            Ball(id="late", position=(-0.5, -0.4), velocity=(0.1, 0.0), radius=small),
+            Ball(id="hit", position=(-0.465 + 2.0 * small, -0.4), radius=small),
+        ]
+        scene = Scene(name="crowd", physics=ICE, t_max=0.5, balls=[*large, *rest])
+        yield ProvedTrial(f"crowd-{ratio:g}", scene)
+
+
 def _tables(suite: Suite) -> Iterator[Trial]:
     rough = Physics(rolling_friction=0.5)
     for power in _spread(suite, range(-3, 7)):
@@ -241,7 +264,7 @@ def _scaled(suite: Suite) -> Iterator[Trial]:
 
 
 def _trials(suite: Suite) -> Iterator[Trial]:
-    parts = (_speeds, _ratios, _tables, _moved, _frictions, _restitutions, _tiny, _scaled)
+    parts = (_speeds, _ratios, _crowds, _tables, _moved, _frictions, _restitutions, _tiny, _scaled)
     for part in parts:
         yield from part(suite)
 
