@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 import validation.stress.run
-from engine import GhostballError, SceneError, UnsupportedSceneError
+from engine import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
 from validation.library import find_scene
 from validation.stress import StressOutcome, run_stress
 from validation.stress.faulty_engine import planted
@@ -19,7 +19,6 @@ from validation.stress.run import StressTask, run_trial
 from validation.stress.trial import (
     CRASHED,
     NOT_FINITE,
-    EngineFaultError,
     Trial,
     graded_severity,
     play,
@@ -158,7 +157,7 @@ def raising(error):
     [
         (GhostballError("nothing is proved"), "failed"),
         (SceneError("a scene of the trial's own"), "failed"),
-        (EngineFaultError("SceneError: the engine's"), "broken"),
+        (EngineFailedError("pymunk", "SceneError: the engine's"), "broken"),
         (RuntimeError("lost the balls"), "broken"),
         (SystemExit(0), "broken"),
         (UnsupportedSceneError("pymunk", ("no spin",)), "not-representable"),
@@ -173,7 +172,7 @@ def test_an_engine_is_to_blame_for_its_own_errors_and_for_what_it_hands_back():
     scene = find_scene("head-on")
     for simulate in (raising(GhostballError("no")), lambda *_, **__: "no result"):
         engine = SimpleNamespace(name="planted", simulate=simulate)
-        with pytest.raises(EngineFaultError):
+        with pytest.raises(EngineFailedError):
             play(engine, scene)
     engine.simulate = raising(UnsupportedSceneError("planted", ("no spin",)))
     with pytest.raises(UnsupportedSceneError):
