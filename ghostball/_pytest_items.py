@@ -64,7 +64,7 @@ def collect(session: pytest.Session, picked: Sequence[str]) -> list[pytest.Item]
             for scene in plan.scenes
         ]
     except GhostballError as error:
-        raise pytest.UsageError(f"ghostball: {error}") from None
+        raise pytest.UsageError(harmless(f"ghostball: {error}")) from None
     _pick(nodes, picked)
     return [item for node in nodes for item in _collected(node)]
 
