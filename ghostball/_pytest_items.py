@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from engine import GhostballError, Scene
-from ghostball.pytest_plugin import PREFIX
+from ghostball.pytest_plugin import PREFIX, TIME_LIMIT
 from reference_adapters import ReferenceEngine, names_class
 from reference_adapters.output import harmless
 from reports.style import format_length
@@ -64,7 +64,7 @@ def collect(session: pytest.Session, picked: Sequence[str]) -> list[pytest.Item]
             for scene in plan.scenes
         ]
     except GhostballError as error:
-        raise pytest.UsageError(f"ghostball: {error}") from None
+        raise pytest.UsageError(harmless(f"ghostball: {error}")) from None
     _pick(nodes, picked)
     return [item for node in nodes for item in _collected(node)]
 
@@ -157,6 +157,7 @@ class _Plan:
         if any(scene.name not in scene_names() for scene in scenes):
             options += ["--ghostball-scenes", option.ghostball_scenes]
         seconds = option.ghostball_time_limit
+        options += ["--ghostball-time-limit", f"{seconds:g}"] * (seconds != TIME_LIMIT)
         time_limit = None if seconds == math.inf else seconds
         check_time_limit(time_limit)
         return cls(engine, tuple(scenes), own, for_all, tuple(options), time_limit)

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 PREFIX = "ghostball::"
 """What the ids of all these tests begin with."""
 
+TIME_LIMIT = 600.0
+"""Seconds that a scene may take, unless told; as in `ghostball validate`."""
+
 _PICKED = pytest.StashKey[Sequence[str]]()
 
 
@@ -69,10 +72,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--ghostball-time-limit",
         metavar="SECONDS",
         type=float,
-        default=600.0,
+        default=TIME_LIMIT,
         help="How long a scene may take. The engine runs in a process of its own: a crash or a "
         "hang fails the scene, and the others go on. inf: no limit, in pytest's own process, as a "
-        "debugger or a measurement of coverage needs it (default: 600).",
+        "debugger or a measurement of coverage needs it (default: %(default)g).",
     )
 
 

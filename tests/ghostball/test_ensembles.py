@@ -91,7 +91,7 @@ def test_engines_that_cannot_are_named(cli, tmp_path):
     )
 
 
-def test_a_member_that_an_engine_fails_on_is_a_fault_of_the_harness(cli, tmp_path, monkeypatch):
+def test_a_member_that_an_engine_fails_on_is_a_fault_of_that_engine(cli, tmp_path, monkeypatch):
     real = run_module.run_member
 
     def failing(task):
@@ -100,7 +100,7 @@ def test_a_member_that_an_engine_fails_on_is_a_fault_of_the_harness(cli, tmp_pat
 
     monkeypatch.setattr(run_module, "run_member", failing)
     result = validate(cli, tmp_path, "--ensemble", 4, "--no-report")
-    assert result.exit_code == 3
+    assert result.exit_code == 1
     assert result.stderr.count("bad [luck]") == 1
     assert "stop on paper-discrete: 2 members failed: bad [luck]" in result.stdout
     assert "2 of 4" in result.stdout

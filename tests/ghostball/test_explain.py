@@ -97,5 +97,5 @@ def test_bad_input_is_refused(cli, tmp_path, monkeypatch, arguments, said):
 def test_a_run_that_does_not_end_fails(cli):
     found = cli("stop", "--engine", "pymunk:max_time=0.5", "--no-attribute")
     assert found.exit_code == 1
-    assert "not complete" in found.stderr
+    assert "engine pymunk did not finish" in found.stderr
     assert "off;" not in found.stdout

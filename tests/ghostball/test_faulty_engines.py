@@ -189,17 +189,14 @@ def test_titles_ids_and_reasons_are_no_markup_and_no_escapes_in_a_report(faulty)
 
 
 @pytest.mark.usefixtures("faulty")
-def test_stress_names_an_engine_that_fails_and_judges_no_other(tmp_path):
+def test_stress_names_an_engine_that_fails_and_what_it_prints(tmp_path):
+    faulty = ("miscount", "give-up", "print")
+    engines = ",".join(f"faulty:does={does}" for does in faulty)
     trial = "grazing/rolling-hit-1e-04"
-    for does, part in (("miscount", "got -3"), ("give-up", "\\x1b[31mlost the cue")):
-        result = run(
-            "stress",
-            trial,
-            "--engines",
-            f"faulty:does={does}",
-            "--out",
-            tmp_path / does,
-            "--no-report",
-        )
-        assert result.exit_code == 1, result.output
-        assert part in result.output
+    result = run("stress", trial, "--engines", engines, "--out", tmp_path / "out", "--no-report")
+    assert result.exit_code == 1, result.output
+    assert "got -3" in result.stdout
+    assert "\\x1b[31mlost the cue" in result.stdout
+    printed = "engine faulty:does=print printed in grazing/rolling-hit-1e-04"
+    assert f"{printed}, and maybe more: \\x1b[31mfrom Python" in result.stderr
+    assert "from Python" not in result.stdout

@@ -46,9 +46,11 @@ def run(pytester, *arguments):
 
 
 def plain(pytester, *arguments):
-    # Hypothesis' plugin would load all of it anew each time, for seconds.
+    # Hypothesis' plugin would load all of it anew each time, and so would a process for the engine,
+    # for seconds; what is given here last overrides what comes before it.
     without = ("cacheprovider", "hypothesispytest")
-    return pytester.runpytest_inprocess(*(f"-pno:{name}" for name in without), *arguments)
+    here = "--ghostball-time-limit=inf"
+    return pytester.runpytest_inprocess(*(f"-pno:{name}" for name in without), here, *arguments)
 
 
 def test_it_is_installed():
@@ -179,6 +181,35 @@ def test_what_no_engine_may_hand_back(pytester, change, words):
     assert words in result.stdout.str()
 
 
+UNRULY = """
+    def simulate(self, scene, *, record):
+        import os, time
+        if scene.name == "stop":
+            while True: time.sleep(1.0)
+        if scene.name == "head-on":
+            os._exit(7)
+        os.write(1, b"straight \\x1b[31m to descriptor 1\\n")
+        return super().simulate(scene, record=record)
+"""
+
+
+def test_an_engine_that_hangs_or_crashes_fails_that_scene_alone(pytester):
+    # Breaks where it takes pytest with it.
+    option = engine(pytester, UNRULY)
+    picked = [f"ghostball::{name}::completes" for name in ("stop", "head-on", "half-ball-cut")]
+    result = run(pytester, option, *picked, "--ghostball-time-limit=0.5", "-rP")
+    assert outcomes(result) == {
+        "stop::completes": "FAILED",
+        "head-on::completes": "FAILED",
+        "half-ball-cut::completes": "PASSED",
+    }
+    text = result.stdout.str()
+    assert "mine failed: it took longer than 0.5 s, and was ended" in text
+    assert "mine failed: the process running it died (exit code 7)" in text
+    assert "straight \\x1b[31m to descriptor 1" in text  # in a section of its own
+    assert "\x1b[31m" not in text
+
+
 def test_energy_from_nowhere_is_seen(pytester):
     body = (
         "    def simulate(self, scene, *, record):\n"
@@ -250,6 +281,18 @@ WRONG = {
         "engine `no_such_module:Engine` can't be imported: ModuleNotFoundError",
     ),
     "class": (["--ghostball", "--ghostball-engine=pathlib:Path"], "isn't an engine: it lacks"),
+    "name of a class": (
+        ["--ghostball", STEPPER.replace("Stepper", "Steper")],
+        "has no 'Steper'. Did you mean `validation.examples.stepper:Stepper`?",
+    ),
+    "no class": (
+        ["--ghostball", "--ghostball-engine=pathlib:Engine"],
+        "Name a class that is there",
+    ),
+    "limit of time": (
+        ["--ghostball", "--ghostball-time-limit=-1"],
+        "`time_limit` must be a positive number of seconds, got -1.0",
+    ),
     "other": (["--ghostball", "--ghostball-as=nobody"], "engine must be an installed one"),
     "criteria": (["--ghostball", "--ghostball-criteria=no.toml"], "no.toml: can't read"),
     "picked metric": (["ghostball::stop::rest_error"], "there is no test `ghostball::stop::rest_e"),
@@ -264,6 +307,19 @@ def test_wrong_input_is_refused_by_name(pytester, arguments, words):
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     assert words in result.stderr.str()
     assert "Traceback" not in result.stderr.str() + result.stdout.str()
+
+
+def test_an_engine_that_cannot_be_made_is_refused_in_one_line(pytester):
+    # Breaks where a method that was forgotten is an internal error of pytest.
+    option = engine(
+        pytester,
+        "    pass\n\n\nclass Mine(EngineBase):\n    name, Settings = 'mine', EngineSettings\n",
+    )
+    result = plain(pytester, "--ghostball", option)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    assert (
+        "engine `mine` can't be made: TypeError: Can't instantiate abstract" in result.stderr.str()
+    )
 
 
 def test_criteria_for_all_scenes_choose_no_truth_and_name_engines_that_there_are(pytester):

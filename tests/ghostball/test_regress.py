@@ -109,6 +109,15 @@ def test_no_baseline_then_accepted_then_passed(here):
     assert "accept" not in second.stderr
 
 
+def test_a_scene_of_ones_own_is_accepted_into_ones_own_folder_only(here):
+    # Breaks where a user is told to accept into the package that is installed.
+    result = cli("regress", "cut.toml", "--no-times")
+    assert result.exit_code == 4, result.output
+    assert "no baselines of scenes of your own, such as cut" in result.stderr
+    assert "--baselines DIR" in result.stderr
+    assert "ghostball accept" not in result.stderr
+
+
 def test_what_moved_is_told_and_fails(accepted, planted):
     result = regress("--rerun")
     assert result.exit_code == 1, result.output
@@ -131,9 +140,29 @@ def test_one_of_two_is_accepted_by_its_pattern(accepted, busier):
     assert changelog.index("Counts one more.") < changelog.index("It is right.")
 
 
+def test_what_breaks_limits_of_truth_is_refused_and_listed(accepted, planted):
+    # Breaks where a bug is accepted without a word.
+    found = regress("--rerun")
+    assert found.exit_code == 1
+    assert "ghostball accept" not in found.stderr
+    assert "Limits of truth are broken, so this is to be mended, not accepted: cut" in found.stderr
+    before = contents(accepted / "accepted")
+    refused = accept()
+    assert refused.exit_code == 1
+    assert refused.stdout == ""
+    assert re.search(r"cut: .*must be <= .*, got ", refused.stderr)
+    assert "--even-though-limits-fail" in refused.stderr
+    assert contents(accepted / "accepted") == before
+    page = cli("report", "out/regress", "--summary", "-").stdout
+    assert "fails until that is mended" in page
+
+
 def test_what_broke_the_limits_of_truth_still_fails_once_it_is_accepted(accepted, planted):
     regress("--rerun")
-    assert accept().exit_code == 0
+    done = accept("--even-though-limits-fail")
+    assert done.exit_code == 0
+    assert "accepted though limits of truth are broken: cut: " in done.stderr
+    assert "accepted: cut" in done.stdout
     result = regress("--rerun")
     assert result.exit_code == 1
     assert result.stdout.splitlines()[-1].startswith("failed: 2 identical")

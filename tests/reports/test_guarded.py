@@ -97,7 +97,7 @@ def test_a_figure_costs_itself_alone(small_folder, monkeypatch):
     ]
     assert "figures/verdicts.png" in text
     assert "accuracy.png" not in text
-    assert "figure accuracy (ZeroDivisionError: no <b>balls</b>)" in text
+    assert "figure accuracy (ZeroDivisionError: no &lt;b>balls&lt;/b>)" in text
     assert '<section class="scene"' in html
 
 

@@ -254,7 +254,7 @@ def test_an_environment_that_is_cut_short_is_said_to_be(tmp_path: Path, left: in
         ("{broken", r"results\.jsonl:2: not valid JSON"),
         ("[1]", r"results\.jsonl:2: a JSON object was expected"),
         ("", r"results\.jsonl:2: not valid JSON"),
-        (f'{{"schema": {SCHEMA + 1}}}', r"results\.jsonl:2: `schema` must be 3, got 4"),
+        (f'{{"schema": {SCHEMA + 1}}}', r"results\.jsonl:2: `schema` must be 4, got 5"),
         (f'{{"schema": {SCHEMA}}}', r"results\.jsonl:2: `scene` is missing"),
     ],
 )
@@ -268,7 +268,7 @@ def test_a_damaged_line_is_named(tmp_path: Path, line: str, message: str) -> Non
 
 @pytest.mark.parametrize(
     ("change", "message"),
-    [({"schema": 99}, "`schema` must be 3, got 99"), ({"format": "x"}, "not a results folder")],
+    [({"schema": 99}, "`schema` must be 4, got 99"), ({"format": "x"}, "not a results folder")],
 )
 def test_another_folder_is_refused(tmp_path: Path, change: dict[str, Any], message: str) -> None:
     written(tmp_path, record())

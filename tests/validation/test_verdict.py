@@ -11,9 +11,11 @@ from validation.records import CLOSED_FORM, OUR_ENGINE, CaseRecord, Check
 from validation.verdict import (
     RestError,
     Verdict,
+    is_nothing_judged,
     is_own_measure,
     rest_error_standing,
     rest_verdict_of,
+    unfinished_text,
     verdict_of,
     wrong_count,
 )
@@ -32,6 +34,7 @@ def case(*checks: Check, truth: str = CLOSED_FORM, engine: str = "pymunk") -> Ca
         label=engine,
         engine=engine,
         outcome="ran",
+        status="rest",
         truth=truth,
         metrics={"rest_error_max": 272.0},
         checks=checks,
@@ -94,6 +97,29 @@ def test_what_did_not_run_or_has_no_limit() -> None:
         ("not-representable", Verdict.NOT_REPRESENTABLE),
     ):
         assert verdict_of(replace(case(), outcome=outcome)) is verdict
+
+
+def test_a_run_that_stops_early_did_not_finish_whatever_it_keeps() -> None:
+    early = replace(case(), status="step-limit", reason="too many")
+    assert verdict_of(early) is Verdict.CRASHED
+    assert unfinished_text(early) == "it stopped early: step-limit: too many"
+    kept = replace(early, checks=(check("rest_error_max"),))
+    assert verdict_of(kept) is Verdict.CRASHED
+    assert verdict_of(replace(early, checks=(check("rest_error_max", False),))) is Verdict.FAIL
+    for ended in ("rest", "t-max"):
+        assert unfinished_text(replace(early, status=ended)) == ""
+
+
+def test_nothing_is_judged_where_no_check_has_a_verdict_and_nothing_failed() -> None:
+    refused = replace(case(), outcome="not-representable")
+    assert is_nothing_judged([case(), refused, case(check("rest_error_max", None))])
+    for judged in (
+        case(check("rest_error_max")),
+        case(check("rest_error_max", False)),
+        replace(case(), outcome="failed"),
+        replace(case(), status="step-limit"),
+    ):
+        assert not is_nothing_judged([refused, judged])
 
 
 def test_a_rest_error_is_judged_by_limits_on_it_alone() -> None:

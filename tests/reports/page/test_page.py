@@ -272,7 +272,7 @@ def test_a_damaged_motion_leaves_the_old_page(small_folder):
 def test_a_damaged_comparison_leaves_the_old_page(small_folder):
     (small_folder / PAGE).write_text("old")
     (small_folder / "regression.json").write_text('{"schema": 99}')
-    with pytest.raises(GhostballError, match="`schema` must be 1, got 99"):
+    with pytest.raises(GhostballError, match="`schema` must be 2, got 99"):
         write_report(small_folder)
     assert (small_folder / PAGE).read_text() == "old"
 

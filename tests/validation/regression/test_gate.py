@@ -16,7 +16,7 @@ from engine import GhostballError, UnsupportedSceneError, simulate
 from validation.criteria import Criteria
 from validation.files import ResultsError
 from validation.regression import gate as gate_module
-from validation.regression.accept import CHANGES_FILE, AcceptError, accept
+from validation.regression.accept import CHANGES_FILE, AcceptError, LimitsBrokenError, accept
 from validation.regression.baseline import (
     BaselineError,
     baseline_names,
@@ -50,6 +50,8 @@ class Workshop:
         return found
 
     def accept(self, reason="It is right.", **options):
+        # What is planted breaks limits of truth, which is what acceptance is mostly not about.
+        options = {"even_though_limits_fail": True, **options}
         return accept(self.out, reason, folder=self.baselines, **options)
 
     def plant(self, speeds):
@@ -440,6 +442,20 @@ def test_a_candidate_that_was_edited_or_is_missing_is_refused(accepted):
     with pytest.raises(AcceptError, match=r"missing\. Run `ghostball regress` again"):
         accepted.accept()
     assert accepted.contents() == before
+
+
+def test_what_breaks_limits_of_truth_is_refused_and_named(accepted):
+    accepted.plant({"cut": 1.0 + 1e-3})
+    found = accepted.compare()
+    assert [one.scene for one in found.broken] == ["cut"]
+    before = accepted.contents()
+    with pytest.raises(
+        LimitsBrokenError, match=r"cut: quality_factor must be <= 32, got"
+    ) as refused:
+        accepted.accept(even_though_limits_fail=False)
+    assert "roll" not in str(refused.value)
+    assert accepted.contents() == before
+    assert [one.scene for one in accepted.accept("A lesson.").broken] == ["cut"]
 
 
 def test_what_was_accepted_is_not_accepted_twice(accepted):

@@ -42,7 +42,7 @@ def test_a_comparison_reads_back_equal(tmp_path):
     assert load_regression(tmp_path) == REGRESSION
     assert [path.name for path in tmp_path.iterdir()] == [REGRESSION_FILE]
     written = json.loads((tmp_path / REGRESSION_FILE).read_text(encoding="utf-8"))
-    assert (written["schema"], written["kind"]) == (1, "regression")
+    assert (written["schema"], written["kind"]) == (2, "regression")
     assert CHANGE.first_difference is not None
 
 
@@ -70,10 +70,10 @@ def test_a_file_that_was_cut_short_is_refused(tmp_path, part):
     ("content", "said"),
     [
         ("[]", "no comparison of ours"),
-        ('{"schema": 2}', "`schema` must be 1, got 2"),
-        ("{}", "`schema` must be 1, got None"),
-        ('{"schema": 1}', "`against`"),
-        ('{"schema": 1, "against": 3}', "`against`"),
+        ('{"schema": 1}', "`schema` must be 2, got 1"),
+        ("{}", "`schema` must be 2, got None"),
+        ('{"schema": 2}', "`against`"),
+        ('{"schema": 2, "against": 3}', "`against`"),
     ],
 )
 def test_what_is_no_comparison_is_refused(tmp_path, content, said):

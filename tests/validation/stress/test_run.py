@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 import validation.stress.run
-from engine import GhostballError, SceneError, UnsupportedSceneError
+from engine import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
 from validation.library import find_scene
 from validation.stress import StressOutcome, run_stress
 from validation.stress.faulty_engine import planted
@@ -19,7 +19,6 @@ from validation.stress.run import StressTask, run_trial
 from validation.stress.trial import (
     CRASHED,
     NOT_FINITE,
-    EngineFaultError,
     Trial,
     graded_severity,
     play,
@@ -158,7 +157,7 @@ def raising(error):
     [
         (GhostballError("nothing is proved"), "failed"),
         (SceneError("a scene of the trial's own"), "failed"),
-        (EngineFaultError("SceneError: the engine's"), "broken"),
+        (EngineFailedError("pymunk", "SceneError: the engine's"), "broken"),
         (RuntimeError("lost the balls"), "broken"),
         (SystemExit(0), "broken"),
         (UnsupportedSceneError("pymunk", ("no spin",)), "not-representable"),
@@ -173,7 +172,7 @@ def test_an_engine_is_to_blame_for_its_own_errors_and_for_what_it_hands_back():
     scene = find_scene("head-on")
     for simulate in (raising(GhostballError("no")), lambda *_, **__: "no result"):
         engine = SimpleNamespace(name="planted", simulate=simulate)
-        with pytest.raises(EngineFaultError):
+        with pytest.raises(EngineFailedError):
             play(engine, scene)
     engine.simulate = raising(UnsupportedSceneError("planted", ("no spin",)))
     with pytest.raises(UnsupportedSceneError):
@@ -193,7 +192,7 @@ def outcome_of(*findings):
         ({"ghostball": "survived", "ghostball:no_skip=contacts": "broken"}, 1),
         ({"ghostball:no_skip=contacts": "broken", "ghostball": "survived"}, 1),
         ({"pymunk": "survived", "pybullet": "broken"}, 1),
-        ({"pymunk": "not-representable", "pybullet": "unavailable"}, 0),
+        ({"pymunk": "not-representable", "pybullet": "unavailable"}, 4),
         ({"ghostball": "broken", "pymunk": "failed"}, 3),
     ],
 )
@@ -205,10 +204,11 @@ def test_all_of_our_labels_must_hold_or_else_all_that_are_asked(outcomes, status
 @pytest.mark.usefixtures("faulty")
 def test_an_engine_that_crashes_or_hangs_costs_its_trial(tmp_path, monkeypatch):
     # The hanging one has a limit of its own: that of the others must do for a busy machine.
-    def impatient(tasks, jobs, work, died, limit):
-        return run_tasks(
-            tasks, jobs, work, died, lambda task: 0.5 if "hang" in task.label else limit(task)
-        )
+    def impatient(tasks, jobs, work, died, limit, printed):
+        def shortened(task):
+            return 0.5 if "hang" in task.label else limit(task)
+
+        return run_tasks(tasks, jobs, work, died, shortened, printed)
 
     monkeypatch.setattr(validation.stress.run, "run_tasks", impatient)
     labels = ["faulty:does=die", "faulty:does=hang", "faulty:does=exit", "faulty"]
@@ -228,7 +228,7 @@ def test_an_engine_that_crashes_or_hangs_costs_its_trial(tmp_path, monkeypatch):
 def test_a_limit_of_time_only_shortens_that_of_a_trial(tmp_path, monkeypatch):
     seen = []
 
-    def tasks_done(tasks, jobs, work, died, limit):
+    def tasks_done(tasks, jobs, work, died, limit, printed):
         seen.extend(limit(task) for task in tasks)
         yield from ()
 
