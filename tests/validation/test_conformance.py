@@ -60,6 +60,12 @@ def test_who_claims_less_is_asked_for_less(engine):
     assert EXACTNESS.isdisjoint(metrics_of_any(engine, HALF_BALL))
 
 
+def test_who_claims_to_be_exact_makes_no_energy_but_by_rounding():
+    # A gain of 1e-12 at an impact is beyond it; a solver's noise isn't asked of who claims none.
+    assert metrics_of_any(ToyEngine(), HALF_BALL)["energy_rise"] == 5e-13
+    assert metrics_of_any(Coarse(), HALF_BALL)["energy_rise"] == 1e-6
+
+
 def test_two_balls_may_be_off_by_what_is_stated_each():
     assert metrics_of_any(Coarse(), HALF_BALL)["overlap_max"] == 2e-3 + 1e-12
 

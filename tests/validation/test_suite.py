@@ -314,10 +314,10 @@ def test_a_result_that_breaks_the_contract_is_a_failure_that_names_the_field(
 def test_a_truth_that_fails_fails_its_scene_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(shot: Scene, *wanted: Any) -> object:
+    def broken(shot: Scene, *wanted: Any, **more: Any) -> object:
         if shot.name == "broken":
             raise ZeroDivisionError("no truth today")
-        return real(shot, *wanted)
+        return real(shot, *wanted, **more)
 
     real = validation.suite.truth_of
     monkeypatch.setattr(validation.suite, "truth_of", broken)
@@ -335,7 +335,7 @@ def test_truth_is_computed_once_for_each_scene(
     monkeypatch.setattr(
         validation.suite,
         "truth_of",
-        lambda shot, *wanted: (computed.append(shot.name), real(shot, *wanted))[1],
+        lambda shot, *wanted, **more: (computed.append(shot.name), real(shot, *wanted, **more))[1],
     )
     run_suite([scene("one"), scene("two")], ["fake", "fake:shift=1.0"], tmp_path)
     assert computed == ["one", "two"]
