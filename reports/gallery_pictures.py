@@ -96,6 +96,8 @@ OPTIONAL: dict[str, Callable[[ResultsFolder], Figure | None]] = {
 def write_gallery(results_dir: str | Path, gallery_dir: str | Path) -> list[Path]:
     """Write the pictures of the README, as PNG and SVG; return the files written.
 
+    Each carries, as its description, the revision at which the results were computed.
+
     Raises
     ------
     GhostballError
@@ -104,13 +106,18 @@ def write_gallery(results_dir: str | Path, gallery_dir: str | Path) -> list[Path
     """
     results = ResultsFolder.load(results_dir)
     folder = Path(gallery_dir)
+    git = results.environment.get("git") or {"revision": "unknown", "dirty": False}
+    revision = git["revision"] + ", with changes" * git["dirty"]
     with style.drawing():
         figures = {name: _drawn(results, name) for name in GALLERY}
         measured = {name: draw(results) for name, draw in OPTIONAL.items()}
         figures |= {name: figure for name, figure in measured.items() if figure is not None}
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            saved = [style.save_figure(figure, folder / name) for name, figure in figures.items()]
+            saved = [
+                style.save_figure(figure, folder / name, revision)
+                for name, figure in figures.items()
+            ]
         except OSError as error:
             raise GhostballError(
                 f"{folder}: can't write the gallery: {error.strerror or error}. Choose another "

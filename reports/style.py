@@ -259,7 +259,7 @@ def lay_out(figure: Figure) -> None:
     figure.set_layout_engine("none")
 
 
-def save_figure(figure: Figure, path: Path) -> list[Path]:
+def save_figure(figure: Figure, path: Path, description: str | None = None) -> list[Path]:
     """Write a figure as PNG and SVG beside each other; the same figure gives the same bytes.
 
     Parameters
@@ -267,6 +267,8 @@ def save_figure(figure: Figure, path: Path) -> list[Path]:
     figure : Figure
     path : Path
         Without its ending.
+    description : str, optional
+        Kept in the files, where nobody sees it: what the figure was drawn from.
 
     Returns
     -------
@@ -276,11 +278,11 @@ def save_figure(figure: Figure, path: Path) -> list[Path]:
     lay_out(figure)
     targets = [path.with_name(f"{path.name}.{ending}") for ending in FORMATS]
     for target in targets:
-        save_one(figure, target)
+        save_one(figure, target, description)
     return targets
 
 
-def save_one(figure: Figure, path: Path) -> None:
+def save_one(figure: Figure, path: Path, description: str | None = None) -> None:
     """Write a figure in the format that the ending of `path` says, without dates.
 
     Notes
@@ -295,11 +297,11 @@ def save_one(figure: Figure, path: Path) -> None:
     canvas: Any  # its print_ methods have no types
     if path.suffix.lower() == ".svg":
         canvas = FigureCanvasSVG(figure)
-        canvas.print_svg(path, metadata={"Date": None, "Creator": None})
+        canvas.print_svg(path, metadata={"Date": None, "Creator": None, "Description": description})
     elif path.suffix.lower() == ".pdf":
         canvas = FigureCanvasPdf(figure)
         canvas.print_pdf(path, metadata={"CreationDate": None, "Producer": None})
     else:
         canvas = FigureCanvasAgg(figure)
-        canvas.print_png(path, metadata={"Software": None})
+        canvas.print_png(path, metadata={"Software": None, "Description": description})
     figure.dpi = dpi  # some formats leave their own

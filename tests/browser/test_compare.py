@@ -92,6 +92,19 @@ def test_it_begins_at_the_end_and_says_what_differs_most(mounted, both, motions)
     assert float(text.split()[-2]) == pytest.approx(largest, abs=0.1)
 
 
+def test_while_it_plays_it_says_what_differs_now(mounted, both):
+    page = mounted(both)
+    said = page.get_by_role("status")
+    page.get_by_role("slider", name="Time of both sides").fill("0")
+    assert "No ball differs by more than" in said.inner_text()
+    page.get_by_role("button", name="Play").click()
+    said.filter(has_text="Largest difference: ball").wait_for()
+    assert said.get_attribute("aria-live") == "off"
+    page.get_by_role("button", name="Pause").click()
+    assert said.get_attribute("aria-live") == "polite"
+    assert page.locator(".gb-stage button").count() == 0
+
+
 def test_equal_sides_differ_by_nothing(mounted, both):
     page = mounted({"base": both["base"], "head": both["base"]})
     assert "No ball differs by more than 20 µm here." in page.get_by_role("status").inner_text()

@@ -92,7 +92,7 @@ def test_a_jump_to_an_event_is_to_its_exact_time(open_page, results):
     for i, t in enumerate(times):
         events.select_option(str(i))
         assert state(page) == t
-        replay_of(page).get_by_role("status").filter(has_text=f"t = {t!r} s").wait_for()
+        replay_of(page).get_by_role("status").filter(has_text=f"t = {t:.4f} s").wait_for()
 
 
 def test_steps_go_from_event_to_event(open_page, results):
@@ -197,15 +197,55 @@ def test_only_one_thing_is_said_aloud(open_page):
     assert replay_of(page).locator("[aria-live]").count() == 1
 
 
-def test_engines_can_be_hidden(open_page):
+def test_our_engine_and_one_other_are_shown_at_first_and_others_where_asked_for(open_page):
     page = open_page(CUT)
     seek(page, 1.5)
+    boxes = replay_of(page).locator(".gb-readout").get_by_role("checkbox")
+    assert boxes.count() == len([*ENGINES, BROKEN])
+    assert replay_of(page).locator(".gb-readout input:checked").count() == 2
+    assert replay_of(page).get_by_role("checkbox", name="ghostball").is_checked()
     before = picture(page)
     box = replay_of(page).get_by_role("checkbox", name="paper-discrete")
-    box.uncheck()
+    box.set_checked(not box.is_checked())
     assert picture(page) != before
-    box.check()
+    box.set_checked(not box.is_checked())
     assert picture(page) == before
+
+
+def test_what_stands_below_the_table_is_not_of_another_instant(open_page):
+    page = open_page(CUT)
+    said = replay_of(page).get_by_role("status")
+    said.filter(has_text="t = 0.0000 s").wait_for()
+    replay_of(page).get_by_role("button", name="Play").click()
+    said.filter(has_not_text="t = ").wait_for()
+    replay_of(page).get_by_role("button", name="Pause").click()
+    said.filter(has_text=f"t = {state(page):.4f} s").wait_for()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_pause_button_is_seen_under_the_pointer(open_page, scheme):
+    page = open_page(CUT, color_scheme=scheme)
+    button = replay_of(page).locator(".gb-play")
+    button.hover()
+    contrast = button.evaluate(
+        """(button) => {
+            const pixel = document.createElement("canvas")
+                .getContext("2d", { willReadFrequently: true });
+            const colour = (css) => {
+                pixel.fillStyle = css;
+                pixel.fillRect(0, 0, 1, 1);
+                return [...pixel.getImageData(0, 0, 1, 1).data.slice(0, 3)];
+            };
+            const style = getComputedStyle(button);
+            return Ghostball.contrast(colour(style.color), colour(style.backgroundColor));
+        }"""
+    )
+    assert contrast >= 4.5
+
+
+def test_no_button_lies_over_the_table(open_page):
+    page = open_page(CUT)
+    assert replay_of(page).locator(".gb-stage button").count() == 0
 
 
 def test_zoom_and_back(open_page):

@@ -58,12 +58,11 @@ globalThis.Ghostball ??= {};
       plate.canvas.setAttribute("aria-label", `${title}: ${this.scene.scene}`);
       // One view for all: a millimetre is found on one and compared on the others.
       plate.onview = () => this.share(plate);
-      stage.append(make("div", { className: "gb-zoom" },
+      const zoom = make("div", { className: "gb-zoom" },
         iconButton("closer", "Closer", () => plate.zoom(1.6)),
         iconButton("farther", "Farther", () => plate.zoom(1 / 1.6)),
-        iconButton("whole", "Whole table", () => plate.reset())));
-      const figure = make("figure", {}, make("figcaption", { textContent: title }), stage);
-      return [plate, figure];
+        iconButton("whole", "Whole table", () => plate.reset()));
+      return [plate, make("figure", {}, make("figcaption", {}, title, zoom), stage)];
     }
 
     share(from) {
@@ -143,18 +142,20 @@ globalThis.Ghostball ??= {};
     }
 
     update() {
+      for (const plate of this.plates) plate.draw();
+      const words = `${timeWords(this.time)} of ${timeWords(this.duration)}`;
       if (this.timer) {
         this.timer.value = this.time;
-        const words = `${timeWords(this.time)} of ${timeWords(this.duration)}`;
         this.clock.textContent = words;
-        const now = performance.now();
-        if (!this.player.playing || now - (this.saidAt ?? 0) >= SAY_EVERY) {
-          this.saidAt = now;
-          this.timer.setAttribute("aria-valuetext", words);
-        }
       }
-      if (!this.player.playing) this.difference.textContent = this.differenceWords();
-      for (const plate of this.plates) plate.draw();
+      const { playing } = this.player;
+      const now = performance.now();
+      if (playing && now - (this.saidAt ?? 0) < SAY_EVERY) return;
+      this.saidAt = now;
+      this.timer?.setAttribute("aria-valuetext", words);
+      // Read aloud once it stands still: else a screen reader would talk without end.
+      this.difference.setAttribute("aria-live", playing ? "off" : "polite");
+      this.difference.textContent = this.differenceWords();
     }
 
     /** The ball that differs most now, and by how much [m]; -1 where none is on both sides. */

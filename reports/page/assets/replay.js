@@ -1,5 +1,5 @@
 "use strict";
-// The replay of one scene: all engines over each other, at any instant.
+// The replay of one scene at any instant: our engine and one other, or as many as are ticked.
 globalThis.Ghostball ??= {};
 
 (() => {
@@ -37,6 +37,9 @@ globalThis.Ghostball ??= {};
       this.trails = scene.balls.length < CROWD ? "all" : "tails";
       this.names = true;
       this.reference = this.ran.find((engine) => engine.ours) ?? this.ran[0];
+      // Paths of nine engines over each other can't be read: the first beside the reference will do.
+      const other = this.ran.find((engine) => engine !== this.reference);
+      for (const engine of this.ran) engine.shown = engine === this.reference || engine === other;
       this.build();
       this.gone = new AbortController();
       root.addEventListener("keydown", (event) => this.key(event), { signal: this.gone.signal });
@@ -58,7 +61,6 @@ globalThis.Ghostball ??= {};
       );
       this.plate = new Plate(stage, scene, (plate) => this.paint(plate));
       this.plate.onview = () => this.zoomed();
-      stage.append(this.zoomButtons());
       this.clock = make("span", { className: "gb-clock" });
       const line = make("div", { className: "gb-line" });
       this.timeline = new Timeline(line, this.plate, scene.duration, (t) => this.player.go(t));
@@ -107,7 +109,7 @@ globalThis.Ghostball ??= {};
         this.player.button,
         iconButton("next", "Next event", () => this.step(1), "n"),
         iconButton("end", "To the end", () => this.player.go(this.scene.duration), "End"),
-        this.clock, speedLabel, trailLabel,
+        this.zoomButtons(), this.clock, speedLabel, trailLabel,
         tick("Names", this.names, (on) => {
           this.names = on;
           draw();
@@ -318,14 +320,14 @@ globalThis.Ghostball ??= {};
       this.readout.show(this.time, this.ball, this.reference);
       this.events.choose(this.time);
       clearTimeout(this.saying);
-      if (!this.player.playing) this.saying = setTimeout(() => this.say(), QUIET);
+      if (this.player.playing) this.status.textContent = "";
+      else this.saying = setTimeout(() => this.say(), QUIET);
     }
 
     say() {
       const happens = this.events.wordsAt(this.time).slice(0, SAID);
       const what = happens.length ? `: ${happens.join(", ")}` : "";
-      // All digits: this is what somebody copies.
-      this.status.textContent = `t = ${this.time} s${what} (${this.events.engine.name})`;
+      this.status.textContent = `t = ${timeWords(this.time)}${what} (${this.events.engine.name})`;
     }
 
     /** To the next instant with an event of the chosen log, or the one before. */

@@ -131,7 +131,7 @@ globalThis.Ghostball ??= {};
       this.tracks = [];
       this.log = { count: 0, t: [], kind: [], a: [], b: [] };
       this.end = said.motion ? said.motion.end : 0;
-      this.shown = Boolean(said.motion);
+      this.shown = false;
       if (!said.motion) return;
       this.log = readEvents(reader);
       const knotTimes = reader.sums(reader.number()).map((ticks) => ticks * said.motion.tick);

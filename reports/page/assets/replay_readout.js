@@ -12,7 +12,7 @@ globalThis.Ghostball ??= {};
     [PHASE.ABSENT]: "lost",
   };
   const NUMBERS = ["off [mm]", "x [mm]", "y [mm]", "moves"];
-  const WORDS = ["end off truth", "parts at", "what became of it"];
+  const WORDS = ["end off truth", "parts at"];
 
   const millimetres = (metres) => (1e3 * metres).toFixed(2);
 
@@ -45,14 +45,15 @@ globalThis.Ghostball ??= {};
       this.boxes = new Map();
       this.swatches = [];
       const body = make("tbody");
-      for (const engine of scene.engines) body.append(this.row(engine, onshow));
+      for (const engine of scene.engines) body.append(...this.rowsOf(engine, onshow));
       const heads = ["engine", ...NUMBERS, ...WORDS].map((text) =>
         make("th", { scope: "col", textContent: text }));
       this.element = make("table", { className: "gb-readout" },
         this.caption, make("thead", {}, make("tr", {}, ...heads)), body);
     }
 
-    row(engine, onshow) {
+    /** Its numbers; and below them, where there is something to say, what became of it. */
+    rowsOf(engine, onshow) {
       const swatch = make("canvas", { className: "gb-swatch" });
       swatch.setAttribute("aria-hidden", "true");
       this.swatches.push([swatch, engine]);
@@ -69,15 +70,19 @@ globalThis.Ghostball ??= {};
           colSpan: NUMBERS.length + WORDS.length, className: "gb-words",
           textContent: this.absenceWords(engine),
         }));
-        return row;
+        return [row];
       }
       const cells = NUMBERS.map(() => make("td"));
       const end = make("td");
       row.append(...cells, end,
-        make("td", { textContent: engine.divergence === null ? "–" : timeWords(engine.divergence) }),
-        make("td", { className: "gb-words", textContent: this.fateWords(engine) }));
+        make("td", { textContent: engine.divergence === null ? "–" : timeWords(engine.divergence) }));
       this.rows.set(engine, [...cells, end]);
-      return row;
+      const fate = this.fateWords(engine);
+      if (!fate) return [row];
+      const words = make("td", {
+        colSpan: 1 + NUMBERS.length + WORDS.length, className: "gb-words", textContent: fate,
+      });
+      return [row, make("tr", { className: "gb-fate" }, words)];
     }
 
     absenceWords(engine) {
