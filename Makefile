@@ -102,7 +102,8 @@ coverage: test test-nojit  ## coverage of both runs
 CHECKED := NUMBA_BOUNDSCHECK=1 NUMBA_OPT=1
 BOUNDED := impact_laws test_batch.py test_cells.py test_clusters.py test_elastic_gas.py \
 	test_look_again.py test_plastic.py test_press.py test_sensitivity.py \
-	test_simulate_robustness.py test_simultaneous.py test_orientation.py test_tree.py
+	test_simulate_robustness.py test_simultaneous.py test_orientation.py test_tree.py \
+	test_unchecked_scenes.py
 
 test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
 	$(CHECKED) $(COMPILE)
