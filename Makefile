@@ -19,6 +19,7 @@ SCENES ?=
 JUNIT ?=
 # Set to draw also the figures of each scene.
 FIGURES ?=
+VALIDATE_MORE = $(if $(JUNIT), --junit $(JUNIT))$(if $(FIGURES), --figures)
 PYTEST := $(BIN)/python -m pytest --quiet --numprocesses $(JOBS)
 # Where bytecode isn't kept, each of hundreds of processes compiles every module that it imports:
 # three seconds to load the suite instead of one, twelve to collect the tests instead of four.
@@ -47,8 +48,7 @@ $(READY): pyproject.toml
 	@touch $@
 
 validate: $(READY)  ## run every scene on every engine, write the report, print the verdicts
-	$(BIN)/ghostball validate $(or $(SCENES),--suite $(SUITE)) --jobs $(JOBS) --out $(OUT) \
-		$(if $(JUNIT),--junit $(JUNIT)) $(if $(FIGURES),--figures)
+	$(BIN)/ghostball validate $(or $(SCENES),--suite $(SUITE)) --jobs $(JOBS) --out $(OUT)$(VALIDATE_MORE)
 
 stress: $(READY)  ## try to break every engine: what CI has time for
 	$(BIN)/ghostball stress --suite quick --jobs $(JOBS) --out $(OUT)/stress-quick

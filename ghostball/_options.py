@@ -61,7 +61,7 @@ Figures = Annotated[
     typer.Option(
         "--figures",
         help="Draw also four figures of each scene, as PNG and SVG: about a second a scene. "
-        "report.html needs none.",
+        "report.html needs none. Without this option, those of an earlier report are removed.",
     ),
 ]
 

@@ -38,6 +38,9 @@ from validation.truth import OUR_NAME
 from validation.unchanged import Unchanged
 from validation.verdict import NOTHING_JUDGED, Verdict, is_nothing_judged, verdict_of
 
+SHOWN = 3
+"""How many of the motions that are damaged are named."""
+
 
 def run(
     names_or_tags: Sequence[str],
@@ -208,11 +211,16 @@ def _announce(unchanged: Unchanged, out: Path) -> None:
         say(_taken_over(len(unchanged.cases), out))
     elif unchanged.stored or unchanged.why:
         why = unchanged.why or "scene, settings, criteria or metrics of every case differ"
+        if unchanged.damaged and not unchanged.why:
+            why = "what is unchanged is damaged"
         say(f"nothing is taken over from {escape(str(out))}: {escape(why)}")
     if unchanged.stored and unchanged.always:
         say(f"always run, for other packages bring them: {escape(', '.join(unchanged.always))}")
-    for name in unchanged.damaged:
+    first, others = unchanged.damaged[:SHOWN], len(unchanged.damaged) - SHOWN
+    for name in first:
         say(f"run again, for its motion is missing or damaged: {escape(str(out / name))}")
+    if others > 0:
+        say(f"run again, for their motion is missing or damaged: {others} more")
 
 
 def _taken_over(count: int, out: Path) -> str:

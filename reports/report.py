@@ -279,8 +279,10 @@ def _save_all(
 
 
 def _remove_stale(folder: Path, drawn: Iterable[Drawn]) -> None:
-    """Remove figures that an earlier report left: `figures/` is the report's own."""
-    kept = {path.name + ending for one in drawn for path in one.values() for ending in ENDINGS}
+    """Remove figures that an earlier report left; what somebody else put there stays."""
+    kept = {path.name for one in drawn for path in one.values()}
+    of_a_scene = tuple(f"-{kind}" for kind in (*SCENE_FIGURES, "ensemble"))
     for path in (folder / FIGURES).iterdir():
-        if path.suffix in ENDINGS and path.name not in kept:
+        ours = path.stem in WHOLE_FIGURES or path.stem.endswith(of_a_scene)
+        if path.suffix in ENDINGS and ours and path.stem not in kept:
             path.unlink()

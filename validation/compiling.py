@@ -43,20 +43,22 @@ def compile_kernels(
             min(jobs, len(missing)),
             "; ".join(name for variants in missing for name in variants.names),
         )
+        total, done = sum(len(variants.names) for variants in missing), 0
         with closing(run_tasks(missing, jobs, _compile, _died)) as finished:
-            for done, failure in enumerate(finished, start=1):
+            for variants, failure in finished:
                 if failure:
                     raise GhostballError(failure)
-                _LOGGER.warning("compiling: %d of %d parts are done", done, len(missing))
+                done += len(variants.names)
+                _LOGGER.warning("compiling: %d of %d are done", done, total)
     for variants in needed:
         variants.compile()
 
 
-def _compile(variants: Variants) -> str:
+def _compile(variants: Variants) -> tuple[Variants, str]:
     logging.getLogger("ghostball.engine").setLevel(logging.ERROR)  # it was announced by the caller
     variants.compile()
-    return ""
+    return variants, ""
 
 
-def _died(variants: Variants, reason: str) -> str:
-    return f"the kernels ({', '.join(variants.names)}) could not be compiled: {reason}"
+def _died(variants: Variants, reason: str) -> tuple[Variants, str]:
+    return variants, f"the kernels ({', '.join(variants.names)}) could not be compiled: {reason}"

@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from engine import Scene
 from engine.trajectory import Phase
@@ -58,6 +59,14 @@ def test_the_same_figure_gives_the_same_bytes(results, tmp_path):
         first, second = (tmp_path / f"{name}.{ending}" for name in ("first", "second"))
         assert first.read_bytes() == second.read_bytes()
     assert "dc:date" not in first.read_text()
+
+
+def test_a_figure_carries_what_it_was_drawn_from(results, tmp_path):
+    with style.drawing():
+        figure = draw_errors(load_shot(results, "head-on"))
+        png, svg = style.save_figure(figure, tmp_path / "figure", "0123abc")
+    assert Image.open(png).text["Description"] == "0123abc"
+    assert "<dc:description>0123abc</dc:description>" in svg.read_text()
 
 
 def test_the_paths_name_every_engine_and_why_one_is_missing(results):

@@ -168,6 +168,8 @@ def test_another_process_draws_the_same(small_folder):
     stale = small_folder / "figures" / "gone-paths.png"
     stale.parent.mkdir()
     stale.touch()
+    somebodys = small_folder / "figures" / "mine.png"
+    somebodys.touch()
 
     def contents():
         paths = [small_folder / PAGE, small_folder / "report.md"]
@@ -180,7 +182,7 @@ def test_another_process_draws_the_same(small_folder):
     write_report(small_folder, progress=lambda *part: seen.append(part), jobs=2, figures=True)
     assert [(done, of) for done, of, _ in seen] == [(1, 2), (2, 2)]
     assert contents() == one
-    assert len(one) == 8  # the page, the text, and three figures twice
+    assert len(one) == 9  # the page, the text, three figures twice, and what isn't ours
     assert not stale.exists()
     assert not (small_folder / "report.md.part").exists()
 
@@ -258,7 +260,7 @@ def test_an_unknown_scene_names_those_there_are(results_folder):
 def test_the_gallery_is_complete(results_folder, tmp_path, monkeypatch):
     # How a figure is written is tested with figures; drawing all of these takes seconds.
     monkeypatch.setattr(style, "lay_out", lambda _: None)
-    monkeypatch.setattr(style, "save_one", lambda figure, path: path.write_text(str(figure)))
+    monkeypatch.setattr(style, "save_one", lambda figure, path, _: path.write_text(str(figure)))
     folder = tmp_path / "new" / "gallery"
     written = write_gallery(results_folder, folder)
     assert sorted(written) == sorted(folder.iterdir())

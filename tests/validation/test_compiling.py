@@ -52,7 +52,7 @@ def test_what_is_missing_is_compiled_in_processes_and_then_loaded_here(parts, ca
     assert os.getpid() not in {process for _, process in elsewhere}
     assert here == [(name, os.getpid()) for name in "abc"]
     assert "compiling the engine's kernels" in caplog.text
-    assert "compiling: 2 of 2 parts are done" in caplog.text
+    assert "compiling: 2 of 2 are done" in caplog.text
 
 
 @pytest.mark.parametrize("given", [(("a", {}),), (("a", {}), ("b", {"compiled": True}))])
