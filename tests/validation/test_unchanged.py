@@ -308,7 +308,7 @@ def test_what_failed_runs_again_until_it_does_not(
         spy_on(broken, PaperDiscreteEngine, crash)
         for taken_over in (0, 3):
             outcome = run(tmp_path)
-            assert outcome.exit_status == 3
+            assert outcome.exit_status == 1
             assert outcome.counts.taken_over == taken_over
     mended = run(tmp_path)
     assert (mended.exit_status, mended.counts.taken_over) == (0, 3)
@@ -390,7 +390,7 @@ def test_a_folder_that_cannot_be_read_is_said_to_give_nothing(
     assert run(tmp_path).counts.taken_over == 0
     (message,) = [record.getMessage() for record in caplog.records]
     assert message.startswith("nothing is taken over from the results that are there")
-    wanted = "`schema` must be 3, got 1" if change == "schema" else "results.jsonl:1: not valid"
+    wanted = "`schema` must be 4, got 1" if change == "schema" else "results.jsonl:1: not valid"
     assert wanted in message
     assert run(tmp_path).counts.taken_over == 4
 

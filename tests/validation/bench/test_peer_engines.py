@@ -130,7 +130,7 @@ def test_a_run_that_broke_off_is_no_measurement(monkeypatch, status, error):
 
     peer = AdapterPeer("paper-discrete")
     result = dataclasses.replace(peer._engine.simulate(SCENE), status=status)
-    monkeypatch.setattr(type(peer._engine), "simulate", lambda *_: result)
+    monkeypatch.setattr(type(peer._engine), "simulate", lambda *_, **__: result)
     with pytest.raises(error):
         peer.simulate(SCENE)
 

@@ -148,7 +148,7 @@ def deaf(**changes):
     """Return an engine that doesn't notice: it plays the shot in order, and changes its result."""
     base = unchecked_base(UNCHECKED["rolling"], 3)
     result = dataclasses.replace(simulate(base, record="trajectory"), **changes)
-    return SimpleNamespace(simulate=lambda scene, record: result)
+    return SimpleNamespace(name="deaf", simulate=lambda scene, record: result)
 
 
 def test_an_engine_that_swallows_a_nan_is_seen():

@@ -40,6 +40,8 @@ SAYS = {
     "deaf": "took longer than",
     "freeze": "took longer than",
     "garbage": "ValueError",
+    "give-up": "lost the cue",
+    "miscount": "got -3",
 }
 """What is said of each fault."""
 
