@@ -33,14 +33,10 @@ from reference_adapters.certified import Certificate
 from reference_adapters.certified.gaps import SIDES
 from reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
 from reference_adapters.certified.problem import problem_of
+from validation.certified_flow import PARTS, PLACE, SLIP, VELOCITY, ProvedBall
 from validation.slope import Slope
 
 FloatArray = NDArray[np.float64]
-
-PARTS = 7
-"""Numbers that a ball's state has here: x, y, vx, vy, slip ux, uy, and the vertical spin wz."""
-
-_X, _V, _U, _W = slice(0, 2), slice(2, 4), slice(4, 6), 6
 
 _BETWEEN = 4
 """Parts that the time between two events is cut into where growth is looked for."""
@@ -80,7 +76,7 @@ class CertifiedGrowth:
     t_end: float
     times: FloatArray
     derivative_ends: float
-    _balls: tuple[_Ball, ...]
+    _balls: tuple[ProvedBall, ...]
     _events: tuple[_Event, ...]
     _covariances: tuple[FloatArray, ...]
 
@@ -166,7 +162,7 @@ class CarriedChanges:
         How much later each event comes; NaN where no derivative exists.
     """
 
-    _balls: tuple[_Ball, ...]
+    _balls: tuple[ProvedBall, ...]
     _kept: tuple[FloatArray, ...]
     event_shifts: FloatArray
 
@@ -180,137 +176,6 @@ class CarriedChanges:
         return out
 
 
-@dataclass(frozen=True, eq=False)
-class _Ball:
-    """The proved motion of one ball: its knots, and what the cloth does to it."""
-
-    knots: FloatArray  # as in `ExactTrajectory`
-    radius: float
-    slides_by: float  # [m/s^2]
-    rolls_by: float
-    spins_by: float  # [rad/s^2]
-
-    def state(self, k: int) -> FloatArray:
-        """Return the state at a knot, (7,)."""
-        knot = self.knots[k]
-        state = np.array([*knot[1:5], 0.0, 0.0, knot[9]])
-        if knot[13] == Phase.SLIDING:
-            state[_U] = knot[3] - self.radius * knot[8], knot[4] + self.radius * knot[7]
-        return state
-
-    def rates(self, k: int, s: float) -> tuple[FloatArray, FloatArray]:
-        """Return the state a time s [s] after a knot, and its rate of change there, (7,) each."""
-        knot, state = self.knots[k], self.state(k)
-        pull = knot[5:7]
-        slip_pull = 3.5 * pull if knot[13] == Phase.SLIDING else np.zeros(2)
-        spin, loss = state[_W], s * self.spins_by
-        left = max(abs(spin) - loss, 0.0)
-        velocity = state[_V] + s * pull
-        now = np.array(
-            [
-                *(state[_X] + s * (state[_V] + 0.5 * s * pull)),
-                *velocity,
-                *(state[_U] + s * slip_pull),
-                math.copysign(left, spin),
-            ]
-        )
-        slowing = -math.copysign(self.spins_by, spin) if left > 0.0 else 0.0
-        return now, np.array([*velocity, *pull, *slip_pull, slowing])
-
-    def flow(self, k: int, s: float) -> FloatArray:
-        """Return the derivative of the state a time s [s] after a knot by that at it, (7, 7)."""
-        flow = np.eye(PARTS)
-        flow[_X, _V] += s * np.eye(2)
-        of, turn, slips = self._turn(k)
-        flow[_X, of] += 0.5 * s * s * turn
-        flow[_V, of] += s * turn
-        flow[_U, of] += 3.5 * slips * s * turn
-        if self.spins_by > 0.0 and abs(self.knots[k, 9]) <= s * self.spins_by:
-            flow[_W, _W] = 0.0
-        return flow
-
-    def _turn(self, k: int) -> tuple[slice, FloatArray, bool]:
-        """Return what the acceleration depends on, and how: -(c / |d|) (1 - d^ d^T)."""
-        state, slips = self.state(k), bool(self.knots[k, 13] == Phase.SLIDING)
-        of, slowing = (_U, self.slides_by) if slips else (_V, self.rolls_by)
-        x, y = state[of]
-        size = math.hypot(x, y)
-        # A ball that is so slow that the quotient overflows has stopped before it can turn.
-        if size == 0.0 or math.isinf(slowing / size):
-            return of, np.zeros((2, 2)), slips
-        x, y = x / size, y / size
-        return of, -(slowing / size) * np.array([[y * y, -x * y], [-x * y, x * x]]), slips
-
-    def displacement(self, times: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
-        """Return the knot that holds at each instant, and the derivative of the place there."""
-        rows = np.searchsorted(self.knots[:, 0], times, side="right") - 1
-        s = (times - self.knots[rows, 0])[:, np.newaxis, np.newaxis]
-        turns = np.zeros((len(self.knots), 2, PARTS))
-        for k in np.unique(rows).tolist():
-            of, turn, _ = self._turn(k)
-            turns[k][:, of] = turn
-        flow = np.zeros((len(times), 2, PARTS))
-        flow[:, :, _X] = np.eye(2)
-        flow[:, :, _V] = s * np.eye(2)
-        return rows, flow + 0.5 * s * s * turns[rows]
-
-    def hold(self, k: int, change: FloatArray) -> None:
-        """Take from changes, (7, m), what the ball's phase at a knot ends at once.
-
-        A ball without slip rolls at once; a changed one slides first, for a time as small as the
-        change, in which the cloth takes 2/7 of the slip. One that rests stops again at once, where
-        the cloth slows it.
-        """
-        phase = self.knots[k, 13]
-        if phase != Phase.SLIDING:
-            change[_V] -= change[_U] * (2.0 / 7.0)
-            change[_U] = 0.0
-        if phase == Phase.RESTING and self.rolls_by > 0.0:
-            change[_V] = 0.0
-
-    def changed(self, directions: FloatArray) -> FloatArray:
-        """Return changes of the first state, (7, m), given with the angular velocity in them."""
-        change = directions.copy()
-        change[_U] = change[_V]
-        change[4] -= self.radius * directions[5]
-        change[5] += self.radius * directions[4]
-        if self.knots[0, 13] != Phase.SLIDING:
-            change[_U] = 0.0  # it begins by rolling, or rests
-        self.hold(0, change)
-        return change
-
-    def noise(self, k: int, others: tuple[FloatArray, ...]) -> FloatArray:
-        """Return the covariance of rounding the state at a knot once, over 2^-53 squared, (7, 7).
-
-        Each number is rounded at the largest size that it, or what it is made of, has at the event:
-        `others` are the states before it, (7,). A number that is exactly 0 stays so, and a place
-        changes along an axis only where the ball moves along it: what is symmetric about an axis
-        is so to the last bit in an exact engine. A place is as uncertain as its gaps, which are
-        compared with radii, and as what the ball covers while the clock rounds.
-        """
-        knot, phase = self.knots[k], self.knots[k, 13]
-        speed = np.abs(knot[3:5])
-        place = np.abs(knot[1:3]) + self.radius + knot[0] * speed
-        turn = np.abs(knot[7:9]) if phase == Phase.SLIDING else np.zeros(2)
-        spin = abs(knot[9])
-        for other in others:
-            speed = np.maximum(speed, np.abs(other[_V]))
-            surface = np.abs(other[_V] - other[_U])[::-1] / self.radius
-            turn = np.maximum(turn, surface)
-            spin = max(spin, abs(other[_W]))
-        place = np.where(speed > 0.0, place, 0.0)
-        if phase == Phase.RESTING and self.rolls_by > 0.0:
-            speed = np.zeros(2)
-        noise = np.zeros((PARTS, PARTS))
-        noise[_X, _X] = np.diag(place**2)
-        noise[_V, _V] = np.diag(speed**2)
-        noise[_W, _W] = spin**2
-        if phase == Phase.SLIDING:  # slip is velocity less, or more, what the ball turns by
-            noise[_V, _U] = noise[_U, _V] = noise[_V, _V]
-            noise[_U, _U] = np.diag(speed**2 + (self.radius * turn[::-1]) ** 2)
-        return noise
-
-
 @lru_cache(maxsize=4)  # the same for every engine
 def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
     """Return how errors grow along what is proved of a shot, whose certificate has its motion."""
@@ -318,7 +183,7 @@ def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
     gravity = scene.physics.gravity
     slides = scene.physics.motion == "sliding"
     balls = tuple(
-        _Ball(knots, float(radius), float(sliding), float(rolling), float(spinning))
+        ProvedBall(knots, float(radius), float(sliding), float(rolling), float(spinning))
         for knots, radius, sliding, rolling, spinning in zip(
             certificate.knots,
             scene.radii,
@@ -339,7 +204,9 @@ def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
     )
 
 
-def _events(scene: Scene, certificate: Certificate, balls: tuple[_Ball, ...]) -> Iterator[_Event]:
+def _events(
+    scene: Scene, certificate: Certificate, balls: tuple[ProvedBall, ...]
+) -> Iterator[_Event]:
     """Yield what each event does; nothing is known from a ball's second collision at an instant."""
     laws = Laws(problem_of(scene))
     at = [0] * len(balls)
@@ -389,7 +256,7 @@ class _Passage:
 
     def __init__(
         self,
-        balls: tuple[_Ball, ...],
+        balls: tuple[ProvedBall, ...],
         before: tuple[int, ...],
         after: tuple[int, ...],
         t: float,
@@ -410,10 +277,10 @@ class _Passage:
 
     def collide(self, laws: Laws, a: int, b: int) -> None:
         """Pass an impact of two balls."""
-        apart = self.states[1][_X] - self.states[0][_X]
+        apart = self.states[1][PLACE] - self.states[0][PLACE]
         normal = apart / np.hypot(*apart)
-        opening = float(normal @ (self.states[1][_V] - self.states[0][_V]))
-        gap = normal @ (self.change[PARTS : PARTS + 2] - self.change[_X])
+        opening = float(normal @ (self.states[1][VELOCITY] - self.states[0][VELOCITY]))
+        gap = normal @ (self.change[PARTS : PARTS + 2] - self.change[PLACE])
         self._come_later(-gap / opening)
         first, second = self._slopes(0), self._slopes(1)
         x, y = (q - p for p, q in zip(first[:2], second[:2], strict=True))
@@ -427,7 +294,7 @@ class _Passage:
     def bounce(self, laws: Laws, ball: int, cushion: int) -> None:
         """Pass an impact of a ball with a cushion."""
         inward = np.array(SIDES[cushion], dtype=np.float64)
-        self._come_later(-(inward @ self.change[_X]) / float(inward @ self.states[0][_V]))
+        self._come_later(-(inward @ self.change[PLACE]) / float(inward @ self.states[0][VELOCITY]))
         n = (-float(inward[0]), -float(inward[1]))
         self._send_off(0, n, laws.bounce(ball, self._seen(n, self._slopes(0), 0)))
         self._leave()
@@ -436,7 +303,7 @@ class _Passage:
         """Pass the end of a slide, of |u| / (7/2 mu_s g), or of a roll, of |v| / (mu_r g)."""
         ball, k = self._balls[0], self._before[0]
         slides = ball.knots[k, 13] == Phase.SLIDING
-        of, slowing = (_U, 3.5 * ball.slides_by) if slides else (_V, ball.rolls_by)
+        of, slowing = (SLIP, 3.5 * ball.slides_by) if slides else (VELOCITY, ball.rolls_by)
         # Against the way of the acceleration: doubles may leave nothing of a slip of rounding size.
         pull = ball.knots[k, 5:7]
         later = np.zeros(PARTS)
@@ -470,7 +337,7 @@ class _Passage:
         for m, (ball, k) in enumerate(zip(self._balls, self._after, strict=True)):
             rows = self.change[PARTS * m : PARTS * (m + 1)]
             if not self._slides:  # a ball that always rolls has the spin of its velocity
-                rows[_U] = 0.0
+                rows[SLIP] = 0.0
             ball.hold(k, rows)
             _, rate = ball.rates(k, 0.0)
             rows -= np.outer(rate, self.later)
@@ -481,7 +348,9 @@ def _rows(balls: tuple[int, ...]) -> NDArray[np.intp]:
     return np.concatenate([np.arange(PARTS * i, PARTS * (i + 1)) for i in balls])
 
 
-def _covariances(balls: tuple[_Ball, ...], events: tuple[_Event, ...]) -> tuple[FloatArray, ...]:
+def _covariances(
+    balls: tuple[ProvedBall, ...], events: tuple[_Event, ...]
+) -> tuple[FloatArray, ...]:
     """Return the covariance of what rounding has done to each ball at its knots, (k, 7, 7) each."""
     size = PARTS * len(balls)
     whole = np.zeros((size, size))
