@@ -13,7 +13,7 @@ import numpy as np
 from engine import Ball, Physics, Scene, SceneError, Status, Table, _state
 from engine._run import Run
 from reference_adapters import ReferenceEngine
-from validation.playing import blamed_on_engine, run_engine
+from validation.playing import blamed_on_engine
 from validation.stress.trial import Trial, Verdict
 
 _FIELDS: tuple[tuple[str, int | None], ...] = (
