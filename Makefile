@@ -133,7 +133,7 @@ wheel: $(READY)  ## build the wheel, install it apart in .venv-wheel, validate a
 	cp -R tests benchmarks .github .ci Makefile *.md pyproject.toml $(WHEEL)
 	cd $(WHEEL) && $(OF_WHEEL)/ghostball validate --suite $(SUITE) --jobs $(JOBS) --out results
 	cd $(WHEEL) && $(OF_WHEEL)/python tests/support/compile_kernels.py $(JOBS)
-	cd $(WHEEL) && $(OF_WHEEL)/pytest --quiet --numprocesses $(JOBS) -m "not slow and not checkout"
+	cd $(WHEEL) && $(OF_WHEEL)/python -m pytest --quiet --numprocesses $(JOBS) -m "not slow and not checkout"
 
 gallery: validate  ## remake the pictures that the README shows
 	$(BIN)/python -c "from reports import write_gallery; write_gallery('$(OUT)', 'reports/gallery')"

@@ -71,6 +71,7 @@ def test_it_writes_what_reads_back(bench, tmp_path):
     assert {"cpu", "cores", "git", "versions", "date"} <= stored.environment.keys()
 
 
+@pytest.mark.checkout
 def test_store_is_this_machines_file(bench, tmp_path, monkeypatch):
     monkeypatch.setattr(measurements, "STORE", tmp_path)
     assert bench("--peers", "none", "--store").exit_code == 0
@@ -121,6 +122,7 @@ def test_a_file_that_is_not_ours_is_refused_before_measuring(bench, tmp_path, co
     assert refused(bench(*command, "--out", tmp_path / "file" / "x"), "can't write the file")
 
 
+@pytest.mark.checkout
 def test_an_interrupt_prints_and_writes_what_is_there_but_stores_nothing(
     bench, tmp_path, monkeypatch
 ):
