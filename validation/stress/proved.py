@@ -119,7 +119,7 @@ class AsProved:
             nearest = off / VISIBLE
         else:
             faults += _moved(found) if not faults else []
-            faults += own_words(result, proof)
+            faults += own_words(result, proof, found.until)
             nearest = (found.quality_factor or 0.0) / quality_limit()
         values = {
             "quality_factor": found.quality_factor,
@@ -151,15 +151,17 @@ but where the signs of two balls that meet happen to agree, their errors all but
 """
 
 
-def own_words(result: Result, proof: Certificate) -> list[str]:
+def own_words(result: Result, proof: Certificate, until: float = math.inf) -> list[str]:
     """Return what a run says of its own predictability that the proved motion contradicts.
 
-    Its horizon, and how far rounding displaces its balls at the end of what is proved. No grade
-    depends on them, but users do.
+    Its horizon, and how far rounding displaces its balls; as far as the shot is proved, and up to
+    an instant `until` [s]. No grade depends on them, but users do.
     """
+    if float(np.max(np.linalg.norm(result.scene.velocities, axis=1))) < LEAST_SPEED:
+        return []
     growth = growth_of_proof(result.scene, proof)
     error = ROUNDINGS * UNIT_ROUNDOFF
-    end, ends = float(proof.t_end), growth.derivative_ends
+    end, ends = min(float(proof.t_end), until), growth.derivative_ends
     # Where no derivative exists both say so, and beyond the proof the grader says nothing.
     least, said, most = (
         min(horizon, end, ends)
@@ -176,8 +178,6 @@ def own_words(result: Result, proof: Certificate) -> list[str]:
     marks = np.append(growth.times[growth.times < most], most)
     longest = int(np.argmax(np.diff(marks, append=most)))
     t = float(np.mean(marks[longest : longest + 2]))
-    if t < LEAST_INSTANT:
-        return faults
     right, claimed = growth.sizes([t])[0], result.sensitivity([t])[0]
     agree = (claimed <= OVERSTATED * right) & (right <= UNDERSTATED * claimed)
     apart = ~agree & (right > 0.0)
@@ -190,8 +190,8 @@ def own_words(result: Result, proof: Certificate) -> list[str]:
     return faults
 
 
-LEAST_INSTANT = 2.0**-900
-"""Instant [s] before which a derivative has no room in double precision: its parts overflow."""
+LEAST_SPEED = 2.0**-500
+"""Speed [m/s] below which squares vanish, and our engine's map says that there is no derivative."""
 
 
 @cache
