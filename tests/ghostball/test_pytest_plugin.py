@@ -220,7 +220,7 @@ def test_energy_from_nowhere_is_seen(pytester):
     )
     result = run(pytester, engine(pytester, body, header=HEADER), "ghostball::stop::energy_rise")
     result.assert_outcomes(failed=1)
-    assert "energy_rise must be <= 1e-06, got " in result.stdout.str()
+    assert "energy_rise must be <= 5e-13, got " in result.stdout.str()
 
 
 COUNTING = (

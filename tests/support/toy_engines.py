@@ -54,7 +54,9 @@ class ToyEngine(EngineBase):
     def simulate(self, scene, *, record="rest"):
         self.check(scene)
         s = self.settings
-        late = s.dt - 0.1 % s.dt
+        # Since when the scene's own start was, for a shot that was begun earlier: from its speed.
+        lead = (scene.balls[0].speed - np.hypot(1.0, 0.5)) / (0.02 * 9.81) if s.sawtooth else 0.0
+        late = s.dt - (0.1 + lead) % s.dt
         shift = np.array([s.model, s.slope * s.dt**s.order + s.sawtooth * late, 0.0])
         shift[1] += s.wobble * (-1) ** round(np.log2(0.01 / s.dt))
         result = simulate(scene, record=record)
