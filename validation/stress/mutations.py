@@ -344,6 +344,13 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    side = 2.0 * float(np.mean(scene.radii)) * (1.0 + _CELL_ROOM)",
         "Among many balls, a cell is as wide as the mean ball, not as the largest.",
     ),
+    Mutation(
+        "culled by the mean ball",
+        "_layout.py",
+        "frame=np.array([*low, side, 2.0 * float(np.max(scene.radii))])",
+        "frame=np.array([*low, side, 2.0 * float(np.mean(scene.radii))])",
+        "Among many balls, a pair is passed over as if both were of the mean size.",
+    ),
 )
 """In the order in which they are planted; names are unique."""
 

@@ -145,7 +145,9 @@ def _crowds(suite: Suite) -> Iterator[Trial]:
     """Yield two large balls that meet in front of a hundred small ones, 40 and 400 times smaller.
 
     Two of those meet a little later. Who finds neighbours in cells must have cells for the largest
-    ball, or finds the first contact after the second, which is too late.
+    ball, or finds the first contact after the second, which is too late. Two more lie where the
+    first of the large ones would hit them, were it not for the other: who passes over pairs that
+    come later than those must know how large a ball may be.
     """
     for ratio in (40.0,) if suite == "quick" else (40.0, 400.0):
         small = 0.25 / ratio
@@ -154,13 +156,15 @@ def _crowds(suite: Suite) -> Iterator[Trial]:
             Ball(id=f"b{k}", position=(-0.5 - step * (k % 10), step * (k // 10)), radius=small)
             for k in range(99)
         ]
-        large = [
-            Ball(id="cue", position=(0.0, 0.1), velocity=(SPEED, 0.0), radius=0.25),
-            Ball(id="object", position=(1.0, 0.0), radius=0.25),
+        others = [
+            Ball(id="object", position=(0.7, 0.0), radius=0.25),
             Ball(id="late", position=(-0.5, -0.4), velocity=(0.1, 0.0), radius=small),
             Ball(id="hit", position=(-0.465 + 2.0 * small, -0.4), radius=small),
+            Ball(id="beyond", position=(0.53, -0.2), radius=small),
+            Ball(id="behind", position=(0.55, -0.215), radius=small),
         ]
-        scene = Scene(name="crowd", physics=ICE, t_max=0.5, balls=[*large, *rest])
+        cue = Ball(id="cue", position=(0.0, -0.1), velocity=(SPEED, 0.0), radius=0.25)
+        scene = Scene(name="crowd", physics=ICE, t_max=0.5, balls=[*others, *rest, cue])
         yield ProvedTrial(f"crowd-{ratio:g}", scene)
 
 
