@@ -81,6 +81,7 @@ def test_numbers_that_make_no_sense_are_refused(wrong: dict[str, int]) -> None:
         measure_attribution(**{"shots": 1} | wrong)
 
 
+@pytest.mark.checkout
 def test_what_is_stored_holds_as_often_as_is_claimed() -> None:
     paths = sorted(STORE.glob("*/attribution.json"))
     assert paths
