@@ -35,6 +35,7 @@ from reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_
 from reference_adapters.certified.problem import problem_of
 from validation.certified_flow import PARTS, PLACE, SLIP, VELOCITY, ProvedBall
 from validation.slope import Slope
+from validation.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 
 FloatArray = NDArray[np.float64]
 
@@ -120,6 +121,11 @@ class CertifiedGrowth:
                 size = np.sqrt(np.maximum(variance, 0.0))
             sizes[:, k] = np.where(np.isfinite(variance), size, np.inf)
         return sizes
+
+    @property
+    def rounding_horizon(self) -> float:
+        """Until when `ROUNDINGS` roundings at each event leave the shot predictable [s]."""
+        return self.horizon(TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
 
     def horizon(self, tolerance: float, error: float) -> float:
         """Return until when errors stay within a tolerance [s].

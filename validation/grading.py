@@ -40,8 +40,6 @@ from validation.tolerances import (
     EPS,
     LEAST_SLIP,
     LOWEST_HOP,
-    ROUNDINGS,
-    TOLERANCE,
     UNIT_ROUNDOFF,
 )
 
@@ -172,9 +170,13 @@ def grade(
     scene = result.scene
     _check(result, certificate)
     exact = isinstance(result.trajectory, ExactTrajectory)
-    growth = growth_of_proof(scene, certificate) if growth is None else growth
-    horizon = growth.horizon(TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF) if horizon is None else horizon
-    map_end = math.nextafter(growth.derivative_ends, 0.0) if exact else math.inf
+    map_end = math.inf
+    if growth is None and (exact or horizon is None):
+        growth = growth_of_proof(scene, certificate)
+    if growth is not None:
+        horizon = growth.rounding_horizon if horizon is None else horizon
+        map_end = math.nextafter(growth.derivative_ends, 0.0) if exact else math.inf
+    assert horizon is not None  # given, or taken from the growth
     extent, why, until = _extent(certificate, horizon, _first_low_hop(scene, certificate))
     kinds = ALL_KINDS if exact else COLLISION_KINDS
     assert result.events is not None  # checked
@@ -193,7 +195,7 @@ def grade(
         before = _end_of_found(result, certificate, alignment, until)
     invented = tuple(j for j in alignment.invented.tolist() if result.events["t"][j] <= before)
     compared_at, errors = _position_errors(result, certificate, extent, min(until, map_end))
-    quality, no_quality = _quality(result, errors, UNIT_ROUNDOFF * growth.sizes([compared_at])[0])
+    quality, no_quality = _quality(result, errors, growth, compared_at)
     return Grade(
         extent,
         why,
@@ -411,10 +413,13 @@ def _distance(value: float, enclosure: Enclosure) -> float:
     return max(beyond, 0) / (1 << -lowest)
 
 
-def _quality(result: Result, errors: FloatArray, scale: FloatArray) -> tuple[float | None, str]:
-    """Return the largest error over its scale, (n,) [m] both, or None and why."""
-    if not isinstance(result.trajectory, ExactTrajectory):
+def _quality(
+    result: Result, errors: FloatArray, growth: CertifiedGrowth | None, t: float
+) -> tuple[float | None, str]:
+    """Return the largest error, (n,) [m], over what rounding does by t [s]; or None, and why."""
+    if growth is None or not isinstance(result.trajectory, ExactTrajectory):
         return None, f"engine `{result.engine}` records frames: its steps err by more than rounding"
+    scale = UNIT_ROUNDOFF * growth.sizes([t])[0]
     known = np.isfinite(scale)
     if not known.any():
         return None, "no derivative says what rounding does to the shot until then"

@@ -87,6 +87,9 @@ class Truth:
         How errors grow along the shot: as it is proved, or, where the proof isn't of the whole
         shot, as our engine says. None where nothing says it, or it wasn't asked, as for a closed
         form.
+    rounding_horizon : float [s]
+        Until when roundings leave the shot predictable, where all of it is proved and that is what
+        it is compared with; else inf.
     """
 
     kind: str | None
@@ -106,6 +109,7 @@ class Truth:
     certificate: Certificate | None = None
     no_certificate: str = "it was not asked for"
     growth: Growth | None = None
+    rounding_horizon: float = math.inf
 
     def horizon_of(self, resolution: float | None) -> float:
         """Return until when an engine can be compared with this truth [s]; inf: to the end.
@@ -206,13 +210,20 @@ def truth_of(
         truth = _from_our_run(ours, parts)
     else:
         truth = Truth(None, missing=missing)
-    growth = None
+    growth, horizon = None, math.inf
     if truth.kind != CLOSED_FORM and proof is not None and whole:
         proved = result_of(scene, proof, CertifiedSettings(), "trajectory")
-        growth = growth_of(proved, growth_of_proof(scene, proof))
+        of_proof = growth_of_proof(scene, proof)
+        growth, horizon = growth_of(proved, of_proof), of_proof.rounding_horizon
     elif truth.kind != CLOSED_FORM and ours is not None:
         growth = growth_of(ours)
-    return replace(truth, certificate=proof, no_certificate=no_proof, growth=growth)
+    return replace(
+        truth,
+        certificate=proof,
+        no_certificate=no_proof,
+        growth=growth,
+        rounding_horizon=horizon,
+    )
 
 
 def _why_partial(proof: Certificate | None, no_proof: str) -> str:
