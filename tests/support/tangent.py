@@ -20,8 +20,8 @@ class _MadeUp:
     def sizes(self, times: ArrayLike) -> NDArray[np.float64]:
         return np.tile(self.amplification, (len(np.atleast_1d(times)), 1))
 
-    def horizon(self, tolerance: float, error: float) -> float:
-        assert 0.0 < error < tolerance
+    @property
+    def rounding_horizon(self) -> float:
         return self.ends
 
 
