@@ -182,7 +182,7 @@ class CarriedChanges:
         return out
 
 
-@lru_cache(maxsize=4)  # the same for every engine
+@lru_cache(maxsize=4)  # by identity: a case that comes from another process has its own
 def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
     """Return how errors grow along what is proved of a shot, whose certificate has its motion."""
     assert certificate.knots is not None

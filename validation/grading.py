@@ -251,7 +251,7 @@ def _extent(certificate: Certificate, horizon: float, low_hop: float) -> tuple[E
     return "whole", "", math.inf
 
 
-@lru_cache(maxsize=4)  # the same for every engine
+@lru_cache(maxsize=4)  # by identity: a case that comes from another process has its own
 def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
     """Return when the first hop ends that stays below `LOWEST_HOP`, inf where none does [s].
 
