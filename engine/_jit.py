@@ -120,9 +120,27 @@ def kernel(function: Any = None, *, inline: bool = False, entry: bool = False) -
             dispatcher = numba.njit(cache=True, **options)(function)
         finally:
             _config.CACHE_DIR = previous
+        _save_one_at_a_time(dispatcher, directory)
     if not entry:
         dispatcher.__class__ = _InnerKernel
     return _without_literals(dispatcher)
+
+
+def _save_one_at_a_time(dispatcher: Any, directory: Path) -> None:
+    """Let no two processes keep what they compiled of one kernel at the same time.
+
+    numba reads the kernel's index, picks the next free name, and writes index and machine code
+    under it. Of two that do so side by side, each for its own variant, one's index may be left with
+    the other's code: from then on that variant can't be loaded, nor compiled.
+    """
+    file = dispatcher._cache._cache_file
+    save = file.save
+
+    def save_alone(key: Any, data: Any) -> None:
+        with FileLock(directory / "saving.lock"):
+            save(key, data)
+
+    file.save = save_alone
 
 
 def _without_literals(dispatcher: Any) -> Any:

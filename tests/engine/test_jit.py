@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from threading import Thread
 
 import pytest
 from kernels import entry_to
@@ -124,6 +125,25 @@ def test_a_kernel_outside_the_engine_uses_what_is_in_its_file_alone():
 
 def twice(x):
     return x + x
+
+
+@pytest.mark.compiled
+def test_what_two_compile_of_one_kernel_at_once_is_all_kept(monkeypatch, tmp_path):
+    """Index and code of two variants were mixed up: neither could be loaded or compiled again."""
+    monkeypatch.setattr(_jit, "cache_directory", lambda: tmp_path)
+    first, second = (_jit.kernel(twice)._cache._cache_file for _ in range(2))
+    beside = Thread(target=lambda: second.save("second", 2))
+    save_index = first._save_index
+
+    def save_index_late(overloads):
+        beside.start()
+        beside.join(0.5)  # as long as it would take, were it not for the lock
+        save_index(overloads)
+
+    monkeypatch.setattr(first, "_save_index", save_index_late)
+    first.save("first", 1)
+    beside.join()
+    assert (first.load("first"), first.load("second")) == (1, 2)
 
 
 @pytest.mark.parametrize("name", ["get_host_cpu_name", "get_host_cpu_features"])
