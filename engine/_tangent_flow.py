@@ -47,6 +47,7 @@ from engine._tangent_state import (
     PRE_WY,
     PRE_WZ,
     ROW,
+    SIGN_KNOTS,
     SIGN_ROWS,
     SIGNS,
     TAU,
@@ -262,6 +263,7 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: i
     compared with radii, and as what the ball covers while the clock, at t, rounds.
 
     The signs are a function of the ball's first place among all, and of how many knots it has had.
+    Balls that meet must not share them: their errors would cancel.
     """
     slides = run.knots[k, PHASE] == SLIDING
     radius = run.state[ball, RADIUS]
@@ -283,7 +285,7 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: i
     if not slides:
         turn_x, turn_y = 0.0, 0.0
     size = run.rounding
-    knot = _mixed(_mixed(run.rank[ball]) + (k - run.first[ball]))
+    knot = run.rank[ball] + SIGN_KNOTS * (k - run.first[ball])
     at = SIGNS + (knot % SIGN_ROWS) * ROW
     row, signs = run.work[place * ROW : (place + 1) * ROW], run.work[at : at + ROW]
     _add_signed(run.lanes, row, signs, size * x, size * y, size * speed_x, size * speed_y)
@@ -312,9 +314,3 @@ def _add_signed_turns(
         row[DWX + lane] += wx * signs[DWX + lane]
         row[DWY + lane] += wy * signs[DWY + lane]
         row[DWZ + lane] += wz * signs[DWZ + lane]
-
-
-@kernel(inline=True)
-def _mixed(number: int) -> int:
-    """Return bits that look random, a function of the number: one congruential step."""
-    return ((int(number) * 2862933555777941757 + 3037000493) & 0x7FFFFFFFFFFFFFFF) >> 33

@@ -30,7 +30,8 @@ THETA = TAU + LANES  # by what angle the normal of the contact is turned
 SEEN = THETA + LANES  # perturbations of what a law is given, in the frame of the contact
 GIVEN = SEEN + 10 * LANES  # and of what it gives
 SIGNS = GIVEN + 7 * LANES  # SIGN_ROWS rows of random signs, 1 and -1
-SIGN_ROWS = 64
+SIGN_ROWS = 1024
+SIGN_KNOTS = 32  # rows from one knot of a ball to its next: no two share one among 32 balls' first
 WORK = SIGNS + SIGN_ROWS * ROW
 
 LAW_IN = 10  # numbers that a law is given: velocity and angular velocity of two balls
