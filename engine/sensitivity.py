@@ -264,12 +264,13 @@ def _arrays(
         time=np.ascontiguousarray(events["t"]),
         what=what,
         rounding=rounding,
+        signs=signs,
         tangent=np.empty(int(first[-1]) * s.ROW),
         shift=np.empty(m * s.LANES),
         at=np.zeros(n, dtype=np.int64),
         due=np.zeros(n, dtype=np.int64),
         motion=np.zeros((2, s.PRE_COLUMNS)),
-        work=_work(signs).copy(),
+        work=np.zeros(s.WORK),
         law=np.zeros((s.LAW_OUT, s.LAW_IN)),
     )
 
@@ -292,15 +293,6 @@ def _growing() -> AbstractContextManager[None]:
     A long chaotic motion does that to a derivative. Compiled kernels never warn; others would.
     """
     return np.errstate(over="ignore", invalid="ignore")
-
-
-@cache
-def _work(number: int) -> FloatArray:
-    """Return what `Tangents.work` holds at first: the signs of this number, always the same."""
-    work = np.zeros(s.WORK)
-    signs = np.random.default_rng(53 + number).integers(0, 2, s.SIGN_ROWS * s.ROW)
-    work[s.SIGNS :] = 2.0 * signs - 1.0
-    return work
 
 
 def warm_up(scene: Scene) -> None:
