@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from engine import EVENT_DTYPE, EventKind, Record, Result, SampledTrajectory, Scene, Status
+from engine import EVENT_DTYPE, EventKind, Record, Result, SampledTrajectory, Samples, Scene, Status
 from engine.result import COLLISION_KINDS
 from engine.scene import CUSHIONS
 
@@ -87,14 +87,8 @@ def _of_end(result: Result, scene: Scene) -> str:
     if not _is_number(t) or not (failed or (math.isfinite(t) and t >= 0.0)):
         return f"`rest_time` must be finite and at least 0 s, got {_shown(t)}"
     wanted = (1, len(scene.balls), 3)
-    names = ("positions", "velocities", "angular_velocities")
-    for name in names:
-        array = getattr(result.final_state, name, None)
-        if not isinstance(array, np.ndarray) or array.dtype.kind != "f" or array.shape != wanted:
-            return (
-                f"`final_state.{name}` must be an array of floats with shape {wanted}, got "
-                f"{_shown(array)}"
-            )
+    if problem := _of_states("final_state", result.final_state, wanted):
+        return problem
     positions = result.rest_positions
     lost = np.flatnonzero(~np.isfinite(positions).all(axis=1))
     if len(lost) and not failed:
@@ -217,11 +211,16 @@ def _of_motion(result: Result, scene: Scene, record: Record) -> str:
     if not np.isfinite(times).all() or (np.diff(times) < 0.0).any():
         return "`trajectory.times` must be finite and never decrease"
     shape = (len(times), len(scene.balls), 3)
-    for name in ("positions", "velocities", "angular_velocities"):
-        array = getattr(motion, name)
+    return _of_states("trajectory", motion, shape)
+
+
+def _of_states(where: str, states: object, shape: tuple[int, ...]) -> str:
+    """Look at positions, velocities and angular velocities."""
+    for name in Samples._fields:
+        array = getattr(states, name, None)
         if not isinstance(array, np.ndarray) or array.dtype.kind != "f" or array.shape != shape:
             return (
-                f"`trajectory.{name}` must be an array of floats with shape {shape}, got "
+                f"`{where}.{name}` must be an array of floats with shape {shape}, got "
                 f"{_shown(array)}"
             )
     return ""
