@@ -47,11 +47,12 @@ from engine._tangent_state import (
     PRE_WY,
     PRE_WZ,
     ROW,
-    SIGN_ROWS,
-    SIGNS,
     TAU,
     Tangents,
 )
+
+_BITS = 0x7FFFFFFFFFFFFFFF
+"""So many that a whole number of the compiler's has, without its sign."""
 
 
 @kernel(inline=True)
@@ -261,7 +262,8 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: i
     axis is so to the last bit in our engine. A place is as uncertain as its gaps, which are
     compared with radii, and as what the ball covers while the clock, at t, rounds.
 
-    The signs are a function of the ball's first place among all, and of how many knots it has had.
+    The signs are a function of the ball's first place among all, and of how many knots it has had:
+    no two roundings share them, or their errors would cancel or add up.
     """
     slides = run.knots[k, PHASE] == SLIDING
     radius = run.state[ball, RADIUS]
@@ -283,9 +285,8 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: i
     if not slides:
         turn_x, turn_y = 0.0, 0.0
     size = run.rounding
-    knot = _mixed(_mixed(run.rank[ball]) + (k - run.first[ball]))
-    at = SIGNS + (knot % SIGN_ROWS) * ROW
-    row, signs = run.work[place * ROW : (place + 1) * ROW], run.work[at : at + ROW]
+    signs = _mixed((int(run.signs) << 56) + (int(run.rank[ball]) << 32) + int(k - run.first[ball]))
+    row = run.work[place * ROW : (place + 1) * ROW]
     _add_signed(run.lanes, row, signs, size * x, size * y, size * speed_x, size * speed_y)
     if run.laws.slides:
         _add_signed_turns(run.lanes, row, signs, size * turn_x, size * turn_y, size * spin)
@@ -293,28 +294,39 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: i
 
 @kernel(inline=True)
 def _add_signed(
-    lanes: int, row: FloatArray, signs: FloatArray, x: float, y: float, vx: float, vy: float
+    lanes: int, row: FloatArray, signs: int, x: float, y: float, vx: float, vy: float
 ) -> None:
     """Add position and velocity, with these signs, to a perturbation."""
     for lane in range(lanes):
-        row[DX + lane] += x * signs[DX + lane]
-        row[DY + lane] += y * signs[DY + lane]
-        row[DVX + lane] += vx * signs[DVX + lane]
-        row[DVY + lane] += vy * signs[DVY + lane]
+        row[DX + lane] += x * _sign(signs, DX + lane)
+        row[DY + lane] += y * _sign(signs, DY + lane)
+        row[DVX + lane] += vx * _sign(signs, DVX + lane)
+        row[DVY + lane] += vy * _sign(signs, DVY + lane)
 
 
 @kernel(inline=True)
 def _add_signed_turns(
-    lanes: int, row: FloatArray, signs: FloatArray, wx: float, wy: float, wz: float
+    lanes: int, row: FloatArray, signs: int, wx: float, wy: float, wz: float
 ) -> None:
     """Add an angular velocity, with these signs, to a perturbation."""
     for lane in range(lanes):
-        row[DWX + lane] += wx * signs[DWX + lane]
-        row[DWY + lane] += wy * signs[DWY + lane]
-        row[DWZ + lane] += wz * signs[DWZ + lane]
+        row[DWX + lane] += wx * _sign(signs, DWX + lane)
+        row[DWY + lane] += wy * _sign(signs, DWY + lane)
+        row[DWZ + lane] += wz * _sign(signs, DWZ + lane)
+
+
+@kernel(inline=True)
+def _sign(signs: int, place: int) -> float:
+    return 1.0 - 2.0 * ((signs >> place) & 1)
 
 
 @kernel(inline=True)
 def _mixed(number: int) -> int:
-    """Return bits that look random, a function of the number: one congruential step."""
-    return ((int(number) * 2862933555777941757 + 3037000493) & 0x7FFFFFFFFFFFFFFF) >> 33
+    """Return 63 bits that look random, a function of the number, which has at most so many.
+
+    As Steele, Lea and Flood (2014), "Fast splittable pseudorandom number generators", in 63 bits.
+    """
+    bits = (number * 0x1E3779B97F4A7C15) & _BITS
+    bits = ((bits ^ (bits >> 30)) * 0x3F58476D1CE4E5B9) & _BITS
+    bits = ((bits ^ (bits >> 27)) * 0x14D049BB133111EB) & _BITS
+    return bits ^ (bits >> 31)

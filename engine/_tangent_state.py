@@ -29,9 +29,7 @@ TAU = 2 * ROW  # how much later the event comes [s]
 THETA = TAU + LANES  # by what angle the normal of the contact is turned
 SEEN = THETA + LANES  # perturbations of what a law is given, in the frame of the contact
 GIVEN = SEEN + 10 * LANES  # and of what it gives
-SIGNS = GIVEN + 7 * LANES  # SIGN_ROWS rows of random signs, 1 and -1
-SIGN_ROWS = 64
-WORK = SIGNS + SIGN_ROWS * ROW
+WORK = GIVEN + 7 * LANES
 
 LAW_IN = 10  # numbers that a law is given: velocity and angular velocity of two balls
 LAW_OUT = 7  # and gives at most: a `BallImpulse`
@@ -78,6 +76,7 @@ class Tangents(NamedTuple):
     time: FloatArray  # (m,) of the events [s]
     what: IntArray  # (m, 3): EventKind, a, b
     rounding: float  # size of the perturbation that each event adds, over the state's; 0: none
+    signs: int  # which random signs that perturbation has
     tangent: FloatArray  # (k ROW,) just after each knot; not finite: none of first order exists
     shift: FloatArray  # (m LANES,) how much later each event comes [s]
     at: IntArray  # (n,) the knot that each ball has come to

@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 import json
 import math
+import traceback
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,10 +14,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.errors import GhostballError
+from engine.errors import EngineFailedError, GhostballError
 from engine.fingerprint import bits_hash
 from engine.scene import CUSHIONS, Scene
-from engine.trajectory import Energy, ExactTrajectory, Samples, Trajectory, energy_of
+from engine.trajectory import (
+    Energy,
+    ExactTrajectory,
+    SampledTrajectory,
+    Samples,
+    Trajectory,
+    energy_of,
+)
 
 if TYPE_CHECKING:
     from engine.sensitivity import TangentMap
@@ -128,8 +136,13 @@ class Result:
         ------
         GhostballError
             Where the run recorded nothing to sample from, or a time is negative or NaN.
+        EngineFailedError
+            Where the engine brought a trajectory of its own, and that raises or returns no states.
         """
-        return self._recorded().sample(_instants(times))
+        t, trajectory = _instants(times), self._recorded()
+        if type(trajectory) in (ExactTrajectory, SampledTrajectory):
+            return trajectory.sample(t)
+        return _sampled_by(self.engine, trajectory, t, len(self.scene.balls))
 
     def energy(self, times: ArrayLike) -> Energy:
         """Return the total energy at `times` [J], split in translation, rotation and height.
@@ -288,6 +301,25 @@ class Result:
                 "`ghostball` records exact motion"
             )
         return trajectory
+
+
+def _sampled_by(engine: str, trajectory: Trajectory, times: NDArray[np.float64], n: int) -> Samples:
+    """Sample a trajectory that an engine brought, and that it answers for."""
+    try:
+        samples = Samples(*trajectory.sample(times))
+    except (Exception, SystemExit) as error:
+        reason = f"`trajectory.sample` raised {type(error).__name__}: {error}"
+        trace = "".join(traceback.format_exception(error))
+        raise EngineFailedError(engine, reason, trace) from error
+    wanted = (len(times), n, 3)
+    for name, array in samples._asdict().items():
+        if not isinstance(array, np.ndarray) or array.dtype.kind != "f" or array.shape != wanted:
+            got = getattr(array, "shape", type(array).__name__)
+            raise EngineFailedError(
+                engine,
+                f"`trajectory.sample` must return {name} as floats of shape {wanted}, got {got}",
+            )
+    return samples
 
 
 def _instants(times: ArrayLike) -> NDArray[np.float64]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
@@ -13,8 +14,12 @@ from ghostball._options import engines_option
 from ghostball._terminal import ExitStatus, command, say, stdout
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+
     from validation.bench import Measurement
     from validation.bench.peer_engines import Peer
+
+    M = TypeVar("M", bound=Measurement)
 
 app = typer.Typer(
     name="bench",
@@ -62,6 +67,14 @@ PeerPython = Annotated[
     ),
 ]
 
+Shots = Annotated[
+    int | None, typer.Option(min=1, help="How many random shots (default: all that --store keeps).")
+]
+First = Annotated[
+    int, typer.Option(min=0, help="Number of the first shot: the same number, the same shot.")
+]
+Jobs = Annotated[int, typer.Option(min=1, help="Processes.")]
+
 
 @app.callback(invoke_without_command=True)
 @command
@@ -84,22 +97,19 @@ def targets(
             )
         return
     from ghostball._bench_tables import targets_tables  # noqa: PLC0415
-    from ghostball._progress import counting  # noqa: PLC0415
     from validation import bench  # noqa: PLC0415
 
     workloads = bench.chosen_workloads(only)
     with _peers(peers, peer_python) as compared:
         paths = _paths("targets", out, store, part=only is not None or quick)
-        with counting("measuring") as count:
-            measured = bench.measure_targets(
-                workloads,
-                compared,
-                rounds=1 if quick else repeats,
-                size=bench.QUICK if quick else bench.FULL,
-                progress=count,
-            )
-    stdout().print(targets_tables(measured))
-    _finish(measured, paths)
+        measure = partial(
+            bench.measure_targets,
+            workloads,
+            compared,
+            rounds=1 if quick else repeats,
+            size=bench.QUICK if quick else bench.FULL,
+        )
+        _measured(measure, targets_tables, paths)
 
 
 @app.command()
@@ -114,20 +124,17 @@ def scaling(
 ) -> None:
     """Measure time per event against number of balls and packing."""
     from ghostball._bench_tables import scaling_tables  # noqa: PLC0415
-    from ghostball._progress import counting  # noqa: PLC0415
     from validation import bench  # noqa: PLC0415
 
     with _peers(peers, peer_python) as compared:
         paths = _paths("scaling", out, store, part=quick)
-        with counting("measuring") as count:
-            measured = bench.measure_scaling(
-                compared,
-                rounds=1 if quick else repeats,
-                extent=bench.TINY if quick else bench.WIDE,
-                progress=count,
-            )
-    stdout().print(scaling_tables(measured))
-    _finish(measured, paths)
+        measure = partial(
+            bench.measure_scaling,
+            compared,
+            rounds=1 if quick else repeats,
+            extent=bench.TINY if quick else bench.WIDE,
+        )
+        _measured(measure, scaling_tables, paths)
 
 
 @app.command()
@@ -147,16 +154,12 @@ def skips(
 ) -> None:
     """Run scenes with each skip off and on; exit with 1 where one changes an answer."""
     from ghostball._bench_tables import skips_tables  # noqa: PLC0415
-    from ghostball._progress import counting  # noqa: PLC0415
     from validation import bench  # noqa: PLC0415
     from validation.library import select  # noqa: PLC0415
 
     chosen = [*select(scenes)] if scenes else [*select(), *bench.many_balls()]
     paths = _paths("skips", out, store, part=bool(scenes))
-    with counting("comparing") as count:
-        measured = bench.measure_skips(chosen, rounds=repeats, progress=count)
-    stdout().print(skips_tables(measured))
-    _finish(measured, paths)
+    measured = _measured(partial(bench.measure_skips, chosen, rounds=repeats), skips_tables, paths)
     if measured.defects:
         say(f"[bold red]Answers that a skip changes: {len(measured.defects)};[/] see above")
         raise typer.Exit(ExitStatus.CHECK_FAILED)
@@ -165,27 +168,16 @@ def skips(
 @app.command()
 @command
 def accuracy(
-    shots: Annotated[
-        int | None, typer.Option(min=1, help="How many random shots (default: 10 000).")
-    ] = None,
-    first: Annotated[
-        int, typer.Option(min=0, help="Number of the first shot: the same number, the same shot.")
-    ] = 0,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
-    out: Out = None,
-    store: Store = False,
+    shots: Shots = None, first: First = 0, jobs: Jobs = 2, out: Out = None, store: Store = False
 ) -> None:
-    """Prove random shots and grade our engine by them; exit with 1 where it breaks a limit."""
+    """Prove 10 000 random shots and grade our engine by them; exit with 1 if it breaks a limit."""
     from ghostball._bench_tables import accuracy_tables  # noqa: PLC0415
-    from ghostball._progress import counting  # noqa: PLC0415
-    from validation import bench  # noqa: PLC0415
-    from validation.bench.accuracy import SHOTS  # noqa: PLC0415
+    from validation.bench import accuracy as bench  # noqa: PLC0415
 
-    paths = _paths("accuracy", out, store, part=first > 0 or (shots or SHOTS) < SHOTS)
-    with counting("grading") as count:
-        measured = bench.measure_accuracy(shots or SHOTS, first=first, jobs=jobs, progress=count)
-    stdout().print(accuracy_tables(measured))
-    _finish(measured, paths)
+    shots = shots or bench.SHOTS
+    paths = _paths("accuracy", out, store, part=first > 0 or shots < bench.SHOTS)
+    measure = partial(bench.measure_accuracy, shots, first=first, jobs=jobs)
+    measured = _measured(measure, accuracy_tables, paths)
     if measured.faulty:
         say(f"[bold red]Shots that break a limit of every scene: {len(measured.faulty)}[/]")
         raise typer.Exit(ExitStatus.CHECK_FAILED)
@@ -194,31 +186,20 @@ def accuracy(
 @app.command()
 @command
 def attribution(
-    shots: Annotated[
-        int | None, typer.Option(min=1, help="How many random shots (default: 200).")
-    ] = None,
-    first: Annotated[
-        int, typer.Option(min=0, help="Number of the first shot: the same number, the same shot.")
-    ] = 0,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
-    out: Out = None,
-    store: Store = False,
+    shots: Shots = None, first: First = 0, jobs: Jobs = 2, out: Out = None, store: Store = False
 ) -> None:
     """Count how often the bound of a model error that `explain` gives holds.
 
-    Random shots on engines whose model error is known. Exit status 1 where fewer than 95 % of the
-    bounds hold.
+    200 random shots on engines whose model error is known. Exit status 1 where fewer than 95 % of
+    the bounds hold.
     """
     from ghostball._bench_tables import attribution_tables  # noqa: PLC0415
-    from ghostball._progress import counting  # noqa: PLC0415
-    from validation import bench  # noqa: PLC0415
-    from validation.bench.attribution import SHOTS  # noqa: PLC0415
+    from validation.bench import attribution as bench  # noqa: PLC0415
 
-    paths = _paths("attribution", out, store, part=first > 0 or (shots or SHOTS) < SHOTS)
-    with counting("attributing") as count:
-        measured = bench.measure_attribution(shots or SHOTS, first=first, jobs=jobs, progress=count)
-    stdout().print(attribution_tables(measured))
-    _finish(measured, paths)
+    shots = shots or bench.SHOTS
+    paths = _paths("attribution", out, store, part=first > 0 or shots < bench.SHOTS)
+    measure = partial(bench.measure_attribution, shots, first=first, jobs=jobs)
+    measured = _measured(measure, attribution_tables, paths)
     if measured.failing:
         say(f"[bold red]Too few bounds hold:[/] {', '.join(measured.failing)}")
         raise typer.Exit(ExitStatus.CHECK_FAILED)
@@ -257,7 +238,6 @@ def precision(
     RESULTS, a folder that `validate` wrote, it joins that folder's report.
     """
     from ghostball._precision_tables import precision_tables  # noqa: PLC0415
-    from ghostball._progress import counting  # noqa: PLC0415
     from reference_adapters import split_specs  # noqa: PLC0415
     from validation import bench  # noqa: PLC0415
     from validation.bench.precision import TINY, WIDE  # noqa: PLC0415
@@ -266,16 +246,14 @@ def precision(
     asked = bench.PRECISION_ENGINES if engines is None else split_specs(engines)
     chosen = select(scenes or (bench.QUICK_SCENES if quick else bench.DEFAULT_SCENES))
     paths = _paths("precision", out, store, part=bool(scenes) or engines is not None or quick)
-    with counting("measuring") as count:
-        measured = bench.measure_precision(
-            chosen,
-            asked,
-            rounds=1 if quick else repeats,
-            extent=TINY if quick else WIDE,
-            progress=count,
-        )
-    stdout().print(precision_tables(measured))
-    _finish(measured, paths)
+    measure = partial(
+        bench.measure_precision,
+        chosen,
+        asked,
+        rounds=1 if quick else repeats,
+        extent=TINY if quick else WIDE,
+    )
+    _measured(measure, precision_tables, paths)
 
 
 @contextmanager
@@ -312,10 +290,16 @@ def _paths(kind: str, out: Path | None, store: bool, *, part: bool) -> dict[str,
     return paths
 
 
-def _finish(measured: Measurement, paths: dict[str, Path]) -> None:
-    """Write what was measured, and end with 130 where it was interrupted."""
+def _measured(
+    measure: Callable[..., M], tables: Callable[[M], RenderableType], paths: dict[str, Path]
+) -> M:
+    """Measure, show it, and write it; end with 130 where that was interrupted."""
+    from ghostball._progress import counting  # noqa: PLC0415
     from validation.bench import measurements  # noqa: PLC0415
 
+    with counting("measuring") as count:
+        measured = measure(progress=count)
+    stdout().print(tables(measured))
     for option, path in paths.items():
         if measured.interrupted and not measured.anything:
             continue
@@ -327,3 +311,4 @@ def _finish(measured: Measurement, paths: dict[str, Path]) -> None:
     if measured.interrupted:
         say("[bold]Interrupted:[/] the tables hold what was measured until then")
         raise typer.Exit(ExitStatus.INTERRUPTED)
+    return measured

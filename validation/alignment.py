@@ -134,11 +134,6 @@ class Alignment:
     invented: IntArray
     first: Difference | None
 
-    @property
-    def agrees(self) -> bool:
-        """Whether every event has its partner."""
-        return self.first is None
-
 
 @lru_cache(maxsize=4)  # every engine's run is aligned with it, and looks its times up
 def proved_log(certificate: Certificate) -> Log:
@@ -161,18 +156,6 @@ def log_of(choices: Sequence[Choice], times: FloatArray) -> Log:
     apart = np.diff(times) > TIE * times[1:]
     windows = np.concatenate(([0], np.cumsum(apart)))[: len(times)]
     return Log(choices, times, windows.astype(np.int64), np.arange(len(times)))
-
-
-def align_events(
-    certificate: Certificate, events: Events, kinds: Sequence[EventKind] = ALL_KINDS
-) -> Alignment:
-    """Align the events of a result with those of a certificate; see `align`.
-
-    `kinds` are those that are compared: `COLLISION_KINDS` for an engine that reports no others.
-    """
-    logs = (proved_log(certificate), found_log(events))
-    proved, found = (log.only(np.array([c.kind in kinds for c in log.choices])) for log in logs)
-    return align(proved, found)
 
 
 def align(proved: Log, found: Log) -> Alignment:

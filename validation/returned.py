@@ -13,14 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from engine import EVENT_DTYPE, EventKind, Record, Result, SampledTrajectory, Scene, Status
+from engine import EVENT_DTYPE, EventKind, Record, Result, SampledTrajectory, Samples, Scene, Status
 from engine.result import COLLISION_KINDS
 from engine.scene import CUSHIONS
 
 MOST = 2**53
 """Largest count: beyond it JSON's readers, whose numbers are doubles, lose ones."""
 
-_PLAIN = (str, int, float, bool, type(None))
 _MEND = "Mend `simulate` of engine `{engine}`; `Result` in engine/result.py says what it must hold"
 
 
@@ -88,14 +87,8 @@ def _of_end(result: Result, scene: Scene) -> str:
     if not _is_number(t) or not (failed or (math.isfinite(t) and t >= 0.0)):
         return f"`rest_time` must be finite and at least 0 s, got {_shown(t)}"
     wanted = (1, len(scene.balls), 3)
-    names = ("positions", "velocities", "angular_velocities")
-    for name in names:
-        array = getattr(result.final_state, name, None)
-        if not isinstance(array, np.ndarray) or array.dtype.kind != "f" or array.shape != wanted:
-            return (
-                f"`final_state.{name}` must be an array of floats with shape {wanted}, got "
-                f"{_shown(array)}"
-            )
+    if problem := _of_states("final_state", result.final_state, wanted):
+        return problem
     positions = result.rest_positions
     lost = np.flatnonzero(~np.isfinite(positions).all(axis=1))
     if len(lost) and not failed:
@@ -112,23 +105,25 @@ def _of_numbers(result: Result) -> str:
     t = result.wall_time
     if not _is_number(t) or not (math.isfinite(t) and t >= 0.0):
         return f"`wall_time` must be finite and at least 0 s, got {_shown(t)}"
-    if not isinstance(result.work, Mapping):
-        return f"`work` must be a mapping of texts to whole numbers, got {_shown(result.work)}"
-    for name, count in result.work.items():
-        if not isinstance(name, str):
-            return f"`work` must have texts as names, got {_shown(name)}"
-        if not _is_count(count):
-            return f"`work[{name!r}]` must be a whole number from 0 to 2^53, got {_shown(count)}"
-    if not isinstance(result.settings, Mapping):
-        return f"`settings` must be a mapping of texts to values, got {_shown(result.settings)}"
-    for name, value in result.settings.items():
-        if not isinstance(name, str):
-            return f"`settings` must have texts as names, got {_shown(name)}"
-        if not isinstance(value, _PLAIN) or (isinstance(value, float) and not math.isfinite(value)):
-            return (
-                f"`settings[{name!r}]` must be a text, a finite number, a truth value or None, got "
-                f"{_shown(value)}"
-            )
+    return _of_mapping("work", result.work, _is_count, "a whole number from 0 to 2^53") or (
+        _of_mapping(
+            "settings",
+            result.settings,
+            _is_plain,
+            "a text, a finite number, a truth value or None",
+        )
+    )
+
+
+def _of_mapping(name: str, value: object, allowed: Callable[[object], bool], rule: str) -> str:
+    """Look at what must be a mapping of texts to values of a kind."""
+    if not isinstance(value, Mapping):
+        return f"`{name}` must be a mapping of texts, each to {rule}, got {_shown(value)}"
+    for key, one in value.items():
+        if not isinstance(key, str):
+            return f"`{name}` must have texts as names, got {_shown(key)}"
+        if not allowed(one):
+            return f"`{name}[{key!r}]` must be {rule}, got {_shown(one)}"
     return ""
 
 
@@ -216,11 +211,16 @@ def _of_motion(result: Result, scene: Scene, record: Record) -> str:
     if not np.isfinite(times).all() or (np.diff(times) < 0.0).any():
         return "`trajectory.times` must be finite and never decrease"
     shape = (len(times), len(scene.balls), 3)
-    for name in ("positions", "velocities", "angular_velocities"):
-        array = getattr(motion, name)
+    return _of_states("trajectory", motion, shape)
+
+
+def _of_states(where: str, states: object, shape: tuple[int, ...]) -> str:
+    """Look at positions, velocities and angular velocities."""
+    for name in Samples._fields:
+        array = getattr(states, name, None)
         if not isinstance(array, np.ndarray) or array.dtype.kind != "f" or array.shape != shape:
             return (
-                f"`trajectory.{name}` must be an array of floats with shape {shape}, got "
+                f"`{where}.{name}` must be an array of floats with shape {shape}, got "
                 f"{_shown(array)}"
             )
     return ""
@@ -233,6 +233,12 @@ def _is_number(value: object) -> bool:
 def _is_count(value: object) -> bool:
     whole = isinstance(value, Integral) and not isinstance(value, bool | np.bool_)
     return whole and 0 <= int(value) <= MOST  # type: ignore[call-overload]
+
+
+def _is_plain(value: object) -> bool:
+    if isinstance(value, float):
+        return math.isfinite(value)
+    return isinstance(value, str | int | None)
 
 
 def _shown(value: object) -> str:

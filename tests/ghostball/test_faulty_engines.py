@@ -75,6 +75,23 @@ def test_an_engine_that_fails_is_named_and_the_status_is_1(command, does):
     assert "ghostball itself failed" not in result.output
 
 
+MOTIONS = {
+    "lose-motion": "`trajectory.sample` raised RuntimeError: lost the motion",
+    "cut-motion": "`trajectory.sample` must return positions as floats of shape (",
+}
+
+
+@pytest.mark.usefixtures("faulty", "in_this_process")
+@pytest.mark.parametrize("does", MOTIONS)
+def test_a_motion_that_cannot_be_sampled_is_the_engines_failure_of_that_case_alone(does):
+    # It is sampled long after the engine's `simulate` has returned, while metrics are computed.
+    result = run(*COMMANDS["validate"], f"faulty:does={does},ghostball")
+    assert result.exit_code == 1, result.output
+    assert f"did not finish stop on faulty:does={does}: {MOTIONS[does]}" in result.output
+    assert "ghostball itself failed" not in result.output
+    assert "8 checks passed, 0 failed, cases that did not finish: 1" in result.output
+
+
 @pytest.mark.usefixtures("faulty")
 @pytest.mark.parametrize("command", ["simulate", "explain"])
 def test_a_crash_and_a_hang_are_the_engines_too(command):

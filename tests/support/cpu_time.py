@@ -49,31 +49,16 @@ class Meter:
     """Measures each phase of each test: what it sets up, the test, what it takes down."""
 
     def __init__(self) -> None:
-        self.phase = 0.0  # of the phase that ended last [s]
+        self.before = 0.0  # what had been used when the phase began [s]
 
-    def _measure(self) -> Iterator[None]:
-        begin = used()
-        try:
-            return (yield)
-        finally:
-            self.phase = used() - begin
-
-    @pytest.hookimpl(wrapper=True, tryfirst=True)
-    def pytest_runtest_setup(self) -> Iterator[None]:
-        return (yield from self._measure())
-
-    @pytest.hookimpl(wrapper=True, tryfirst=True)
-    def pytest_runtest_call(self) -> Iterator[None]:
-        return (yield from self._measure())
-
-    @pytest.hookimpl(wrapper=True, tryfirst=True)
-    def pytest_runtest_teardown(self) -> Iterator[None]:
-        return (yield from self._measure())
+    def pytest_runtest_logstart(self) -> None:
+        self.before = used()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self) -> Iterator[None]:
         report = yield
-        report.cpu_seconds = self.phase
+        now = used()
+        report.cpu_seconds, self.before = now - self.before, now
         return report
 
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import validation.alignment
-from engine import EventKind, simulate
-from engine.result import COLLISION_KINDS
+from engine import EventKind, Scene, simulate
+from engine.result import COLLISION_KINDS, Events
 from reference_adapters.certified import Choice, certify
-from validation.alignment import Alignment, Log, align, align_events, found_log, log_of, proved_log
+from validation.alignment import Alignment, Log, align, found_log, log_of, proved_log
 from validation.library import find_scene
 
 CHOICES = {
@@ -21,6 +21,11 @@ CHOICES = {
     "C": Choice(EventKind.ROLL_TO_REST, 3, -1),  # nor with either
     "X": Choice(EventKind.BALL_BALL, 1, 2),  # one with A, one with B
 }
+
+
+def aligned(scene: Scene, events: Events) -> Alignment:
+    """Align events of a scene with the proved ones."""
+    return align(proved_log(certify(scene)), found_log(events))
 
 
 def log(text: str) -> Log:
@@ -71,7 +76,7 @@ def test_what_has_no_partner(
     alignment = align(log(proved), log(found))
     assert alignment.missing.tolist() == missing
     assert alignment.invented.tolist() == invented
-    assert alignment.agrees == (not missing and not invented)
+    assert (alignment.first is None) == (not missing and not invented)
 
 
 def test_the_first_difference_says_what_came_instead() -> None:
@@ -175,23 +180,24 @@ def test_our_engine_finds_what_is_proved(name: str) -> None:
     scene = find_scene(name)
     events = simulate(scene, record="events").events
     assert events is not None
-    alignment = align_events(certify(scene), events)
-    assert alignment.agrees
+    alignment = aligned(scene, events)
+    assert alignment.first is None
     assert alignment.proved.tolist() == list(range(len(events)))
     without = np.delete(events, 2)
-    assert align_events(certify(scene), without).missing.tolist() == [2]
+    assert aligned(scene, without).missing.tolist() == [2]
     doubled = np.insert(events, 2, events[2])
-    assert len(align_events(certify(scene), doubled).invented) == 1
+    assert len(aligned(scene, doubled).invented) == 1
 
 
 def test_an_engine_that_reports_collisions_only_is_aligned_by_these() -> None:
     scene = find_scene("break-7")
     events = simulate(scene, record="events").events
     assert events is not None
-    certificate = certify(scene)
     collisions = events[np.isin(events["kind"], COLLISION_KINDS)]
-    assert len(align_events(certificate, collisions).missing) == len(events) - len(collisions)
-    assert align_events(certificate, collisions, COLLISION_KINDS).agrees
+    assert len(aligned(scene, collisions).missing) == len(events) - len(collisions)
+    proved = proved_log(certify(scene))
+    proved = proved.only(np.array([one.kind in COLLISION_KINDS for one in proved.choices]))
+    assert align(proved, found_log(collisions)).first is None
 
 
 def test_the_lower_ball_comes_first_in_a_log() -> None:

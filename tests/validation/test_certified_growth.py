@@ -14,6 +14,7 @@ from engine import Scene, simulate
 from reference_adapters.certified import certify
 from validation.certified_growth import growth_of_proof
 from validation.library import find_scene
+from validation.random_shots import random_shot
 from validation.slope import Slope
 from validation.stress.proved import own_words
 
@@ -142,6 +143,23 @@ def test_what_our_engine_says_of_itself_agrees(name: str) -> None:
     scene = find_scene(name)
     result, proof = simulate(scene, record="trajectory"), certify(scene, motion=True)
     assert own_words(result, proof) == []
+
+
+def test_our_engines_sample_of_roundings_is_as_near_as_it_says() -> None:
+    # Breaks where two roundings share their signs: of two balls that meet, their errors cancel;
+    # of one ball, again and again in thousands of impacts, they add up.
+    ratios = []
+    for scene in (*map(random_shot, range(60)), find_scene("galperin-2"), find_scene("galperin-3")):
+        result, proof = simulate(scene, record="trajectory"), certify(scene, motion=True)
+        right = growth_of_proof(scene, proof).sizes([result.rest_time])[0]
+        said = result.sensitivity([result.rest_time])[0]
+        some = np.isfinite(right) & np.isfinite(said) & (right > 0.0)
+        if proof.proved:
+            ratios.append(said[some] / right[some])
+    off = np.concatenate(ratios) - 1.0
+    assert len(off) > 80
+    assert np.sqrt(np.mean(off**2)) < 0.16
+    assert np.abs(off).max() < 0.6
 
 
 @pytest.mark.parametrize("factor", [30.0, 1000.0, 1.0 / 30.0])

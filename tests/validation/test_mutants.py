@@ -16,12 +16,13 @@ from validation.faults import faults_of
 from validation.grading import grade
 from validation.library import find_scene
 from validation.mutants import Crash, MutantError, Mutation, planted
-from validation.stress.mutations import find_mutation
+from validation.stress.mutations import MUTATIONS
 
-DROPPED = find_mutation("dropped root")
-WRONG_SIGN = find_mutation("wrong sign of spin")
-RESTITUTION = find_mutation("restitution - 1e-6")
-STALE = find_mutation("stale prediction")
+NAMED = {one.name: one for one in MUTATIONS}
+DROPPED = NAMED["dropped root"]
+WRONG_SIGN = NAMED["wrong sign of spin"]
+RESTITUTION = NAMED["restitution - 1e-6"]
+STALE = NAMED["stale prediction"]
 
 THROWN_BACK = scene_of(
     ball((0.06, 0.3), (0.3, 0.05), angular_velocity=(0.0, -250.0, 0.0)),

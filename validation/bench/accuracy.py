@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import signal
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import islice
 from typing import Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from engine import Scene, Status, simulate
+from engine import Status, simulate
 from reference_adapters.certified import CertifiedSettings, certify
 from validation.bench.measurements import Measurement, measured_where
-from validation.bench.running import BenchError
+from validation.bench.running import run_each, shot_numbers
 from validation.bench.timing import Progress
 from validation.compiling import compile_kernels
 from validation.faults import faults_of
@@ -39,8 +34,8 @@ PROOF = CertifiedSettings(time_limit=60.0, max_events=5_000)
 MAX_EVENTS = 10_000
 """Events and contact steps after which our engine's run of a shot is given up, which is a fault."""
 
-_BATCH = 20
-"""Shots that a process is given at once."""
+_VARIED = 80
+"""Shots that need every variant of the kernels between them."""
 
 
 class ShotRow(BaseModel):
@@ -126,6 +121,10 @@ class _Graded:
     time_errors: list[float]
     faults: tuple[str, ...]
 
+    @property
+    def name(self) -> str:
+        return f"shot {self.number}"
+
     def row(self) -> ShotRow:
         """Return it with its scene."""
         return ShotRow(
@@ -210,55 +209,15 @@ def measure_accuracy(
     BenchError
         Where a number is wrong, or a process dies.
     """
-    for name, value, least in (("shots", shots, 1), ("first", first, 0), ("jobs", jobs, 1)):
-        if value < least:
-            raise BenchError(f"`{name}` must be at least {least}, got {value}")
-    numbers = range(first, first + shots)
-    compile_kernels((random_shot(number) for number in numbers[: 4 * _BATCH]), jobs)
+    numbers = shot_numbers(shots, first, jobs)
+    compile_kernels((random_shot(number) for number in numbers[:_VARIED]), jobs)
     tally = _Tally()
-    interrupted = False
-    batches = (numbers[k : k + _BATCH] for k in range(0, shots, _BATCH))
-    try:
-        for batch in map(_grade_batch, batches) if jobs == 1 else _in_processes(batches, jobs):
-            for shot in batch:
-                tally.add(shot)
-            if progress is not None:
-                progress(tally.counts["shots"], shots, f"shot {batch[-1].number}")
-    except KeyboardInterrupt:
-        interrupted = True
+    interrupted = run_each(numbers, jobs, _grade_shot, tally.add, progress)
     return tally.measurement(first, interrupted=interrupted)
 
 
-def _in_processes(batches: Iterator[range], jobs: int) -> Iterator[list[_Graded]]:
-    # Not threads: the precision of ball arithmetic is one for the whole process.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_ignore_interrupts) as pool:
-        waiting: set[Future[list[_Graded]]] = set()
-        try:
-            while True:
-                some = islice(batches, 2 * jobs - len(waiting))
-                waiting |= {pool.submit(_grade_batch, batch) for batch in some}
-                if not waiting:
-                    return
-                done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
-                for future in done:
-                    yield future.result()
-        except BrokenProcessPool as error:
-            raise BenchError(f"a process that grades shots died: {error}") from None
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
-
-
-def _ignore_interrupts() -> None:
-    # Ctrl-C reaches the whole group; the parent alone decides what happens then.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _grade_batch(numbers: range) -> list[_Graded]:
-    return [_grade_shot(number, random_shot(number)) for number in numbers]
-
-
-def _grade_shot(number: int, scene: Scene) -> _Graded:
+def _grade_shot(number: int) -> _Graded:
+    scene = random_shot(number)
     result = simulate(scene, record="trajectory", max_events=MAX_EVENTS)
     if result.status is Status.INTERRUPTED:
         raise KeyboardInterrupt

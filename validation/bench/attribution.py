@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import dataclass
 from statistics import median
 from typing import Literal
@@ -18,12 +17,11 @@ from reference_adapters import make_engine
 from validation.attribution import Attribution, attribute, largest_distance
 from validation.attribution.records import Outcome
 from validation.bench.measurements import Measurement, measured_where
-from validation.bench.running import BenchError
+from validation.bench.running import run_each, shot_numbers
 from validation.bench.timing import Progress
 from validation.compiling import compile_kernels
 from validation.known_shot import KnownShot, known_shot
 from validation.steps import with_setting
-from validation.worker import run_tasks
 
 SHOTS = 200
 """Shots of a whole measurement: a quarter of an hour of one processor."""
@@ -85,6 +83,11 @@ class AttributedShot(BaseModel):
     model: float | None = None
     uncertainty: float | None = None
     true_model: float | None = None
+
+    @property
+    def name(self) -> str:
+        """Which shot it is, and on what."""
+        return f"shot {self.number} on {self.engine}"
 
     @property
     def covered(self) -> bool | None:
@@ -206,26 +209,15 @@ def measure_attribution(
     BenchError
         Where a number is wrong, or a process dies.
     """
-    for name, value, least in (("shots", shots, 1), ("first", first, 0), ("jobs", jobs, 1)):
-        if value < least:
-            raise BenchError(f"`{name}` must be at least {least}, got {value}")
     tasks = [
         (number, subject)
-        for number in range(first, first + shots)
+        for number in shot_numbers(shots, first, jobs)
         for subject in SUBJECTS
         if number % subject.every == 0
     ]
     compile_kernels([pool_shot(first)], jobs)
     rows: list[AttributedShot] = []
-    interrupted = False
-    try:
-        with closing(run_tasks(tasks, jobs, _attributed, _died)) as found:
-            for row in found:
-                rows.append(row)
-                if progress is not None:
-                    progress(len(rows), len(tasks), f"shot {row.number} on {row.engine}")
-    except KeyboardInterrupt:
-        interrupted = True
+    interrupted = run_each(tasks, jobs, _attributed, rows.append, progress)
     order = [subject.engine for subject in SUBJECTS]
     rows.sort(key=lambda row: (row.number, order.index(row.engine)))
     return AttributionMeasurement(
@@ -272,7 +264,3 @@ def _true_model(subject: Subject, known: KnownShot, found: Attribution) -> float
     engine = with_setting(make_engine(subject.engine), "mode", "landed")
     result = engine.simulate(shot)
     return largest_distance(result.rest_positions[:, :2], known.positions(found.instant))
-
-
-def _died(task: tuple[int, Subject], reason: str) -> AttributedShot:
-    raise BenchError(f"shot {task[0]} on `{task[1].engine}`: {reason}")

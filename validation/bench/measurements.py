@@ -238,10 +238,9 @@ def save(measurement: Measurement, path: Path, option: str) -> None:
     ------
     BenchError
     """
-    text = measurement.model_dump_json(indent=2, by_alias=True) + "\n"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, text)
+        write_whole(path, _text(measurement))
     except OSError as error:
         raise _cannot_write(path, option, error) from error
 
@@ -260,6 +259,25 @@ def load(path: Path, kind: type[Stored]) -> Stored:
         raise BenchError(f"{path}: can't read the measurement: {error}") from None
     except ValidationError as error:
         raise BenchError(f"{path}: {told(error)}. Measure again") from None
+
+
+def _text(measurement: Measurement) -> str:
+    """Return a measurement as JSON: each field has its line, and each row of one that has rows."""
+    fields: dict[str, Any] = json.loads(measurement.model_dump_json(by_alias=True))
+    lines = (f'  "{name}": {_rows(value)}' for name, value in fields.items())
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _rows(value: Any) -> str:
+    if isinstance(value, dict):
+        rows = [f"{json.dumps(name)}: {json.dumps(row)}" for name, row in value.items()]
+    elif isinstance(value, list):
+        rows = [json.dumps(row) for row in value]
+    else:
+        return json.dumps(value)
+    opened, closed = "{}" if isinstance(value, dict) else "[]"
+    listed = ",".join(f"\n    {row}" for row in rows)
+    return f"{opened}{listed}\n  {closed}" if rows else opened + closed
 
 
 def _is_of_kind(path: Path, kind: str) -> bool:

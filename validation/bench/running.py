@@ -3,15 +3,75 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Sequence
+from contextlib import closing
+from typing import Never, Protocol, TypeVar
 
 from engine import GhostballError, Record, Result, Scene, Status, simulate
 from engine.scene import POOL_BALL_RADIUS
 from validation.bench.scenes import later
+from validation.bench.timing import Progress
+from validation.worker import run_tasks
+
+T = TypeVar("T")
 
 
 class BenchError(GhostballError):
     """A measurement that can't be made, stored or read."""
+
+
+class Named(Protocol):
+    """What came of a task, which says of which."""
+
+    @property
+    def name(self) -> str:
+        """Which task it was, for people."""
+
+
+N = TypeVar("N", bound=Named)
+
+
+def shot_numbers(shots: int, first: int, jobs: int) -> range:
+    """Return the numbers of the random shots that a measurement in `jobs` processes is of.
+
+    Raises
+    ------
+    BenchError
+        Where a number is wrong.
+    """
+    for name, value, least in (("shots", shots, 1), ("first", first, 0), ("jobs", jobs, 1)):
+        if value < least:
+            raise BenchError(f"`{name}` must be at least {least}, got {value}")
+    return range(first, first + shots)
+
+
+def run_each(
+    tasks: Sequence[T],
+    jobs: int,
+    work: Callable[[T], N],
+    take: Callable[[N], object],
+    progress: Progress | None,
+) -> bool:
+    """Do tasks in processes, and hand on what each gives; return whether Ctrl-C ended it early.
+
+    Raises
+    ------
+    BenchError
+        Where a process dies.
+    """
+    try:
+        with closing(run_tasks(tasks, jobs, work, _died)) as answers:
+            for done, answer in enumerate(answers, start=1):
+                take(answer)
+                if progress is not None:
+                    progress(done, len(tasks), answer.name)
+    except KeyboardInterrupt:
+        return True
+    return False
+
+
+def _died(task: object, reason: str) -> Never:
+    raise BenchError(f"the measurement of {task}: {reason}")
 
 
 def run(scene: Scene, *, record: Record = "rest", no_skip: Collection[str] = ()) -> Result:

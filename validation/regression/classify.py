@@ -38,6 +38,13 @@ class Bands:
     hash_level: Level = "error"
 
 
+_SOURCES = {
+    "proof": "the proof of the shot",
+    "engine": "our engine's own account, for the shot is not proved to its end",
+}
+"""Who says what rounding explains."""
+
+
 def classify(
     base: Observed,
     head: Observed,
@@ -99,10 +106,11 @@ def classify(
         words = _distance_words(base, head)
         if base.status != head.status:
             words = f"{_end_words(base, head)}; {words}"
+        words += f"; what rounding explains is by {_SOURCES[explained.source]}"
         if change == "results-changed" and math.isfinite(explained.map_end):
             words += (
-                f"; what rounding explains is known up to {explained.map_end:.3g} s only, where "
-                "collisions tie or balls press each other"
+                f", up to {explained.map_end:.3g} s only, where collisions tie, balls press each "
+                "other, or that account isn't the proof's"
             )
     # Where the truth is another one, it says nothing of which side is nearer.
     directions = [direction(one) for one in metrics if base.truth == head.truth]

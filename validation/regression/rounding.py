@@ -1,26 +1,39 @@
-"""How far two runs of one shot may differ by rounding alone, as our engine's tangent map says."""
+"""How far two runs of one shot may differ by rounding alone, as its proof says where there is one.
+
+Our engine's tangent map says it of each event's instant, but is believed only as far as the proof
+bears it out: a bug in that map must not explain what another bug changed.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Scene
+from engine import Result, Scene
 from engine.fingerprint import bits_hash
-from engine.sensitivity import QUALITY, ROUNDING
+from validation.certified_growth import CertifiedGrowth, growth_of_proof
 from validation.our_run import run_ours
 from validation.predictability.bifurcations import extent_of
+from validation.proof import proof_of
 from validation.sampling import events_of
+from validation.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 
 FloatArray = NDArray[np.float64]
 
-APART = 2.0 * QUALITY * ROUNDING
-"""Two runs, each within `QUALITY` roundings at every event of the true shot, on both its sides."""
+ERROR = ROUNDINGS * UNIT_ROUNDOFF
+"""Relative error at every event that our engine stays within."""
 
-UNAMPLIFIED = 64.0 * 2.0 * ROUNDING
+APART = 2.0 * ERROR
+"""Two runs, each within it of the true shot, on both its sides."""
+
+BELIEVED = 4.0
+"""How many times the proof's growth our engine's may be: it is a sample, off by half at most."""
+
+UNAMPLIFIED = 64.0 * 2.0 * UNIT_ROUNDOFF
 """Relative difference that needs no tangent map to be called rounding: some sums of a few terms."""
 
 
@@ -41,6 +54,9 @@ class Allowance:
         How far each ball may come to rest from where it did; None past the horizon.
     bits : str
         Hash of the run that all this is of.
+    source : "proof" or "engine"
+        Who says how far rounding displaces balls: the proof of the shot, or, where it isn't proved
+        to its end, our engine alone.
     """
 
     horizon: float
@@ -48,6 +64,7 @@ class Allowance:
     event_times: FloatArray
     rest: FloatArray | None
     bits: str
+    source: Literal["proof", "engine"] = "engine"
 
 
 def allowance_of(scene: Scene) -> Allowance:
@@ -57,7 +74,7 @@ def allowance_of(scene: Scene) -> Allowance:
     -----
     The deviation of an event's instant is 2^-53 times the root mean square of what rounding the
     state at each event before it does (`Result.rounding`), that of a position likewise
-    (`Result.sensitivity`). An engine that doesn't lose digits stays within 32 of them, as every
+    (`CertifiedGrowth.sizes`). An engine that doesn't lose digits stays within 32 of them, as every
     proof grades; two such runs are within 64 of each other.
     """
     result = run_ours(scene)
@@ -65,9 +82,18 @@ def allowance_of(scene: Scene) -> Allowance:
     with np.errstate(over="ignore", invalid="ignore"):
         shifts = np.sqrt(np.mean(np.square(result.rounding.event_shifts), axis=1))
         growth = result.sensitivity([result.rest_time])[0]
-    horizon, map_end = result.horizon(), math.inf
+    horizon, map_end = result.horizon(TOLERANCE, ERROR), math.inf
     if math.isfinite(horizon) and not np.isfinite(result.sensitivity([horizon])).all():
         horizon, map_end = math.inf, horizon
+    proof, _ = proof_of(scene)
+    proved = proof is not None and proof.proved
+    if proof is not None and proved:
+        by_proof = growth_of_proof(scene, proof)
+        growth = by_proof.sizes([result.rest_time])[0]
+        ends = by_proof.derivative_ends
+        horizon = by_proof.horizon(TOLERANCE, ERROR)
+        within = times[times < min(horizon, ends)]
+        map_end = min(map_end, ends, _believed_until(result, by_proof, within))
     plain = UNAMPLIFIED * np.maximum(times, extent_of(scene))
     known = np.isfinite(shifts) & (times < map_end)
     tolerances = np.where(known, APART * np.where(known, shifts, 0.0) + UNAMPLIFIED * times, plain)
@@ -76,5 +102,26 @@ def allowance_of(scene: Scene) -> Allowance:
         smallest = UNAMPLIFIED * extent_of(scene)
         rest = APART * np.where(np.isfinite(growth), growth, 0.0) + smallest
     return Allowance(
-        horizon, map_end, tolerances, rest, bits_hash(events_of(result), result.rest_positions)
+        horizon,
+        map_end,
+        tolerances,
+        rest,
+        bits_hash(events_of(result), result.rest_positions),
+        "proof" if proved else "engine",
     )
+
+
+def _believed_until(result: Result, growth: CertifiedGrowth, times: FloatArray) -> float:
+    """Return from which event on our engine's growth isn't the proof's any more [s]; inf: never.
+
+    Looked at amid two events, per ball, the largest until then: the run's own events may come a
+    little sooner or later than the proved ones, so it may be one look ahead.
+    """
+    starts = np.unique(np.append(0.0, times))
+    looks = np.append(0.5 * (starts[:-1] + starts[1:]), starts[-1])
+    ours, right = (
+        np.maximum.accumulate(sizes, axis=0)
+        for sizes in (result.sensitivity(looks), growth.sizes(looks))
+    )
+    beyond = np.flatnonzero((ours[:-1] > BELIEVED * right[1:]).any(axis=1))
+    return float(starts[beyond[0]]) if len(beyond) else math.inf

@@ -10,7 +10,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar, Literal
 
-from engine import Record, Result, Scene, Status, simulate
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import Record, Result, Samples, Scene, Status, simulate
 from engine.features import EXACT, Capability, Feature
 from reference_adapters import EngineBase, EngineSettings
 
@@ -28,6 +31,8 @@ Fault = Literal[
     "give-up",
     "stop",
     "miscount",
+    "lose-motion",
+    "cut-motion",
 ]
 
 
@@ -60,7 +65,24 @@ class FaultyEngine(EngineBase):
             return replace(result, status=Status.STEP_LIMIT, reason="too many steps")
         if settings.does == "miscount":
             return replace(result, collision_counts={"ball-ball": -3, "ball-cushion": 10**30})
+        if settings.does in ("lose-motion", "cut-motion"):
+            return replace(result, trajectory=FaultyMotion(settings.does))
         return result
+
+
+class FaultyMotion:
+    """A motion that can't be sampled."""
+
+    t_end = 1.0
+
+    def __init__(self, does: Fault) -> None:
+        self.does = does
+
+    def sample(self, times: NDArray[np.float64]) -> Samples:
+        """Fail, or return states of one ball with two coordinates."""
+        if self.does == "lose-motion":
+            raise RuntimeError("lost the motion")
+        return Samples(*(np.zeros((len(times), 1, 2)) for _ in range(3)))
 
 
 def fail(does: Fault) -> None:

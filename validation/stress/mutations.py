@@ -408,8 +408,3 @@ CAUGHT_BY_TESTS: Final[tuple[tuple[Mutation, str], ...]] = (
     ),
 )
 """Bugs that no small trial shows, each with the fast test that does."""
-
-
-def find_mutation(name: str) -> Mutation:
-    """Return the mutation of that name."""
-    return next(one for one in MUTATIONS if one.name == name)

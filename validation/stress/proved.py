@@ -145,11 +145,10 @@ def proved_too_little(scene: Scene, proof: Certificate, least: int | None) -> st
     )
 
 
-OVERSTATED, UNDERSTATED = 4.0, 16.0
+OFF_BY = 4.0
 """How many times the grader's a run's own account of its growth may be, or the grader's that.
 
-Our engine takes the root mean square over a few random signs. It is seldom off by more than two;
-but where the signs of two balls that meet happen to agree, their errors all but cancel.
+Our engine takes the root mean square over 32 random signs, which is off by a tenth, seldom a half.
 """
 
 
@@ -168,9 +167,9 @@ def own_words(result: Result, proof: Certificate, until: float = math.inf) -> li
     least, said, most = (
         min(horizon, end, ends)
         for horizon in (
-            growth.horizon(TOLERANCE / OVERSTATED, error),
+            growth.horizon(TOLERANCE / OFF_BY, error),
             result.horizon(TOLERANCE, error),
-            growth.horizon(TOLERANCE * UNDERSTATED, error),
+            growth.horizon(TOLERANCE * OFF_BY, error),
         )
     )
     faults = []
@@ -181,7 +180,7 @@ def own_words(result: Result, proof: Certificate, until: float = math.inf) -> li
     longest = int(np.argmax(np.diff(marks, append=most)))
     t = float(np.mean(marks[longest : longest + 2]))
     right, claimed = growth.sizes([t])[0], result.sensitivity([t])[0]
-    agree = (claimed <= OVERSTATED * right) & (right <= UNDERSTATED * claimed)
+    agree = (claimed <= OFF_BY * right) & (right <= OFF_BY * claimed)
     apart = ~agree & (right > 0.0)
     if np.any(apart):
         k = int(np.argmax(apart))

@@ -18,9 +18,9 @@ SCENES = Path(__file__).parents[2] / "support" / "scenes"
 
 
 def test_shots_are_graded_and_counted() -> None:
-    seen: list[tuple[int, int]] = []
-    measured = measure_accuracy(45, jobs=1, progress=lambda done, of, _: seen.append((done, of)))
-    assert seen == [(20, 45), (40, 45), (45, 45)]
+    seen: list[tuple[int, int, str]] = []
+    measured = measure_accuracy(45, jobs=1, progress=lambda *told: seen.append(told))
+    assert seen == [(done, 45, f"shot {done - 1}") for done in range(1, 46)]
     assert measured.shots == 45
     assert sum(measured.endings.values()) == sum(measured.extents.values()) == 45
     assert (measured.missing, measured.invented, measured.faulty) == (0, 0, ())

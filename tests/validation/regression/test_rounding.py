@@ -11,8 +11,9 @@ from hypothesis import assume, given, settings, strategies as st
 
 from engine import Scene, simulate
 from engine.fingerprint import bits_hash
+from engine.sensitivity import TangentMap
 from validation.library import find_scene
-from validation.regression.rounding import allowance_of
+from validation.regression.rounding import UNAMPLIFIED, allowance_of
 
 
 def faster(scene: Scene, change) -> Scene:
@@ -62,6 +63,39 @@ def test_the_allowance_is_of_the_run_as_it_is():
     # Some dozens of roundings of what a metre or a second is: neither nothing nor a nanometre.
     assert np.all(found.event_times > 0.0)
     assert np.all((found.rest > 0.0) & (found.rest < 1e-11))
+
+
+def test_a_tangent_map_that_is_wrong_explains_nothing(monkeypatch):
+    # Breaks where a bug in our engine's tangent map waves itself, or another bug, through.
+    scene = find_scene("break-7")
+    times = simulate(scene, record="events").events["t"]
+    right = allowance_of(scene)
+    assert (right.source, right.map_end) == ("proof", math.inf)
+    growth, shifts = TangentMap.growth, TangentMap.event_shifts.fget
+    monkeypatch.setattr(TangentMap, "growth", lambda self, t: 1000.0 * growth(self, t))
+    monkeypatch.setattr(TangentMap, "event_shifts", property(lambda self: 1000.0 * shifts(self)))
+    wrong = allowance_of(scene)
+    assert wrong.horizon == right.horizon
+    assert wrong.map_end <= times[0]
+    assert np.all(wrong.event_times <= right.event_times + UNAMPLIFIED * (1.0 + times))
+    if right.rest is not None:
+        assert np.array_equal(wrong.rest, right.rest)
+
+
+def test_a_wrong_tangent_map_does_not_make_a_changed_result_rounding(monkeypatch):
+    scene = gate.cut_shot()
+    base, far = gate.observed(scene), faster(scene, lambda v: v * (1.0 + 1e-12))
+    head = gate.observed(far, like=scene)
+    assert gate.compared(base, head, far).change == "results-changed"
+    growth = TangentMap.growth
+    monkeypatch.setattr(TangentMap, "growth", lambda self, t: 1000.0 * growth(self, t))
+    change = gate.compared(base, head, far)
+    assert change.change == "results-changed", change.summary
+    assert "by the proof of the shot" in change.summary
+
+
+def test_a_shot_that_is_not_proved_is_explained_by_our_engine_alone():
+    assert allowance_of(find_scene("push-line")).source == "engine"
 
 
 def test_a_chaotic_shot_has_a_horizon_and_no_end():
