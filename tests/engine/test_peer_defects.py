@@ -165,8 +165,8 @@ class TestFrozenBalls:
             ball_restitution=e,
             ball_friction="alciatore",
         )
-        # The last of the shots leaves the line all but at rest under the spinning cue ball: it comes
-        # to rest after some 14 000 contact steps, the other shots after up to 3 000.
+        # The last of the shots leaves the line all but at rest under the spinning cue ball, which
+        # takes some 14 000 contact steps to come to rest; the other shots take up to 3 000.
         result = simulate(scene, record="events", max_events=100_000)
         assert result.status is Status.REST
         assert result.work["events"] < 1000
