@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,11 @@ PARTS = 7
 
 PLACE, VELOCITY, SLIP, SPIN = slice(0, 2), slice(2, 4), slice(4, 6), 6
 
+_SLIDING, _RESTING = float(Phase.SLIDING), float(Phase.RESTING)
+
+_DRIFT = np.eye(PARTS)
+"""What a ball without forces keeps of its changes; its place gains s times that of its velocity."""
+
 
 @dataclass(frozen=True, eq=False)
 class ProvedBall:
@@ -28,54 +34,69 @@ class ProvedBall:
     rolls_by: float
     spins_by: float  # [rad/s^2]
 
-    def state(self, k: int) -> FloatArray:
-        """Return the state at a knot, (7,)."""
-        knot = self.knots[k]
-        state = np.array([*knot[1:5], 0.0, 0.0, knot[9]])
-        if knot[13] == Phase.SLIDING:
-            state[SLIP] = knot[3] - self.radius * knot[8], knot[4] + self.radius * knot[7]
-        return state
+    @cached_property
+    def _rows(self) -> list[list[float]]:
+        """The knots as plain numbers: one at a time they are quicker to calculate with."""
+        rows: list[list[float]] = self.knots.tolist()
+        return rows
+
+    def slides(self, k: int) -> bool:
+        """Whether the ball slides from a knot on."""
+        return self._rows[k][13] == _SLIDING
+
+    def pull(self, k: int) -> tuple[float, float]:
+        """Return the acceleration from a knot on [m/s^2]."""
+        _, _, _, _, _, ax, ay, *_ = self._rows[k]
+        return ax, ay
+
+    def _slip(self, k: int) -> tuple[float, float]:
+        """Return the slip at a knot [m/s]."""
+        if not self.slides(k):
+            return 0.0, 0.0
+        _, _, _, vx, vy, _, _, wx, wy, *_ = self._rows[k]
+        return vx - self.radius * wy, vy + self.radius * wx
 
     def rates(self, k: int, s: float) -> tuple[FloatArray, FloatArray]:
         """Return the state a time s [s] after a knot, and its rate of change there, (7,) each."""
-        knot, state = self.knots[k], self.state(k)
-        pull = knot[5:7]
-        slip_pull = 3.5 * pull if knot[13] == Phase.SLIDING else np.zeros(2)
-        spin, loss = state[SPIN], s * self.spins_by
-        left = max(abs(spin) - loss, 0.0)
-        velocity = state[VELOCITY] + s * pull
-        now = np.array(
-            [
-                *(state[PLACE] + s * (state[VELOCITY] + 0.5 * s * pull)),
-                *velocity,
-                *(state[SLIP] + s * slip_pull),
-                math.copysign(left, spin),
-            ]
-        )
+        _, x, y, vx, vy, ax, ay, _, _, spin, *_ = self._rows[k]
+        slip_x, slip_y = self._slip(k)
+        grip = 3.5 if self.slides(k) else 0.0
+        left = max(abs(spin) - s * self.spins_by, 0.0)
         slowing = -math.copysign(self.spins_by, spin) if left > 0.0 else 0.0
-        return now, np.array([*velocity, *pull, *slip_pull, slowing])
+        now_x, now_y = vx + s * ax, vy + s * ay
+        now = (
+            x + s * (vx + 0.5 * s * ax),
+            y + s * (vy + 0.5 * s * ay),
+            now_x,
+            now_y,
+            slip_x + s * (grip * ax),
+            slip_y + s * (grip * ay),
+            math.copysign(left, spin),
+        )
+        return np.array(now), np.array((now_x, now_y, ax, ay, grip * ax, grip * ay, slowing))
 
     def flow(self, k: int, s: float) -> FloatArray:
         """Return the derivative of the state a time s [s] after a knot by that at it, (7, 7)."""
-        flow = np.eye(PARTS)
-        flow[PLACE, VELOCITY] += s * np.eye(2)
+        flow = _DRIFT.copy()
+        flow[0, 2] = flow[1, 3] = s
         of, turn, slips = self._turn(k)
-        flow[PLACE, of] += 0.5 * s * s * turn
-        flow[VELOCITY, of] += s * turn
-        flow[SLIP, of] += 3.5 * slips * s * turn
-        if self.spins_by > 0.0 and abs(self.knots[k, 9]) <= s * self.spins_by:
+        if turn is not None:
+            flow[PLACE, of] += 0.5 * s * s * turn
+            flow[VELOCITY, of] += s * turn
+            flow[SLIP, of] += 3.5 * slips * s * turn
+        if self.spins_by > 0.0 and abs(self._rows[k][9]) <= s * self.spins_by:
             flow[SPIN, SPIN] = 0.0
         return flow
 
-    def _turn(self, k: int) -> tuple[slice, FloatArray, bool]:
-        """Return what the acceleration depends on, and how: -(c / |d|) (1 - d^ d^T)."""
-        state, slips = self.state(k), bool(self.knots[k, 13] == Phase.SLIDING)
+    def _turn(self, k: int) -> tuple[slice, FloatArray | None, bool]:
+        """Return what the acceleration depends on, and how: -(c / |d|) (1 - d^ d^T); None: not."""
+        slips = self.slides(k)
         of, slowing = (SLIP, self.slides_by) if slips else (VELOCITY, self.rolls_by)
-        x, y = state[of]
+        x, y = self._slip(k) if slips else (self._rows[k][3], self._rows[k][4])
         size = math.hypot(x, y)
         # A ball that is so slow that the quotient overflows has stopped before it can turn.
-        if size == 0.0 or math.isinf(slowing / size):
-            return of, np.zeros((2, 2)), slips
+        if slowing == 0.0 or size == 0.0 or math.isinf(slowing / size):
+            return of, None, slips
         x, y = x / size, y / size
         return of, -(slowing / size) * np.array([[y * y, -x * y], [-x * y, x * x]]), slips
 
@@ -86,7 +107,8 @@ class ProvedBall:
         turns = np.zeros((len(self.knots), 2, PARTS))
         for k in np.unique(rows).tolist():
             of, turn, _ = self._turn(k)
-            turns[k][:, of] = turn
+            if turn is not None:
+                turns[k][:, of] = turn
         flow = np.zeros((len(times), 2, PARTS))
         flow[:, :, PLACE] = np.eye(2)
         flow[:, :, VELOCITY] = s * np.eye(2)
@@ -99,12 +121,15 @@ class ProvedBall:
         change, in which the cloth takes 2/7 of the slip. One that rests stops again at once, where
         the cloth slows it.
         """
-        phase = self.knots[k, 13]
-        if phase != Phase.SLIDING:
+        if not self.slides(k):
             change[VELOCITY] -= change[SLIP] * (2.0 / 7.0)
             change[SLIP] = 0.0
-        if phase == Phase.RESTING and self.rolls_by > 0.0:
+        if self._stands(k):
             change[VELOCITY] = 0.0
+
+    def _stands(self, k: int) -> bool:
+        """Whether the ball rests from a knot on, and the cloth would stop it again."""
+        return self._rows[k][13] == _RESTING and self.rolls_by > 0.0
 
     def changed(self, directions: FloatArray) -> FloatArray:
         """Return changes of the first state, (7, m), given with the angular velocity in them."""
@@ -112,7 +137,7 @@ class ProvedBall:
         change[SLIP] = change[VELOCITY]
         change[4] -= self.radius * directions[5]
         change[5] += self.radius * directions[4]
-        if self.knots[0, 13] != Phase.SLIDING:
+        if not self.slides(0):
             change[SLIP] = 0.0  # it begins by rolling, or rests
         self.hold(0, change)
         return change
@@ -126,24 +151,28 @@ class ProvedBall:
         is so to the last bit in an exact engine. A place is as uncertain as its gaps, which are
         compared with radii, and as what the ball covers while the clock rounds.
         """
-        knot, phase = self.knots[k], self.knots[k, 13]
-        speed = np.abs(knot[3:5])
-        place = np.abs(knot[1:3]) + self.radius + knot[0] * speed
-        turn = np.abs(knot[7:9]) if phase == Phase.SLIDING else np.zeros(2)
-        spin = abs(knot[9])
+        t, *place, vx, vy, _, _, wx, wy, spin = self._rows[k][:10]
+        slides, radius = self.slides(k), self.radius
+        speeds, turns, spin = [abs(vx), abs(vy)], [0.0, 0.0], abs(spin)
+        if slides:
+            turns = [abs(wx), abs(wy)]
+        places = [abs(x) + radius + t * speed for x, speed in zip(place, speeds, strict=True)]
         for other in others:
-            speed = np.maximum(speed, np.abs(other[VELOCITY]))
-            surface = np.abs(other[VELOCITY] - other[SLIP])[::-1] / self.radius
-            turn = np.maximum(turn, surface)
-            spin = max(spin, abs(other[SPIN]))
-        place = np.where(speed > 0.0, place, 0.0)
-        if phase == Phase.RESTING and self.rolls_by > 0.0:
-            speed = np.zeros(2)
+            _, _, vx, vy, slip_x, slip_y, wz = other.tolist()
+            speeds = [max(speeds[0], abs(vx)), max(speeds[1], abs(vy))]
+            turns = [
+                max(turns[0], abs(vy - slip_y) / radius),
+                max(turns[1], abs(vx - slip_x) / radius),
+            ]
+            spin = max(spin, abs(wz))
         noise = np.zeros((PARTS, PARTS))
-        noise[PLACE, PLACE] = np.diag(place**2)
-        noise[VELOCITY, VELOCITY] = np.diag(speed**2)
-        noise[SPIN, SPIN] = spin**2
-        if phase == Phase.SLIDING:  # slip is velocity less, or more, what the ball turns by
-            noise[VELOCITY, SLIP] = noise[SLIP, VELOCITY] = noise[VELOCITY, VELOCITY]
-            noise[SLIP, SLIP] = np.diag(speed**2 + (self.radius * turn[::-1]) ** 2)
+        for x, (size, speed) in enumerate(zip(places, speeds, strict=True)):
+            noise[x, x] = size * size if speed > 0.0 else 0.0
+            v, slip = 2 + x, 4 + x
+            of_speed = 0.0 if self._stands(k) else speed * speed
+            noise[v, v] = of_speed
+            if slides:  # slip is velocity less, or more, what the ball turns by
+                noise[v, slip] = noise[slip, v] = of_speed
+                noise[slip, slip] = of_speed + (radius * turns[1 - x]) ** 2
+        noise[SPIN, SPIN] = spin * spin
         return noise

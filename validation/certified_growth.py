@@ -28,7 +28,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine import EventKind, Scene
 from engine.result import COLLISION_KINDS
-from engine.trajectory import Phase
 from reference_adapters.certified import Certificate
 from reference_adapters.certified.gaps import SIDES
 from reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
@@ -310,10 +309,9 @@ class _Passage:
     def end_phase(self) -> None:
         """Pass the end of a slide, of |u| / (7/2 mu_s g), or of a roll, of |v| / (mu_r g)."""
         ball, k = self._balls[0], self._before[0]
-        slides = ball.knots[k, 13] == Phase.SLIDING
-        of, slowing = (SLIP, 3.5 * ball.slides_by) if slides else (VELOCITY, ball.rolls_by)
+        of, slowing = (SLIP, 3.5 * ball.slides_by) if ball.slides(k) else (VELOCITY, ball.rolls_by)
         # Against the way of the acceleration: doubles may leave nothing of a slip of rounding size.
-        pull = ball.knots[k, 5:7]
+        pull = np.array(ball.pull(k))
         later = np.zeros(PARTS)
         later[of] = -pull / (slowing * np.hypot(*pull))
         self._come_later(later)

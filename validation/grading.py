@@ -52,6 +52,32 @@ followed in double precision, or the proof's end."""
 
 
 @dataclass(frozen=True, eq=False)
+class Gradable:
+    """What of a proof engines can be graded against; made by `gradable`.
+
+    Attributes
+    ----------
+    extent : "whole", "horizon", "low hop" or "proved part"
+    why : str
+        Where it isn't the whole shot, why not; else "".
+    until : float [s]
+        The last instant at which events are graded; inf where that is the end of the shot.
+    compared_at : float [s]
+        When positions are compared: at that instant, or before it, where the derivative of the
+        proved motion ends sooner; inf: at the end of the shot.
+    sizes : (n,) float64 [m] or None
+        What rounding does to each ball until then, over 2^-53: infinite where no derivative says
+        it. None for engines that step, whose errors hide those of rounding.
+    """
+
+    extent: Extent
+    why: str
+    until: float
+    compared_at: float
+    sizes: FloatArray | None
+
+
+@dataclass(frozen=True, eq=False)
 class Grade:
     """How a run compares with the proof of its shot.
 
@@ -63,8 +89,7 @@ class Grade:
     until : float [s]
         The last instant at which events are graded; inf where that is the end of the shot.
     compared_at : float [s]
-        When positions are compared: at that instant, or the end; or before, where the run's tangent
-        map ends sooner.
+        When positions are compared; see `Gradable`.
     events : int
         Proved events that are compared.
     alignment : Alignment
@@ -115,13 +140,51 @@ class Grade:
         return float(np.median(self.time_errors)) if len(self.time_errors) else None
 
 
-def grade(
-    result: Result,
+def gradable(
+    scene: Scene,
     certificate: Certificate,
     *,
+    exact: bool = True,
     horizon: float | None = None,
     growth: CertifiedGrowth | None = None,
-) -> Grade:
+) -> Gradable:
+    """Return what of a proof can be graded, which is the same for all exact engines.
+
+    Parameters
+    ----------
+    scene : Scene
+    certificate : Certificate
+        Of that scene, with its motion: `certify(scene, motion=True)`.
+    exact : bool
+        Whether for engines that record their motion, not frames.
+    horizon : float [s], optional
+        Up to when the shot can be predicted. Left out: until `ROUNDINGS` roundings at each event
+        have grown to `TOLERANCE`.
+    growth : CertifiedGrowth, optional
+        How errors grow. Left out: as along the proved motion.
+
+    Raises
+    ------
+    GhostballError
+        Where the certificate is of another scene or has no motion.
+    """
+    _check_proof(scene, certificate)
+    if growth is None and (exact or horizon is None):
+        growth = growth_of_proof(scene, certificate)
+    if horizon is None:
+        assert growth is not None
+        horizon = growth.rounding_horizon
+    low_hop = _first_low_hop(scene, certificate)
+    extent, why, until = _extent(certificate, horizon, low_hop)
+    if not exact:
+        return Gradable(extent, why, until, until, None)
+    assert growth is not None
+    compared_at = min(until, math.nextafter(growth.derivative_ends, 0.0))
+    sizes = growth.sizes([min(compared_at, float(certificate.t_end))])[0]
+    return Gradable(extent, why, until, compared_at, sizes)
+
+
+def grade(result: Result, certificate: Certificate, within: Gradable | None = None) -> Grade:
     """Grade a run against the proof of its shot.
 
     Parameters
@@ -130,11 +193,8 @@ def grade(
         Recorded with `record="trajectory"`.
     certificate : Certificate
         Of the same scene, with its motion: `certify(scene, motion=True)`.
-    horizon : float [s], optional
-        Up to when the shot can be predicted. Left out: until `ROUNDINGS` roundings at each event
-        have grown to `TOLERANCE`.
-    growth : CertifiedGrowth, optional
-        How errors grow. Left out: as along the proved motion.
+    within : Gradable, optional
+        What of the proof is graded. Left out: as `gradable` says of an engine such as the run's.
 
     Raises
     ------
@@ -168,18 +228,18 @@ def grade(
     1e-17 m/s of a stunned ball is a slip to the proof, and nothing in double precision.
     """
     scene = result.scene
-    _check(result, certificate)
+    if result.events is None or result.trajectory is None:
+        raise GhostballError(
+            f"`result` must hold events and motion, but engine `{result.engine}` recorded too "
+            f'little in scene "{scene.name}". Run it with record="trajectory"'
+        )
     exact = isinstance(result.trajectory, ExactTrajectory)
-    map_end = math.inf
-    if growth is None and (exact or horizon is None):
-        growth = growth_of_proof(scene, certificate)
-    if growth is not None:
-        horizon = growth.rounding_horizon if horizon is None else horizon
-        map_end = math.nextafter(growth.derivative_ends, 0.0) if exact else math.inf
-    assert horizon is not None  # given, or taken from the growth
-    extent, why, until = _extent(certificate, horizon, _first_low_hop(scene, certificate))
+    if within is None:
+        within = gradable(scene, certificate, exact=exact)
+    else:
+        _check_proof(scene, certificate)
+    extent, until = within.extent, within.until
     kinds = ALL_KINDS if exact else COLLISION_KINDS
-    assert result.events is not None  # checked
     logs = [
         log.only(np.array([choice.kind in kinds for choice in log.choices], dtype=bool))
         for log in (proved_log(certificate), found_log(result.events))
@@ -194,11 +254,11 @@ def grade(
     if extent in ("low hop", "proved part"):
         before = _end_of_found(result, certificate, alignment, until)
     invented = tuple(j for j in alignment.invented.tolist() if result.events["t"][j] <= before)
-    compared_at, errors = _position_errors(result, certificate, extent, min(until, map_end))
-    quality, no_quality = _quality(result, errors, growth, compared_at)
+    compared_at, errors = _position_errors(result, certificate, within)
+    quality, no_quality = _quality(result, errors, within)
     return Grade(
         extent,
-        why,
+        within.why,
         until,
         compared_at,
         int(np.sum(proved.times <= until)),
@@ -217,18 +277,13 @@ def grade(
     )
 
 
-def _check(result: Result, certificate: Certificate) -> None:
-    balls, name = len(result.scene.balls), result.scene.name
+def _check_proof(scene: Scene, certificate: Certificate) -> None:
+    balls, name = len(scene.balls), scene.name
     if len(certificate.positions) != balls:
         raise GhostballError(
             f"`certificate` must be of the scene that was run, got one of "
             f'{len(certificate.positions)} balls for the {balls} of scene "{name}". '
             "Certify `result.scene`"
-        )
-    if result.events is None or result.trajectory is None:
-        raise GhostballError(
-            f"`result` must hold events and motion, but engine `{result.engine}` recorded too "
-            f'little in scene "{name}". Run it with record="trajectory"'
         )
     if certificate.knots is None:
         raise GhostballError(
@@ -372,18 +427,19 @@ def _time_errors(
 
 
 def _position_errors(
-    result: Result, certificate: Certificate, extent: Extent, t: float
+    result: Result, certificate: Certificate, within: Gradable
 ) -> tuple[float, FloatArray]:
-    """Compare positions at an instant [s], inf being the end.
+    """Compare positions at the instant [s] that they are graded at.
 
     Returns that instant, finite, and each ball's distance from the truth, (n,) [m].
     """
-    if t < float(certificate.t_end) or extent == "horizon":
+    t = within.compared_at
+    if t < float(certificate.t_end) or within.extent == "horizon":
         truth = _proved_motion(result.scene, certificate)
         at = np.array([t])
         apart = _positions(result.sample(at)) - _positions(truth.sample(at))
         return t, np.hypot(apart[:, 0], apart[:, 1])
-    if extent == "whole":
+    if within.extent == "whole":
         t, positions = result.rest_time, result.rest_positions
     else:
         positions = result.sample([t]).positions[0]
@@ -413,13 +469,11 @@ def _distance(value: float, enclosure: Enclosure) -> float:
     return max(beyond, 0) / (1 << -lowest)
 
 
-def _quality(
-    result: Result, errors: FloatArray, growth: CertifiedGrowth | None, t: float
-) -> tuple[float | None, str]:
-    """Return the largest error, (n,) [m], over what rounding does by t [s]; or None, and why."""
-    if growth is None or not isinstance(result.trajectory, ExactTrajectory):
+def _quality(result: Result, errors: FloatArray, within: Gradable) -> tuple[float | None, str]:
+    """Return the largest error, (n,) [m], over what rounding does until then; or None, and why."""
+    if within.sizes is None or not isinstance(result.trajectory, ExactTrajectory):
         return None, f"engine `{result.engine}` records frames: its steps err by more than rounding"
-    scale = UNIT_ROUNDOFF * growth.sizes([t])[0]
+    scale = UNIT_ROUNDOFF * within.sizes
     known = np.isfinite(scale)
     if not known.any():
         return None, "no derivative says what rounding does to the shot until then"

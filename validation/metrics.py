@@ -279,10 +279,8 @@ def _graded(result: Result, truth: Truth) -> Grade:
 @lru_cache(maxsize=1)  # four metrics are made of it
 def _grade(result: Result, truth: Truth) -> Grade:
     assert truth.certificate is not None
-    # How errors grow takes longer to compute than many a run: once, beside the truth, is enough for
-    # all engines whose own errors hide those of rounding.
     exact = isinstance(result.trajectory, ExactTrajectory)
-    return grade(result, truth.certificate, horizon=None if exact else truth.rounding_horizon)
+    return grade(result, truth.certificate, truth.graded if exact else truth.graded_steps)
 
 
 def _energy_difference_max(result: Result, truth: Truth) -> float:

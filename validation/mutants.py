@@ -107,6 +107,9 @@ class Mutation:
                 f"from `new`, found {found} times: {self.old!r}. Adapt the mutation"
             )
         path.write_text(text.replace(self.old, self.new), encoding="utf-8")
+        # The bytecode of all other modules is copied with them, and saves their compilation.
+        for compiled in path.parent.glob(f"__pycache__/{path.stem}.*.pyc"):
+            compiled.unlink()
 
 
 def check_copies(folder: Path) -> None:
@@ -253,9 +256,7 @@ def planted(*mutations: Mutation) -> Iterator[Mutant]:
     with tempfile.TemporaryDirectory(prefix="ghostball-mutant-") as place:
         folder = Path(place).resolve()
         for package in {"engine", *(mutation.package for mutation in mutations)}:
-            shutil.copytree(
-                _SOURCES / package, folder / package, ignore=shutil.ignore_patterns("__pycache__")
-            )
+            shutil.copytree(_SOURCES / package, folder / package)
         for mutation in mutations:
             mutation.apply(folder)
         yield Mutant("+".join(mutation.name for mutation in mutations) or "unchanged", folder)

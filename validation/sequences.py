@@ -8,9 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.truth import Collision
-
 FloatArray = NDArray[np.float64]
+
+Collision = tuple[int, int, int]
+"""`EventKind` as int, first ball, second ball or index of the cushion."""
 
 TIE = 2.0**-40
 """Two times within this fraction of themselves are one instant (1e-12).

@@ -428,7 +428,8 @@ def _plan(
     }
     for scene in scenes:
         own[scene.name].check_engines(engine_names(), f'criteria of scene "{scene.name}"')
-        check_truth(scene, own[scene.name].truth)
+        if scene.name in criteria:  # the shipped ones are checked as their truth is computed
+            check_truth(scene, own[scene.name].truth)
     foreign = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))
     applying: dict[Pair, tuple[Criterion, ...]] = {}
     left_out: dict[Pair, tuple[str, ...]] = {}

@@ -24,16 +24,15 @@ from reference_adapters.certified import Certificate, CertifiedSettings
 from reference_adapters.certified.engine import result_of
 from validation.certified_growth import growth_of_proof
 from validation.closed_forms import DIGITS, ClosedForm, closed_form, has_closed_form
+from validation.grading import Gradable, gradable
 from validation.horizons import Growth, growth_of
 from validation.our_run import run_ours
 from validation.proof import proof_of, refused_features
 from validation.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
 from validation.sampling import MAX_TIMES, UNIFORM_TIMES, energy_at, events_of, union_times
+from validation.sequences import Collision
 
 FloatArray = NDArray[np.float64]
-
-Collision = tuple[int, int, int]
-"""`EventKind` as int, first ball, second ball or index of the cushion."""
 
 TruthPart = Literal["rest", "time", "events", "energy", "conditioning", "proof"]
 """What a metric may be measured against; "proof" is what is proved, be it of a part of the shot."""
@@ -87,9 +86,12 @@ class Truth:
         How errors grow along the shot: as it is proved, or, where the proof isn't of the whole
         shot, as our engine says. None where nothing says it, or it wasn't asked, as for a closed
         form.
-    rounding_horizon : float [s]
-        Until when roundings leave the shot predictable, where all of it is proved and that is what
-        it is compared with; else inf.
+    graded : Gradable or None
+        What of the proof an exact engine is graded against; None where there is no proof, or no
+        part "proof" was asked for.
+    graded_steps : Gradable or None
+        What of it an engine that steps is: where all of the shot is proved and that is what it is
+        compared with, up to where roundings leave it predictable; else to the end.
     """
 
     kind: str | None
@@ -109,7 +111,8 @@ class Truth:
     certificate: Certificate | None = None
     no_certificate: str = "it was not asked for"
     growth: Growth | None = None
-    rounding_horizon: float = math.inf
+    graded: Gradable | None = None
+    graded_steps: Gradable | None = None
 
     def horizon_of(self, resolution: float | None) -> float:
         """Return until when an engine can be compared with this truth [s]; inf: to the end.
@@ -210,19 +213,24 @@ def truth_of(
         truth = _from_our_run(ours, parts)
     else:
         truth = Truth(None, missing=missing)
-    growth, horizon = None, math.inf
+    growth, graded, graded_steps, horizon = None, None, None, math.inf
     if truth.kind != CLOSED_FORM and proof is not None and whole:
         proved = result_of(scene, proof, CertifiedSettings(), "trajectory")
         of_proof = growth_of_proof(scene, proof)
         growth, horizon = growth_of(proved, of_proof), of_proof.rounding_horizon
     elif truth.kind != CLOSED_FORM and ours is not None:
         growth = growth_of(ours)
+    # How errors grow takes longer to compute than many a run: once is enough for all engines.
+    if proof is not None and "proof" in parts:
+        graded = gradable(scene, proof)
+        graded_steps = gradable(scene, proof, exact=False, horizon=horizon)
     return replace(
         truth,
         certificate=proof,
         no_certificate=no_proof,
         growth=growth,
-        rounding_horizon=horizon,
+        graded=graded,
+        graded_steps=graded_steps,
     )
 
 

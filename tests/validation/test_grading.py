@@ -12,13 +12,14 @@ import pytest
 from shots import ball, scene_of
 from tangent import made_up
 
-from engine import EventKind, GhostballError, Result, Scene, simulate
+from engine import EventKind, ExactTrajectory, GhostballError, Result, Scene, simulate
 from reference_adapters import make_engine
 from reference_adapters.certified import Certificate, CertifiedSettings, Enclosure, certify
 from validation.certified_growth import CertifiedGrowth, growth_of_proof
 from validation.grading import (
     Grade,
     _distance,
+    gradable,
     grade as grade_by,
 )
 from validation.library import find_scene
@@ -35,7 +36,9 @@ def run_and_proof(name: str, **tangent: Any) -> tuple[Result, Certificate, Certi
 def grade(
     result: Result, certificate: Certificate, growth: CertifiedGrowth | None = None, **more: Any
 ) -> Grade:
-    return grade_by(result, certificate, growth=growth, **more)
+    exact = isinstance(result.trajectory, ExactTrajectory)
+    within = gradable(result.scene, certificate, exact=exact, growth=growth, **more)
+    return grade_by(result, certificate, within)
 
 
 def without_event(result: Result, index: int) -> Result:

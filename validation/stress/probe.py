@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 from collections.abc import Iterator, Sequence
 from itertools import chain, zip_longest
@@ -27,6 +28,9 @@ SUITE: Suite = "quick"
 
 LABEL = f"ghostball:max_events={MAX_EVENTS}"
 """Our engine; a bug may make a shot go on for ever."""
+
+PROCESSOR_LIMIT = 10.0
+"""Processor time [s] after which a trial is ended: ten times that of the dearest without a bug."""
 
 
 def small_trials(patterns: Sequence[str] = ()) -> list[tuple[str, Trial]]:
@@ -56,6 +60,8 @@ def lines(patterns: Sequence[str]) -> Iterator[dict[str, Any]]:
     """Yield what is printed: what is tried next, and what became of it."""
     for family, trial in small_trials(patterns):
         yield {"tries": f"{family}/{trial.name}"}
+        if hasattr(signal, "setitimer"):  # else the clock of who started this process ends it
+            signal.setitimer(signal.ITIMER_PROF, PROCESSOR_LIMIT)
         found = run_trial(StressTask(family, trial, LABEL))
         yield {"tried": f"{family}/{trial.name}", "outcome": found.outcome, "faults": found.faults}
 

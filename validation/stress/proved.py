@@ -24,7 +24,7 @@ from reference_adapters.registry import OURS
 from validation.certified_growth import GRID, growth_of_proof
 from validation.criteria import common_criteria
 from validation.faults import faults_of
-from validation.grading import Grade, grade
+from validation.grading import Grade, gradable, grade
 from validation.stress.judges import VISIBLE, is_exact
 from validation.stress.trial import Trial, Verdict, play
 from validation.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
@@ -110,7 +110,9 @@ class AsProved:
         if not is_exact(result) and self.stepped == "places":
             return near(result, proof)
         # What a step errs by has no rounding's horizon: these shots end before it matters.
-        found = grade(result, proof, horizon=None if is_exact(result) else math.inf)
+        exact = is_exact(result)
+        within = gradable(scene, proof, exact=exact, horizon=None if exact else math.inf)
+        found = grade(result, proof, within)
         faults = list(faults_of(found, scene))
         off = float(np.max(found.position_errors, initial=0.0)) / (2.0 * float(scene.radii.max()))
         if not is_exact(result):

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import json
 import queue
+import signal
 import subprocess
 import sys
 import tempfile
@@ -26,7 +27,7 @@ from typing import IO, Any
 from validation.leash import end_group
 from validation.mutants import START_LIMIT, Mutant, MutantError, Mutation, planted
 from validation.stress.mutations import MUTATIONS
-from validation.stress.probe import small_trials
+from validation.stress.probe import PROCESSOR_LIMIT, small_trials
 from validation.stress.run import CHECK_FAILED, INTERRUPTED, PASSED
 from validation.stress.trial import StressError
 
@@ -269,7 +270,11 @@ class _Watch:
             if code == 0 and not one.trying:
                 self._end(one)
                 return one.found("", ())
-            return self._given_up(one, f"exit code {code}: {_last_line(one.messages)}")
+            if _ran_out_of_time(code):
+                reason = f"no end in {PROCESSOR_LIMIT:g} s of processor time"
+            else:
+                reason = f"exit code {code}: {_last_line(one.messages)}"
+            return self._given_up(one, reason)
         one.deadline = time.monotonic() + self._limit
         said: dict[str, Any] = json.loads(line)
         if "tries" in said:
@@ -302,6 +307,10 @@ class _Watch:
             if stream is not None:
                 stream.close()
         one.place.close()
+
+
+def _ran_out_of_time(code: int) -> bool:
+    return hasattr(signal, "SIGPROF") and code == -signal.SIGPROF
 
 
 def _last_line(messages: IO[str]) -> str:
