@@ -15,9 +15,9 @@ ENOUGH_EVENTS = 20_000
 """Some fifty times what a break needs: more is a storm of contacts."""
 
 FAST = range(40)
-DENSE = range(1000, 1300)
-MANY = range(2_000)
-"""`ghostball stress --suite full` plays 100 000 of them, over more speeds."""
+DENSE = range(1000, 1000 + len(COMBINATIONS))
+MANY = range(len(FAST), len(FAST) + 3 * len(COMBINATIONS))
+"""`ghostball stress` plays 500 others with its quick suite and 100 000 with its full one."""
 
 
 def test_every_law_comes_round():
@@ -36,7 +36,7 @@ def test_a_break_ends_at_rest_without_overlap_or_gain(seed):
 
 @pytest.mark.slow
 @pytest.mark.compiled
-def test_three_hundred_breaks_sampled_densely():
+def test_a_break_of_every_combination_sampled_densely():
     for seed in DENSE:
         result = simulate(break_scene(seed), record="events", max_events=ENOUGH_EVENTS)
         assert_sound(result, between=25)
@@ -44,8 +44,8 @@ def test_three_hundred_breaks_sampled_densely():
 
 @pytest.mark.slow
 @pytest.mark.compiled
-def test_two_thousand_breaks_have_no_storm_of_events():
-    counts = np.empty(len(MANY), dtype=np.int64)
+def test_many_breaks_have_no_storm_of_events():
+    counts = []
     for seed in MANY:
         result = simulate(break_scene(seed), record="events", max_events=ENOUGH_EVENTS)
         assert result.status is Status.REST, f"seed {seed}: {result.status}: {result.reason}"
@@ -53,12 +53,6 @@ def test_two_thousand_breaks_have_no_storm_of_events():
             assert_sound(result, between=0)
         except AssertionError as error:
             raise AssertionError(f"seed {seed}: {error}") from None
-        counts[seed] = result.work["events"]
-    quantiles = np.percentile(counts, [50, 99, 99.9, 100])
-    print(
-        "events of a break: median {:.0f}, 99 % {:.0f}, 99.9 % {:.0f}, most {:.0f}".format(
-            *quantiles
-        )
-    )
-    assert quantiles[2] < 600
-    assert quantiles[3] < 2000
+        counts.append(result.work["events"])
+    print(f"events of a break: median {np.median(counts):.0f}, most {max(counts)}")
+    assert max(counts) < 600

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
 from functools import cache
-from typing import Any
 
 import pytest
 from comparison import check_against_oracle, compare
@@ -47,25 +45,20 @@ def shot(seed: int) -> Scene:
     return random_shot(seed, 2 + seed % 5, table=TABLES[seed // 20 % 4], **LAWS[seed // 5 % 4])
 
 
-def fast_or_slow(fast: set[int], seeds: Iterable[int]) -> list[Any]:
-    """Return the seeds, of which only the first are for the fast run."""
-    slow = pytest.mark.slow
-    return [seed if seed in fast else pytest.param(seed, marks=slow) for seed in seeds]
+# Every count of balls and every law, on two tables.
+FAST = (2, 6, 10, 41, 53, 59)
 
 
-# Every count of balls and every law, on two tables; the rest are more of the same.
-FAST = {2, 6, 10, 41, 53, 59}
-
-
-@pytest.mark.parametrize("seed", fast_or_slow(FAST, [*range(0, 20, 2), *range(41, 60, 3)]))
+@pytest.mark.parametrize("seed", FAST)
 def test_random_shots_agree_event_by_event(seed):
     check_against_oracle(shot(seed))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", range(1000, 1010))
+@pytest.mark.parametrize("first", range(1000, 1004))
 def test_many_random_shots_agree_event_by_event(first):
-    agreements = [check_against_oracle(shot(seed)) for seed in range(first, 1200, 10)]
+    # Eighty in all: each count of balls with each law on each table, once.
+    agreements = [check_against_oracle(shot(seed)) for seed in range(first, 1080, 4)]
     # The comparison must not have been empty: chaos or a table too wide would make it so.
     assert sum(one.events for one in agreements) > 60
     assert sum(one.ball_collisions for one in agreements) > 5
@@ -86,23 +79,23 @@ def test_more_of_a_break_agrees(seed):
 
 
 # See `test_the_fast_shots_on_the_cloth_have_every_law`.
-FAST_ON_CLOTH = {0, 6, 7, 8, 11, 18, 22, 25, 27, 28}
+FAST_ON_CLOTH = (0, 6, 7, 8, 11, 18, 22, 25, 27, 28)
 
 
-@pytest.mark.parametrize("seed", fast_or_slow(FAST_ON_CLOTH, range(30)))
+@pytest.mark.parametrize("seed", FAST_ON_CLOTH)
 def test_random_shots_on_the_cloth_agree_event_by_event(seed):
     check_against_oracle(random_cloth_shot(seed))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", range(30, 35))
+@pytest.mark.parametrize("first", range(30, 34))
 def test_many_random_shots_on_the_cloth_agree_event_by_event(first):
     # `ghostball stress --suite full` grades thousands of such shots against their proofs.
-    agreements = [check_against_oracle(random_cloth_shot(k)) for k in range(first, 265, 5)]
+    agreements = [check_against_oracle(random_cloth_shot(k)) for k in range(first, 130, 4)]
     # The comparison must not have been empty: chaos or ties that share a ball would make it so.
-    assert sum(one.events for one in agreements) > 400
-    assert sum(one.ball_collisions for one in agreements) > 20
-    assert sum(one.reached_the_end for one in agreements) > 40
+    assert sum(one.events for one in agreements) > 200
+    assert sum(one.ball_collisions for one in agreements) > 10
+    assert sum(one.reached_the_end for one in agreements) > 20
 
 
 def test_the_fast_shots_have_every_law_and_count_of_balls():

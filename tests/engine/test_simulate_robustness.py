@@ -267,11 +267,11 @@ def test_random_breaks_with_lossy_cushions(e, cushion_restitution):
 @pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("e", RESTITUTIONS)
-def test_five_hundred_breaks_are_never_stuck(e):
-    # `ghostball stress --suite full` plays 100 000 of them.
+def test_many_breaks_are_never_stuck(e):
+    # One that is perfectly plastic takes thirty times as long. The first 50 end above.
     stuck = [
         seed
-        for seed in range(500)
+        for seed in range(50, 500 if e > 0.0 else 150)
         if not simulate(random_break(seed, e=e), max_events=ENOUGH_EVENTS).status.complete
     ]
     assert stuck == []

@@ -63,9 +63,9 @@ def test_ensembles_are_run_shown_reported_and_taken_over(cli, tmp_path):
     assert "## Ensembles" in (out / "report.md").read_text()
 
 
-def test_the_size_is_settable_and_stored(cli_with_processes, tmp_path):
+def test_the_size_is_settable_and_stored(cli, tmp_path):
     result = validate(
-        cli_with_processes,
+        cli,
         tmp_path,
         "--ensemble",
         2,

@@ -10,10 +10,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from _pytest.pytester import SysModulesSnapshot
 
-# Loaded before pytest runs within pytest: that drops what it imports, and numpy can't come twice.
-import ghostball._pytest_items
-import ghostball._pytest_xdist  # noqa: F401
+from engine._jit import cache_root
 from ghostball import pytest_plugin
 from validation.examples import stepper
 
@@ -23,6 +22,23 @@ STEPPER = "--ghostball-engine=validation.examples.stepper:Stepper"
 HEADER = "from dataclasses import replace\nimport numpy as np\nfrom engine import simulate\n"
 
 
+@pytest.fixture(autouse=True)
+def what_is_loaded_stays(monkeypatch):
+    """Let pytest within pytest drop the scratch repository's modules alone of what it imported.
+
+    Neither numpy nor what numba loads with its first kernel comes twice, and whoever runs after
+    these tests would get a second class of each name beside those that others hold.
+    """
+    monkeypatch.setattr(SysModulesSnapshot, "restore", lambda _: drop_scratch_engine())
+    yield
+    drop_scratch_engine()
+
+
+def drop_scratch_engine() -> None:
+    for name in ("base", "mine"):
+        sys.modules.pop(name, None)
+
+
 def engine(pytester, body: str, *, header: str = "") -> str:
     """Write an engine into the scratch repository; return the option that names it."""
     pytester.syspathinsert()
@@ -30,8 +46,7 @@ def engine(pytester, body: str, *, header: str = "") -> str:
     pytester.makepyfile(
         base=source, mine=f"{header}from base import *\n\n\nclass Mine(Mine):\n{body}"
     )
-    for name in ("base", "mine"):
-        sys.modules.pop(name, None)
+    drop_scratch_engine()
     return "--ghostball-engine=mine:Mine"
 
 
@@ -223,6 +238,7 @@ def test_energy_from_nowhere_is_seen(pytester):
     assert "energy_rise must be <= 5e-13, got " in result.stdout.str()
 
 
+KERNELS = str(cache_root())
 COUNTING = (
     "    def simulate(self, scene, *, record):\n"
     "        with open('runs.txt', 'a') as file: print(scene.name, file=file)\n"
@@ -241,7 +257,9 @@ def test_collecting_runs_nothing_and_a_scene_runs_once(pytester):
 
 
 @pytest.mark.slow
-def test_a_scene_runs_once_in_several_processes_too(pytester):
+def test_a_scene_runs_once_in_several_processes_too(pytester, monkeypatch):
+    # The scratch repository has a home of its own, where each process would compile kernels anew.
+    monkeypatch.setenv("GHOSTBALL_CACHE_DIR", KERNELS)
     option = engine(pytester, COUNTING)
     pytester.makepyfile(test_own="def test_own(): pass")
     scenes = "--ghostball-scenes=stop,half-ball-cut,head-on"

@@ -186,13 +186,13 @@ def test_sixteen_balls_miss_collisions_here_and_there_and_eight_fewer():
     """Section 3.2's own report. A repaired algorithm would miss none."""
     missed = {}
     for count in (8, 16):
-        results = [engine().simulate(break_shot(count, seed)) for seed in range(20)]
+        results = [engine().simulate(break_shot(count, seed)) for seed in range(10)]
         assert all(result.status is Status.REST for result in results)
         missed[count] = [result.work["overlaps"] for result in results]
         hits = sum(result.collision_counts["ball-ball"] for result in results)
         assert sum(missed[count]) < 0.06 * hits
     assert sum(missed[16]) > 1.3 * sum(missed[8]) > 0
-    assert sum(m > 0 for m in missed[16]) >= 12
+    assert sum(m > 0 for m in missed[16]) >= 6
 
 
 def test_the_misses_are_clipping_and_without_friction_there_are_none():

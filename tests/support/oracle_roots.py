@@ -14,6 +14,9 @@ from mpmath import mpf
 Polynomial = list[Any]
 """Coefficients from the constant up."""
 
+CLOSE = mpf(2) ** -140
+"""How close to a root Newton must have come, in widths of the bracket that it began from."""
+
 
 def first_entry(gap: Polynomial, horizon: Any) -> Any | None:
     """Time in [0, horizon) at which `gap` goes from positive to negative, first; or None.
@@ -46,18 +49,27 @@ def _sign_changes(p: Polynomial, horizon: Any) -> list[Any]:
 
 
 def _root_between(p: Polynomial, low: Any, high: Any) -> Any:
-    """Root of `p`, monotone from `low` to `high`: 64 halvings, then Newton doubles the digits."""
+    """Root of `p`, monotone from `low` to `high`: some halvings, then Newton doubles the digits.
+
+    Eight halvings do where `p` changes its sign right around what Newton finds; elsewhere, as at a
+    nearly double root, it takes 64.
+    """
     rising = _value(p, high) > 0
-    for _ in range(64):
-        middle = (low + high) / 2
-        if (_value(p, middle) > 0) == rising:
-            high = middle
-        else:
-            low = middle
-    t, slope = (low + high) / 2, _derivative(p)
-    for _ in range(4):
-        # Never out of the bracket: a nearly double root keeps the bisected digits.
-        t = min(max(t - _value(p, t) / (_value(slope, t) or mpf(1)), low), high)
+    slope = _derivative(p)
+    for halvings in (8, 56):
+        for _ in range(halvings):
+            middle = (low + high) / 2
+            if (_value(p, middle) > 0) == rising:
+                high = middle
+            else:
+                low = middle
+        t = (low + high) / 2
+        for _ in range(6):
+            # Never out of the bracket: a nearly double root keeps the bisected digits.
+            t = min(max(t - _value(p, t) / (_value(slope, t) or mpf(1)), low), high)
+        around = (high - low) * CLOSE
+        if _value(p, t - around) * _value(p, t + around) < 0:
+            break
     return t
 
 

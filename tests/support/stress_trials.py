@@ -14,8 +14,11 @@ from validation.stress.trial import SceneTrial, Suite, Trial
 
 @cache
 def trials_of(family: Family, suite: Suite) -> dict[str, Trial]:
-    """Return the trials of a family by name."""
-    return {trial.name: trial for trial in family.trials(suite)}
+    """Return the trials of a family by name; no two have one name."""
+    trials = list(family.trials(suite))
+    by_name = {trial.name: trial for trial in trials}
+    assert len(by_name) == len(trials), f"two trials of {family.name} have one name"
+    return by_name
 
 
 def scene_trial(family: Family, name: str, suite: Suite = "full") -> SceneTrial:

@@ -135,7 +135,7 @@ def test_runs_that_part_are_compared_before_they_do():
     assert "collisions" in found.until
 
 
-def test_what_is_but_rounding_is_not_divided():
+def test_what_is_but_rounding_is_not_divided(few_steps):
     """Breaks where bars of femtometres are drawn of a shot that parts at its first collision."""
     found = attribute(find_scene("break-7"), make_engine("pymunk"))
     assert found.outcome == "not compared"
@@ -144,7 +144,7 @@ def test_what_is_but_rounding_is_not_divided():
     assert "before the first event" in found.reason
 
 
-def test_nothing_is_compared_past_what_can_be_predicted():
+def test_nothing_is_compared_past_what_can_be_predicted(few_steps):
     found = attribute(find_scene("galperin-1"), make_engine("pymunk:mode=landed"))
     assert found.instant is not None
     assert "last digit" in found.until

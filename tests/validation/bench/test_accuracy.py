@@ -17,12 +17,21 @@ from validation.random_shots import random_shot
 SCENES = Path(__file__).parents[2] / "support" / "scenes"
 
 
-def test_shots_are_graded_and_counted() -> None:
+@pytest.fixture(scope="module")
+def in_one_process() -> tuple[AccuracyMeasurement, list[tuple[int, int, str]]]:
+    """Return what one process measures, and the progress that it told."""
     seen: list[tuple[int, int, str]] = []
-    measured = measure_accuracy(45, jobs=1, progress=lambda *told: seen.append(told))
-    assert seen == [(done, 45, f"shot {done - 1}") for done in range(1, 46)]
-    assert measured.shots == 45
-    assert sum(measured.endings.values()) == sum(measured.extents.values()) == 45
+    measured = measure_accuracy(25, jobs=1, progress=lambda *told: seen.append(told))
+    return measured, seen
+
+
+def test_shots_are_graded_and_counted(
+    in_one_process: tuple[AccuracyMeasurement, list[tuple[int, int, str]]],
+) -> None:
+    measured, seen = in_one_process
+    assert seen == [(done, 25, f"shot {done - 1}") for done in range(1, 26)]
+    assert measured.shots == 25
+    assert sum(measured.endings.values()) == sum(measured.extents.values()) == 25
     assert (measured.missing, measured.invented, measured.faulty) == (0, 0, ())
     assert measured.events == measured.time_error_ulps.count > 100
     assert measured.quality_factor.greatest is not None
@@ -35,8 +44,10 @@ def test_shots_are_graded_and_counted() -> None:
     assert Scene.model_validate(measured.worst[0].scene) == random_shot(number)
 
 
-def test_two_processes_find_what_one_finds(tmp_path: Path) -> None:
-    one, two = (measure_accuracy(40, first=100, jobs=jobs) for jobs in (1, 2))
+def test_two_processes_find_what_one_finds(
+    in_one_process: tuple[AccuracyMeasurement, list[tuple[int, int, str]]], tmp_path: Path
+) -> None:
+    one, two = in_one_process[0], measure_accuracy(25, jobs=2)
     assert two.model_copy(update={"environment": one.environment}) == one
     path = tmp_path / "accuracy.json"
     measurements.save(two, path, "--out")
@@ -45,12 +56,12 @@ def test_two_processes_find_what_one_finds(tmp_path: Path) -> None:
 
 def test_an_interrupt_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(done: int, of: int, last: str) -> None:
-        if done == 40:
+        if done == 20:
             raise KeyboardInterrupt
 
     measured = measure_accuracy(200, jobs=1, progress=interrupt)
     assert measured.interrupted
-    assert measured.shots == 40
+    assert measured.shots == 20
     assert measured.anything
 
 

