@@ -185,8 +185,9 @@ def gone(pids: list[int]) -> bool:
 
 def test_every_fault_has_its_words():
     ways = set(FaultyEngine.Settings.model_fields["does"].annotation.__args__)
-    # One stops early and one prints, which are outcomes of their own.
-    assert ways == {"none", "stop", "print", *SAYS}
+    # One stops early and one prints, which are outcomes of their own; so is a motion that can't be
+    # sampled, which only commands that ask for one come to (`test_faulty_engines.py`).
+    assert ways == {"none", "stop", "print", "lose-motion", "cut-motion", *SAYS}
 
 
 @pytest.mark.parametrize(

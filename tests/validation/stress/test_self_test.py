@@ -16,9 +16,11 @@ import pytest
 
 from validation.mutants import MutantError, Mutation
 from validation.stress import StressError
-from validation.stress.mutations import MUTATIONS, find_mutation
+from validation.stress.mutations import MUTATIONS
 from validation.stress.probe import lines, small_trials
 from validation.stress.self_test import UNCHANGED, Found, SelfTest, self_test
+
+NAMED = {one.name: one for one in MUTATIONS}
 
 FEW = ("graded/head-on", "graded/stop", "graded/draw-shot")
 """Trials that take no time."""
@@ -38,7 +40,7 @@ def test_a_bug_is_killed_and_the_unchanged_copy_survives() -> None:
     seen: list[tuple[str, int, int]] = []
     outcome = self_test(
         only=FEW,
-        mutations=[find_mutation("restitution - 1e-6")],
+        mutations=[NAMED["restitution - 1e-6"]],
         progress=lambda found, done, planned: seen.append((found.name, done, planned)),
     )
     assert outcome.exit_status == 0
@@ -96,7 +98,7 @@ def test_an_interrupt_ends_every_process() -> None:
         os.kill(os.getpid(), signal.SIGINT)
 
     before = threading.active_count()
-    mutations = [find_mutation("spin for ever"), find_mutation("late roll")]
+    mutations = [NAMED["spin for ever"], NAMED["late roll"]]
     outcome = self_test(only=["graded/stop"], jobs=2, mutations=mutations, progress=interrupt)
     assert outcome.interrupted
     assert outcome.exit_status == 130
