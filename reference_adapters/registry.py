@@ -19,7 +19,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from reference_adapters.base import EngineError, ReferenceEngine
-from reference_adapters.output import captured, harmless
+from reference_adapters.output import Output, captured, harmless
 
 _LOGGER = logging.getLogger("ghostball.reference_adapters")
 
@@ -246,6 +246,7 @@ def _told_what_it_prints(name: str) -> Iterator[None]:
     if name == OURS:  # it prints nothing, and may well compile kernels, which it logs
         yield
         return
+    output = Output()  # where Ctrl-C comes before the block begins, there is one too
     try:
         with captured(errors=True) as output:
             yield

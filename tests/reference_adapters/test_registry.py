@@ -274,3 +274,15 @@ def test_a_package_that_exits_when_imported_is_named(packages):
     packages.install("quitter", "raise SystemExit(0)\n")
     with pytest.raises(EngineUnavailableError, match=r"`foreign` can't be imported.*SystemExit"):
         engine_class("foreign")
+
+
+def test_an_interrupt_before_what_is_printed_is_caught_stays_one(packages, monkeypatch):
+    """It was told as the engine's own failure, and the run went on."""
+
+    def interrupted(**_):
+        raise KeyboardInterrupt
+
+    packages.install("some-engine", foreign())
+    monkeypatch.setattr("reference_adapters.registry.captured", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        make_engine("foreign")
