@@ -60,8 +60,6 @@ def lines(patterns: Sequence[str]) -> Iterator[dict[str, Any]]:
     """Yield what is printed: what is tried next, and what became of it."""
     for family, trial in small_trials(patterns):
         yield {"tries": f"{family}/{trial.name}"}
-        if hasattr(signal, "setitimer"):  # else the clock of who started this process ends it
-            signal.setitimer(signal.ITIMER_PROF, PROCESSOR_LIMIT)
         found = run_trial(StressTask(family, trial, LABEL))
         yield {"tried": f"{family}/{trial.name}", "outcome": found.outcome, "faults": found.faults}
 
@@ -76,6 +74,8 @@ def main() -> None:
         os.dup2(2, 1)
         for line in lines(patterns):
             print(json.dumps(line), file=out, flush=True)
+            if hasattr(signal, "setitimer"):  # else the clock of who started this process ends it
+                signal.setitimer(signal.ITIMER_PROF, PROCESSOR_LIMIT)
 
 
 if __name__ == "__main__":
