@@ -20,7 +20,7 @@ from engine import (
     simulate_sweep,
     skips,
 )
-from engine.impact_laws.registry import any_integrated
+from engine.impacts.laws.registry import any_integrated
 from validation.library import FOLDER
 
 

@@ -8,7 +8,8 @@ import pytest
 from shots import POOL_TABLE, R, ball, scene_of
 
 from engine import GhostballError, Table, UnsupportedSceneError
-from engine.features import (
+from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+from engine.scene.features import (
     BALL_LAW_FEATURES,
     CUSHION_LAW_FEATURES,
     EXACT,
@@ -18,7 +19,6 @@ from engine.features import (
     missing_features,
     scene_features,
 )
-from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 
 PLAIN = (Feature.ROLLING, Feature.UNBOUNDED_CLOTH)
 

@@ -12,13 +12,14 @@ import pytest
 from kernels import entry_to
 
 import reference_adapters
-from engine import _jit, _loop
+from engine.core import kernel as jit
+from engine.event_loop import loop
 
-SOURCES = Path(_jit.__file__).parent
+SOURCES = Path(jit.__file__).parent.parent
 
 # Two kernels in files of their own beside the engine's, which would take far longer to compile.
 CALLEE = """
-from engine._jit import kernel
+from engine.core.kernel import kernel
 
 @kernel
 def grown(x):
@@ -26,7 +27,7 @@ def grown(x):
 """
 CALLER = """
 from engine._callee import grown
-from engine._jit import compiling, kernel
+from engine.core.kernel import compiling, kernel
 
 @kernel(entry=True)
 def called(x):
@@ -77,15 +78,15 @@ def test_an_edited_callee_in_another_file_is_seen(copy):
 def test_a_kernel_without_a_wrapper_refuses_a_call_from_python():
     # Without the refusal the process ends here with a segmentation fault.
     with pytest.raises(TypeError, match="kernel `run` can be called by other kernels only"):
-        _loop.run()
+        loop.run()
     # What is called instead does the same, and is kept apart from what other kernels call.
-    doubled = _jit.kernel(twice)
+    doubled = jit.kernel(twice)
     with pytest.raises(TypeError, match="kernel `twice`"):
         doubled(1.5)
     assert entry_to(doubled)(1.5) == 3.0
     assert entry_to(entry_to(doubled)) is entry_to(doubled)
     with pytest.raises(TypeError, match="kernel `twice`"):
-        _jit.kernel(twice)(1.5)
+        jit.kernel(twice)(1.5)
 
 
 def is_kernel(function):
@@ -129,20 +130,20 @@ def twice(x):
 @pytest.mark.parametrize("name", ["get_host_cpu_name", "get_host_cpu_features"])
 def test_key_depends_on_the_processor(monkeypatch, name):
     # Where it doesn't, kernels of another processor are called compiled, and compiled in silence.
-    key = _jit.cache_key()
+    key = jit.cache_key()
     other = {"sse2": True} if name == "get_host_cpu_features" else "znver2"
     features = type("Features", (dict,), {"flatten": lambda self: str(dict(self))})
     found = features(other) if name == "get_host_cpu_features" else other
-    monkeypatch.setattr(_jit.llvmlite.binding, name, lambda: found)
-    assert _jit.cache_key() != key
+    monkeypatch.setattr(jit.llvmlite.binding, name, lambda: found)
+    assert jit.cache_key() != key
 
 
-@pytest.mark.parametrize("flag", _jit.FLAGS)
+@pytest.mark.parametrize("flag", jit.FLAGS)
 def test_key_depends_on_flags(monkeypatch, flag):
-    key = _jit.cache_key()
-    assert key == _jit.cache_key()
-    monkeypatch.setattr(_jit._config, flag, 17)
-    assert _jit.cache_key() != key
+    key = jit.cache_key()
+    assert key == jit.cache_key()
+    monkeypatch.setattr(jit._config, flag, 17)
+    assert jit.cache_key() != key
 
 
 def test_old_caches_are_removed_and_recent_ones_kept(tmp_path):
@@ -152,9 +153,9 @@ def test_old_caches_are_removed_and_recent_ones_kept(tmp_path):
         folder.mkdir()
         (folder / "index").write_text("x")
         os.utime(folder, (now - age, now - age))
-    _jit._prune(tmp_path, keep=tmp_path / "cache15")
+    jit._prune(tmp_path, keep=tmp_path / "cache15")
     left = {path.name for path in tmp_path.iterdir()}
-    assert left == {"cache15", *(f"cache{age}" for age in range(_jit.KEPT_CACHES))}
+    assert left == {"cache15", *(f"cache{age}" for age in range(jit.KEPT_CACHES))}
 
 
 @pytest.mark.compiled

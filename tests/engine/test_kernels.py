@@ -6,7 +6,7 @@ import pytest
 from shots import ball, scene_of
 
 from engine import simulate, warm_up
-from engine.kernels import MANY, variants_of
+from engine.compilation import MANY, variants_of
 
 ONE = scene_of(ball((0.0, 0.0), (1.0, 0.0)))
 TWO = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((1.0, 0.0)))

@@ -11,7 +11,7 @@ from refusals import loading, refusal
 from shots import POOL_TABLE, R, ball, scene_of
 
 from engine import Physics, SceneError, Table
-from engine.impact_laws.registry import (
+from engine.impacts.laws.registry import (
     BALL_LAW_NAMES,
     BALL_LAWS,
     CUSHION_LAW_NAMES,

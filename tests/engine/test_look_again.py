@@ -7,9 +7,9 @@ import pytest
 from kernels import entry_to
 from shots import R, ball, scene_of
 
-from engine._layout import layout_of
-from engine._look_again import overlap_until
-from engine._state import BOUNDS, COUNTERS
+from engine.core.state import BOUNDS, COUNTERS
+from engine.running.from_scene import layout_of
+from engine.scheduling.look_again import overlap_until
 
 overlap_until = entry_to(overlap_until)
 

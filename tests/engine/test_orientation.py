@@ -19,7 +19,7 @@ from engine import (
     _orientation as turning,
     simulate,
 )
-from engine._orientation import SERIES_TERMS, STEP_TURN, fixed_axis_turn, series_turn
+from engine.trajectory.orientation import SERIES_TERMS, STEP_TURN, fixed_axis_turn, series_turn
 
 
 def turned(quaternion, vector):

@@ -10,10 +10,7 @@ import numpy as np
 import pytest
 from kernels import entry_to
 
-from engine import _plastic as plastic
-from engine._layout import contacts_of
-from engine._plastic import end_approach, gained
-from engine._state import (
+from engine.core.state import (
     ANSWERING,
     FIRST,
     FORCE,
@@ -25,6 +22,9 @@ from engine._state import (
     SECOND,
     Contacts,
 )
+from engine.impacts import plastic
+from engine.impacts.plastic import end_approach, gained
+from engine.running.from_scene import contacts_of
 
 end_approach, gained = map(entry_to, (end_approach, gained))
 

@@ -7,9 +7,10 @@ import pytest
 from invariants import fingerprint, overlaps
 from whole_kernels import begin_without_contacts
 
-from engine import Ball, EventKind, Physics, Scene, Status, Table, _run, simulate
-from engine._state import RUN_CONTACTS
-from engine._tolerances import CONTACT_TOLERANCE, EPS
+from engine import Ball, EventKind, Physics, Scene, Status, Table, simulate
+from engine.core.state import RUN_CONTACTS
+from engine.core.tolerances import CONTACT_TOLERANCE, EPS
+from engine.running import driver
 from validation.library import FOLDER
 
 SCENES = Path(__file__).parent.parent / "support" / "scenes"
@@ -110,7 +111,7 @@ def test_a_run_that_comes_to_contacts_goes_on_as_with_them_from_the_first(scene,
     """Under bounds checks these alone begin without contacts (`whole_kernels`)."""
     with_them = simulate(scene, record="events", no_skip=["contacts"])
     begin_without_contacts(monkeypatch)
-    beginning = _run.Run(scene, keep_log=False)
+    beginning = driver.Run(scene, keep_log=False)
     assert beginning.contacts is None
     assert beginning._enter(65_536, False) == RUN_CONTACTS
     assert fingerprint(simulate(scene, record="events")) == fingerprint(with_them)
@@ -166,7 +167,7 @@ def test_an_instant_with_several_events_fits_in_any_log(first_log, monkeypatch):
     """A contact that stops balls logs an event for each; the log must have room for all."""
     scene = Scene.load(SCENES / "stopped-by-contact.toml")
     whole = simulate(scene, record="events")
-    monkeypatch.setattr(_run, "_FIRST_LOG", first_log)
+    monkeypatch.setattr(driver, "_FIRST_LOG", first_log)
     again = simulate(scene, record="events")
     assert np.array_equal(again.events, whole.events)
     for found, expected in zip(again.trajectory.knots, whole.trajectory.knots, strict=True):

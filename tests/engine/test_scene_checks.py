@@ -8,7 +8,7 @@ from refusals import refusal
 from shots import ball, scene_of
 
 from engine import SceneError
-from engine._scene_checks import overlapping_pairs
+from engine.scene.rules import overlapping_pairs
 
 SLIDE = {"motion": "sliding"}
 

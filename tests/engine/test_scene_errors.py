@@ -11,8 +11,8 @@ from refusals import loading as refusal
 from shots import POOL_TABLE
 
 from engine import Ball, Scene, SceneError
-from engine._scene_file import dumps
-from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+from engine.scene.toml import dumps
 
 VALID = """\
 schema = 1

@@ -9,9 +9,9 @@ import pytest
 from shots import POOL_TABLE, ball, random_break, scene_of
 
 from engine import Ball, Physics, Scene, SceneError, Table
-from engine._scene_file import dumps
-from engine.impact_laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 from engine.scene import json_schema
+from engine.scene.toml import dumps
 
 
 def test_loading_what_cannot_be_read(tmp_path):

@@ -12,7 +12,7 @@ from shots import R, ball, scene_of
 from transforms import shuffled
 
 from engine import GhostballError, Scene, sensitivity, simulate
-from engine.impact_laws.registry import BALL_LAWS
+from engine.impacts.laws.registry import BALL_LAWS
 from engine.sensitivity import LANES, PARTS, QUALITY, ROUNDING, TangentMap, tangent_of
 from reference_adapters.certified import certify
 from validation.library import find_scene

@@ -8,7 +8,7 @@ from invariants import fingerprint
 from shots import POOL_TABLE, ball, rack, random_shot, scene_of
 
 from engine import GhostballError, Scene, simulate
-from engine.skips import MATRIX_SKIPS, MOST_IN_MATRIX, Skip, chosen_skips, explain_skips
+from engine.running.skips import MATRIX_SKIPS, MOST_IN_MATRIX, Skip, chosen_skips, explain_skips
 from validation.library import FOLDER
 
 EXACT = [skip for skip in Skip if skip is not Skip.ADVANCEMENT]

@@ -19,7 +19,8 @@ from knots import (
 )
 from shots import R, ball, scene_of
 
-from engine import ExactTrajectory, SampledTrajectory, Samples, _state
+from engine import ExactTrajectory, SampledTrajectory, Samples
+from engine.core import state
 from engine.result import initial_state
 from engine.trajectory import Phase, energy_of
 
@@ -101,7 +102,7 @@ def slip_of(samples: Samples) -> np.ndarray:
 
 
 def test_the_phases_are_those_of_the_kernels():
-    assert [float(phase) for phase in Phase] == [_state.RESTING, _state.SLIDING, _state.ROLLING]
+    assert [float(phase) for phase in Phase] == [state.RESTING, state.SLIDING, state.ROLLING]
 
 
 def test_a_slide_is_sampled_from_its_closed_form():
@@ -149,7 +150,7 @@ def test_vertical_spin_decays_to_nothing_and_no_further(wz):
 
 def test_what_a_contact_step_adds_to_the_vertical_spin():
     knot = rest(0.0, (0.0, 0.0), 1.0)
-    knot[_state.BZ] = 4.0
+    knot[state.BZ] = 4.0
     found = trajectory_of(knot, t_end=1.0).sample(np.array([0.05, 0.1, 0.3])).angular_velocities
     assert found[:, 0, 2] == pytest.approx([0.7, 0.4, 1.2], rel=1e-15)
 

@@ -570,7 +570,7 @@ def test_all_our_sources_are_hashed() -> None:
         path.relative_to(ROOT).as_posix() for p in OUR_PACKAGES for path in (ROOT / p).rglob("*.py")
     }
     assert hashed == wanted
-    assert "engine/impact_laws/registry.py" in hashed
+    assert "engine/impacts/laws/registry.py" in hashed
 
 
 def test_every_library_that_our_code_imports_is_hashed() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import Scene
-from engine.fingerprint import bits_hash
+from engine.result.hashes import bits_hash
 from engine.sensitivity import QUALITY, ROUNDING
 from validation.our_run import run_ours
 from validation.predictability.bifurcations import extent_of

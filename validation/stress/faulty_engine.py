@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import ClassVar, Literal
 
 from engine import Record, Result, Scene, Status, simulate
-from engine.features import EXACT, Capability, Feature
+from engine.scene.features import EXACT, Capability, Feature
 from reference_adapters import EngineBase, EngineSettings
 
 Fault = Literal[

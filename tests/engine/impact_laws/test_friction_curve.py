@@ -11,9 +11,9 @@ import pytest
 from kernels import entry_to
 from shots import ball, scene_of
 
-from engine._layout import laws_of
-from engine._state import Laws
-from engine.impact_laws.friction_curve import alciatore_friction, friction_coefficient
+from engine.core.state import Laws
+from engine.impacts.laws.friction_curve import alciatore_friction, friction_coefficient
+from engine.running.from_scene import laws_of
 
 alciatore_friction, friction_coefficient = map(entry_to, (alciatore_friction, friction_coefficient))
 
