@@ -379,7 +379,7 @@ CAUGHT_BY_TESTS: Final[tuple[tuple[Mutation, str], ...]] = (
                 "        bounds[j] = math.inf if lost or bound > until else bound\n" + tail,
                 f"One in 100 000 bounds of {name} balls is dropped.",
             ),
-            f"tests/engine/test_pairs.py::test_no_bound_of_a_pair_is_missing[{name}]",
+            f"tests/engine/scheduling/test_all_pairs.py::test_no_bound_of_a_pair_is_missing[{name}]",
         )
         for name, head, tail in (
             (
@@ -403,7 +403,7 @@ CAUGHT_BY_TESTS: Final[tuple[tuple[Mutation, str], ...]] = (
             "        return bool(balls.own_kind[i] > balls.own_kind[j])",
             "Of a rest and a cushion at one instant, the cushion comes first.",
         ),
-        "tests/engine/test_cells.py"
+        "tests/engine/scheduling/test_cells.py"
         "::test_of_own_events_of_one_instant_a_rest_comes_before_a_cushion",
     ),
 )

@@ -12,7 +12,7 @@ from transforms import same_log, shuffled
 
 from engine import Result, Scene, Status, simulate
 
-SCENES = Path(__file__).parent.parent / "support" / "scenes"
+SCENES = Path(__file__).parents[2] / "support" / "scenes"
 
 
 def shot(name: str) -> Result:

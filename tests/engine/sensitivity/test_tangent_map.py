@@ -11,9 +11,9 @@ import pytest
 from shots import R, ball, scene_of
 from transforms import shuffled
 
-from engine import GhostballError, Scene, sensitivity, simulate
+from engine import GhostballError, Scene, simulate
 from engine.impacts.laws.registry import BALL_LAWS
-from engine.sensitivity import LANES, PARTS, QUALITY, ROUNDING, TangentMap, tangent_of
+from engine.sensitivity import LANES, PARTS, QUALITY, ROUNDING, TangentMap, tangent_map, tangent_of
 from reference_adapters.certified import certify
 from validation.library import find_scene
 
@@ -221,10 +221,10 @@ def test_a_law_without_a_derivative_of_its_own_has_that_of_differences():
     events = result.events
     start = np.zeros((2, PARTS, LANES))
     start[:, :, :2] = _directions(result.scene, 2).transpose(1, 2, 0)
-    arrays = sensitivity._arrays(result.scene, result.trajectory, events, 0.0)
+    arrays = tangent_map._arrays(result.scene, result.trajectory, events, 0.0)
     unknown = arrays._replace(laws=arrays.laws._replace(ball_law=len(BALL_LAWS)))
     unknown.tangent.reshape(-1, 7 * LANES)[unknown.first[:-1]] = start.reshape(2, -1)
-    sensitivity.run_tangent(unknown)
+    tangent_map.run_tangent(unknown)
     found = TangentMap(2, result.trajectory.t_end, (unknown,)).sample([result.rest_time])
     expected = known.sample([result.rest_time])
     assert not np.array_equal(found, expected)

@@ -16,9 +16,9 @@ from engine import (
     Physics,
     Scene,
     Table,
-    _orientation as turning,
     simulate,
 )
+from engine.trajectory import orientation as turning
 from engine.trajectory.orientation import SERIES_TERMS, STEP_TURN, fixed_axis_turn, series_turn
 
 

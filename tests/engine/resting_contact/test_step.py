@@ -13,7 +13,7 @@ from engine.core.tolerances import CONTACT_TOLERANCE, EPS
 from engine.running import driver
 from validation.library import FOLDER
 
-SCENES = Path(__file__).parent.parent / "support" / "scenes"
+SCENES = Path(__file__).parents[2] / "support" / "scenes"
 
 R = 0.028575
 DECELERATION = 0.02 * 9.81
