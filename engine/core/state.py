@@ -97,7 +97,7 @@ class Laws(NamedTuple):
     right: float
     bottom: float
     top: float
-    integrated: int | None  # 1 where a law needs integrating: see `impact_laws.dispatch`
+    integrated: int | None  # 1 where a law needs integrating: see `impacts.laws.dispatch`
 
 
 class Pairs(NamedTuple):

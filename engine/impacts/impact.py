@@ -1,7 +1,7 @@
 """One impact: two balls, or a ball and a cushion, by the law that the scene chose.
 
 Here the state is turned into the frame of the contact and back; what the impact does is the law's
-(`impact_laws`).
+(`impacts.laws`).
 """
 
 from __future__ import annotations

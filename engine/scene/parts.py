@@ -93,7 +93,7 @@ class Part(BaseModel):
 class Physics(Part):
     """Constants and laws of one scene; a `preset` gives the defaults, any field overrides it.
 
-    `impact_laws/registry.py` says what each law of impacts uses, and where it comes from. A field
+    `impacts/laws/registry.py` says what each law of impacts uses, and where it comes from. A field
     that the chosen law would ignore is refused, unless it has the preset's value or the default.
 
     Sources: the paper's own model ("paper": section 4.2 and 5.2, mu = 0.02, everything elastic);
@@ -135,7 +135,7 @@ class Physics(Part):
         "balls, or one after another",
     )
     ball_impact: BallLaw = Field(
-        default="frictional", description="law of the ball-ball impact, see impact_laws/registry.py"
+        default="frictional", description="law of the ball-ball impact, see impacts/laws/registry.py"
     )
     ball_restitution: Fraction = Field(default=1.0, description="ball-ball restitution [1]")
     ball_friction: NonNegative | Literal["alciatore"] = Field(
@@ -144,7 +144,7 @@ class Physics(Part):
         "speed of slip",
     )
     cushion: CushionLaw = Field(
-        default="mirror", description="law of the ball-cushion impact, see impact_laws/registry.py"
+        default="mirror", description="law of the ball-cushion impact, see impacts/laws/registry.py"
     )
     cushion_restitution: Fraction = Field(
         default=1.0, description='normal restitution of the cushion (all laws but "mirror") [1]'
