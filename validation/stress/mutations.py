@@ -255,7 +255,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     *(
         Mutation(
             f"tangent growth * {factor}",
-            "sensitivity.py",
+            "sensitivity/tangent_map.py",
             "        result[order] = total * math.sqrt(",
             f"        result[order] = {factor}.0 * total * math.sqrt(",
             f"Rounding is said to displace balls {factor} times as far as it does.",
@@ -264,7 +264,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "horizon of 0.1 s",
-        "sensitivity.py",
+        "sensitivity/tangent_map.py",
         "    limit = tolerance / error\n    for times in",
         "    limit = tolerance / error\n    return 0.1\n    for times in",
         "Every shot is said to be predictable for a tenth of a second.",
