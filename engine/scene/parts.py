@@ -135,7 +135,7 @@ class Physics(Part):
         "balls, or one after another",
     )
     ball_impact: BallLaw = Field(
-        default="frictional", description="law of the ball-ball impact, see impacts/laws/registry.py"
+        default="frictional", description="law of the ball-ball impact, see impacts/laws/"
     )
     ball_restitution: Fraction = Field(default=1.0, description="ball-ball restitution [1]")
     ball_friction: NonNegative | Literal["alciatore"] = Field(
@@ -144,7 +144,7 @@ class Physics(Part):
         "speed of slip",
     )
     cushion: CushionLaw = Field(
-        default="mirror", description="law of the ball-cushion impact, see impacts/laws/registry.py"
+        default="mirror", description="law of the ball-cushion impact, see impacts/laws/"
     )
     cushion_restitution: Fraction = Field(
         default=1.0, description='normal restitution of the cushion (all laws but "mirror") [1]'
