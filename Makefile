@@ -100,15 +100,13 @@ coverage: test test-nojit  ## coverage of both runs
 # few of them a variant that leaves some out (tests/support/whole_kernels.py). Checks are the same
 # where the optimiser does less, and so is every bit: it compiles in three quarters of the time.
 CHECKED := NUMBA_BOUNDSCHECK=1 NUMBA_OPT=1
-BOUNDED := impact_laws test_batch.py test_cells.py test_clusters.py test_elastic_gas.py \
-	test_look_again.py test_plastic.py test_press.py test_sensitivity.py \
-	test_simulate_robustness.py test_simultaneous.py test_orientation.py test_tree.py \
-	test_unchecked_scenes.py
+BOUNDED := impacts resting_contact scheduling sensitivity trajectory/test_orientation.py test_batch.py \
+	test_elastic_gas.py test_simulate_robustness.py test_unchecked_scenes.py
 
 test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
 	$(CHECKED) $(COMPILE)
 	$(CHECKED) $(PYTEST) --dist loadfile $(addprefix tests/engine/,$(BOUNDED)) \
-		--deselect tests/engine/test_cells.py::test_a_sweep_in_cells_is_each_of_its_shots
+		--deselect tests/engine/scheduling/test_cells.py::test_a_sweep_in_cells_is_each_of_its_shots
 
 lint: $(READY)  ## ruff: rules and format
 	$(BIN)/ruff check

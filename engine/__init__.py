@@ -28,17 +28,16 @@ frictions of its own.
 Impacts
 -------
 They take no time. `Physics.ball_impact` and `Physics.cushion` name the law of each kind
-(`engine/impact_laws/registry.py` lists them), and `Physics.impacts` says whether those of
+(`engine/impacts/laws/registry.py` lists them), and `Physics.impacts` says whether those of
 balls that share one at one instant are resolved together, so that no order of balls matters, or one
 after another; together, balls rub by Coulomb's law, whatever `ball_impact` is. Both cushions of a
 corner are met together too; a cushion and a ball at one instant, the cushion first. Impulses along
 the vertical turn balls and never lift them: a ball stays on the cloth. Laws that act through spin
 need `motion` = "sliding".
 
-Sustained contact
------------------
-Balls that friction presses together don't bounce without end: contact forces hold their gaps closed
-for as long as they push, in steps that keep every gap within a tolerance (`engine/_press.py`).
+Sustained contact ----------------- Balls that friction presses together don't bounce without end:
+contact forces hold their gaps closed for as long as they push, in steps that keep every gap within
+a tolerance (`engine/resting_contact/step.py`).
 """
 
 # ruff: noqa: E402 - the instant must be taken before anything else is loaded.
@@ -49,8 +48,8 @@ import time
 _IMPORTED_NS = time.time_ns()
 
 from engine.batch import STATUSES, Batch, simulate_many, simulate_sweep
+from engine.compilation import warm_up
 from engine.errors import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
-from engine.kernels import warm_up
 from engine.result import EVENT_DTYPE, EventKind, Record, Result, Status
 from engine.scene import CUSHIONS, Ball, Physics, Scene, Table
 from engine.shot import simulate

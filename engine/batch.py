@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic_core import PydanticCustomError
 
-from engine._layout import layout_of
-from engine._scene_checks import Motions, check_motions
-from engine._scene_errors import refusal
-from engine._tolerances import position_rounding
+from engine.core.events import Status
+from engine.core.tolerances import position_rounding
 from engine.errors import GhostballError, SceneError
-from engine.result import Status
+from engine.running.from_scene import layout_of
+from engine.running.variants import variant_of
 from engine.scene import Ball, Scene, rolling_angular_velocity
+from engine.scene.messages import refusal
+from engine.scene.rules import Motions, check_motions
 from engine.shot import MAX_EVENTS, check_request
 
 STATUSES = tuple(Status)
@@ -81,7 +82,7 @@ def simulate_many(
     scenes = tuple(scenes)
     for scene in scenes:
         check_request(scene, "rest", max_events)
-    from engine._run import Run, variant_of, warm_up  # noqa: PLC0415 - they load the compiler
+    from engine.running.driver import Run, warm_up  # noqa: PLC0415 - loads the compiler
 
     for variant in {variant_of(scene, contacts=False) for scene in scenes}:
         warm_up(variant)  # with contacts when a scene turns out to need them
@@ -148,15 +149,15 @@ def simulate_sweep(
     with np.errstate(over="ignore", invalid="ignore"):  # what isn't finite is refused by the rules
         velocity, spin = _cue_motions(scene, speeds, angles, ball)
     _check_shots(scene, ball, velocity, spin)
-    from engine import _run, _run_sweep  # noqa: PLC0415 - they load the compiler
+    from engine.running import driver, sweep_driver  # noqa: PLC0415 - they load the compiler
 
-    shots = _run_sweep.shots_of(len(velocity), len(scene.balls))
+    shots = sweep_driver.shots_of(len(velocity), len(scene.balls))
     shots.velocity[:], shots.spin[:] = velocity[:, :2], spin
     shots.slides[:] = not scene.rolls[ball]
-    _run_sweep.run_sweep(scene, ball, shots, max_events, workers)
+    sweep_driver.run_sweep(scene, ball, shots, max_events, workers)
     resolved = position_rounding(1.0) * shots.farthest < layout_of(scene).smallest_radius
-    known = sorted(_run.STATUS)
-    status = np.array([STATUSES.index(_run.STATUS[code]) for code in known], dtype=np.int8)
+    known = sorted(driver.STATUS)
+    status = np.array([STATUSES.index(driver.STATUS[code]) for code in known], dtype=np.int8)
     failed = np.int8(STATUSES.index(Status.FAILED))
     return Batch(
         np.where(resolved, status[np.searchsorted(known, shots.status)], failed),

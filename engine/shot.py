@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from engine._layout import admit
+from engine.core.events import RECORDS, Record
 from engine.errors import GhostballError
-from engine.result import RECORDS, Record, Result
+from engine.result import Result
+from engine.running.from_scene import admit
+from engine.running.skips import Skip, chosen_skips
+from engine.running.variants import variant_of
 from engine.scene import Scene
-from engine.skips import Skip, chosen_skips
 
 MAX_EVENTS = 10_000_000
 """Default event limit: a shot has hundreds of events, a long run of an elastic gas millions."""
@@ -32,7 +34,7 @@ def simulate(
     max_events : int
         Events and contact steps after which to give up; the result then says so in `status`.
     no_skip : collection of str
-        Skips that are switched off; `engine.skips` has their names. The answer is the same.
+        Skips that are switched off; `engine.running.skips` has their names. The answer is the same.
 
     Returns
     -------
@@ -48,13 +50,12 @@ def simulate(
     GhostballError
         Where `scene`, `record`, `max_events` or `no_skip` is wrong.
 
-    Notes
-    -----
-    Between events each ball moves in closed form; the next contact is the first entering root of
-    the true gap (`engine/_pairs.py`). There is no time step, but for balls that friction presses
-    together: these move in steps that keep their gaps within a stated tolerance
-    (`engine/_press.py`), counted in `work["contact_steps"]`. Impacts at one instant that share a
-    ball, resolved together (`engine/_together.py`), are counted in `work["joint_impacts"]`.
+    Notes ----- Between events each ball moves in closed form; the next contact is the first
+    entering root of the true gap (`engine/scheduling/all_pairs.py`). There is no time step, but for
+    balls that friction presses together: these move in steps that keep their gaps within a stated
+    tolerance (`engine/resting_contact/step.py`), counted in `work["contact_steps"]`. Impacts at one
+    instant that share a ball, resolved together (`engine/impacts/simultaneous.py`), are counted in
+    `work["joint_impacts"]`.
 
     The run ends when the last centre rests and the last spin about the vertical has decayed; a
     spin that nothing slows isn't waited for.
@@ -62,11 +63,11 @@ def simulate(
     check_request(scene, record, max_events)
     # The compiler is loaded here and no sooner: importing the package, or asking for help on the
     # command line, must not wait for it.
-    from engine import _run  # noqa: PLC0415
+    from engine.running import driver  # noqa: PLC0415
 
     off = frozenset() if no_skip == () else chosen_skips(no_skip, scene)
-    _run.warm_up(_run.variant_of(scene, False, off))
-    run = _run.Run(scene, record != "rest" or Skip.RECORDS in off, off)
+    driver.warm_up(variant_of(scene, False, off))
+    run = driver.Run(scene, record != "rest" or Skip.RECORDS in off, off)
     run.go(max_events)
     return Result(
         engine="ghostball",

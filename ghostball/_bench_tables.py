@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from engine.skips import Skip
+from engine.running.skips import Skip
 from reports.style import format_quantity, format_time
 from validation.bench import (
     AccuracyMeasurement,

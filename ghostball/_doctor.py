@@ -75,24 +75,24 @@ def _versions() -> Iterator[Finding]:
 
 def _kernels() -> Iterator[Finding]:
     try:
-        from engine import _jit  # noqa: PLC0415 - a compiler that can't be loaded is a finding
+        from engine.core import kernel  # noqa: PLC0415 - a compiler that can't be loaded is a finding
     except ImportError as error:
         yield Finding("kernels", State.BROKEN, f"no compiler: {error}. Reinstall numba")
         return
     if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
         yield Finding("kernels", State.NOTE, "interpreted: NUMBA_DISABLE_JIT is set; runs are slow")
         return
-    directory = _jit.cache_directory()
+    directory = kernel.cache_directory()
     if directory is None:
         yield Finding(
             "kernels",
             State.BROKEN,
-            f"{_jit.cache_root()}: can't be written, so every run compiles again. Set "
+            f"{kernel.cache_root()}: can't be written, so every run compiles again. Set "
             "GHOSTBALL_CACHE_DIR to a folder that can",
         )
         return
     size = sum(path.stat().st_size for path in directory.rglob("*") if path.is_file())
-    if _jit.compiled():
+    if kernel.compiled():
         detail = f"compiled, {size / 1e6:.1f} MB in {directory}"
         yield Finding("kernels", State.GOOD, detail)
     else:

@@ -12,8 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 from engine import Record, Result, Scene
-from engine.features import Capability, Feature
-from engine.skips import explain_skips
+from engine.running.skips import explain_skips
+from engine.scene.features import Capability, Feature
 from reference_adapters import EngineError, engine_class, engine_names
 from reference_adapters.base import EngineSettings
 from reference_adapters.registry import known_settings

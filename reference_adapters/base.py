@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict
 
 from engine import Record, Result, Scene
 from engine.errors import GhostballError, UnsupportedSceneError
-from engine.features import Capabilities, missing_features
+from engine.scene.features import Capabilities, missing_features
 
 
 class EngineError(GhostballError):

@@ -7,9 +7,9 @@ from typing import Annotated, ClassVar
 from pydantic import Field, field_validator
 
 from engine import Record, Result, Scene, simulate
-from engine.features import CAPABILITIES, Capabilities
+from engine.running.skips import chosen_skips
+from engine.scene.features import CAPABILITIES, Capabilities
 from engine.shot import MAX_EVENTS
-from engine.skips import chosen_skips
 from reference_adapters.base import EngineBase, EngineSettings
 
 
@@ -19,7 +19,7 @@ class GhostballSettings(EngineSettings):
     max_events: Annotated[int, Field(gt=0)] = MAX_EVENTS
     """Events after which a run stops with `Status.EVENT_LIMIT`."""
     no_skip: str | None = None
-    """Skips that are switched off, joined by "+"; `engine.skips` names them."""
+    """Skips that are switched off, joined by "+"; `engine.running.skips` names them."""
 
     @field_validator("no_skip")
     @classmethod

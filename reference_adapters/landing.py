@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import Table
-from engine._jit import compiling, kernel
+from engine.core.kernel import compiling, kernel
 from reference_adapters.slowing_kernels import slow, stop
 
 FloatArray = NDArray[np.float64]

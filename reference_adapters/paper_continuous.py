@@ -53,7 +53,7 @@ import numpy as np
 from pydantic import Field
 
 from engine import EventKind, Record, Result, Scene
-from engine.features import EXACT, Capabilities
+from engine.scene.features import EXACT, Capabilities
 from reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
 from reference_adapters.paper_model import PaperRun, Stop, paper_capabilities
 

@@ -31,7 +31,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from engine import EventKind, Record, Result, Scene
-from engine.features import Capabilities, Capability
+from engine.scene.features import Capabilities, Capability
 from reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
 from reference_adapters.paper_model import PaperRun, Stop, paper_capabilities
 

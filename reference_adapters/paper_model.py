@@ -19,8 +19,8 @@ from typing import Any, Literal
 import numpy as np
 
 from engine import CUSHIONS, EventKind, Record, Result, Samples, Scene, Status
-from engine.features import EXACT, Capability, Feature
 from engine.scene import rolling_angular_velocity
+from engine.scene.features import EXACT, Capability, Feature
 from reference_adapters.recording import Recorder
 
 Stop = Literal["reversal", "never"]

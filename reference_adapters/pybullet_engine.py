@@ -21,8 +21,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from engine import Record, Result, Scene, Status
-from engine.features import EXACT, Capabilities, Capability, Feature
 from engine.result import initial_state
+from engine.scene.features import EXACT, Capabilities, Capability, Feature
 from engine.trajectory import Samples, energy_of
 from reference_adapters import landing, pybullet_world
 from reference_adapters.base import (

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import Ball, EventKind, Physics, Samples, Scene
-from engine._jit import compiling
+from engine.core.kernel import compiling
 from engine.scene import rolling_angular_velocity
 from reference_adapters.slowing_kernels import accelerate, last, move, turn
 

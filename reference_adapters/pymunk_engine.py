@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from engine import EventKind, Record, Result, Scene, Status
-from engine.features import EXACT, Capabilities, Capability, Feature
+from engine.scene.features import EXACT, Capabilities, Capability, Feature
 from reference_adapters.base import (
     EngineBase,
     EngineSettings,

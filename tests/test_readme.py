@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from engine import Ball, Physics, Scene, SceneError, Status, UnsupportedSceneError, simulate
-from engine._tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
-from engine.impact_laws.registry import BALL_LAWS, CUSHION_LAWS
+from engine.core.tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
+from engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
 from validation.bench import AccuracyMeasurement, TargetsMeasurement
 from validation.bench.measurements import load
 from validation.library import select

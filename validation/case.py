@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from engine import EngineFailedError, Result, Scene, Status, UnsupportedSceneError
-from engine.features import scene_features
 from engine.result import initial_state
+from engine.scene.features import scene_features
 from engine.trajectory import energy_of
 from reference_adapters.base import ReferenceEngine, resolution_of
 from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from contextlib import closing
 
 from engine import GhostballError, Scene
-from engine.kernels import Variants, variants_of
+from engine.compilation import Variants, variants_of
 from validation.worker import run_tasks
 
 _LOGGER = logging.getLogger("ghostball.validation")
@@ -23,7 +23,7 @@ def compile_kernels(
     scenes : iterable of Scene
     jobs : int
     tangents, contacts_from
-        See `engine.kernels.variants_of`.
+        See `engine.compilation.variants_of`.
 
     Raises
     ------

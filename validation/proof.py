@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from engine import Scene, UnsupportedSceneError
-from engine.features import check_supported
+from engine.scene.features import check_supported
 from reference_adapters.certified import Certificate, CertifiedEngine, certify
 
 logger = logging.getLogger("ghostball.validation")

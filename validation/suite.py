@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from engine import GhostballError, Scene
-from engine.kernels import MANY
+from engine.compilation import MANY
 from reference_adapters.registry import (
     EngineUnavailableError,
     engine_names,

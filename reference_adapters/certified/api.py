@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from engine import Scene
-from engine.features import EXACT, Capability, Feature, check_supported
+from engine.scene.features import EXACT, Capability, Feature, check_supported
 from reference_adapters.certified import cache
 from reference_adapters.certified.certificate import Certificate
 from reference_adapters.certified.problem import problem_of

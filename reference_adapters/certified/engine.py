@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import EVENT_DTYPE, Record, Result, Samples, Scene, Status
-from engine.features import Capabilities
 from engine.result import COLLISION_KINDS
+from engine.scene.features import Capabilities
 from engine.trajectory import ExactTrajectory
 from reference_adapters.base import EngineBase, EngineSettings
 from reference_adapters.certified.api import CAPABILITIES, NAME, certify

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from engine.fingerprint import bits_hash
+from engine.result.hashes import bits_hash
 from reports import style
 from reports.counted import work_text
 from reports.guarded import FailedPart

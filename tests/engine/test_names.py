@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from kernels import entry_to
 
-from engine._entry import laws_from
-from engine._state import Laws
-from engine.impact_laws.dispatch import ball_law, cushion_law
-from engine.impact_laws.interface import BallImpact, CushionImpact
-from engine.impact_laws.registry import BALL_LAWS, CUSHION_LAWS
+from engine.core.state import Laws
+from engine.event_loop.entry import laws_from
+from engine.impacts.laws.dispatch import ball_law, cushion_law
+from engine.impacts.laws.interface import BallImpact, CushionImpact
+from engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
 
 NUMBERS = Laws._fields[:-1]
 NOTHING = Laws(*(0.0,) * len(NUMBERS), integrated=1)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from shots import POOL_TABLE, ball, scene_of
 
-from engine import Status, _state as s
-from engine._run import Run
+from engine import Status
+from engine.core import state as s
+from engine.running.driver import Run
 
 MOTION = ("X", "Y", "VX", "VY", "AX", "AY", "WX", "WY", "WZ", "BX", "BY", "BZ", "EPOCH")
 CONSTANTS = ("RADIUS", "MASS", "ROLL", "SLIDE", "SPIN", "CLOTH", "OWN_TIME")

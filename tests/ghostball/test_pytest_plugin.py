@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import pytest
 from _pytest.pytester import SysModulesSnapshot
 
-from engine._jit import cache_root
+from engine.core.kernel import cache_root
 from ghostball import pytest_plugin
 from validation.examples import stepper
 

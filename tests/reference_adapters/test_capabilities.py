@@ -8,7 +8,7 @@ import pytest
 from shots import R, ball, scene_of
 
 from engine import Scene, Status, Table, UnsupportedSceneError
-from engine.features import Feature, scene_features
+from engine.scene.features import Feature, scene_features
 from reference_adapters import ReferenceEngine, engine_class, make_engine, parse_spec
 
 SPECS = (

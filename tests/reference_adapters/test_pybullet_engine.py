@@ -16,7 +16,7 @@ from shots import R, ball, scene_of
 
 from engine import Record, Result, Scene, Table
 from engine.errors import UnsupportedSceneError
-from engine.features import missing_features
+from engine.scene.features import missing_features
 from reference_adapters import pybullet_world
 from reference_adapters.base import EngineError, ReferenceEngine
 from reference_adapters.pybullet_engine import PybulletEngine, PybulletSettings

@@ -9,7 +9,7 @@ import pytest
 from shots import R, ball, random_cloth_shot, scene_of
 
 from engine import EventKind, Scene, simulate
-from engine.features import missing_features
+from engine.scene.features import missing_features
 from reference_adapters import pymunk_steppers
 from reference_adapters.pymunk_cloth import ClosedFormCloth
 from reference_adapters.pymunk_engine import PymunkEngine, PymunkSettings

@@ -9,7 +9,7 @@ import pytest
 from shots import R, ball, random_cloth_shot, scene_of
 
 from engine import Result, Scene, Table, simulate
-from engine.features import Feature, missing_features, scene_features
+from engine.scene.features import Feature, missing_features, scene_features
 from reference_adapters.pymunk_engine import PymunkEngine, PymunkSettings
 
 TOUCHING = 2 * R * (1 + 1e-9)

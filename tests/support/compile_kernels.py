@@ -11,8 +11,10 @@ from multiprocessing import get_context
 
 from whole_kernels import checks_bounds, use_whole_kernels
 
-from engine import _jit, _run, _run_sweep, sensitivity
-from engine._run import Variant
+from engine.core import kernel
+from engine.running import driver, sweep_driver
+from engine.running.driver import Variant
+from engine.sensitivity import tangent_map
 
 CELLS, INTEGRATED, CONTACTS, LOOKS_AGAIN = range(4)
 
@@ -47,7 +49,7 @@ def missing() -> list[tuple[str, set[int]]]:
     sweeps = [("sweeps", parts) for parts in SWEEPS]
     derivatives = [("sensitivity", parts) for parts in ({INTEGRATED}, set())]
     every = [*shots[:2], *derivatives, *shots[2:3], *sweeps, *shots[3:]]
-    return [one for one in every if not _jit.compiled(name_of(*one))]
+    return [one for one in every if not kernel.compiled(name_of(*one))]
 
 
 def name_of(what: str, parts: set[int]) -> str:
@@ -58,11 +60,11 @@ def name_of(what: str, parts: set[int]) -> str:
 
 def compile_one(what: str, parts: set[int]) -> None:
     if what == "shots":
-        _run.warm_up(variant_with(parts))
+        driver.warm_up(variant_with(parts))
     elif what == "sweeps":
-        _run_sweep._warm_up(variant_with(parts))
+        sweep_driver._warm_up(variant_with(parts))
     else:
-        sensitivity._warm_up(INTEGRATED in parts)
+        tangent_map._warm_up(INTEGRATED in parts)
 
 
 if __name__ == "__main__":

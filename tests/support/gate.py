@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from engine import Ball, Scene, Table, simulate
-from engine.fingerprint import bits_hash, sequence_hash
 from engine.result import EVENT_DTYPE, EventKind, Events
+from engine.result.hashes import bits_hash, sequence_hash
 from validation.regression.bands import band_of_counter, band_of_metric
 from validation.regression.baseline import Accepted
 from validation.regression.classify import Bands, classify

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from engine import EventKind, Result, fingerprint as hashes
+from engine import EventKind, Result
+from engine.result import hashes
 from validation.stress.judges import FloatArray, energies, instants, overlaps
 
 __all__ = [

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from engine import Ball, Scene, simulate
-from engine.features import EXACT, Feature
+from engine.scene.features import EXACT, Feature
 from reference_adapters import EngineBase, EngineSettings
 from validation.attribution._backward import changed_shot
 

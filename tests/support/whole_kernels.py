@@ -2,10 +2,10 @@
 
 That is so under bounds checks. Compiling a variant that leaves parts out takes most of what it
 costs, and its results are the same to the bit (`test_skips.py`). The few lines of its own that one
-without contacts has, where it finds that it needs them (`engine/_resolve.py`), are run by one test:
-`begin_without_contacts` lets its shots begin as they do elsewhere. No sweep in cells is run with
-bounds checked, for that takes another 20 s to compile: of its own it has that cells are emptied
-before each shot (`engine/_sweep.py`), and no more.
+without contacts has, where it finds that it needs them (`engine/event_loop/resolve.py`), are run by
+one test: `begin_without_contacts` lets its shots begin as they do elsewhere. No sweep in cells is
+run with bounds checked, for that takes another 20 s to compile: of its own it has that cells are
+emptied before each shot (`engine/event_loop/sweep.py`), and no more.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 
 import numba
 
-from engine import _run
-from engine._run import Run, Variant
+from engine.running import driver
+from engine.running.driver import Run, Variant
+from engine.running.skips import Skip
 from engine.scene import Scene
-from engine.skips import Skip
 
 if TYPE_CHECKING:
     import pytest
@@ -44,7 +44,7 @@ def use_whole_kernels() -> None:
 
     Sweeps of shots, which are a kernel of their own, go on as they are.
     """
-    variant_of, make = _run.variant_of, Run.__init__
+    variant_of, make = driver.variant_of, Run.__init__
 
     @wraps(variant_of)
     def whole_variant(scene: Scene, contacts: bool, off: Collection[Skip] = frozenset()) -> Variant:
@@ -56,5 +56,5 @@ def use_whole_kernels() -> None:
     ) -> None:
         make(self, scene, keep_log, PARTS.union(off))
 
-    changed: Any = _run
+    changed: Any = driver
     changed.variant_of, changed.Run.__init__ = whole_variant, make_whole

@@ -3,7 +3,7 @@
 import pytest
 from toy_engines import NoSettings, OtherShotEngine, ToyEngine
 
-from engine.features import Capability, Feature
+from engine.scene.features import Capability, Feature
 from reference_adapters import EngineError
 from validation.conformance import COMPLETES, Asked, asked_of, asked_of_any, engine_under_test
 from validation.criteria import Criteria

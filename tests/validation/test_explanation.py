@@ -9,7 +9,7 @@ import pytest
 from toy_engines import NoSettings, other_shot
 
 from engine import Ball, EventKind, Scene, Table, UnsupportedSceneError, simulate
-from engine.features import EXACT, Feature
+from engine.scene.features import EXACT, Feature
 from reference_adapters import EngineBase, make_engine
 from validation import find_scene
 from validation.explanation import ExplanationError, explain

@@ -140,9 +140,9 @@ def test_a_shot_that_hangs_or_kills_its_process_costs_that_shot(
 @pytest.mark.parametrize(
     ("file", "old", "new", "reason"),
     [
-        ("_motion.py", "no such text", "x", "found 0 times"),
-        ("_motion.py", "def ", "x", "exactly once"),
-        ("_motion.py", "first_meeting(rx: float", "first_meeting(rx: float", "differ"),
+        ("motion/on_cloth.py", "no such text", "x", "found 0 times"),
+        ("motion/on_cloth.py", "def ", "x", "exactly once"),
+        ("motion/on_cloth.py", "first_meeting(rx: float", "first_meeting(rx: float", "differ"),
         ("no_such.py", "x", "y", "must be one of the package"),
     ],
 )

@@ -16,7 +16,7 @@ ENGINE = '''
 import ctypes, os, signal, time
 from dataclasses import replace
 from engine import SceneError, UnsupportedSceneError, simulate
-from engine.features import EXACT, Feature
+from engine.scene.features import EXACT, Feature
 from reference_adapters import EngineBase, EngineSettings
 
 

@@ -7,7 +7,7 @@ import sys
 from collections import Counter
 
 from engine import simulate
-from engine.features import scene_features
+from engine.scene.features import scene_features
 from validation.proof import refused_features
 from validation.random_shots import MOST_BALLS, random_shot
 

@@ -34,7 +34,7 @@ import time
 import numpy as np
 
 from engine import Result, Status, simulate
-from engine.features import EXACT, Capability, Feature
+from engine.scene.features import EXACT, Capability, Feature
 from reference_adapters.base import EngineBase, EngineSettings
 
 

@@ -464,13 +464,13 @@ def test_an_edit_between_the_imports_of_engine_and_of_this_reuses_nothing(
     # Breaks where the files are first looked at when the code that is loaded is older than they;
     # and where a checkout just before the import counts as an edit.
     code = copy_of_the_sources(tmp_path / "code")
-    (code / "engine" / "_motion.py").touch()
+    (code / "engine" / "shot.py").touch()
     script = textwrap.dedent(f"""
         import os
         from pathlib import Path
         import engine
 
-        source = Path(engine.__file__).with_name("_motion.py")
+        source = Path(engine.__file__).with_name("shot.py")
         assert source.is_relative_to({str(code)!r})
         if {edited}:
             before = source.stat()
@@ -570,7 +570,7 @@ def test_all_our_sources_are_hashed() -> None:
         path.relative_to(ROOT).as_posix() for p in OUR_PACKAGES for path in (ROOT / p).rglob("*.py")
     }
     assert hashed == wanted
-    assert "engine/impact_laws/registry.py" in hashed
+    assert "engine/impacts/laws/registry.py" in hashed
 
 
 def statements(node: ast.AST) -> Iterator[ast.AST]:

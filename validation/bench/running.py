@@ -121,6 +121,6 @@ def after(scene: Scene) -> Scene:
 
 def bytes_per_ball(scene: Scene) -> float:
     """Return the memory of the arrays that the kernels work on in a run, per ball [B]."""
-    from engine._run import Run  # noqa: PLC0415 - it loads the compiler
+    from engine.running.driver import Run  # noqa: PLC0415 - it loads the compiler
 
     return Run(scene, keep_log=False).nbytes / len(scene.balls)

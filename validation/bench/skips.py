@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from engine import Result, Scene
-from engine.skips import Skip, explain_skips
+from engine.running.skips import Skip, explain_skips
 from validation.bench.measurements import Measurement, measured_where
 from validation.bench.running import run
 from validation.bench.scenes import FRICTIONLESS, FULL_CLOTH, packed_gas

@@ -12,8 +12,8 @@ from typing import ClassVar
 import numpy as np
 
 from engine import EventKind, Record, Result, Samples, Scene, Status
-from engine.features import EXACT, Capabilities, Feature
 from engine.scene import rolling_angular_velocity
+from engine.scene.features import EXACT, Capabilities, Feature
 from reference_adapters import EngineBase, EngineSettings
 from reference_adapters.recording import Recorder
 

@@ -30,8 +30,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from pydantic_core import PydanticCustomError
 
 from engine import CUSHIONS, EventKind, GhostballError
-from engine.fingerprint import bits_hash, sequence_hash
 from engine.result import EVENT_DTYPE, Events, event_dict
+from engine.result.hashes import bits_hash, sequence_hash
 from validation.files import told
 from validation.metric_table import METRICS
 from validation.regression.bands import Band, band_of_counter, band_of_metric

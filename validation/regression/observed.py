@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import GhostballError, Result
-from engine.fingerprint import bits_hash, sequence_hash
 from engine.result import Events
+from engine.result.hashes import bits_hash, sequence_hash
 from validation.metric_table import METRICS
 from validation.metrics import Value
 from validation.records import INDEPENDENT, CaseRecord, Motion, scene_hash, status_name

@@ -14,7 +14,7 @@ from filelock import FileLock, Timeout
 
 import validation
 from engine import GhostballError
-from engine._jit import cache_root
+from engine.core.kernel import cache_root
 from validation.git import GitError, run_git
 
 KEPT = 3

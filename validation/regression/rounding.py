@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import Result, Scene
-from engine.fingerprint import bits_hash
+from engine.result.hashes import bits_hash
 from validation.certified_growth import CertifiedGrowth, growth_of_proof
 from validation.our_run import run_ours
 from validation.predictability.bifurcations import extent_of

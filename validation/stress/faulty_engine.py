@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import Record, Result, Samples, Scene, Status, simulate
-from engine.features import EXACT, Capability, Feature
+from engine.scene.features import EXACT, Capability, Feature
 from reference_adapters import EngineBase, EngineSettings
 
 Fault = Literal[

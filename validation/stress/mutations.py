@@ -14,14 +14,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     # When things happen.
     Mutation(
         "dropped root",
-        "_motion.py",
+        "motion/on_cloth.py",
         "(discriminant >= 0.0) & (closing | (acceleration < 0.0))",
         "(discriminant >= 0.0) & closing",
         "A gap that opens at first, and is pulled closed later, is never seen to close.",
     ),
     Mutation(
         "naive root",
-        "_motion.py",
+        "motion/on_cloth.py",
         "    s = over / (under if meets else 1.0)\n    return s if meets else math.inf\n\n\n"
         "@kernel(inline=True)\ndef first_meeting",
         "    s = over / (under if meets else 1.0)\n    if meets and acceleration != 0.0:\n"
@@ -32,14 +32,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "late contact",
-        "_pairs.py",
+        "scheduling/all_pairs.py",
         "        bound = t + first_crossing(gap, rate, pull)\n",
         "        bound = t + first_crossing(gap, rate, pull) + 1e-9\n",
         "Two balls on the cloth collide a nanosecond late.",
     ),
     Mutation(
         "late cushion",
-        "_motion.py",
+        "motion/on_cloth.py",
         "            balls.own_kind[i] = OWN_CUSHION + cushion\n"
         "    balls.state[i, OWN_TIME] = balls.state[i, EPOCH] + duration",
         "            balls.own_kind[i] = OWN_CUSHION + cushion\n"
@@ -49,7 +49,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "late roll",
-        "_motion.py",
+        "motion/on_cloth.py",
         "    duration: float = size / (3.5 * friction) if friction > 0.0 else math.inf",
         "    duration: float = (1.0 + 1e-9) * size / (3.5 * friction) if friction > 0.0 "
         "else math.inf",
@@ -57,7 +57,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "stale prediction",
-        "_pairs.py",
+        "scheduling/all_pairs.py",
         "        _update_ball(balls, laws, pairs, contacts, balls.touched[1 + m], t)\n",
         "        if m == 0 or t == 0.0:\n"
         "            _update_ball(balls, laws, pairs, contacts, balls.touched[1 + m], t)\n",
@@ -65,7 +65,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "stale slot",
-        "_cells.py",
+        "scheduling/cells.py",
         "        # A pair of two that changed goes to the slot of the one that comes later.\n"
         "        i = balls.touched[m]\n",
         "        i = balls.touched[m]\n        if m > 1 and t > 0.0:\n            continue\n",
@@ -73,28 +73,28 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "neighbours missed",
-        "_cells.py",
+        "scheduling/cells.py",
         "        for x in range(-1, 2):\n            cell = cell_number",
         "        for x in range(-1, 1):\n            cell = cell_number",
         "Among many balls, those in the three cells to the right are overlooked.",
     ),
     Mutation(
         "slow ties first",
-        "_ties.py",
+        "scheduling/ties.py",
         "        return bool(speed > fastest)",
         "        return bool(listed == 0 or speed < fastest)",
         "Of impacts at one instant, resolved one by one, the slowest is the first.",
     ),
     Mutation(
         "ties mirrored",
-        "_ties.py",
+        "scheduling/ties.py",
         "    return bool(x > first_x or (x == first_x and y > first_y))",
         "    return bool(x > first_x or (x == first_x and y < first_y))",
         "Of impacts as fast at one instant, resolved one by one, the last by place is the first.",
     ),
     Mutation(
         "ties torn apart",
-        "_resolve.py",
+        "event_loop/resolve.py",
         "        if contacts.motion[a, DEGREE] == 1.0 and contacts.motion[b, DEGREE] == 1.0:",
         "        if contacts.motion[a, DEGREE] >= 1.0:",
         "A ball that hits two at once hits one, then the other.",
@@ -102,21 +102,21 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     # What an impact does.
     Mutation(
         "restitution + 1 %",
-        "_impact.py",
+        "impacts/impact.py",
         "-(1.0 + laws.ball_restitution) * (nx * vx + ny * vy)",
         "-(1.0 + 1.01 * laws.ball_restitution) * (nx * vx + ny * vy)",
         "Balls that only roll part 1 % too fast.",
     ),
     Mutation(
         "restitution - 1e-6",
-        "impact_laws/ball_frictional.py",
+        "impacts/laws/ball_frictional.py",
         "(1.0 + laws.ball_restitution) * (impact.a_vn - impact.b_vn)",
         "(1.0 + (1.0 - 1e-6) * laws.ball_restitution) * (impact.a_vn - impact.b_vn)",
         "Balls that slide part too slowly, by a part in a million.",
     ),
     Mutation(
         "energy leak",
-        "_impact.py",
+        "impacts/impact.py",
         "    balls.state[j, VY] += to_j * ny\n",
         "    balls.state[j, VY] += to_j * ny\n"
         "    balls.state[j, VX] *= 1.0 - 5e-10\n"
@@ -125,14 +125,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "masses ignored",
-        "_impact.py",
+        "impacts/impact.py",
         "        to_j = exchange * (balls.state[i, MASS] / total)",
         "        to_j = 0.5 * exchange",
         "Two balls share an impulse as if they weighed the same.",
     ),
     Mutation(
         "pushed apart",
-        "_impact.py",
+        "impacts/impact.py",
         "    balls.state[i, VX] -= to_i * nx\n",
         "    balls.state[i, VX] -= to_i * nx\n"
         "    balls.state[i, X] -= 1e-9 * nx\n"
@@ -141,28 +141,28 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "wrong grip",
-        "impact_laws/ball_frictional.py",
+        "impacts/laws/ball_frictional.py",
         "STICKING = 2.0 / 7.0",
         "STICKING = 2.0 / 5.0",
         "Friction between balls ends more of their slip than there is.",
     ),
     Mutation(
         "gears the wrong way",
-        "impact_laws/ball_frictional.py",
+        "impacts/laws/ball_frictional.py",
         "impact.a_radius * impact.a_wz + impact.b_radius * impact.b_wz",
         "impact.a_radius * impact.a_wz - impact.b_radius * impact.b_wz",
         "The other ball's spin counts with the wrong sign.",
     ),
     Mutation(
         "plastic ties",
-        "_together.py",
+        "impacts/simultaneous.py",
         "    scale(contacts, count, 1.0 + restitution)",
         "    scale(contacts, count, 1.0)",
         "Impacts of one ball with two at once have no restitution.",
     ),
     Mutation(
         "cushion swapped",
-        "impact_laws/cushion_restitution.py",
+        "impacts/laws/cushion_restitution.py",
         "        -laws.cushion_restitution * impact.vn,\n"
         "        laws.cushion_tangential * impact.vt,",
         "        -laws.cushion_tangential * impact.vn,\n"
@@ -171,14 +171,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "cushion spins the wrong way",
-        "impact_laws/cushion_han2005.py",
+        "impacts/laws/cushion_han2005.py",
         "        impact.wz + turn * (along * cosine),",
         "        impact.wz - turn * (along * cosine),",
         "What a cushion's friction turns the ball by has the wrong sign.",
     ),
     Mutation(
         "half a corner",
-        "_impact.py",
+        "impacts/impact.py",
         "    if nx * balls.state[i, VX] + ny * balls.state[i, VY] < 0.0:\n"
         "        bounce(balls, i, second, laws)",
         "    if nx * balls.state[i, VX] + ny * balls.state[i, VY] < -math.inf:\n"
@@ -188,28 +188,28 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     # What the cloth does.
     Mutation(
         "wrong sign of spin",
-        "_motion.py",
+        "motion/on_cloth.py",
         "balls.state[i, BX] = 2.5 * ay / radius",
         "balls.state[i, BX] = -2.5 * ay / radius",
         "The cloth turns a sliding ball about x the wrong way.",
     ),
     Mutation(
         "sliding friction / 2",
-        "_layout.py",
+        "running/from_scene.py",
         "state[:, SLIDE] = state[:, CLOTH] * gravity if slides else 0.0",
         "state[:, SLIDE] = 0.5 * state[:, CLOTH] * gravity if slides else 0.0",
         "The cloth slows a sliding ball by half of what it should.",
     ),
     Mutation(
         "rolling friction * 2",
-        "_layout.py",
+        "running/from_scene.py",
         "state[:, ROLL] = scene.rolling_frictions * gravity",
         "state[:, ROLL] = 2.0 * scene.rolling_frictions * gravity",
         "The cloth slows a rolling ball by twice what it should.",
     ),
     Mutation(
         "spin for ever",
-        "_layout.py",
+        "running/from_scene.py",
         "state[:, SPIN] = scene.spinning_friction_rates",
         "state[:, SPIN] = 0.0 * scene.spinning_friction_rates",
         "The cloth doesn't slow a spin about the vertical.",
@@ -217,21 +217,21 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     # Contact that lasts.
     Mutation(
         "contact released too late",
-        "_contact_force.py",
+        "resting_contact/forces.py",
         "        change = max(-force, -2.0 * excess / (answer * duration * duration))",
         "        change = max(0.0, -2.0 * excess / (answer * duration * duration))",
         "The force of a contact never lessens: it goes on pushing when nothing presses any more.",
     ),
     Mutation(
         "contact pushes one ball",
-        "_contact_force.py",
+        "resting_contact/forces.py",
         "        contacts.motion[b, LOAD_X] += fx\n",
         "        contacts.motion[b, LOAD_X] += 0.5 * fx\n",
         "Of two balls pressed together, one feels along x only half of the force.",
     ),
     Mutation(
         "pressed balls lose energy",
-        "_landing.py",
+        "resting_contact/capture.py",
         "            balls.state[k, VX] += gained(contacts, count, k, PUSH_X)",
         "            balls.state[k, VX] += 2.0 * gained(contacts, count, k, PUSH_X)",
         "Where balls start to press each other, what ends their approach acts twice along x.",
@@ -239,14 +239,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     # What a run says of itself.
     Mutation(
         "NaN unseen",
-        "_loop.py",
+        "event_loop/loop.py",
         "    return bool(abs((place + spin) + (pull + balls.state[i, BZ])) < math.inf)",
         "    return True",
         "A motion that is no number any more goes on.",
     ),
     Mutation(
         "stops too soon",
-        "_loop.py",
+        "event_loop/loop.py",
         "    if status == RUN_T_MAX:\n        t = laws.t_max\n",
         "    if status == RUN_T_MAX:\n        t = (1.0 - 1e-9) * laws.t_max\n",
         "A run ends a part in a billion before its time.",
@@ -255,7 +255,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     *(
         Mutation(
             f"tangent growth * {factor}",
-            "sensitivity.py",
+            "sensitivity/tangent_map.py",
             "        result[order] = total * math.sqrt(",
             f"        result[order] = {factor}.0 * total * math.sqrt(",
             f"Rounding is said to displace balls {factor} times as far as it does.",
@@ -264,14 +264,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "horizon of 0.1 s",
-        "sensitivity.py",
+        "sensitivity/tangent_map.py",
         "    limit = tolerance / error\n    for times in",
         "    limit = tolerance / error\n    return 0.1\n    for times in",
         "Every shot is said to be predictable for a tenth of a second.",
     ),
     Mutation(
         "capture height * 1000",
-        "_tolerances.py",
+        "core/tolerances.py",
         "CAPTURE_HEIGHT = 2.0**-18",
         "CAPTURE_HEIGHT = 1000.0 * 2.0**-18",
         "Hops of 0.2 mm are taken for a contact.",
@@ -339,14 +339,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     # Where balls differ much in size.
     Mutation(
         "cells of the mean ball",
-        "_layout.py",
+        "running/from_scene.py",
         "    side = 2.0 * float(np.max(scene.radii)) * (1.0 + _CELL_ROOM)",
         "    side = 2.0 * float(np.mean(scene.radii)) * (1.0 + _CELL_ROOM)",
         "Among many balls, a cell is as wide as the mean ball, not as the largest.",
     ),
     Mutation(
         "culled by the mean ball",
-        "_layout.py",
+        "running/from_scene.py",
         "frame=np.array([*low, side, 2.0 * float(np.max(scene.radii))])",
         "frame=np.array([*low, side, 2.0 * float(np.mean(scene.radii))])",
         "Among many balls, a pair is passed over as if both were of the mean size.",
@@ -358,7 +358,7 @@ CAUGHT_BY_TESTS: Final[tuple[tuple[Mutation, str], ...]] = (
     (
         Mutation(
             "second part of a sweep",
-            "_run_sweep.py",
+            "running/sweep_driver.py",
             "            parts = np.array_split(pending, -(-len(pending) // _SHARE))\n",
             "            parts = np.array_split(pending, -(-len(pending) // _SHARE))\n"
             "            for part in parts[1:]:\n"
@@ -371,7 +371,7 @@ CAUGHT_BY_TESTS: Final[tuple[tuple[Mutation, str], ...]] = (
         (
             Mutation(
                 f"dropped bound, {name}",
-                "_pairs.py",
+                "scheduling/all_pairs.py",
                 head + "        until = own_time_j if own_time_j < own_time else own_time\n"
                 "        bounds[j] = bound if bound <= until else math.inf\n" + tail,
                 head + "        until = own_time_j if own_time_j < own_time else own_time\n"
@@ -379,7 +379,7 @@ CAUGHT_BY_TESTS: Final[tuple[tuple[Mutation, str], ...]] = (
                 "        bounds[j] = math.inf if lost or bound > until else bound\n" + tail,
                 f"One in 100 000 bounds of {name} balls is dropped.",
             ),
-            f"tests/engine/test_pairs.py::test_no_bound_of_a_pair_is_missing[{name}]",
+            f"tests/engine/scheduling/test_all_pairs.py::test_no_bound_of_a_pair_is_missing[{name}]",
         )
         for name, head, tail in (
             (
@@ -398,12 +398,12 @@ CAUGHT_BY_TESTS: Final[tuple[tuple[Mutation, str], ...]] = (
     (
         Mutation(
             "cushion before rest",
-            "_ties.py",
+            "scheduling/ties.py",
             "        return bool(balls.own_kind[i] < balls.own_kind[j])",
             "        return bool(balls.own_kind[i] > balls.own_kind[j])",
             "Of a rest and a cushion at one instant, the cushion comes first.",
         ),
-        "tests/engine/test_cells.py"
+        "tests/engine/scheduling/test_cells.py"
         "::test_of_own_events_of_one_instant_a_rest_comes_before_a_cushion",
     ),
 )

@@ -10,8 +10,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from engine import Ball, Physics, Scene, SceneError, Status, Table, _state
-from engine._run import Run
+from engine import Ball, Physics, Scene, SceneError, Status, Table
+from engine.core import state
+from engine.running.driver import Run
 from reference_adapters import ReferenceEngine
 from validation.playing import blamed_on_engine
 from validation.stress.trial import Trial, Verdict
@@ -180,7 +181,7 @@ SHOTS = ("rolling", "sliding")
 """Keys of `UNCHECKED`: physics whose interpreted kernels play the shot at once."""
 
 COLUMNS = ("X", "VX", "VY", "WZ")
-"""Numbers of a ball in motion that kernels read at every event; `engine._state` says what each is.
+"""Numbers of a ball in motion that kernels read at every event; see `engine.core.state`.
 
 None of them divides anything, which raises in interpreted kernels.
 """
@@ -211,8 +212,8 @@ class Planted(Trial):
         ball = 0
         run = Run(unchecked_base(UNCHECKED[self.physics], 3), True)
         run._enter(1, False)
-        before = float(run._clock[_state.NOW])
-        run._state[ball, getattr(_state, self.column)] = math.nan
+        before = float(run._clock[state.NOW])
+        run._state[ball, getattr(state, self.column)] = math.nan
         with np.errstate(all="ignore"):
             run.go(1_000)
         faults = check_named(run.status, run.reason, ball, before)

@@ -9,7 +9,7 @@ from shots import POOL_TABLE, ball, scene_of
 
 from engine import EventKind, Status, UnsupportedSceneError, simulate
 from engine.errors import GhostballError
-from engine.features import Feature
+from engine.scene.features import Feature
 from reference_adapters import ReferenceEngine
 from reference_adapters.certified import CertifiedEngine, CertifiedSettings
 from validation.library import find_scene

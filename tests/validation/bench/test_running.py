@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine import Status
-from engine._layout import layout_of
+from engine.running.from_scene import layout_of
 from validation.bench import running
 from validation.bench.running import BenchError
 from validation.bench.scenes import FRICTIONLESS, packed_gas, table_gas

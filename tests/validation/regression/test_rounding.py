@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given, settings, strategies as st
 
 from engine import Scene, simulate
-from engine.fingerprint import bits_hash
+from engine.result.hashes import bits_hash
 from engine.sensitivity import TangentMap
 from validation.library import find_scene
 from validation.regression.rounding import UNAMPLIFIED, allowance_of

@@ -1,0 +1,1 @@
+"""What every kernel stands on: state, the decorator, tolerances, kinds of events."""

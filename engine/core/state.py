@@ -1,0 +1,311 @@
+"""The arrays that the kernels work on, by role; `running.from_scene` makes them from a scene.
+
+Named tuples of arrays, because numba can neither cache jitclasses nor keep views of a row cheap.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Int32Array = NDArray[np.int32]
+BoolArray = NDArray[np.bool_]
+
+
+class Balls(NamedTuple):
+    """State of n balls, each at its own epoch; and what the event at hand does to them.
+
+    The centre moves as x + vx s + ax s^2 / 2, s the time since `epoch`, until `own_time`, when the
+    ball's own next event changes its motion. While it slides, its angular velocity changes at a
+    constant rate; while it rolls, the velocity gives it; about the vertical it always decays.
+    m is enough for all pairs that can touch at once, and one cushion.
+
+    One array for all numbers, because a kernel call passes every array of a named tuple as several
+    words: with one array per number, the calls cost more than what they did. A ball's numbers lie
+    together, so that a ball costs three cache lines however many there are.
+    """
+
+    state: FloatArray  # (n, STATE_COLUMNS): columns EPOCH ... CLOTH below
+    own_kind: IntArray  # (n,) OWN_NONE, OWN_REST, OWN_ROLL, OWN_CONTACT, OWN_CUSHION + its index
+    changed: BoolArray  # (n,) whether the event at hand changed the ball's motion
+    touched: Int32Array  # (n + 1,) how many of those there are, then which
+    hits: Int32Array  # (m, 2) FIRST, SECOND: the pairs that hit now, or contacts to be held
+    near: Int32Array  # (n,) room for a ball's neighbours
+
+
+# Columns of `Balls.state`. The first KNOT of them say how the ball moves from `EPOCH` on.
+EPOCH = 0  # [s]
+X = 1  # [m]
+Y = 2
+VX = 3  # [m/s]
+VY = 4
+AX = 5  # [m/s^2]
+AY = 6
+WX = 7  # angular velocity [rad/s]; of no meaning for a ball that rolls or rests
+WY = 8
+WZ = 9  # this one always
+BX = 10  # angular acceleration [rad/s^2], as WX and WY
+BY = 11
+BZ = 12  # what a contact step adds to the decay of WZ
+PHASE = 13  # RESTING, SLIDING or ROLLING
+KNOT = 14
+OWN_TIME = 14  # next event that needs no second ball [s]; inf: none
+RADIUS = 15  # [m]
+MASS = 16  # [kg]
+ROLL = 17  # deceleration while rolling [m/s^2]
+SLIDE = 18  # deceleration while sliding [m/s^2]; 0 where `motion` is "rolling"
+SPIN = 19  # deceleration of the spin about the vertical [rad/s^2]
+CLOTH = 20  # coefficient of sliding friction, for impacts in which the cloth takes part
+MOVED = 21  # 1: the ball has moved, by more than creeping, since it last came to rest
+STATE_COLUMNS = 24  # the last two are padding: whole cache lines
+
+# Values of `PHASE`.
+RESTING = 0.0  # the centre; it may spin about the vertical
+SLIDING = 1.0
+ROLLING = 2.0
+
+
+class Laws(NamedTuple):
+    """Constants of the scene.
+
+    `integrated` decides at compile time what the kernels contain: where it is None, the laws that
+    integrate over the impact are left out, which take a third of the time to compile.
+    """
+
+    slides: bool  # whether spin is a state of its own (else balls always roll)
+    uniform: bool  # whether no ball is ever slowed, so that all move uniformly between events
+    cushioned: bool  # whether there is a cushion
+    rubs: bool  # whether a ball's surface rubs on another's
+    simultaneous: bool  # whether impacts at one instant are resolved together
+    ball_law: int  # its place in `registry.BALL_LAWS`
+    ball_restitution: float
+    ball_friction: float
+    speed_dependent: bool  # whether Alciatore's curve stands for `ball_friction`
+    cushion_law: int  # its place in `registry.CUSHION_LAWS`
+    cushion_turns: bool  # whether that turns balls: see `registry.LawEntry`
+    cushion_restitution: float
+    cushion_tangential: float
+    cushion_friction: float
+    cushion_height: float  # of the nose above the cloth [m]
+    t_max: float  # [s]; inf: until rest
+    # Lines that noses of cushions lie on, by cushion index [m]; -inf or inf: no cushion there.
+    left: float
+    right: float
+    bottom: float
+    top: float
+    integrated: int | None  # 1 where a law needs integrating: see `impacts.laws.dispatch`
+
+
+class Pairs(NamedTuple):
+    """Lower bounds of every pair's contact time, in a dense matrix; see `scheduling.all_pairs`."""
+
+    bound: FloatArray  # (n n,) [s], row by row: a pair is in that of the ball recomputed last
+    least: FloatArray  # (n,) least bound of the row
+    next: FloatArray  # (n,) the less of that and the ball's own next event
+    track: FloatArray  # copies of what bounds need: see `TRACKS`
+    looked_at: (
+        BoolArray | None
+    )  # (LOOKED_AT,) what is looked at all the same; see `scheduling.look_again`
+
+
+# Places in `Pairs.looked_at`.
+UNDISTURBED = 0
+RECEDING = 1
+OUT_OF_REACH = 2
+LOOKED_AT = 3
+
+# `Pairs.track` holds, for each block of LANES balls, TRACKS rows of LANES numbers: constant
+# distances, from which the compiler sees that rows don't overlap, and that it may vectorise.
+LANES = 64
+TRACKS = 9
+TRACK_X = 0 * LANES
+TRACK_Y = 1 * LANES
+TRACK_VX = 2 * LANES
+TRACK_VY = 3 * LANES
+TRACK_AX = 4 * LANES
+TRACK_AY = 5 * LANES
+TRACK_EPOCH = 6 * LANES
+TRACK_RADIUS = 7 * LANES
+TRACK_OWN_TIME = 8 * LANES
+
+
+class Cells(NamedTuple):
+    """The cloth in cells, and the earliest bound of every ball with its neighbours.
+
+    See `scheduling.grid`, `scheduling.cells` and `scheduling.priority_queue`. Numbers of balls and
+    cells are 32 bits wide: memory is what limits the largest scenes. What is used of a ball at one
+    time is in one row.
+    """
+
+    frame: FloatArray  # (4,) the first cell's corner, x and y, a cell's side, largest diameter [m]
+    size: IntArray  # (2,) columns, rows; without the border
+    first: Int32Array  # ((columns + 2) (rows + 2),) a ball in the cell, or NOWHERE
+    link: Int32Array  # (n, 8): columns AFTER ... STAMP below
+    slot: FloatArray  # (n, 3): columns LEAVES ... OTHERS below
+    tree: FloatArray  # (2 p,) p >= n, a power of 2: leaves p + i are the balls' next instants [s]
+
+
+# Columns of `Cells.link`.
+AFTER = 0  # the next ball in the same cell, or NOWHERE
+BEFORE = 1  # the one before
+COLUMN = 2  # of the ball's cell, from 1 on; 0 before the run begins
+ROW = 3
+WAY = 4  # on which side it will leave: 0 ... 3 is left, right, down, up
+MATE = 5  # the other ball of the earliest bound; NOWHERE: not known any more
+MATE_STAMP = 6  # and its stamp then
+STAMP = 7  # how often the ball's motion has changed
+LINK_COLUMNS = 8
+
+# Columns of `Cells.slot`.
+LEAVES = 0  # when the ball leaves its cell [s]
+LEAST = 1  # its earliest bound [s]
+OTHERS = 2  # no other pair of the ball touches before that [s], unless the other's slot has it
+SLOT_COLUMNS = 3
+
+
+class Contacts(NamedTuple):
+    """Contacts that act together: impacts of one instant, and clusters of balls that are pressed.
+
+    See `impacts.simultaneous`, `resting_contact.step`, `resting_contact.islands` and
+    `impacts.plastic`; m is enough for all pairs that can touch at once, and all cushions. Nothing
+    grows with the square of n.
+    """
+
+    cluster: IntArray  # (n,) label of the ball's cluster, or FREE
+    ring: IntArray  # (n,) the next member of the ball's cluster, round and round
+    again: BoolArray  # (n,) whether the ball's cluster is to be pressed anew
+    waiting: IntArray  # (n + 1,) how many of those there are, then which
+    stopped: BoolArray  # (n,) whether a contact step's start stopped the ball
+    rolled: BoolArray  # (n,) whether a contact step's start ended the ball's slide
+    member: IntArray  # (n,) balls of the cluster at hand
+    first_held: IntArray  # (n,) the ball's first row of `held`, or NOWHERE
+    held: IntArray  # (2 m, 2) PARTNER, that a contact step holds the ball to; NEXT row, or NOWHERE
+    free: IntArray  # (2 m + 1,) how many rows of `held` are free, then which
+    pressed: IntArray  # (p,) how many contacts had a force, then a hash table of them, or NOWHERE
+    pressure: FloatArray  # (p,) the last force of each [N], else 0
+    motion: FloatArray  # (n, MOTION_COLUMNS): columns STEP ... below, by ball
+    ends: IntArray  # (m, 2) FIRST: a ball; SECOND: the other, or -1 minus a cushion's index
+    forces: FloatArray  # (m, FORCE_COLUMNS): columns FORCE ... below
+
+
+NOWHERE = -1
+
+# Columns of `Contacts.held`.
+PARTNER = 0
+NEXT = 1
+
+# Columns of `Contacts.motion`.
+STEP = 0  # length that was good for the ball's last contact step [s]; 0: none since a collision
+DEGREE = 1  # contacts that the ball has in the impact at hand, else 0
+SLIPS = 2  # 1: a member slides over the contact step
+LOAD_X = 3  # contact force on a member [N]
+LOAD_Y = 4
+TWIST_X = 5  # contact friction that turns a member [N]; 5 / (2 m R) times it turns
+TWIST_Y = 6
+TWIST_Z = 7
+NEW_AX = 8  # acceleration of a member [m/s^2]
+NEW_AY = 9
+NEW_BX = 10  # angular acceleration of a member [rad/s^2]
+NEW_BY = 11
+YIELD = 12  # acceleration of a member over a force on it [1/kg]; 0: the cloth holds it
+DEEP = 13  # 1: a member that overlaps another by most of the tolerance
+ANSWERING = 14  # mass with which the ball answers to an impulse [kg]; inf: it stays
+MOTION_COLUMNS = 15
+
+# Columns of `Contacts.ends` and `Balls.hits`.
+FIRST = 0
+SECOND = 1
+
+# Columns of `Contacts.forces`.
+FORCE = 0  # along the normal, never negative: an impulse [N s] or a force [N]
+NX = 1  # normal, away from the first ball
+NY = 2
+RATE = 3  # of the gap [m/s]
+TERM = 4  # room to add up
+PUSH_X = 5  # on the second ball, its opposite on the first
+PUSH_Y = 6
+TURN_X = 7  # on both
+TURN_Y = 8
+TURN_Z = 9
+ALONG = 10  # friction of a pressed contact: along t = (-ny, nx), and up
+UP = 11
+ACTIVE = 12  # 1: a contact that pushes, while plastic impulses are found
+LEFT_OVER = 13  # and what conjugate gradients keep of each contact: see `impacts.plastic`
+SCALED = 14
+DIRECTION = 15
+PRODUCT = 16
+ALONE = 17  # and of each contact as if it shared no ball
+FORCE_COLUMNS = 18
+
+
+class Log(NamedTuple):
+    """What happened: m events, and k balls whose motion changed, just after; m may be 0.
+
+    `clock` and `counters` go on where a full log is followed by an empty one.
+    """
+
+    clock: FloatArray  # (CLOCKS,)
+    counters: IntArray  # (COUNTERS,)
+    time: FloatArray  # (m,) [s]
+    what: IntArray  # (3, m): rows WHAT_KIND (EventKind), WHAT_A, WHAT_B
+    ball: IntArray  # (k,)
+    motion: FloatArray  # (k, KNOT): the first columns of `Balls.state`
+
+
+WHAT_KIND = 0
+WHAT_A = 1
+WHAT_B = 2  # second ball, cushion index or -1
+
+
+# Places in the array of counters, int64.
+EVENTS = 0
+BALL_BALL = 1
+BALL_CUSHION = 2
+BOUNDS = 3
+ADVANCEMENTS = 4
+JOINT_IMPACTS = 5
+CONTACT_STEPS = 6
+UNSOLVED_STEPS = 7
+UNSOLVED_JOINT_IMPACTS = 8
+LOGGED_EVENTS = 9
+LOGGED_MOTIONS = 10
+PENDING = 11  # pairs in `Balls.hits` that are found, and not resolved yet
+PENDING_VERDICT = 12  # IMPACT or PRESSED: see `scheduling.contact_time`
+CELL_MOVES = 13
+UNSOUND = 14  # of RUN_NOT_FINITE: the ball with it, or FREE where none is to blame
+NO_ROOM = 15  # 1: more balls touch at once than `Balls.hits`, or `Contacts`, has room for
+COUNTERS = 16
+
+# Places in the array of instants, float64 [s].
+NOW = 0
+LAST_EVENT = 1
+END = 2  # when the last ball came to rest, or the run stopped
+FARTHEST = 3  # largest coordinate of a ball at the end [m]
+CLOCKS = 4
+
+# Cushions, in the order of `engine.scene.CUSHIONS`.
+LEFT = 0
+RIGHT = 1
+BOTTOM = 2
+TOP = 3
+
+OWN_NONE = 0
+OWN_REST = 1
+OWN_ROLL = 2  # a slide ends
+OWN_CONTACT = 3  # a contact step ends
+OWN_CUSHION = 4
+
+FREE = -1
+
+# What the loop returns. It never raises.
+RUN_RESTED = 0
+RUN_T_MAX = 1
+RUN_EVENT_LIMIT = 2
+RUN_LOG_FULL = 3
+RUN_NOT_FINITE = 4
+RUN_CONTACTS = 5  # go on with `Contacts`, which the run was not given
+RUN_NO_ROOM = 6

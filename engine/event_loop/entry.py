@@ -1,0 +1,94 @@
+"""The kernel that Python calls, with plain arrays: named tuples would cost it microseconds."""
+
+from __future__ import annotations
+
+from engine.core.kernel import kernel
+from engine.core.state import (
+    RUN_CONTACTS,
+    RUN_EVENT_LIMIT,
+    RUN_LOG_FULL,
+    Balls,
+    BoolArray,
+    Cells,
+    Contacts,
+    FloatArray,
+    Int32Array,
+    IntArray,
+    Laws,
+    Log,
+    Pairs,
+)
+from engine.event_loop.loop import finish, run
+
+
+@kernel(entry=True)
+def enter(
+    state: FloatArray,
+    own_kind: IntArray,
+    changed: BoolArray,
+    touched: Int32Array,
+    hits: Int32Array,
+    near: Int32Array,
+    laws: FloatArray,
+    integrated: int | None,
+    bound: FloatArray,
+    least: FloatArray,
+    next_event: FloatArray,
+    track: FloatArray,
+    looked_at: BoolArray | None,
+    cells: Cells | None,
+    contacts: Contacts | None,
+    clock: FloatArray,
+    counters: IntArray,
+    time: FloatArray,
+    what: IntArray,
+    ball: IntArray,
+    motion: FloatArray,
+    end: FloatArray,
+    limit: int,
+    last: bool,
+) -> int:
+    """Run, as `loop.run`; and where that is over, bring all balls to the end, as `loop.finish`.
+
+    It is over, too, where `limit` is reached and `last` is true.
+    """
+    balls = Balls(state, own_kind, changed, touched, hits, near)
+    numbers = laws_from(laws, integrated)
+    log = Log(clock, counters, time, what, ball, motion)
+    if cells is None:
+        pairs = Pairs(bound, least, next_event, track, looked_at)
+        status = run(balls, numbers, pairs, None, contacts, log, limit)
+    else:
+        status = run(balls, numbers, None, cells, contacts, log, limit)
+    goes_on = status == RUN_LOG_FULL or status == RUN_CONTACTS  # noqa: PLR1714 - the compiler
+    if goes_on or (status == RUN_EVENT_LIMIT and not last):
+        return status
+    return finish(balls, numbers, log, status, end)
+
+
+@kernel(inline=True)
+def laws_from(numbers: FloatArray, integrated: int | None) -> Laws:
+    """Return the `Laws` whose fields are `numbers`, and `integrated`."""
+    return Laws(
+        numbers[0] != 0.0,
+        numbers[1] != 0.0,
+        numbers[2] != 0.0,
+        numbers[3] != 0.0,
+        numbers[4] != 0.0,
+        int(numbers[5]),
+        numbers[6],
+        numbers[7],
+        numbers[8] != 0.0,
+        int(numbers[9]),
+        numbers[10] != 0.0,
+        numbers[11],
+        numbers[12],
+        numbers[13],
+        numbers[14],
+        numbers[15],
+        numbers[16],
+        numbers[17],
+        numbers[18],
+        numbers[19],
+        integrated,
+    )

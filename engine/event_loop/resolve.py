@@ -1,0 +1,263 @@
+"""What happens at an event: the loop (`event_loop.loop`) says which, here it is done.
+
+What changes a ball's motion marks it in `balls.changed`, and leaves it to the loop to predict it.
+
+`Contacts` may be missing. What needs them then returns NEEDS_CONTACTS, having changed no motion,
+and is called again when they are there.
+"""
+
+from __future__ import annotations
+
+from engine.core.kernel import kernel
+from engine.core.state import (
+    AX,
+    AY,
+    BALL_BALL,
+    BALL_CUSHION,
+    DEGREE,
+    FIRST,
+    FREE,
+    JOINT_IMPACTS,
+    MOVED,
+    OWN_CUSHION,
+    OWN_REST,
+    OWN_ROLL,
+    OWN_TIME,
+    PENDING,
+    PENDING_VERDICT,
+    PHASE,
+    RADIUS,
+    ROLL,
+    SECOND,
+    SLIDE,
+    SLIDING,
+    STEP,
+    UNSOLVED_JOINT_IMPACTS,
+    VX,
+    VY,
+    Balls,
+    Cells,
+    Contacts,
+    Laws,
+    Log,
+    X,
+    Y,
+)
+from engine.event_loop.record import (
+    BALL_BALL_EVENT,
+    BALL_CUSHION_EVENT,
+    SLIDE_TO_ROLL_EVENT,
+    note_event,
+    note_rest,
+)
+from engine.impacts.impact import bounce, bounce_in_corner, collide_balls
+from engine.impacts.simultaneous import collide_together
+from engine.motion.geometry import (
+    at_rest,
+    blocking_ball,
+    capture_height,
+    contact_tolerance,
+    cushion_gap,
+    cushion_side,
+    negligible_hop,
+    tie_rounding,
+)
+from engine.motion.on_cloth import advance, come_to_rest, mark, predict_motion, start_rolling
+from engine.resting_contact.step import end_step
+from engine.scheduling.contact_time import PRESSED
+
+NEEDS_CONTACTS = -1
+
+
+@kernel(inline=True)
+def resolve_own(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells | None,
+    contacts: Contacts | None,
+    i: int,
+    t: float,
+    log: Log,
+) -> int:
+    """Resolve what ball i does alone at the instant t: rest, roll, meet a cushion, end a step.
+
+    Return how many contacts in `balls.hits` are to be held.
+    """
+    kind = balls.own_kind[i]
+    if kind == OWN_REST:
+        _resolve_rest(balls, contacts, i, t, log)
+    elif kind == OWN_ROLL:
+        start_rolling(balls, i, t)
+        if balls.state[i, VX] == 0.0 and balls.state[i, VY] == 0.0:
+            note_rest(balls, contacts, i, t, log)
+        else:
+            note_event(SLIDE_TO_ROLL_EVENT, i, -1, t, log)
+        mark(balls, i)
+    elif kind >= OWN_CUSHION:
+        cushion = kind - OWN_CUSHION
+        advance(balls, i, t)
+        partner = _pressed_against(balls, laws, cells, i, cushion, t)
+        if partner != i:
+            if contacts is None:
+                return NEEDS_CONTACTS
+            balls.hits[0, FIRST] = i
+            balls.hits[0, SECOND] = partner
+            return 1
+        _resolve_cushion(balls, laws, i, cushion, t, log)
+        mark(balls, i)
+    elif contacts is not None:
+        end_step(contacts, i)
+    return 0
+
+
+@kernel(inline=True)
+def _resolve_rest(balls: Balls, contacts: Contacts | None, i: int, t: float, log: Log) -> None:
+    """Bring ball i to rest, and those that a contact step brings to rest at the same instant.
+
+    One after the other, the second would be moved there with what rounding leaves of its speed.
+    """
+    if contacts is not None and contacts.cluster[i] != FREE:
+        k = contacts.ring[i]
+        while k != i:
+            if balls.own_kind[k] == OWN_REST and balls.state[k, OWN_TIME] <= t:
+                come_to_rest(balls, k, t)
+                note_rest(balls, contacts, k, t, log)
+                mark(balls, k)
+            k = contacts.ring[k]
+    come_to_rest(balls, i, t)
+    note_rest(balls, contacts, i, t, log)
+    mark(balls, i)
+
+
+@kernel
+def _resolve_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float, log: Log) -> None:
+    """Bounce ball i off a cushion; in a corner, off both at once."""
+    log.counters[BALL_CUSHION] += 1
+    note_event(BALL_CUSHION_EVENT, i, cushion, t, log)
+    other = _corner_cushion(balls, laws, i, cushion, t)
+    if other < 0:
+        bounce(balls, i, cushion, laws)
+        return
+    bounce_in_corner(balls, i, cushion, other, laws)
+    log.counters[BALL_CUSHION] += 1
+    log.counters[JOINT_IMPACTS] += 1
+    note_event(BALL_CUSHION_EVENT, i, other, t, log)
+
+
+@kernel
+def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -> int:
+    """Return a cushion across the given one that ball i meets at the same instant, or -1."""
+    for other in range(4):
+        if other // 2 == cushion // 2:
+            continue
+        nx, ny, _ = cushion_side(laws, other)
+        x, y = balls.state[i, X], balls.state[i, Y]
+        gap = cushion_gap(x, y, balls.state[i, RADIUS], laws, other)
+        approaching = nx * balls.state[i, VX] + ny * balls.state[i, VY] < 0.0
+        if gap <= tie_rounding(balls, i, i, t) and approaching:
+            return other
+    return -1
+
+
+@kernel
+def _pressed_against(
+    balls: Balls, laws: Laws, cells: Cells | None, i: int, cushion: int, t: float
+) -> int:
+    """Return what ball i is pressed against, where it wouldn't leave the cushion by bouncing.
+
+    The cushion itself (as -1 minus its index), where friction drives the ball into it; or a ball
+    that is in its way; or the ball itself: nothing.
+    """
+    nx, ny, _ = cushion_side(laws, cushion)
+    rate = nx * balls.state[i, VX] + ny * balls.state[i, VY]
+    opening = nx * balls.state[i, AX] + ny * balls.state[i, AY]
+    if opening < 0.0 and negligible_hop(rate, -opening, capture_height(balls, i, i)):
+        return -1 - cushion
+    pull = balls.state[i, SLIDE] if balls.state[i, PHASE] == SLIDING else balls.state[i, ROLL]
+    if not negligible_hop(rate, 2.0 * pull, contact_tolerance(balls, i, i)):
+        return i
+    blocking = blocking_ball(balls, cells, i, nx, ny, t)
+    return blocking if blocking >= 0 else i
+
+
+@kernel(inline=True)
+def resolve_contacts(
+    balls: Balls, laws: Laws, contacts: Contacts | None, t: float, log: Log
+) -> int:
+    """Collide the PENDING pairs of `balls.hits` at the instant t, or leave them to be held.
+
+    A pair of which neither ball has another impact now follows the scene's law; others collide
+    together. Return how many contacts in `balls.hits` are to be held.
+    """
+    count = log.counters[PENDING]
+    if log.counters[PENDING_VERDICT] == PRESSED:
+        return NEEDS_CONTACTS if contacts is None else count
+    if contacts is None:
+        for c in range(count):
+            for other in range(c):
+                if _share_ball(balls, c, other):
+                    return NEEDS_CONTACTS
+    for c in range(count):
+        a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
+        advance(balls, a, t)
+        advance(balls, b, t)
+        mark(balls, a)
+        mark(balls, b)
+        log.counters[BALL_BALL] += 1
+        note_event(BALL_BALL_EVENT, a, b, t, log)
+    if contacts is None:
+        for c in range(count):
+            collide_balls(balls, balls.hits[c, FIRST], balls.hits[c, SECOND], laws)
+    else:
+        _collide_groups(balls, laws, contacts, count, log)
+    return 0
+
+
+@kernel
+def _share_ball(balls: Balls, c: int, other: int) -> bool:
+    """Whether two pairs of `balls.hits` have a ball in common."""
+    a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
+    k, m = balls.hits[other, FIRST], balls.hits[other, SECOND]
+    return bool(k in (a, b) or m in (a, b))
+
+
+@kernel
+def _collide_groups(balls: Balls, laws: Laws, contacts: Contacts, count: int, log: Log) -> None:
+    """Collide the first `count` pairs of `balls.hits`, together where they share balls."""
+    for c in range(count):
+        contacts.motion[balls.hits[c, FIRST], DEGREE] += 1.0
+        contacts.motion[balls.hits[c, SECOND], DEGREE] += 1.0
+    joint = 0
+    for c in range(count):
+        a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
+        if contacts.motion[a, DEGREE] == 1.0 and contacts.motion[b, DEGREE] == 1.0:
+            collide_balls(balls, a, b, laws)
+        else:
+            contacts.ends[joint, FIRST] = a
+            contacts.ends[joint, SECOND] = b
+            joint += 1
+    if joint > 0:
+        log.counters[JOINT_IMPACTS] += 1
+        if not collide_together(balls, laws, contacts, joint):
+            log.counters[UNSOLVED_JOINT_IMPACTS] += 1
+    for c in range(count):
+        contacts.motion[balls.hits[c, FIRST], DEGREE] = 0.0
+        contacts.motion[balls.hits[c, SECOND], DEGREE] = 0.0
+
+
+@kernel(inline=True)
+def predict_anew(balls: Balls, laws: Laws, contacts: Contacts | None) -> None:
+    """Predict every ball that is marked, since an event set its velocity.
+
+    One in a contact step is left to `press_again`: its step ends here.
+    """
+    for m in range(1, balls.touched[0] + 1):
+        i = balls.touched[m]
+        if not at_rest(balls, i):
+            balls.state[i, MOVED] = 1.0
+        if contacts is not None:
+            contacts.motion[i, STEP] = 0.0
+            if contacts.cluster[i] != FREE:
+                end_step(contacts, i)
+                continue
+        predict_motion(balls, i, laws)

@@ -1,0 +1,108 @@
+"""Cushions with restitution and Coulomb friction: at the height of the nose (Han), or at mid-ball.
+
+Han, I. (2005): Dynamics in carom and three cushion billiards. Journal of Mechanical Science and
+Technology 19(4), 976-984.
+"""
+
+from __future__ import annotations
+
+import math
+
+from engine.core.kernel import kernel
+from engine.core.state import Laws
+from engine.impacts.laws.interface import CushionBounce, CushionImpact
+
+
+@kernel
+def han2005(impact: CushionImpact, laws: Laws) -> CushionBounce:
+    """Return the bounce off a nose at `laws.cushion_height`, by Han's law.
+
+    Parameters
+    ----------
+    impact : CushionImpact
+        The ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels.
+    laws : Laws
+        `cushion_restitution` in [0, 1], `cushion_friction` >= 0, and `cushion_height`, above the
+        cloth and below the top of the ball [m].
+
+    Returns
+    -------
+    CushionBounce
+        The ball after the impact [m/s, rad/s].
+
+    Notes
+    -----
+    Contract: no allocation; energy does not rise; vn <= 0 afterwards; mirrored along the cushion,
+    the outcome is mirrored to the bit.
+
+    Han's equations, with the print's errors put right: the normal impulse whose friction mu just
+    ends the slip s is |s| / (mu A), with A = 7 / (2 m); the sign of c in equation 14; the second
+    factor of the impulse along n in equation 21, which is a cosine. As there, the vertical impulse
+    turns the ball and its vertical velocity is dropped: the cloth holds the ball.
+
+    Energy: in free space the impact loses it, because the closing speed at the nose is multiplied
+    by -e and the friction, at most what stops the slip, works against it. Dropping the vertical
+    velocity takes away more. So energy can't rise, whatever the height, friction and spin.
+
+    Where it ends: Han's vn afterwards is vn (sin^2 - e cos^2) - P sin, P the friction at the nose
+    over the mass, upwards positive. It is above 0, so that the ball still approaches, where the
+    nose is far from mid-ball (without friction: where sin^2 > e / (1 + e), a sine of 0.68 for
+    e = 0.85), or where backspin under a high nose (or topspin against a low one) pulls the ball in.
+    Dropping the vertical velocity has then closed the contact again, ball and nose are wedged
+    against the cloth, and the impact goes on. Repeated without friction it stops the ball, in a
+    geometric series. That limit is the bound here: vn is at most 0. The further impulse acts
+    through the centre and turns nothing, the cloth bears its vertical part, and it takes energy.
+    """
+    sine = (laws.cushion_height - impact.radius) / impact.radius
+    return _bounce_off_nose(impact, laws, sine)
+
+
+@kernel
+def frictional(impact: CushionImpact, laws: Laws) -> CushionBounce:
+    """Return the bounce off a nose at the height of the ball's centre: `han2005` with angle 0.
+
+    Parameters
+    ----------
+    impact : CushionImpact
+        The ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels.
+    laws : Laws
+        `cushion_restitution` in [0, 1] and `cushion_friction` >= 0.
+
+    Returns
+    -------
+    CushionBounce
+        The ball after the impact [m/s, rad/s]; vn is exactly -e times what it was.
+
+    Notes
+    -----
+    Contract: as `han2005`.
+    """
+    return _bounce_off_nose(impact, laws, 0.0)
+
+
+@kernel
+def _bounce_off_nose(impact: CushionImpact, laws: Laws, sine: float) -> CushionBounce:
+    """Return the bounce off a nose that the centre sees at an angle of this sine above n.
+
+    Speeds and impulses over the mass, both [m/s]; "down" is the direction in the plane of n and z
+    that is tangential to the ball at the nose, (sine, -cosine).
+    """
+    cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
+    radius, e = impact.radius, laws.cushion_restitution
+    slip_down = impact.vn * sine + radius * impact.wt
+    slip_along = impact.vt + radius * (impact.wz * cosine - impact.wn * sine)
+    slip = math.sqrt(slip_down * slip_down + slip_along * slip_along)
+    most = laws.cushion_friction * ((1.0 + e) * (cosine * impact.vn))
+    # 2/7 of the slip stops it: a mass at the surface of a sphere weighs 2/7 of the sphere's.
+    share = 2.0 / 7.0 if slip * (2.0 / 7.0) <= most else most / slip
+    down, along = -share * slip_down, -share * slip_along
+    # Grouped so that mid-ball gives exactly -e: vn - (1 + e) vn cosine^2 = vn (sine^2 - e cosine^2)
+    vn = impact.vn * (sine * sine - e * (cosine * cosine)) + down * sine
+    turn = 2.5 / radius  # m R / I
+    return CushionBounce(
+        min(vn, 0.0),
+        impact.vt + along,
+        impact.wn - turn * (along * sine),
+        impact.wt + turn * down,
+        impact.wz + turn * (along * cosine),
+    )

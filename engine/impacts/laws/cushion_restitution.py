@@ -1,0 +1,37 @@
+"""A cushion that multiplies the velocity by two factors and leaves the spin alone."""
+
+from __future__ import annotations
+
+from engine.core.kernel import kernel
+from engine.core.state import Laws
+from engine.impacts.laws.interface import CushionBounce, CushionImpact
+
+
+@kernel
+def restitution(impact: CushionImpact, laws: Laws) -> CushionBounce:
+    """Return the bounce vn -> -e vn, vt -> f vt; both factors 1: a mirror.
+
+    Parameters
+    ----------
+    impact : CushionImpact
+        The ball when it touches the cushion [m/s, rad/s, m, kg].
+    laws : Laws
+        `cushion_restitution` is e, `cushion_tangential` is f, both in [0, 1].
+
+    Returns
+    -------
+    CushionBounce
+        The ball after the impact [m/s, rad/s].
+
+    Notes
+    -----
+    Contract: no allocation; two products and a change of sign, so a mirror keeps every bit. The
+    mirror is section 4.2 of the paper.
+    """
+    return CushionBounce(
+        -laws.cushion_restitution * impact.vn,
+        laws.cushion_tangential * impact.vt,
+        impact.wn,
+        impact.wt,
+        impact.wz,
+    )

@@ -1,0 +1,55 @@
+"""Calls the law that a scene chose, by its place in `registry`.
+
+A chain of comparisons, because the compiler can't cache a kernel that is handed another one.
+"""
+
+from __future__ import annotations
+
+from engine.core.kernel import kernel
+from engine.core.state import Laws
+from engine.impacts.laws.ball_frictional import frictional as frictional_balls
+from engine.impacts.laws.ball_mathavan2014 import mathavan2014
+from engine.impacts.laws.cushion_han2005 import frictional as frictional_cushion, han2005
+from engine.impacts.laws.cushion_mathavan2010 import mathavan2010
+from engine.impacts.laws.cushion_restitution import restitution
+from engine.impacts.laws.interface import BallImpact, BallImpulse, CushionBounce, CushionImpact
+from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+
+FRICTIONAL_BALLS = BALL_LAW_NAMES.index("frictional")
+_MATHAVAN2014 = BALL_LAW_NAMES.index("mathavan2014")
+MIRROR_CUSHION = CUSHION_LAW_NAMES.index("mirror")
+RESTITUTION_CUSHION = CUSHION_LAW_NAMES.index("restitution")
+_FRICTIONAL_CUSHION = CUSHION_LAW_NAMES.index("frictional")
+_HAN2005 = CUSHION_LAW_NAMES.index("han2005")
+_MATHAVAN2010 = CUSHION_LAW_NAMES.index("mathavan2010")
+
+
+@kernel(inline=True)
+def ball_law(impact: BallImpact, laws: Laws) -> BallImpulse:
+    """Return what the scene's law makes of a ball-ball impact."""
+    return _ball_law(impact, laws, laws.integrated)
+
+
+@kernel(inline=True)
+def _ball_law(impact: BallImpact, laws: Laws, integrated: int | None) -> BallImpulse:
+    # The compiler leaves out what follows `is not None` where the type of an argument is None.
+    if integrated is not None and laws.ball_law == _MATHAVAN2014:
+        return mathavan2014(impact, laws)
+    return frictional_balls(impact, laws)
+
+
+@kernel(inline=True)
+def cushion_law(impact: CushionImpact, laws: Laws) -> CushionBounce:
+    """Return what the scene's law makes of a ball-cushion impact."""
+    return _cushion_law(impact, laws, laws.integrated)
+
+
+@kernel(inline=True)
+def _cushion_law(impact: CushionImpact, laws: Laws, integrated: int | None) -> CushionBounce:
+    if integrated is not None and laws.cushion_law == _MATHAVAN2010:
+        return mathavan2010(impact, laws)
+    if laws.cushion_law == _HAN2005:
+        return han2005(impact, laws)
+    if laws.cushion_law == _FRICTIONAL_CUSHION:
+        return frictional_cushion(impact, laws)
+    return restitution(impact, laws)  # a mirror where both its factors are 1

@@ -1,0 +1,83 @@
+"""The coefficient of friction between balls, constant or falling with the slip speed."""
+
+from __future__ import annotations
+
+from engine.core.kernel import kernel
+from engine.core.state import Laws
+
+# Alciatore's fit to Marlow's measurements of throw (proof A.14).
+_LEAST = 9.951e-3
+_RANGE = 0.108
+_DECAY = 1.088  # [s/m]
+
+_NOTHING = 40.0
+"""Argument from which on the exponential is below half an ulp of the sum and is left out."""
+
+_INVERSE_E = 0.36787944117144233
+
+_INVERSE_FACTORIALS = (
+    1.0 / 1307674368000.0,  # 15!
+    1.0 / 87178291200.0,
+    1.0 / 6227020800.0,
+    1.0 / 479001600.0,
+    1.0 / 39916800.0,
+    1.0 / 3628800.0,
+    1.0 / 362880.0,
+    1.0 / 40320.0,
+    1.0 / 5040.0,
+    1.0 / 720.0,
+    1.0 / 120.0,
+    1.0 / 24.0,
+    1.0 / 6.0,
+    1.0 / 2.0,
+    1.0,
+    1.0,
+)
+"""Of 15! down to 0!: up to 1/2 the series ends 2e-17 from the exponential, and Horner's rule adds
+less than an ulp."""
+
+
+@kernel
+def friction_coefficient(laws: Laws, slip_speed: float) -> float:
+    """Return the scene's coefficient of friction between balls that slip at this speed [m/s]."""
+    if laws.speed_dependent:
+        return alciatore_friction(slip_speed)
+    return laws.ball_friction
+
+
+@kernel
+def friction_slope(laws: Laws, slip_speed: float) -> float:
+    """Return the derivative of `friction_coefficient` by the slip speed [s/m]."""
+    if laws.speed_dependent:
+        return -_DECAY * (alciatore_friction(slip_speed) - _LEAST)
+    return 0.0
+
+
+@kernel
+def alciatore_friction(slip_speed: float) -> float:
+    """Return the coefficient of friction between balls, 9.951e-3 + 0.108 exp(-1.088 v).
+
+    Parameters
+    ----------
+    slip_speed : float [m/s]
+        Speed of one ball's surface over the other's just before the impact; not negative.
+
+    Notes
+    -----
+    Alciatore, technical proof A.14, a fit to data of Marlow. The exponential is built from sums and
+    products, because a library's differs in the last bit from one machine to the next: a factor 1/e
+    for each whole unit, and the power series for what is left, at most a half either way. The
+    factors' rounding grows with their number n, but what it does to the sum falls as n exp(-n). The
+    result is within 2 ulps of the exact sum.
+    """
+    argument = _DECAY * slip_speed
+    if not argument < _NOTHING:
+        return _LEAST
+    factor = _RANGE
+    while argument > 0.5:
+        argument -= 1.0  # exact
+        factor *= _INVERSE_E
+    series = 0.0
+    for coefficient in _INVERSE_FACTORIALS:
+        series = coefficient - argument * series
+    return _LEAST + factor * series

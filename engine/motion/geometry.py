@@ -1,0 +1,239 @@
+"""Where balls are relative to each other at an instant, without moving them."""
+
+from __future__ import annotations
+
+import math
+
+from engine.core.kernel import kernel
+from engine.core.state import (
+    AFTER,
+    AX,
+    AY,
+    BOTTOM,
+    COLUMN,
+    EPOCH,
+    LEFT,
+    NOWHERE,
+    PHASE,
+    RADIUS,
+    RIGHT,
+    ROLL,
+    ROW,
+    SLIDE,
+    SLIDING,
+    VX,
+    VY,
+    Balls,
+    Cells,
+    Laws,
+    X,
+    Y,
+)
+from engine.core.tolerances import (
+    CAPTURE_HEIGHT,
+    CONTACT_REACH,
+    CONTACT_TOLERANCE,
+    EPS,
+    GAP_ULPS,
+    STOP_WAY,
+)
+
+
+@kernel
+def relative_motion(
+    balls: Balls, i: int, j: int, t: float
+) -> tuple[float, float, float, float, float, float]:
+    """Position, velocity and acceleration of ball j relative to ball i at the instant t [s]."""
+    si, sj = t - balls.state[i, EPOCH], t - balls.state[j, EPOCH]
+    xi = balls.state[i, X] + si * (balls.state[i, VX] + 0.5 * balls.state[i, AX] * si)
+    yi = balls.state[i, Y] + si * (balls.state[i, VY] + 0.5 * balls.state[i, AY] * si)
+    xj = balls.state[j, X] + sj * (balls.state[j, VX] + 0.5 * balls.state[j, AX] * sj)
+    yj = balls.state[j, Y] + sj * (balls.state[j, VY] + 0.5 * balls.state[j, AY] * sj)
+    vxi = balls.state[i, VX] + balls.state[i, AX] * si
+    vyi = balls.state[i, VY] + balls.state[i, AY] * si
+    vxj = balls.state[j, VX] + balls.state[j, AX] * sj
+    vyj = balls.state[j, VY] + balls.state[j, AY] * sj
+    return (
+        xj - xi,
+        yj - yi,
+        vxj - vxi,
+        vyj - vyi,
+        balls.state[j, AX] - balls.state[i, AX],
+        balls.state[j, AY] - balls.state[i, AY],
+    )
+
+
+@kernel
+def reduced_mass(a: float, b: float) -> float:
+    """Return a b / (a + b) [kg]: the same bits for (b, a), and neither over- nor underflow."""
+    return min(a, b) * (max(a, b) / (a + b))
+
+
+@kernel
+def at_rest(balls: Balls, i: int) -> bool:
+    """Whether the centre of ball i rests, and stays so if nothing hits it."""
+    slides = balls.state[i, PHASE] == SLIDING and balls.state[i, SLIDE] > 0.0
+    return bool(balls.state[i, VX] == 0.0 and balls.state[i, VY] == 0.0 and not slides)
+
+
+@kernel
+def grip(balls: Balls, i: int) -> float:
+    """Largest deceleration [m/s^2] that the cloth can give ball i."""
+    deceleration: float = max(balls.state[i, ROLL], balls.state[i, SLIDE])
+    return deceleration
+
+
+@kernel
+def cushion_side(laws: Laws, cushion: int) -> tuple[float, float, float]:
+    """Return a cushion's unit normal into the table, and the line of its nose [m] along it.
+
+    The line is an infinite coordinate where that side has no cushion.
+    """
+    if cushion == LEFT:
+        return 1.0, 0.0, laws.left
+    if cushion == RIGHT:
+        return -1.0, 0.0, laws.right
+    if cushion == BOTTOM:
+        return 0.0, 1.0, laws.bottom
+    return 0.0, -1.0, laws.top
+
+
+@kernel
+def cushion_gap(x: float, y: float, radius: float, laws: Laws, cushion: int) -> float:
+    """Return the gap [m] of a ball at (x, y) to a cushion; inf where that side has none."""
+    nx, ny, line = cushion_side(laws, cushion)
+    if math.isinf(line):
+        return math.inf
+    return nx * (x - line) + ny * (y - line) - radius
+
+
+@kernel
+def gap_rounding(balls: Balls, i: int, j: int) -> float:
+    """Return the rounding [m] of a gap computed from the coordinates of balls i and j."""
+    at_i: float = abs(balls.state[i, X]) + abs(balls.state[i, Y])
+    at_j: float = abs(balls.state[j, X]) + abs(balls.state[j, Y])
+    return GAP_ULPS * EPS * max(at_i, at_j)
+
+
+@kernel
+def tie_rounding(balls: Balls, i: int, j: int, t: float) -> float:
+    """Return the rounding [m] of a gap between balls i and j at an event's instant t [s].
+
+    That of the coordinates, and how far the balls go in the rounding of the clock. For a ball and a
+    cushion, j is i.
+    """
+    speed = abs(balls.state[i, VX]) + abs(balls.state[i, VY])
+    speed += abs(balls.state[j, VX]) + abs(balls.state[j, VY])
+    rounding: float = gap_rounding(balls, i, j) + GAP_ULPS * EPS * t * speed
+    return rounding
+
+
+@kernel
+def contact_tolerance(balls: Balls, i: int, j: int) -> float:
+    """Gap or overlap [m] that a contact step may leave between balls i and j.
+
+    For a ball and a cushion, j is i.
+    """
+    reach: float = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    return CONTACT_TOLERANCE * reach + 8.0 * gap_rounding(balls, i, j)
+
+
+@kernel
+def capture_height(balls: Balls, i: int, j: int) -> float:
+    """Height [m] of a hop between balls i and j that is not followed; see `CAPTURE_HEIGHT`.
+
+    For a ball and a cushion, j is i.
+    """
+    reach: float = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    return CAPTURE_HEIGHT * reach + 8.0 * gap_rounding(balls, i, j)
+
+
+@kernel
+def stop_way(balls: Balls, i: int) -> float:
+    """Way [m] in which the cloth can end a slip that counts as ended; see `STOP_WAY`."""
+    way: float = STOP_WAY * 2.0 * balls.state[i, RADIUS]
+    return way
+
+
+@kernel
+def negligible_hop(rate: float, acceleration: float, height: float) -> bool:
+    """Whether a gap that opens at `rate`, and is pulled back, opens by no more than `height` [m].
+
+    A hop at speed v under a rises v^2 / 2a.
+    """
+    return rate * rate <= 2.0 * acceleration * height
+
+
+@kernel
+def in_contact(gap: float, rate: float, tolerance: float, pull: float) -> bool:
+    """Whether a gap [m], changing at `rate` [m/s], counts as closed when a contact step starts.
+
+    `pull` is the most that friction can take from the rate [m/s^2].
+    """
+    touching = gap <= CONTACT_REACH * tolerance
+    return touching and negligible_hop(rate, pull, tolerance)
+
+
+@kernel
+def cushion_in_contact(balls: Balls, i: int, laws: Laws, cushion: int) -> bool:
+    """Whether ball i counts as in contact with a cushion, at its epoch."""
+    x, y = balls.state[i, X], balls.state[i, Y]
+    gap = cushion_gap(x, y, balls.state[i, RADIUS], laws, cushion)
+    nx, ny, _ = cushion_side(laws, cushion)
+    rate = nx * balls.state[i, VX] + ny * balls.state[i, VY]
+    return in_contact(gap, rate, contact_tolerance(balls, i, i), 3.0 * grip(balls, i))
+
+
+@kernel
+def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
+    """Whether balls i and j count as in contact at the instant t [s].
+
+    Friction pulls two balls together with what the cloth can give both, and stops one that was
+    struck at rest with as much again.
+    """
+    rx, ry, vx, vy, _, _ = relative_motion(balls, i, j, t)
+    distance = math.sqrt(rx * rx + ry * ry)
+    gap = distance - (balls.state[i, RADIUS] + balls.state[j, RADIUS])
+    rate = (rx * vx + ry * vy) / distance
+    pull = 1.5 * (grip(balls, i) + grip(balls, j))
+    return in_contact(gap, rate, contact_tolerance(balls, i, j), pull)
+
+
+@kernel
+def list_near(balls: Balls, cells: Cells | None, i: int) -> int:
+    """Put in `balls.near` all balls that may touch ball i now; return how many."""
+    count = 0
+    if cells is None:
+        for j in range(len(balls.own_kind)):
+            if j != i:
+                balls.near[count] = j
+                count += 1
+        return count
+    stride = cells.size[0] + 2
+    middle = cells.link[i, ROW] * stride + cells.link[i, COLUMN]
+    for y in range(-1, 2):
+        for x in range(-1, 2):
+            k = cells.first[middle + y * stride + x]
+            while k != NOWHERE:
+                if k != i:
+                    # In the order of their numbers, as without cells.
+                    place = count
+                    while place > 0 and balls.near[place - 1] > k:
+                        balls.near[place] = balls.near[place - 1]
+                        place -= 1
+                    balls.near[place] = k
+                    count += 1
+                k = cells.link[k, AFTER]
+    return count
+
+
+@kernel
+def blocking_ball(balls: Balls, cells: Cells | None, i: int, nx: float, ny: float, t: float) -> int:
+    """Return a ball in contact with ball i on the side that (nx, ny) points to, or -1."""
+    for c in range(list_near(balls, cells, i)):
+        j = int(balls.near[c])
+        if pair_in_contact(balls, i, j, t):
+            rx, ry, _, _, _, _ = relative_motion(balls, i, j, t)
+            if rx * nx + ry * ny > 0.0:
+                return j
+    return -1

@@ -1,0 +1,310 @@
+"""How one ball moves until its own next event: the closed form, and when that event is."""
+
+from __future__ import annotations
+
+import math
+
+from engine.core.kernel import kernel
+from engine.core.state import (
+    AX,
+    AY,
+    BX,
+    BY,
+    BZ,
+    EPOCH,
+    OWN_CUSHION,
+    OWN_NONE,
+    OWN_REST,
+    OWN_ROLL,
+    OWN_TIME,
+    PHASE,
+    RADIUS,
+    RESTING,
+    ROLL,
+    ROLLING,
+    SLIDE,
+    SLIDING,
+    SPIN,
+    VX,
+    VY,
+    WX,
+    WY,
+    WZ,
+    Balls,
+    Laws,
+    X,
+    Y,
+)
+from engine.core.tolerances import SLIP_ROUNDING, TIME_ROUNDING
+from engine.motion.geometry import cushion_gap, cushion_side
+
+_NO_MOTION = -1.0  # in place of a duration
+
+
+@kernel(inline=True)
+def first_crossing(gap: float, rate: float, acceleration: float) -> float:
+    """Return the first s >= 0 at which gap + rate s + acceleration s^2 / 2 falls to 0, or inf.
+
+    Contract: no allocation. A gap below 0 counts as 0, touching: then closing is 0, an event now,
+    and opening is the later return. So a contact is found although rounding put it past its
+    instant, and one that was just resolved is not found again.
+
+    Notes
+    -----
+    Each case adds numbers of one sign, so no digit cancels (Bannerman, Strobl, Formella and
+    Poeschel 2014 give the rule for touching balls). Chosen without branches, so that a row of pairs
+    becomes vector instructions.
+    """
+    gap = gap if gap > 0.0 else 0.0
+    discriminant = rate * rate - 2.0 * acceleration * gap
+    root = math.sqrt(discriminant if discriminant > 0.0 else 0.0)
+    closing = rate < 0.0
+    meets = (discriminant >= 0.0) & (closing | (acceleration < 0.0))
+    over = 2.0 * gap if closing else rate + root
+    under = root - rate if closing else -acceleration
+    s = over / (under if meets else 1.0)
+    return s if meets else math.inf
+
+
+@kernel(inline=True)
+def first_meeting(rx: float, ry: float, vx: float, vy: float, reach: float) -> float:
+    """Return the first s >= 0 at which |r + v s| falls to `reach` [s], or inf.
+
+    Contract: as `first_crossing`. The constant term is (d - D)(d + D), which keeps the digits of a
+    small gap.
+
+    Notes
+    -----
+    The discriminant (r.v)^2 - v^2 (d^2 - D^2) is v^2 D^2 - (r x v)^2, which for balls that are far
+    apart has smaller terms to round: the instant of an oblique hit from 20 diameters away was off
+    by 20 roundings with the first form. Touching balls have the first as their whole discriminant,
+    whatever rounding makes of the second.
+    """
+    distance = math.sqrt(rx * rx + ry * ry)
+    gap = (distance - reach) * (distance + reach)
+    gap = gap if gap > 0.0 else 0.0
+    rate = rx * vx + ry * vy
+    offset = rx * vy - ry * vx
+    speed2 = vx * vx + vy * vy
+    discriminant = speed2 * (reach * reach) - offset * offset
+    meets = ((discriminant >= 0.0) | (gap == 0.0)) & (rate < 0.0)
+    root = math.sqrt(discriminant if meets & (discriminant > 0.0) else 0.0)
+    s = gap / (root - rate if meets else 1.0)
+    return s if meets else math.inf
+
+
+@kernel
+def mark(balls: Balls, i: int) -> None:
+    """Note that the event at hand changes the motion of ball i."""
+    if not balls.changed[i]:
+        balls.changed[i] = True
+        balls.touched[0] += 1
+        balls.touched[balls.touched[0]] = i
+
+
+@kernel
+def advance(balls: Balls, i: int, t: float) -> None:
+    """Move ball i along its closed form to the instant t [s], its new epoch.
+
+    Contract: t is not beyond the ball's own next event. No allocation.
+    """
+    s = t - balls.state[i, EPOCH]
+    balls.state[i, X] += s * (balls.state[i, VX] + 0.5 * balls.state[i, AX] * s)
+    balls.state[i, Y] += s * (balls.state[i, VY] + 0.5 * balls.state[i, AY] * s)
+    balls.state[i, VX] += balls.state[i, AX] * s
+    balls.state[i, VY] += balls.state[i, AY] * s
+    if balls.state[i, PHASE] == SLIDING:
+        balls.state[i, WX] += balls.state[i, BX] * s
+        balls.state[i, WY] += balls.state[i, BY] * s
+    _turn_about_vertical(balls, i, s)
+    balls.state[i, EPOCH] = t
+
+
+@kernel
+def _turn_about_vertical(balls: Balls, i: int, s: float) -> None:
+    """Take from ball i what the cloth takes of its spin about the vertical in s seconds.
+
+    And add what a contact step adds.
+    """
+    spin = balls.state[i, WZ]
+    if spin != 0.0:
+        left = max(abs(spin) - s * balls.state[i, SPIN], 0.0)
+        balls.state[i, WZ] = left if spin > 0.0 else -left
+    balls.state[i, WZ] += balls.state[i, BZ] * s
+
+
+@kernel
+def come_to_rest(balls: Balls, i: int, t: float) -> None:
+    """Move ball i to where it stops rolling, at the instant t [s], and stop it exactly.
+
+    A uniformly slowed ball covers half of what it would cover at its first speed; unlike the full
+    polynomial this cancels no digits. It may spin on about the vertical.
+    """
+    s = t - balls.state[i, EPOCH]
+    balls.state[i, X] += 0.5 * s * balls.state[i, VX]
+    balls.state[i, Y] += 0.5 * s * balls.state[i, VY]
+    balls.state[i, VX] = 0.0
+    balls.state[i, VY] = 0.0
+    balls.state[i, PHASE] = ROLLING
+    _turn_about_vertical(balls, i, s)
+    balls.state[i, EPOCH] = t
+
+
+@kernel
+def start_rolling(balls: Balls, i: int, t: float) -> None:
+    """Move ball i to where its slip is gone, at the instant t [s]; from there it rolls.
+
+    The cloth has then taken 2/7 of the slip from the velocity, whatever the friction. As above, the
+    mean of both velocities gives the way without cancelling.
+    """
+    s = t - balls.state[i, EPOCH]
+    ux, uy = slip(balls, i)
+    vx, vy = balls.state[i, VX] - ux / 3.5, balls.state[i, VY] - uy / 3.5
+    balls.state[i, X] += 0.5 * s * (balls.state[i, VX] + vx)
+    balls.state[i, Y] += 0.5 * s * (balls.state[i, VY] + vy)
+    balls.state[i, VX] = vx
+    balls.state[i, VY] = vy
+    balls.state[i, PHASE] = ROLLING
+    _turn_about_vertical(balls, i, s)
+    balls.state[i, EPOCH] = t
+
+
+@kernel
+def slip(balls: Balls, i: int) -> tuple[float, float]:
+    """Velocity [m/s] of ball i's lowest point over the cloth, at its epoch."""
+    if balls.state[i, PHASE] != SLIDING:
+        return 0.0, 0.0
+    radius = balls.state[i, RADIUS]
+    return (
+        balls.state[i, VX] - radius * balls.state[i, WY],
+        balls.state[i, VY] + radius * balls.state[i, WX],
+    )
+
+
+@kernel
+def loosen(balls: Balls, i: int) -> None:
+    """Let ball i keep its angular velocity while an impulse changes its velocity.
+
+    Contract: before any impulse on a ball of a scene in which balls slide.
+    """
+    if balls.state[i, PHASE] != SLIDING:
+        balls.state[i, WX] = -balls.state[i, VY] / balls.state[i, RADIUS]
+        balls.state[i, WY] = balls.state[i, VX] / balls.state[i, RADIUS]
+        balls.state[i, PHASE] = SLIDING
+
+
+@kernel
+def speed_of(vx: float, vy: float) -> float:
+    """Length of a velocity [m/s], scaled so that no square under- or overflows."""
+    largest = max(abs(vx), abs(vy))
+    if largest == 0.0:
+        return 0.0
+    ux, uy = vx / largest, vy / largest
+    return largest * math.sqrt(ux * ux + uy * uy)
+
+
+@kernel
+def friction_against(vx: float, vy: float, deceleration: float) -> tuple[float, float]:
+    """Acceleration of a ball that rolls without slip: mu g against the motion (paper, 5.2).
+
+    Of one that slides, the same against its slip.
+
+    Exactly along the axis for motion along an axis, so that two balls rolling the same way have no
+    relative acceleration.
+    """
+    largest = max(abs(vx), abs(vy))
+    if largest == 0.0 or deceleration == 0.0:
+        return 0.0, 0.0
+    ux, uy = vx / largest, vy / largest
+    norm = math.sqrt(ux * ux + uy * uy)
+    return -deceleration * (ux / norm), -deceleration * (uy / norm)
+
+
+@kernel(inline=True)
+def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
+    """Set the phase of ball i, its accelerations and its own next event, from its velocities.
+
+    A slide has constant accelerations, since its slip keeps its direction, and ends after 2 |u| /
+    (7 mu_s g); rolling is straight and ends after |v| / (mu_r g).
+    """
+    balls.state[i, BZ] = 0.0
+    duration = _start_slide(balls, i) if balls.state[i, PHASE] == SLIDING else _NO_MOTION
+    if duration == _NO_MOTION:
+        duration = _start_roll(balls, i)
+    if duration != _NO_MOTION:
+        predict_cushion(balls, i, laws, duration, 0)
+
+
+@kernel
+def predict_again(balls: Balls, i: int, laws: Laws) -> None:
+    """`predict_motion`, but not written into the caller: where it is rare."""
+    predict_motion(balls, i, laws)
+
+
+@kernel(inline=True)
+def _start_roll(balls: Balls, i: int) -> float:
+    """Let ball i roll, or rest; return how long it would, or _NO_MOTION [s]."""
+    vx, vy = balls.state[i, VX], balls.state[i, VY]
+    deceleration = balls.state[i, ROLL]
+    balls.state[i, AX], balls.state[i, AY] = friction_against(vx, vy, deceleration)
+    if vx == 0.0 and vy == 0.0:
+        balls.state[i, PHASE] = RESTING
+        balls.state[i, OWN_TIME] = math.inf
+        balls.own_kind[i] = OWN_NONE
+        return _NO_MOTION
+    balls.state[i, PHASE] = ROLLING
+    balls.own_kind[i] = OWN_REST
+    if deceleration == 0.0:
+        return math.inf
+    duration: float = speed_of(vx, vy) / deceleration
+    return duration
+
+
+@kernel(inline=True)
+def _start_slide(balls: Balls, i: int) -> float:
+    """Let ball i slide; return how long it would, or _NO_MOTION where its slip is but rounding."""
+    ux, uy = slip(balls, i)
+    size = speed_of(ux, uy)
+    radius = balls.state[i, RADIUS]
+    terms = abs(balls.state[i, VX]) + abs(balls.state[i, VY])
+    terms += radius * (abs(balls.state[i, WX]) + abs(balls.state[i, WY]))
+    if size <= SLIP_ROUNDING * terms:
+        return _NO_MOTION
+    ax, ay = friction_against(ux, uy, balls.state[i, SLIDE])
+    balls.state[i, AX] = ax
+    balls.state[i, AY] = ay
+    balls.state[i, BX] = 2.5 * ay / radius
+    balls.state[i, BY] = -2.5 * ax / radius
+    balls.own_kind[i] = OWN_ROLL
+    friction = balls.state[i, SLIDE]
+    duration: float = size / (3.5 * friction) if friction > 0.0 else math.inf
+    return duration
+
+
+@kernel(inline=True)
+def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, held: int) -> None:
+    """Set the own event of ball i: a cushion reached within `duration` [s], else that end.
+
+    Contract: `own_kind` holds what happens at the end of `duration`. A cushion whose bit is set in
+    `held` is left out: a contact step holds the ball off it. An end that the clock can't tell from
+    now comes first, so that a ball that has all but stopped does stop.
+    """
+    if duration <= TIME_ROUNDING * balls.state[i, EPOCH]:
+        balls.state[i, OWN_TIME] = balls.state[i, EPOCH]
+        return
+    for cushion in range(4 if laws.cushioned else 0):
+        nx, ny, line = cushion_side(laws, cushion)
+        if math.isinf(line) or held >> cushion & 1:
+            continue
+        x, y = balls.state[i, X], balls.state[i, Y]
+        gap = max(cushion_gap(x, y, balls.state[i, RADIUS], laws, cushion), 0.0)
+        rate = nx * balls.state[i, VX] + ny * balls.state[i, VY]
+        pull = nx * balls.state[i, AX] + ny * balls.state[i, AY]
+        if rate >= 0.0 and pull >= 0.0:
+            continue
+        # Without pull the root is that of a line: the same number, without a square root.
+        s = gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)
+        if s < duration:
+            duration = s
+            balls.own_kind[i] = OWN_CUSHION + cushion
+    balls.state[i, OWN_TIME] = balls.state[i, EPOCH] + duration

@@ -1,0 +1,201 @@
+"""How a member of a pressed cluster answers to the forces on it, over one contact step.
+
+The cloth acts too. A member that rolls is given the friction with which it goes on rolling, so that
+it reacts with 7/5 of its mass, for as long as that is within the limit of sliding friction (or of
+rolling friction, if that is greater: what resists rolling also keeps the ball from slipping);
+beyond, and where it slides, sliding friction acts against the slip at mid-step.
+"""
+
+from __future__ import annotations
+
+import math
+
+from engine.core.kernel import kernel
+from engine.core.state import (
+    DEEP,
+    LOAD_X,
+    LOAD_Y,
+    MASS,
+    NEW_AX,
+    NEW_AY,
+    NEW_BX,
+    NEW_BY,
+    PHASE,
+    RADIUS,
+    ROLL,
+    ROLLING,
+    SLIDE,
+    SLIPS,
+    TWIST_X,
+    TWIST_Y,
+    VX,
+    VY,
+    YIELD,
+    Balls,
+    Contacts,
+    Laws,
+)
+from engine.motion.geometry import capture_height, contact_tolerance, grip, negligible_hop, stop_way
+from engine.motion.on_cloth import friction_against, slip, speed_of
+
+_LEFT_OPEN = 0.125
+"""What forces may leave of a gap, in units of its tolerance."""
+
+_LEFT_OVER = 2.0**-6
+"""And in units of what the cloth's own force, the whole step long, would make of a gap."""
+
+_TURN = 0.125
+"""Largest change in a step of the velocity that gives friction its direction, over its size."""
+
+
+@kernel
+def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: float) -> None:
+    """Set member k's accelerations from LOAD_* and TWIST_*, and the cloth's answer to them."""
+    mass = balls.state[k, MASS]
+    fx, fy = contacts.motion[k, LOAD_X] / mass, contacts.motion[k, LOAD_Y] / mass
+    contacts.motion[k, YIELD] = 1.0 / mass
+    if not laws.slides:
+        _roll(balls, contacts, k, duration, fx, fy)
+        return
+    radius = balls.state[k, RADIUS]
+    gx = 2.5 * contacts.motion[k, TWIST_X] / (mass * radius)
+    gy = 2.5 * contacts.motion[k, TWIST_Y] / (mass * radius)
+    ux, uy = slip(balls, k)
+    # Without the cloth the slip would change so [m/s^2]; its friction over the mass changes it by
+    # 7/2 of itself.
+    dux, duy = fx - radius * gy, fy + radius * gx
+    cx, cy = -(ux / duration + dux) / 3.5, -(uy / duration + duy) / 3.5
+    size = speed_of(cx, cy)
+    rolls = ux == 0.0 and uy == 0.0 and size <= grip(balls, k)
+    contacts.motion[k, SLIPS] = 0.0 if rolls else 1.0
+    if rolls:
+        contacts.motion[k, YIELD] /= 1.4
+        _roll(balls, contacts, k, duration, fx + cx, fy + cy)
+        contacts.motion[k, NEW_BX] = -contacts.motion[k, NEW_AY] / radius
+        contacts.motion[k, NEW_BY] = contacts.motion[k, NEW_AX] / radius
+        return
+    if size > balls.state[k, SLIDE]:
+        mid_x, mid_y = ux + 0.5 * duration * dux, uy + 0.5 * duration * duy
+        cx, cy = _resist(mid_x, mid_y, balls.state[k, SLIDE], 1.75 * duration)
+    contacts.motion[k, NEW_AX] = fx + cx
+    contacts.motion[k, NEW_AY] = fy + cy
+    contacts.motion[k, NEW_BX] = gx + 2.5 * cy / radius
+    contacts.motion[k, NEW_BY] = gy - 2.5 * cx / radius
+
+
+@kernel
+def _roll(balls: Balls, contacts: Contacts, k: int, duration: float, fx: float, fy: float) -> None:
+    """Set the acceleration of a member that rolls or rests: drive less rolling friction."""
+    vx, vy = balls.state[k, VX], balls.state[k, VY]
+    limit = balls.state[k, ROLL]
+    if stopping(balls, k):
+        # So slow, or at rest: the cloth brings it to rest by the end of the step if mu m g can,
+        # else it resists with that.
+        ux, uy = vx / duration + fx, vy / duration + fy
+        size = speed_of(ux, uy)
+        if size <= limit:
+            contacts.motion[k, NEW_AX] = -vx / duration
+            contacts.motion[k, NEW_AY] = -vy / duration
+            contacts.motion[k, YIELD] = 0.0
+        else:
+            contacts.motion[k, NEW_AX] = fx - limit * (ux / size)
+            contacts.motion[k, NEW_AY] = fy - limit * (uy / size)
+        return
+    mid_x, mid_y = vx + 0.5 * duration * fx, vy + 0.5 * duration * fy
+    rx, ry = _resist(mid_x, mid_y, limit, 0.5 * duration)
+    contacts.motion[k, NEW_AX] = fx + rx
+    contacts.motion[k, NEW_AY] = fy + ry
+
+
+@kernel
+def _resist(x: float, y: float, limit: float, gain: float) -> tuple[float, float]:
+    """Return the friction, over the mass [m/s^2], against a motion that is (x, y) [m/s] without it.
+
+    All at mid-step: friction changes that motion by `gain` [s] of itself, so that both have one
+    direction, and it may be less than its limit only where it ends the motion.
+    """
+    size = speed_of(x, y)
+    if size <= gain * limit:
+        return -x / gain, -y / gain
+    return friction_against(x, y, limit)
+
+
+@kernel
+def stopping(balls: Balls, k: int) -> bool:
+    """Whether the cloth alone would stop ball k, rolling, within `CAPTURE_HEIGHT`; or has."""
+    ux, uy = slip(balls, k)
+    if ux != 0.0 or uy != 0.0:
+        return False
+    speed = speed_of(balls.state[k, VX], balls.state[k, VY])
+    return negligible_hop(speed, balls.state[k, ROLL], capture_height(balls, k, k))
+
+
+@kernel
+def slack(balls: Balls, i: int, j: int, duration: float) -> float:
+    """Return what forces may leave of the gap of balls i and j [m] at the end of a step.
+
+    For a ball and a cushion, j is i.
+    """
+    cloth = 0.5 * duration * duration * max(grip(balls, i), grip(balls, j))
+    left: float = min(_LEFT_OPEN * contact_tolerance(balls, i, j), _LEFT_OVER * cloth)
+    return left
+
+
+@kernel
+def keep_still(balls: Balls, contacts: Contacts, k: int, duration: float) -> None:
+    """Bring member k to rest, or leave it there, where what moves it is what forces are off by."""
+    if contacts.motion[k, DEEP] == 1.0 or not stopping(balls, k):
+        return
+    x = balls.state[k, VX] + duration * contacts.motion[k, NEW_AX]
+    y = balls.state[k, VY] + duration * contacts.motion[k, NEW_AY]
+    if duration * speed_of(x, y) <= 2.0 * slack(balls, k, k, duration):
+        contacts.motion[k, NEW_AX] = -balls.state[k, VX] / duration
+        contacts.motion[k, NEW_AY] = -balls.state[k, VY] / duration
+
+
+@kernel
+def settle(balls: Balls, k: int) -> bool:
+    """End ball k's slip now, where the cloth alone would end it within `STOP_WAY`.
+
+    As the cloth would: 2/7 of the slip leave the velocity. Return whether it was so.
+    """
+    ux, uy = slip(balls, k)
+    size = speed_of(ux, uy)
+    if size == 0.0 or not negligible_hop(size, balls.state[k, SLIDE], stop_way(balls, k)):
+        return False
+    balls.state[k, VX] -= ux / 3.5
+    balls.state[k, VY] -= uy / 3.5
+    balls.state[k, PHASE] = ROLLING
+    return True
+
+
+@kernel
+def time_to_change(balls: Balls, k: int) -> float:
+    """Return how long a step may be [s] so that the cloth takes half of k's slip, or speed."""
+    ux, uy = slip(balls, k)
+    size = speed_of(ux, uy)
+    if size > 0.0:
+        friction = balls.state[k, SLIDE]
+        return 0.5 * size / (3.5 * friction) if friction > 0.0 else math.inf
+    speed = speed_of(balls.state[k, VX], balls.state[k, VY])
+    free = stopping(balls, k) or balls.state[k, ROLL] == 0.0
+    return math.inf if free else 0.5 * speed / balls.state[k, ROLL]
+
+
+@kernel
+def turns_little(balls: Balls, contacts: Contacts, k: int, duration: float) -> bool:
+    """Whether member k's friction keeps its direction over a step of this length."""
+    ax, ay = contacts.motion[k, NEW_AX], contacts.motion[k, NEW_AY]
+    ux, uy = slip(balls, k)
+    size = speed_of(ux, uy)
+    if size > 0.0:
+        radius = balls.state[k, RADIUS]
+        dux = duration * (ax - radius * contacts.motion[k, NEW_BY])
+        duy = duration * (ay + radius * contacts.motion[k, NEW_BX])
+        across = abs((ux / size) * duy - (uy / size) * dux)
+        left = size + (ux / size) * dux + (uy / size) * duy
+        return bool(across <= _TURN * size and left > 0.25 * size)
+    if balls.state[k, ROLL] == 0.0:
+        return True  # no friction: what speed is left may be but rounding, of any direction
+    speed = speed_of(balls.state[k, VX], balls.state[k, VY])
+    return bool(duration * speed_of(ax, ay) <= _TURN * speed or stopping(balls, k))

@@ -1,0 +1,288 @@
+"""Lays a scene out as the arrays that the kernels work on; once per scene, copied for each run."""
+
+from __future__ import annotations
+
+import math
+import weakref
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from engine.core.state import (
+    CLOCKS,
+    CLOTH,
+    COUNTERS,
+    FORCE_COLUMNS,
+    FREE,
+    KNOT,
+    LANES,
+    LINK_COLUMNS,
+    MASS,
+    MOTION_COLUMNS,
+    NOWHERE,
+    OWN_TIME,
+    PHASE,
+    RADIUS,
+    ROLL,
+    ROLLING,
+    SLIDE,
+    SLIDING,
+    SLOT_COLUMNS,
+    SPIN,
+    STATE_COLUMNS,
+    TRACKS,
+    VX,
+    VY,
+    WX,
+    WZ,
+    Balls,
+    BoolArray,
+    Cells,
+    Contacts,
+    FloatArray,
+    Laws,
+    Log,
+    Pairs,
+    X,
+    Y,
+)
+from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
+from engine.running.skips import (
+    MATRIX_SKIPS,
+    Skip,
+    balls_rub,
+    has_cushions,
+    is_integrated,
+    is_uniform,
+    uses_cells,
+)
+from engine.scene import CUSHIONS, Scene, check_whole
+from engine.scene.features import CAPABILITIES, check_supported
+
+_CELL_ROOM = 2.0**-20
+"""What a cell is larger than the largest ball, in units of it: room for rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """What a scene is to the kernels when it begins. Nobody writes into it: a run copies."""
+
+    balls: Balls
+    laws: FloatArray  # the numbers of its `Laws`, in their order: quicker to hand over
+    integrated: int | None
+    pairs: Pairs  # of no balls where there are many
+    cells: Cells | None
+    radii: FloatArray
+    smallest_radius: float
+
+
+def admit(scene: Scene) -> None:
+    """Refuse a scene that breaks a rule of scenes, or needs physics that this engine lacks.
+
+    Whatever way a scene takes to the kernels, it needs a layout, and one is made of no other scene.
+
+    Raises
+    ------
+    SceneError, UnsupportedSceneError
+    """
+    if not _is_laid_out(scene):
+        check_whole(scene)
+        check_supported("ghostball", CAPABILITIES, scene)
+
+
+def _is_laid_out(scene: Scene) -> bool:
+    """Whether `layout_of` has made this scene's layout already, and so admitted it."""
+    kept = _LAYOUTS.get(id(scene))
+    return kept is not None and kept[0]() is scene
+
+
+def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
+    """Return the layout of a scene; made when first asked for, and kept as long as the scene.
+
+    Kept by identity. Two equal scenes have a layout each: comparing scenes would take longer. One
+    with skips switched off isn't kept.
+
+    Raises
+    ------
+    SceneError, UnsupportedSceneError
+        As `admit`.
+    """
+    if not off and _is_laid_out(scene):
+        return _LAYOUTS[id(scene)][1]
+    admit(scene)
+    radii, laws = scene.radii, laws_of(scene, off)
+    radii.flags.writeable = False
+    many = uses_cells(scene, off)
+    pairs = pairs_of(0 if many else len(scene.balls))
+    layout = Layout(
+        balls=balls_of(scene),
+        laws=np.array(laws[:-1], dtype=np.float64),
+        integrated=laws.integrated,
+        pairs=pairs._replace(looked_at=looked_at(off)),
+        cells=cells_of(scene) if many else None,
+        radii=radii,
+        smallest_radius=float(np.min(radii)),
+    )
+    if not off:
+        key = id(scene)
+        _LAYOUTS[key] = (weakref.ref(scene, lambda _: _LAYOUTS.pop(key, None)), layout)
+    return layout
+
+
+_LAYOUTS: dict[int, tuple[weakref.ref[Scene], Layout]] = {}
+
+
+def balls_of(scene: Scene) -> Balls:
+    """Lay out the scene's balls, all marked: the kernel fills in accelerations and own events."""
+    n = len(scene.balls)
+    state = np.zeros((n, STATE_COLUMNS))
+    state[:, X : Y + 1] = scene.positions[:, :2]
+    state[:, VX : VY + 1] = scene.velocities[:, :2]
+    state[:, WX : WZ + 1] = scene.angular_velocities
+    state[:, OWN_TIME] = np.inf
+    state[:, RADIUS] = scene.radii
+    state[:, MASS] = scene.masses
+    gravity = scene.physics.gravity
+    state[:, ROLL] = scene.rolling_frictions * gravity
+    state[:, CLOTH] = scene.sliding_frictions
+    slides = scene.physics.motion == "sliding"
+    state[:, SLIDE] = state[:, CLOTH] * gravity if slides else 0.0
+    state[:, SPIN] = scene.spinning_friction_rates
+    state[:, PHASE] = np.where(scene.rolls, ROLLING, SLIDING) if slides else ROLLING
+    return Balls(
+        state,
+        np.zeros(n, dtype=np.int64),
+        np.ones(n, dtype=np.bool_),
+        np.concatenate(([n], np.arange(n))).astype(np.int32),
+        np.zeros((_most_pairs(n) + 1, 2), dtype=np.int32),
+        np.zeros(n, dtype=np.int32),
+    )
+
+
+def looked_at(off: frozenset[Skip]) -> BoolArray | None:
+    """Return what `Pairs.looked_at` holds; None where every skip of pairs is in use."""
+    if not off & MATRIX_SKIPS:
+        return None
+    return np.array([Skip.UNDISTURBED in off, Skip.RECEDING in off, Skip.OUT_OF_REACH in off])
+
+
+def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
+    """Reduce the scene's physics and table to the numbers that the kernel uses."""
+    physics, table = scene.physics, scene.table
+    noses = [-np.inf, np.inf, -np.inf, np.inf]
+    if table is not None:
+        lines = [0.0, table.length, 0.0, table.width]
+        for index, name in enumerate(CUSHIONS):
+            if name in table.cushions:
+                noses[index] = lines[index]
+    cushion_law = CUSHION_LAW_NAMES.index(physics.cushion)
+    mirror = physics.cushion == "mirror"
+    speed_dependent = physics.ball_friction == "alciatore"
+    return Laws(
+        slides=physics.motion == "sliding",
+        uniform=is_uniform(scene) and Skip.ADVANCEMENT not in off,
+        cushioned=has_cushions(scene) or Skip.CUSHIONS in off,
+        rubs=balls_rub(scene) or Skip.BALL_FRICTION in off,
+        simultaneous=physics.impacts == "simultaneous",
+        ball_law=BALL_LAW_NAMES.index(physics.ball_impact),
+        ball_restitution=float(physics.ball_restitution),
+        ball_friction=0.0 if speed_dependent else float(physics.ball_friction),
+        speed_dependent=speed_dependent,
+        cushion_law=cushion_law,
+        cushion_turns=CUSHION_LAWS[cushion_law].turns,
+        cushion_restitution=1.0 if mirror else float(physics.cushion_restitution),
+        cushion_tangential=1.0 if mirror else float(physics.cushion_tangential_restitution),
+        cushion_friction=float(physics.cushion_friction),
+        cushion_height=float(physics.cushion_height),
+        t_max=np.inf if scene.t_max is None else float(scene.t_max),
+        left=noses[0],
+        right=noses[1],
+        bottom=noses[2],
+        top=noses[3],
+        integrated=1 if is_integrated(scene) or Skip.INTEGRATED_LAWS in off else None,
+    )
+
+
+@lru_cache(maxsize=8)
+def pairs_of(n: int) -> Pairs:
+    """Room for the bounds of n balls; scenes of as many share what their runs copy."""
+    blocks = -(-n // LANES)
+    return Pairs(
+        bound=np.full(n * n, np.inf),
+        least=np.full(n, np.inf),
+        next=np.full(n, np.inf),
+        track=np.zeros(blocks * TRACKS * LANES),
+        looked_at=None,
+    )
+
+
+def cells_of(scene: Scene) -> Cells:
+    """Divide the cloth into cells: one or two for each ball, but none smaller than the largest.
+
+    Also where the balls are spread along a line.
+    """
+    n, places = len(scene.balls), scene.positions[:, :2]
+    low, high = np.min(places, axis=0), np.max(places, axis=0)
+    if scene.table is not None and scene.table.cushions:
+        low, high = np.zeros(2), np.array([scene.table.length, scene.table.width])
+    extent = np.maximum(high - low, 2.0 * float(np.max(scene.radii)))
+    side = 2.0 * float(np.max(scene.radii)) * (1.0 + _CELL_ROOM)
+    side = max(side, math.sqrt(0.5 * float(np.prod(extent)) / n), float(np.max(extent)) / (2.0 * n))
+    size = np.maximum(np.floor(extent / side).astype(np.int64), 1)
+    leaves = 1 << (n - 1).bit_length()
+
+    return Cells(
+        frame=np.array([*low, side, 2.0 * float(np.max(scene.radii))]),
+        size=size,
+        first=np.full(int(np.prod(size + 2)), NOWHERE, dtype=np.int32),
+        link=np.zeros((n, LINK_COLUMNS), dtype=np.int32),
+        slot=np.full((n, SLOT_COLUMNS), np.inf),
+        tree=np.full(2 * leaves, np.inf),
+    )
+
+
+def contacts_of(n: int) -> Contacts:
+    """Room for the contacts of n balls."""
+    m = _most_pairs(n) + len(CUSHIONS) * n
+    pressed = np.full(4 * m + 2, NOWHERE, dtype=np.int64)
+    pressed[0] = 0
+    return Contacts(
+        cluster=np.full(n, FREE, dtype=np.int64),
+        ring=np.arange(n),
+        again=np.zeros(n, dtype=np.bool_),
+        waiting=np.zeros(n + 1, dtype=np.int64),
+        stopped=np.zeros(n, dtype=np.bool_),
+        rolled=np.zeros(n, dtype=np.bool_),
+        member=np.zeros(n, dtype=np.int64),
+        first_held=np.full(n, NOWHERE, dtype=np.int64),
+        held=np.zeros((2 * m, 2), dtype=np.int64),
+        free=np.concatenate(([2 * m], np.arange(2 * m))),
+        pressed=pressed,
+        pressure=np.zeros(len(pressed)),
+        motion=np.zeros((n, MOTION_COLUMNS)),
+        ends=np.zeros((m, 2), dtype=np.int64),
+        forces=np.zeros((m, FORCE_COLUMNS)),
+    )
+
+
+def _most_pairs(n: int) -> int:
+    """Pairs of n balls that can touch at once: a planar graph has fewer than 3 n edges.
+
+    More do where gaps can't be told: between balls hardly larger than the rounding of their
+    coordinates. Such a run ends, see `NO_ROOM`.
+    """
+    return min(n * (n - 1) // 2, 3 * n)
+
+
+def log_of(capacity: int, n: int) -> Log:
+    """Room for `capacity` events of n balls: most change two balls, one may change all."""
+    motions = 2 * capacity + n if capacity else 0
+    return Log(
+        np.zeros(CLOCKS),
+        np.zeros(COUNTERS, dtype=np.int64),
+        np.empty(capacity),
+        np.empty((3, capacity), dtype=np.int64),
+        np.empty(motions, dtype=np.int64),
+        np.empty((motions, KNOT)),
+    )

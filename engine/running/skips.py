@@ -1,0 +1,186 @@
+"""What the engine leaves out because a scene doesn't need it: named, explained, switched off.
+
+A skip saves work and changes nothing: with any of them off, a shot comes out the same to the bit,
+but for `ADVANCEMENT`: contact times come from another formula and agree to within rounding, after
+which impacts that graze, or that tie but for it, may go another way.
+`ghostball bench skips` measures and compares each.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.errors import GhostballError
+from engine.impacts.laws.registry import any_integrated
+from engine.scene import Scene
+
+MOST_PAIRED = 100
+"""Balls up to which a bound for every pair is quicker than cells; the results are the same.
+
+Cells took over between 64 balls (gas of packing 0.6) and 100 (cloth, packing 0.1)."""
+
+MOST_IN_MATRIX = 8_000
+"""Balls up to which a bound for every pair may be asked for: half a gigabyte of them."""
+
+
+class Skip(enum.StrEnum):
+    """What can be left out; the value is its name in settings and on the command line."""
+
+    UNDISTURBED = "undisturbed"
+    RECEDING = "receding"
+    OUT_OF_REACH = "out-of-reach"
+    FAR_CELLS = "far-cells"
+    ADVANCEMENT = "advancement"
+    CUSHIONS = "cushions"
+    BALL_FRICTION = "ball-friction"
+    CONTACTS = "contacts"
+    INTEGRATED_LAWS = "integrated-laws"
+    RECORDS = "records"
+
+    @property
+    def leaves_out(self) -> str:
+        """What isn't done."""
+        return _LEAVES_OUT[self]
+
+
+_LEAVES_OUT = {
+    Skip.UNDISTURBED: "bounds of pairs that the event at hand didn't touch, such as balls at rest",
+    Skip.RECEDING: "pairs that can't meet as they move now",
+    Skip.OUT_OF_REACH: "pairs that couldn't meet before either's own next event",
+    Skip.FAR_CELLS: "pairs of balls whose cells don't adjoin",
+    Skip.ADVANCEMENT: "the steps towards a contact: where nothing slows, a quadratic gives it",
+    Skip.CUSHIONS: "when a ball meets a cushion",
+    Skip.BALL_FRICTION: "slip and friction between two balls",
+    Skip.CONTACTS: "kernels and room for joint impacts and for pressed balls, until one turns up",
+    Skip.INTEGRATED_LAWS: "kernels of the laws that integrate over an impact",
+    Skip.RECORDS: "the log of events and motions, and what is made of one, such as orientations",
+}
+
+MATRIX_SKIPS = frozenset((Skip.UNDISTURBED, Skip.RECEDING, Skip.OUT_OF_REACH))
+"""Skips that can be switched off only where every pair has a bound: far cells then are looked at,
+too."""
+
+
+@dataclass(frozen=True)
+class SkipUse:
+    """Whether a scene's run makes use of a skip.
+
+    Attributes
+    ----------
+    skip : Skip
+    used : bool
+    why : str
+        What in the scene, or in the call, decides that.
+    """
+
+    skip: Skip
+    used: bool
+    why: str
+
+
+def explain_skips(
+    scene: Scene, record: str = "rest", no_skip: Iterable[str] = ()
+) -> tuple[SkipUse, ...]:
+    """Return every skip, and whether `simulate` uses it with these arguments.
+
+    Raises
+    ------
+    GhostballError
+        As `chosen_skips`.
+    """
+    off = chosen_skips(no_skip, scene)
+    return tuple(
+        SkipUse(skip, False, "switched off")
+        if skip in off
+        else SkipUse(skip, *_use_of(skip, scene, record, off))
+        for skip in Skip
+    )
+
+
+def chosen_skips(names: Iterable[str], scene: Scene | None = None) -> frozenset[Skip]:
+    """Return the skips that `names` switch off, and those that must be off with them.
+
+    Raises
+    ------
+    GhostballError
+        Where a name is none of a skip; or where the scene has too many balls for what is asked.
+    """
+    if isinstance(names, str) or not isinstance(names, Iterable):
+        raise GhostballError(f"`no_skip` must be a collection of names, got {names!r}. {_known()}")
+    chosen = set()
+    for name in names:
+        try:
+            chosen.add(Skip(name))
+        except ValueError:
+            raise GhostballError(f"`no_skip` must name skips, got {name!r}. {_known()}") from None
+    if chosen & MATRIX_SKIPS:
+        chosen.add(Skip.FAR_CELLS)
+    if scene is not None and Skip.FAR_CELLS in chosen and len(scene.balls) > MOST_IN_MATRIX:
+        raise GhostballError(
+            f"`no_skip` must leave {Skip.FAR_CELLS} alone with more than {MOST_IN_MATRIX} balls, "
+            f'got {len(scene.balls)} (scene "{scene.name}"): a bound for every pair would take '
+            f"{8e-9 * len(scene.balls) ** 2:.1f} GB"
+        )
+    return frozenset(chosen)
+
+
+def _known() -> str:
+    return f"Known skips: {', '.join(Skip)}"
+
+
+def is_uniform(scene: Scene) -> bool:
+    """Whether no ball is ever slowed, so that all move uniformly between events."""
+    slides = scene.physics.motion == "sliding"
+    slowed = bool(np.any(scene.rolling_frictions > 0.0))
+    return not (slowed or (slides and bool(np.any(scene.sliding_frictions > 0.0))))
+
+
+def has_cushions(scene: Scene) -> bool:
+    """Whether a ball may meet a cushion."""
+    return scene.table is not None and bool(scene.table.cushions)
+
+
+def balls_rub(scene: Scene) -> bool:
+    """Whether there is friction between balls."""
+    return scene.physics.ball_friction != 0.0
+
+
+def is_integrated(scene: Scene) -> bool:
+    """Whether a law integrates over its impacts."""
+    return any_integrated(scene.physics.ball_impact, scene.physics.cushion)
+
+
+def uses_cells(scene: Scene, off: Collection[Skip] = ()) -> bool:
+    """Whether cells schedule this scene's impacts, instead of a bound for every pair."""
+    return len(scene.balls) > MOST_PAIRED and Skip.FAR_CELLS not in off
+
+
+def _use_of(skip: Skip, scene: Scene, record: str, off: Collection[Skip]) -> tuple[bool, str]:
+    """Return whether a skip that isn't switched off is used, and why."""
+    n = len(scene.balls)
+    if skip in MATRIX_SKIPS:
+        return n > 1, f"{n} balls" if n > 1 else "there is one ball"
+    if skip is Skip.FAR_CELLS:
+        if uses_cells(scene, off):
+            return True, f"{n} balls, more than {MOST_PAIRED}"
+        return False, f"up to {MOST_PAIRED} balls a bound for every pair is quicker; here {n}"
+    if skip is Skip.ADVANCEMENT:
+        used = is_uniform(scene)
+        return used, "nothing slows a ball" if used else "friction slows balls"
+    if skip is Skip.CUSHIONS:
+        used = not has_cushions(scene)
+        return used, "the scene has none" if used else "the table has some"
+    if skip is Skip.BALL_FRICTION:
+        used = not balls_rub(scene)
+        return used, "`ball_friction` is 0" if used else "`ball_friction` isn't 0"
+    if skip is Skip.CONTACTS:
+        return True, "added when the run first needs them"
+    if skip is Skip.INTEGRATED_LAWS:
+        used = not is_integrated(scene)
+        return used, "no law of the scene integrates" if used else "a law of the scene integrates"
+    used = record == "rest"
+    return used, f'`record` is "{record}"'

@@ -1,0 +1,136 @@
+"""What a scene asks of an engine, feature by feature, and how an engine says what it can do."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from engine.errors import UnsupportedSceneError
+from engine.scene.model import Scene
+from engine.scene.parts import CUSHIONS
+
+
+class Feature(enum.Enum):
+    """A piece of physics that a scene may need; the value is how a report names it."""
+
+    ROLLING = "rolling without slip"
+    SLIDING = "sliding that turns into rolling"
+    FRICTIONLESS_CLOTH = "cloth without rolling resistance"
+    VERTICAL_SPIN = "spin about the vertical axis"
+    BALL_RESTITUTION = "ball-ball restitution below 1"
+    BALL_FRICTION = "ball-ball friction"
+    SPEED_DEPENDENT_FRICTION = "speed-dependent ball friction"
+    MATHAVAN_BALL = "ball impacts after Mathavan 2014"
+    UNEQUAL_MASSES = "balls of different mass"
+    UNEQUAL_RADII = "balls of different radius"
+    PER_BALL_FRICTION = "balls with a friction of their own"
+    UNBOUNDED_CLOTH = "a cloth without cushions"
+    OPEN_SIDES = "a table with open sides"
+    MIRROR_CUSHION = "cushions that mirror"
+    CUSHION_RESTITUTION = "cushions with normal restitution"
+    CUSHION_TANGENTIAL = "cushions with tangential restitution"
+    FRICTIONAL_CUSHION = "cushions with friction (frictional)"
+    HAN_CUSHION = "cushions after Han 2005"
+    MATHAVAN_CUSHION = "cushions after Mathavan 2010"
+    AIR_DRAG = "air drag"
+    FLIGHT = "balls that leave the cloth"
+
+
+@dataclass(frozen=True)
+class Capability:
+    """How an engine represents a feature: `support`, and `how` (approximate) or why not (none)."""
+
+    support: Literal["exact", "approximate", "none"]
+    how: str = ""
+
+
+EXACT = Capability("exact")
+Capabilities = Mapping[Feature, Capability]
+
+
+# By the names of the registry. The frictional ball law is the plain one: what it needs are
+# restitution and friction, features of their own.
+BALL_LAW_FEATURES = {"frictional": None, "mathavan2014": Feature.MATHAVAN_BALL}
+CUSHION_LAW_FEATURES = {
+    "mirror": Feature.MIRROR_CUSHION,
+    "restitution": Feature.CUSHION_RESTITUTION,
+    "frictional": Feature.FRICTIONAL_CUSHION,
+    "han2005": Feature.HAN_CUSHION,
+    "mathavan2010": Feature.MATHAVAN_CUSHION,
+}
+
+
+_LATER = Capability("none", "not in this version of the engine")
+_INTEGRATED = Capability("approximate", "integrated to a relative accuracy of 1e-9 of the speeds")
+
+CAPABILITIES: Capabilities = {
+    **dict.fromkeys(Feature, EXACT),
+    Feature.MATHAVAN_BALL: _INTEGRATED,
+    Feature.MATHAVAN_CUSHION: _INTEGRATED,
+    Feature.AIR_DRAG: _LATER,
+    Feature.FLIGHT: _LATER,
+}
+"""What our own engine represents, feature by feature."""
+
+
+def scene_features(scene: Scene) -> tuple[Feature, ...]:
+    """Return the features that `scene` needs, in the order of `Feature`."""
+    physics, table = scene.physics, scene.table
+    several = len(scene.balls) > 1
+    speed_dependent = physics.ball_friction == "alciatore"
+    needed: dict[Feature, bool] = {
+        Feature.ROLLING: physics.motion == "rolling",
+        Feature.SLIDING: physics.motion == "sliding",
+        Feature.FRICTIONLESS_CLOTH: bool(np.any(scene.rolling_frictions == 0.0)),
+        Feature.VERTICAL_SPIN: bool(np.any(scene.angular_velocities[:, 2] != 0.0)),
+        Feature.BALL_RESTITUTION: physics.ball_restitution < 1.0 and several,
+        Feature.BALL_FRICTION: physics.ball_friction != 0.0 and not speed_dependent and several,
+        Feature.SPEED_DEPENDENT_FRICTION: speed_dependent and several,
+        Feature.UNEQUAL_MASSES: len({ball.mass for ball in scene.balls}) > 1,
+        Feature.UNEQUAL_RADII: len({ball.radius for ball in scene.balls}) > 1,
+        Feature.PER_BALL_FRICTION: _has_friction_of_its_own(scene),
+        Feature.UNBOUNDED_CLOTH: table is None or not table.cushions,
+        Feature.OPEN_SIDES: table is not None and 0 < len(table.cushions) < len(CUSHIONS),
+        Feature.AIR_DRAG: physics.air_drag > 0.0,
+        Feature.FLIGHT: physics.airborne,
+    }
+    if several and (law := BALL_LAW_FEATURES[physics.ball_impact]):
+        needed[law] = True
+    if table is not None and table.cushions:
+        needed[CUSHION_LAW_FEATURES[physics.cushion]] = True
+        tangential = physics.cushion_tangential_restitution < 1.0
+        needed[Feature.CUSHION_TANGENTIAL] = physics.cushion == "restitution" and tangential
+    return tuple(feature for feature in Feature if needed.get(feature, False))
+
+
+def _has_friction_of_its_own(scene: Scene) -> bool:
+    # All may differ from the scene's in the same way: an engine that knows one friction only would
+    # take the scene's.
+    physics = scene.physics
+    own = bool(np.any(scene.rolling_frictions != physics.rolling_friction))
+    if physics.motion == "sliding":
+        own |= bool(np.any(scene.sliding_frictions != physics.sliding_friction))
+        own |= bool(np.any(scene.spinning_friction_rates != physics.spinning_friction_rate))
+    return own
+
+
+def missing_features(capabilities: Capabilities, scene: Scene) -> tuple[str, ...]:
+    """Return a sentence for each feature of `scene` that the capabilities lack; () is "can do"."""
+    sentences = []
+    for feature in scene_features(scene):
+        capability = capabilities.get(feature, Capability("none"))
+        if capability.support == "none":
+            because = f" ({capability.how})" if capability.how else ""
+            sentences.append(f"no {feature.value}{because}")
+    return tuple(sentences)
+
+
+def check_supported(engine: str, capabilities: Capabilities, scene: Scene) -> None:
+    """Raise `UnsupportedSceneError` where the engine lacks a feature of the scene."""
+    missing = missing_features(capabilities, scene)
+    if missing:
+        raise UnsupportedSceneError(engine, missing)

@@ -1,0 +1,336 @@
+"""The rules between the fields of a scene: each refuses what breaks it with one sentence.
+
+What a single field may hold is in `scene.fields`. The rules of how balls begin to move are asked
+about many motions at once: those of a scene's balls, or those of one ball in the shots of a sweep.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core.tolerances import position_rounding
+from engine.scene.fields import LARGEST, problem
+from engine.scene.law_rules import check_laws_in_scene
+
+if TYPE_CHECKING:
+    from engine.scene.model import Scene
+
+
+class Motions(NamedTuple):
+    """First motions: of each of a scene's balls, or of one of them in each shot of a sweep."""
+
+    ball: NDArray[np.int64]  # (m,) whose it is: index in the scene
+    velocity: NDArray[np.float64]  # (m, 3) [m/s]
+    spin: NDArray[np.float64]  # (m, 3) angular velocity [rad/s]
+    rolling: NDArray[np.float64]  # (m, 3) what that of rolling without slip would be [rad/s]
+    given: NDArray[np.bool_]  # (m,) whether the spin is given; else it is that of rolling
+    in_sweep: bool = False
+
+    def name(self, k: int, field: str = "") -> str:
+        """Return how a message calls the ball of motion k, or a field of it."""
+        return f"`balls[{self.ball[k]}]{field}`" + f" in shot {k}" * self.in_sweep
+
+
+def check_scene(scene: Scene, rolling: NDArray[np.float64]) -> None:
+    """Check a scene whose fields are each in order.
+
+    Parameters
+    ----------
+    scene : Scene
+    rolling : (n, 3) float64 [rad/s]
+        Angular velocity with which each ball would roll without slip.
+
+    Raises
+    ------
+    PydanticCustomError
+        For the first rule that is broken.
+    """
+    _check_ids(scene)
+    _check_on_cloth(scene)
+    _check_resolved(scene)
+    _check_inside(scene)
+    _check_overlaps(scene)
+    given = np.array([ball.angular_velocity is not None for ball in scene.balls])
+    each = np.arange(len(scene.balls))
+    motions = Motions(each, scene.velocities, scene.angular_velocities, rolling, given)
+    _check_rolling(scene, motions)
+    _check_spin(scene, motions)
+    check_laws_in_scene(scene)
+    _check_ends(scene, motions)
+
+
+def check_motions(scene: Scene, motions: Motions) -> None:
+    """Check motions that balls of a scene, which is in order itself, would begin with instead.
+
+    Raises
+    ------
+    PydanticCustomError
+        For the first rule that a scene with one of these motions would break.
+    """
+    _check_rolling(scene, motions)
+    _check_spin(scene, motions)
+    _check_ends(scene, motions)
+
+
+def _check_ids(scene: Scene) -> None:
+    seen: dict[str, int] = {}
+    for i, ball in enumerate(scene.balls):
+        if ball.id in seen:
+            raise problem(
+                "duplicate_id",
+                '`balls[{i}].id` must be unique, but `balls[{j}]` is called "{id}" too',
+                at=("balls", i, "id"),
+                i=i,
+                j=seen[ball.id],
+                id=ball.id,
+            )
+        seen[ball.id] = i
+
+
+def _check_on_cloth(scene: Scene) -> None:
+    if scene.physics.airborne:
+        return
+    for i, ball in enumerate(scene.balls):
+        if ball.position[2] != ball.radius:
+            raise problem(
+                "off_cloth",
+                "`balls[{i}].position` z must be the radius, {radius} m, got {z} m: the ball must "
+                "lie on the cloth. Leave z out",
+                at=("balls", i, "position"),
+                i=i,
+                radius=ball.radius,
+                z=ball.position[2],
+            )
+        if ball.velocity[2] != 0.0:
+            raise problem(
+                "off_cloth",
+                "`balls[{i}].velocity` z must be 0, got {z} m/s: the ball must stay on the cloth. "
+                "Leave z out",
+                at=("balls", i, "velocity"),
+                i=i,
+                z=ball.velocity[2],
+            )
+
+
+def _check_resolved(scene: Scene) -> None:
+    # Else balls in one place would count as touching, and their collisions would be missed.
+    for i, ball in enumerate(scene.balls):
+        rounding = position_rounding(*ball.position[:2])
+        if rounding >= ball.radius:
+            raise problem(
+                "unresolved",
+                "`balls[{i}].position` must be known to better than the radius, {radius} m, but "
+                "at ({x}, {y}) m double precision rounds by up to {rounding:.2g} m. Move the scene "
+                "to the origin",
+                at=("balls", i, "position"),
+                i=i,
+                radius=ball.radius,
+                x=ball.position[0],
+                y=ball.position[1],
+                rounding=rounding,
+            )
+
+
+def _check_inside(scene: Scene) -> None:
+    table = scene.table
+    if table is None:
+        return
+    for i, ball in enumerate(scene.balls):
+        x, y = ball.position[0], ball.position[1]
+        gaps = {
+            "left": x - ball.radius,
+            "right": table.length - ball.radius - x,
+            "bottom": y - ball.radius,
+            "top": table.width - ball.radius - y,
+        }
+        permitted = position_rounding(x, y, table.length, table.width)
+        for name in table.cushions:
+            if gaps[name] < -permitted:
+                raise problem(
+                    "outside",
+                    '`balls[{i}].position` must be inside the table: ball "{id}" at ({x}, {y}) m '
+                    "reaches {depth:.6g} m beyond the {cushion} cushion. Its centre must be at "
+                    "least its radius, {radius} m, from each cushion",
+                    at=("balls", i, "position"),
+                    i=i,
+                    id=ball.id,
+                    x=x,
+                    y=y,
+                    depth=-gaps[name],
+                    cushion=name,
+                    radius=ball.radius,
+                )
+
+
+def _check_overlaps(scene: Scene) -> None:
+    # Balls touch at a centre distance of the sum of their radii: in the plane for balls on the
+    # cloth (see "Geometry" in engine/__init__.py), in space where they may fly.
+    dimensions = 3 if scene.physics.airborne else 2
+    centres = scene.positions[:, :dimensions]
+    radii = scene.radii
+    for i, j, depth in overlapping_pairs(centres, radii):
+        if depth > position_rounding(*centres[i], *centres[j], radii[i], radii[j]):
+            raise problem(
+                "overlap",
+                '`balls[{j}]` ("{a}") and `balls[{i}]` ("{b}") must not overlap, but do by '
+                "{depth:.6g} m: their centres are {distance:.9g} m apart and their radii add up to "
+                "{reach:.9g} m. Move one of them",
+                at=("balls", i, "position"),
+                i=i,
+                j=j,
+                a=scene.balls[j].id,
+                b=scene.balls[i].id,
+                depth=depth,
+                distance=float(np.sqrt(np.sum((centres[j] - centres[i]) ** 2))),
+                reach=float(radii[i] + radii[j]),
+            )
+
+
+_MOST_OVERLAPS = 100_000
+"""Overlaps after which no others are sought: thousands of balls at one place have millions."""
+
+
+def overlapping_pairs(
+    centres: NDArray[np.float64], radii: NDArray[np.float64]
+) -> list[tuple[int, int, float]]:
+    """Return the pairs i > j that overlap, and by how much [m]: in order of i, the deepest first.
+
+    Not all of them where there are hundreds of thousands.
+
+    Balls are sorted along x, so that each is compared with those that follow within reach, and no
+    others: the first with the next, with the one after that ..., all at once.
+    """
+    order = np.argsort(centres[:, 0], kind="stable")
+    sorted_centres, sorted_radii = centres[order], radii[order]
+    reach = 2.0 * float(np.max(radii, initial=0.0))
+    found: list[tuple[int, int, float]] = []
+    for lag in range(1, len(order)):
+        apart = sorted_centres[lag:] - sorted_centres[:-lag]
+        if np.min(apart[:, 0]) > reach:
+            break
+        depth = sorted_radii[lag:] + sorted_radii[:-lag] - np.sqrt(np.sum(apart**2, axis=1))
+        for k in np.flatnonzero(depth > 0.0):
+            i, j = int(order[k]), int(order[k + lag])
+            found.append((max(i, j), min(i, j), float(depth[k])))
+        if len(found) > _MOST_OVERLAPS:
+            break
+    return sorted(found, key=lambda pair: (pair[0], -pair[2], pair[1]))
+
+
+def _check_rolling(scene: Scene, motions: Motions) -> None:
+    if scene.physics.motion != "rolling":
+        return
+    spin, rolling = motions.spin, motions.rolling
+    scale = np.max(np.abs(np.hstack((rolling, spin))), axis=1, keepdims=True)
+    for k in np.flatnonzero(np.any(np.abs(spin - rolling) > 1e-9 * scale, axis=1))[:1]:
+        raise problem(
+            "not_rolling",
+            "{name} must be that of rolling without slip, {rolling}, "
+            'where `motion` = "rolling", got {spin}. Leave it out, or set `motion` = "sliding"',
+            at=("balls", int(motions.ball[k]), "angular_velocity"),
+            name=motions.name(k, ".angular_velocity"),
+            rolling=tuple(rolling[k].tolist()),
+            spin=tuple(spin[k].tolist()),
+        )
+
+
+def _check_spin(scene: Scene, motions: Motions) -> None:
+    surface = np.where(motions.given, scene.radii[motions.ball] * _size(motions.spin), 0.0)
+    for k in np.flatnonzero(surface > LARGEST)[:1]:
+        raise problem(
+            "fast_spin",
+            "{name} must turn the ball's surface at no more than "
+            "{largest:g} m/s, got {spin} rad/s, which make {surface:g} m/s",
+            at=("balls", int(motions.ball[k]), "angular_velocity"),
+            name=motions.name(k, ".angular_velocity"),
+            largest=LARGEST,
+            spin=tuple(motions.spin[k].tolist()),
+            surface=float(surface[k]),
+        )
+
+
+def _size(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the lengths of vectors (m, 2) or (m, 3); the squares of tiny ones don't vanish."""
+    sizes: NDArray[np.float64] = np.hypot.reduce(vectors, axis=1)
+    return sizes
+
+
+def _check_ends(scene: Scene, motions: Motions) -> None:
+    # A ball that moves may set any other moving: its speed is held against every ball's friction.
+    if scene.t_max is not None:
+        return
+    rolls = ("roll", "rolling_friction", scene.rolling_frictions)
+    slides = ("slide", "sliding_friction", scene.sliding_frictions)
+    sliding = scene.physics.motion == "sliding"
+    surface = scene.radii[motions.ball] * _size(motions.spin[:, :2])
+    speeds = np.maximum(_size(motions.velocity), surface)
+    for verb, field, frictions in (rolls, slides) if sliding else (rolls,):
+        _check_stops(scene, motions, speeds, verb, field, frictions)
+    if sliding:
+        _check_spin_ends(scene, motions, speeds)
+
+
+def _check_stops(
+    scene: Scene,
+    motions: Motions,
+    speeds: NDArray[np.float64],
+    verb: str,
+    field: str,
+    frictions: NDArray[np.float64],
+) -> None:
+    k, j = int(np.argmax(speeds)), int(np.argmin(frictions))
+    # The product as the engine takes it: of two tiny factors it may round to 0.
+    deceleration = float(frictions[j]) * scene.physics.gravity
+    if deceleration == 0.0 and speeds[k] > 0.0:
+        raise problem(
+            "endless",
+            "`t_max` must be given where a ball moves ({name}) and a ball loses no speed "
+            "while it {verb}s (`balls[{j}]`, `{field}` = {friction}): it might never come to rest. "
+            "Set `t_max` to a time in seconds",
+            at=("balls", int(motions.ball[k])),
+            name=motions.name(k),
+            j=j,
+            verb=verb,
+            field=field,
+            friction=float(frictions[j]),
+        )
+    if speeds[k] > LARGEST * deceleration:
+        raise problem(
+            "endless",
+            "`t_max` must be given where a ball with the speed of {name}, {speed:g} m/s, "
+            "would {verb} for more than {longest:g} s: `balls[{j}]` loses {deceleration:g} m/s "
+            "each second. Set `t_max` to a time in seconds",
+            at=("balls", int(motions.ball[k])),
+            name=motions.name(k),
+            j=j,
+            verb=verb,
+            longest=LARGEST,
+            speed=float(speeds[k]),
+            deceleration=deceleration,
+        )
+
+
+def _check_spin_ends(scene: Scene, motions: Motions, speeds: NDArray[np.float64]) -> None:
+    # Spin about the vertical may also come from friction in an impact, out of speed. Where its
+    # rate is 0 nobody waits for its end.
+    rates = scene.spinning_friction_rates
+    if not np.any(rates > 0.0):
+        return
+    vertical = scene.radii[motions.ball] * np.abs(motions.spin[:, 2])
+    spin = float(max(np.max(vertical), np.max(speeds))) / float(np.min(scene.radii))
+    j = int(np.argmin(np.where(rates > 0.0, rates, np.inf)))
+    if spin > LARGEST * float(rates[j]):
+        raise problem(
+            "endless",
+            "`t_max` must be given where a ball might spin for more than {longest:g} s: it may "
+            "have {spin:g} rad/s, and `balls[{j}]` loses {rate:g} rad/s each second. Set `t_max` "
+            "to a time in seconds",
+            at=("balls", j),
+            j=j,
+            longest=LARGEST,
+            spin=spin,
+            rate=float(rates[j]),
+        )

@@ -1,0 +1,284 @@
+"""When the next two balls touch, among many: bounds with neighbours only, in a grid of cells.
+
+The other scheduler, `scheduling.all_pairs`, keeps a bound for every pair. Here (`scheduling.grid`)
+a ball only meets those in its own cell and the eight around it; when it moves into another, it
+meets the balls of three new ones. Each ball keeps only its earliest bound, in a slot: with whom,
+and a bound for all the others. A slot whose mate has changed its motion meanwhile is found out by
+its stamp, when its turn comes, and filled anew when that of the others does. A tournament
+(`scheduling.priority_queue`) finds the earliest.
+
+The answers are those of `scheduling.all_pairs` to the bit. The bounds of a pair are a sequence that
+begins where the later of the two changed its motion, each found from the one before; whoever asks,
+and when, gets the first of them that is not past.
+"""
+
+from __future__ import annotations
+
+import math
+
+from engine.core.kernel import kernel
+from engine.core.state import (
+    ADVANCEMENTS,
+    AFTER,
+    BOUNDS,
+    CELL_MOVES,
+    COLUMN,
+    EPOCH,
+    LEAST,
+    LEAVES,
+    MATE,
+    MATE_STAMP,
+    NOWHERE,
+    OTHERS,
+    OWN_TIME,
+    RADIUS,
+    ROW,
+    STAMP,
+    WAY,
+    Balls,
+    Cells,
+    Contacts,
+    IntArray,
+    Laws,
+)
+from engine.motion.geometry import relative_motion
+from engine.scheduling.contact_time import NOT_YET, first_bound, holds, time_to_bound, touch
+from engine.scheduling.grid import cell_number, settle, step_on, time_in_cell
+from engine.scheduling.priority_queue import enter_instant, first_due
+from engine.scheduling.ties import (
+    takes_precedence,
+)
+
+_CLEARLY = 2.0**-30
+"""What a bound must be later by, relative to the distance, to be seen without computing it."""
+
+
+@kernel(inline=True)
+def update_in_cells(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells,
+    contacts: Contacts | None,
+    t: float,
+    counters: IntArray,
+) -> None:
+    """Fill anew the slots of the balls in `balls.touched`, whose motion changed at t [s]."""
+    for m in range(1, balls.touched[0] + 1):
+        i = balls.touched[m]
+        cells.link[i, STAMP] += 1
+        if cells.link[i, COLUMN] == 0:
+            settle(balls, cells, i)
+    for m in range(1, balls.touched[0] + 1):
+        # A pair of two that changed goes to the slot of the one that comes later.
+        i = balls.touched[m]
+        cells.slot[i, LEAVES] = time_in_cell(balls, cells, i, t)
+        _fill_slot(balls, laws, cells, contacts, i, t, True, counters)
+
+
+@kernel(inline=True)
+def next_bound(balls: Balls, laws: Laws, i: int, j: int, t: float, counters: IntArray) -> float:
+    """Return a bound, past the instant t [s], of when i and j touch; or t if they do then."""
+    counters[BOUNDS] += 1
+    end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
+    bound = first_bound(balls, laws, i, j)
+    bound = bound if bound <= end else math.inf
+    return bound if bound > t else _later_bound(balls, i, j, bound, t, end, counters)
+
+
+@kernel
+def _later_bound(
+    balls: Balls, i: int, j: int, bound: float, t: float, end: float, counters: IntArray
+) -> float:
+    """Advance a bound that is not past the instant t [s] until it is, or the pair touches."""
+    while bound <= t:
+        counters[ADVANCEMENTS] += 1
+        verdict, later, _ = touch(balls, i, j, bound, 0.0)
+        if verdict != NOT_YET:
+            return bound
+        bound = later if later <= end else math.inf
+    return bound
+
+
+@kernel(inline=True)
+def _fill_slot(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells,
+    contacts: Contacts | None,
+    i: int,
+    t: float,
+    shares: bool,
+    counters: IntArray,
+) -> None:
+    """Put in ball i's slot its earliest bound from the instant t [s] on, and the next after that.
+
+    Where it shares, pairs with balls that changed too and come later are left to those.
+    """
+    cells.slot[i, LEAST] = math.inf
+    cells.slot[i, OTHERS] = math.inf
+    cells.link[i, MATE] = NOWHERE
+    column, row = cells.link[i, COLUMN], cells.link[i, ROW]
+    for y in range(-1, 2):
+        for x in range(-1, 2):
+            cell = cell_number(cells, column + x, row + y)
+            _meet_cell(balls, laws, cells, contacts, i, cell, t, shares, counters)
+    enter_next(balls, cells, i)
+
+
+@kernel
+def refill_slot(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells,
+    contacts: Contacts | None,
+    i: int,
+    t: float,
+    counters: IntArray,
+) -> None:
+    """`_fill_slot`, but not written into the caller: where it is rare."""
+    _fill_slot(balls, laws, cells, contacts, i, t, False, counters)
+
+
+@kernel(inline=True)
+def _meet_cell(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells,
+    contacts: Contacts | None,
+    i: int,
+    cell: int,
+    t: float,
+    shares: bool,
+    counters: IntArray,
+) -> None:
+    """Enter in ball i's slot its bounds with the balls of one cell; but not with its mate again."""
+    j = cells.first[cell]
+    while j != NOWHERE:
+        known = j == cells.link[i, MATE] and cells.link[j, STAMP] == cells.link[i, MATE_STAMP]
+        left = j == i or known or (shares and j > i and balls.changed[j])
+        if contacts is not None:
+            left = left or holds(contacts, i, j)
+        if not left:
+            _meet_ball(balls, laws, cells, i, j, t, counters)
+        j = cells.link[j, AFTER]
+
+
+@kernel(inline=True)
+def _meet_ball(
+    balls: Balls, laws: Laws, cells: Cells, i: int, j: int, t: float, counters: IntArray
+) -> None:
+    """Enter in ball i's slot its bound with ball j, if it is one of the first two.
+
+    Notes
+    -----
+    Most neighbours move away, or come later than two others: seen before roots are taken. A bound
+    is the first root of c + b s + p s^2 / 2, with b = r . v, p = r . a and c = d (d - D); where all
+    move uniformly, of (d^2 - D^2) / 2 + b s + v^2 s^2 / 2. Both lie above the same with c = (d^2 -
+    D^2) / 2, which is (d - D)(d + D) / 2 <= d (d - D), with the largest diameter for D, and without
+    what bends up. Where that is positive at first and when the second of the others is due, it was
+    so in between, being straight or bending down: no root yet. `_CLEARLY` d^2 covers the rounding
+    of the sum, while |b| s is below 2^20 d^2 or so; a larger one has long been negative.
+
+    A pair that is left out comes no sooner than `OTHERS`, which stays a bound for all but the mate.
+    """
+    start = max(balls.state[i, EPOCH], balls.state[j, EPOCH])
+    rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
+    rate, pull = rx * vx + ry * vy, rx * ax + ry * ay
+    if rate >= 0.0 and pull >= 0.0:
+        return
+    others = cells.slot[i, OTHERS]
+    square = rx * rx + ry * ry
+    if others < math.inf:
+        s = others - start
+        gap = 0.5 * (square - cells.frame[3] * cells.frame[3]) - _CLEARLY * square
+        if gap > 0.0 and gap + s * (rate + 0.5 * min(pull, 0.0) * s) > 0.0:
+            return
+    counters[BOUNDS] += 1
+    end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
+    reach = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    bound = start + time_to_bound(laws, rx, ry, vx, vy, rate, pull, reach)
+    bound = bound if bound <= end else math.inf
+    if bound <= t:
+        bound = _later_bound(balls, i, j, bound, t, end, counters)
+    if bound < cells.slot[i, LEAST]:
+        cells.slot[i, OTHERS] = cells.slot[i, LEAST]
+        cells.slot[i, LEAST] = bound
+        cells.link[i, MATE] = j
+        cells.link[i, MATE_STAMP] = cells.link[j, STAMP]
+    elif bound < others:
+        cells.slot[i, OTHERS] = bound
+
+
+@kernel(inline=True)
+def enter_next(balls: Balls, cells: Cells, i: int) -> None:
+    """Enter ball i's next instant in the tree."""
+    slot = min(cells.slot[i, LEAST], cells.slot[i, LEAVES])
+    enter_instant(cells.tree, i, min(slot, balls.state[i, OWN_TIME]))
+
+
+@kernel(inline=True)
+def earliest_in_cells(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells,
+    contacts: Contacts | None,
+    counters: IntArray,
+) -> tuple[float, int, int]:
+    """Return the next instant and whose it is, as `scheduling.scheduler.earliest`.
+
+    What concerns no ball's motion is done on the way: balls move to other cells, and slots that a
+    mate left are filled anew. Of several own events at one instant, as
+    `scheduling.all_pairs.earliest`.
+    """
+    while True:
+        t = cells.tree[1]
+        if not t < math.inf:
+            return t, -1, -1
+        single, settled = NOWHERE, True
+        first = first_due(cells.tree, t, 0)
+        only = cells.slot[first, OTHERS] > t
+        i = first
+        while i != NOWHERE:
+            only = only and i == first
+            if balls.state[i, OWN_TIME] == t:
+                if single == NOWHERE or takes_precedence(balls, i, single):
+                    single = i
+            elif cells.slot[i, LEAVES] == t:
+                _move_on(balls, laws, cells, contacts, i, t, counters)
+                settled = False
+            elif cells.link[i, MATE] == NOWHERE:
+                _fill_slot(balls, laws, cells, contacts, i, t, False, counters)
+                settled = False
+            elif cells.link[cells.link[i, MATE], STAMP] != cells.link[i, MATE_STAMP]:
+                # Nothing with the others is due before `OTHERS`; often an event comes sooner.
+                cells.slot[i, LEAST] = cells.slot[i, OTHERS]
+                cells.link[i, MATE] = NOWHERE
+                enter_next(balls, cells, i)
+                settled = False
+            i = first_due(cells.tree, t, i + 1)
+        if settled:
+            return t, single, first if only else -1
+
+
+@kernel(inline=True)
+def _move_on(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells,
+    contacts: Contacts | None,
+    i: int,
+    t: float,
+    counters: IntArray,
+) -> None:
+    """Move ball i to the next cell on its way, at t [s]; there it meets the balls of three more."""
+    counters[CELL_MOVES] += 1
+    way = cells.link[i, WAY]
+    step_on(cells, i)
+    cells.slot[i, LEAVES] = time_in_cell(balls, cells, i, t)
+    column, row = cells.link[i, COLUMN], cells.link[i, ROW]
+    step = -1 if way % 2 == 0 else 1
+    for k in range(-1, 2):
+        x, y = (column + step, row + k) if way < 2 else (column + k, row + step)
+        cell = cell_number(cells, x, y)
+        _meet_cell(balls, laws, cells, contacts, i, cell, t, False, counters)
+    enter_next(balls, cells, i)

@@ -1,0 +1,158 @@
+"""When two balls touch: judged at an instant, from where and how fast they are then."""
+
+from __future__ import annotations
+
+import math
+
+from engine.core.kernel import kernel
+from engine.core.state import (
+    AX,
+    AY,
+    EPOCH,
+    NEXT,
+    NOWHERE,
+    PARTNER,
+    RADIUS,
+    ROLL,
+    VX,
+    VY,
+    Balls,
+    Contacts,
+    Laws,
+)
+from engine.core.tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
+from engine.motion.geometry import at_rest, capture_height, negligible_hop, relative_motion
+from engine.motion.on_cloth import first_crossing, first_meeting
+
+NOT_YET = 0
+"""The bound moved on; the pair doesn't touch at this instant."""
+IMPACT = 1
+"""The pair touches and approaches: collide it now."""
+PRESSED = 2
+"""The pair touches, and is pulled together so that it would not part by what is resolved."""
+
+
+@kernel(inline=True)
+def first_bound(balls: Balls, laws: Laws, i: int, j: int) -> float:
+    """Return the first bound of when the pair touches [s], or inf.
+
+    From the instant at which the later of the two changed its motion. To the bit what
+    `scheduling.all_pairs` has in its rows, which are this without branches.
+    """
+    start = max(balls.state[i, EPOCH], balls.state[j, EPOCH])
+    rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
+    reach = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    rate, pull = rx * vx + ry * vy, rx * ax + ry * ay
+    bound: float = start + time_to_bound(laws, rx, ry, vx, vy, rate, pull, reach)
+    return bound
+
+
+@kernel(inline=True)
+def time_to_bound(
+    laws: Laws,
+    rx: float,
+    ry: float,
+    vx: float,
+    vy: float,
+    rate: float,
+    pull: float,
+    reach: float,
+) -> float:
+    """Return in how long a pair may touch at the soonest [s], from its relative motion; or inf.
+
+    `rate` is r . v, `pull` is r . a: over the distance, how the projected gap changes.
+    """
+    if laws.uniform:
+        met: float = first_meeting(rx, ry, vx, vy, reach)
+        return met
+    distance = math.sqrt(rx * rx + ry * ry)
+    closed: float = first_crossing(distance * (distance - reach), rate, pull)
+    return closed
+
+
+@kernel
+def holds(contacts: Contacts, i: int, j: int) -> bool:
+    """Whether a contact step holds ball i to ball j, so that they can't meet."""
+    row = contacts.first_held[i]
+    while row != NOWHERE:
+        if contacts.held[row, PARTNER] == j:
+            return True
+        row = contacts.held[row, NEXT]
+    return False
+
+
+@kernel(inline=True)
+def touch(balls: Balls, i: int, j: int, t: float, slack: float) -> tuple[int, float, float]:
+    """Judge the pair at the instant t: a verdict, the next bound, the speed of approach.
+
+    A gap of up to `slack` [m] counts as closed.
+    """
+    rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, t)
+    reach = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    distance = math.sqrt(rx * rx + ry * ry)
+    gap = distance - reach
+    rate = (rx * vx + ry * vy) / distance
+    pull = (rx * ax + ry * ay) / distance
+    s = first_crossing(gap, rate, pull)
+    progress = s > TIME_ROUNDING * t
+    if gap > max(GAP_ROUNDING * reach, slack) and progress:
+        return NOT_YET, t + s, 0.0
+    # They touch, as far as doubles can tell. While r . v = 0, the gap opens at first as
+    # `opening` s^2 / 2: the lines of centres turn away, or friction pulls together.
+    noise = APPROACH_ROUNDING * (_speed(balls, i, t) + _speed(balls, j, t))
+    across = max(vx * vx + vy * vy - rate * rate, 0.0)
+    opening = across / distance + pull
+    pulled = opening < -APPROACH_ROUNDING * (_pull(balls, i) + _pull(balls, j))
+    if rate < -noise:
+        # A rebound that slow ends within `CAPTURE_HEIGHT`, where friction pulls the balls together
+        # again; the cloth also stops one that was struck at rest.
+        struck = at_rest(balls, i) or at_rest(balls, j)
+        closing = _stopping(balls, i) + _stopping(balls, j) - opening
+        height = capture_height(balls, i, j)
+        hop = (pulled or struck) and negligible_hop(rate, closing, height)
+        return (PRESSED if hop else IMPACT), t, -rate
+    if rate > noise and progress:
+        return NOT_YET, t + s, 0.0
+    if pulled:
+        return PRESSED, t, 0.0
+    s = _next_approach(distance * max(opening, 0.0), vx, vy, ax, ay)
+    return (NOT_YET, t + s, 0.0) if s > TIME_ROUNDING * t else (PRESSED, t, 0.0)
+
+
+@kernel
+def _next_approach(opening: float, vx: float, vy: float, ax: float, ay: float) -> float:
+    """Return when a touching pair that neither approaches nor recedes can approach next [s].
+
+    With r . v = 0, half the rate of |r|^2 is s (A + B s + C s^2), A = v^2 + r . a = `opening`,
+    B = 3/2 v . a, C = a^2 / 2: the pair opens while that is positive.
+    """
+    linear = 1.5 * (vx * ax + vy * ay)
+    quadratic = 0.5 * (ax * ax + ay * ay)
+    discriminant = linear * linear - 4.0 * quadratic * opening
+    if linear >= 0.0 or discriminant < 0.0:
+        return math.inf
+    return 2.0 * opening / (math.sqrt(discriminant) - linear)
+
+
+@kernel
+def _stopping(balls: Balls, i: int) -> float:
+    """Deceleration [m/s^2] that will stop ball i where an impact makes it leave its rest."""
+    deceleration: float = balls.state[i, ROLL] if at_rest(balls, i) else 0.0
+    return deceleration
+
+
+@kernel
+def _pull(balls: Balls, i: int) -> float:
+    """Size of the acceleration of ball i [m/s^2], in the 1-norm."""
+    size: float = abs(balls.state[i, AX]) + abs(balls.state[i, AY])
+    return size
+
+
+@kernel
+def _speed(balls: Balls, i: int, t: float) -> float:
+    """Size of the velocity of ball i at the instant t [m/s], in the 1-norm."""
+    s = t - balls.state[i, EPOCH]
+    size: float = abs(balls.state[i, VX] + balls.state[i, AX] * s) + abs(
+        balls.state[i, VY] + balls.state[i, AY] * s
+    )
+    return size

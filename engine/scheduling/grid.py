@@ -1,0 +1,121 @@
+"""The cloth in cells: which a ball is in, when it leaves for which, and how it gets there.
+
+Cells are no smaller than the largest ball, so that a ball can only touch those in its own cell and
+the eight around it. The balls of a cell are a list, linked to and fro. A border of empty cells runs
+around all others, so that each of those has eight neighbours.
+"""
+
+from __future__ import annotations
+
+import math
+
+from engine.core.kernel import kernel
+from engine.core.state import (
+    AFTER,
+    AX,
+    AY,
+    BEFORE,
+    COLUMN,
+    EPOCH,
+    NOWHERE,
+    ROW,
+    VX,
+    VY,
+    WAY,
+    Balls,
+    Cells,
+    X,
+    Y,
+)
+from engine.motion.on_cloth import first_crossing
+
+
+@kernel(inline=True)
+def cell_number(cells: Cells, column: int, row: int) -> int:
+    """Return the place of a cell in `cells.first`."""
+    return int(row * (cells.size[0] + 2) + column)
+
+
+@kernel
+def settle(balls: Balls, cells: Cells, i: int) -> None:
+    """Put ball i in the cell that holds its place; the outermost reach as far as the cloth."""
+    x, y = balls.state[i, X] - cells.frame[0], balls.state[i, Y] - cells.frame[1]
+    column = min(max(int(x / cells.frame[2]), 0), cells.size[0] - 1)
+    row = min(max(int(y / cells.frame[2]), 0), cells.size[1] - 1)
+    _enter(cells, i, column + 1, row + 1)
+
+
+@kernel(inline=True)
+def _enter(cells: Cells, i: int, column: int, row: int) -> None:
+    cell = cell_number(cells, column, row)
+    following = cells.first[cell]
+    cells.link[i, COLUMN], cells.link[i, ROW] = column, row
+    cells.link[i, BEFORE], cells.link[i, AFTER] = NOWHERE, following
+    if following != NOWHERE:
+        cells.link[following, BEFORE] = i
+    cells.first[cell] = i
+
+
+@kernel(inline=True)
+def _leave(cells: Cells, i: int) -> None:
+    before, after = cells.link[i, BEFORE], cells.link[i, AFTER]
+    if before == NOWHERE:
+        cells.first[cell_number(cells, cells.link[i, COLUMN], cells.link[i, ROW])] = after
+    else:
+        cells.link[before, AFTER] = after
+    if after != NOWHERE:
+        cells.link[after, BEFORE] = before
+
+
+@kernel(inline=True)
+def step_on(cells: Cells, i: int) -> None:
+    """Move ball i to the next cell on its way."""
+    _leave(cells, i)
+    way = cells.link[i, WAY]
+    step = -1 if way % 2 == 0 else 1
+    column, row = cells.link[i, COLUMN], cells.link[i, ROW]
+    _enter(cells, i, column + (step if way < 2 else 0), row + (0 if way < 2 else step))
+
+
+@kernel(inline=True)
+def time_in_cell(balls: Balls, cells: Cells, i: int, t: float) -> float:
+    """Return when ball i leaves its cell, as it moves from the instant t on; inf if never so.
+
+    And note the way.
+    """
+    side = cells.frame[2]
+    column, row = cells.link[i, COLUMN], cells.link[i, ROW]
+    s = t - balls.state[i, EPOCH]
+    ax, ay = balls.state[i, AX], balls.state[i, AY]
+    x = balls.state[i, X] + s * (balls.state[i, VX] + 0.5 * ax * s) - cells.frame[0]
+    y = balls.state[i, Y] + s * (balls.state[i, VY] + 0.5 * ay * s) - cells.frame[1]
+    vx, vy = balls.state[i, VX] + ax * s, balls.state[i, VY] + ay * s
+    # Left, right, down, up: there is no way out of the outermost.
+    least, way = math.inf, 0
+    if column > 1:
+        least = _time_to(x - (column - 1) * side, vx, ax)
+    if column < cells.size[0]:
+        leaves = _time_to(column * side - x, -vx, -ax)
+        if leaves < least:
+            least, way = leaves, 1
+    if row > 1:
+        leaves = _time_to(y - (row - 1) * side, vy, ay)
+        if leaves < least:
+            least, way = leaves, 2
+    if row < cells.size[1]:
+        leaves = _time_to(row * side - y, -vy, -ay)
+        if leaves < least:
+            least, way = leaves, 3
+    cells.link[i, WAY] = way
+    return t + least
+
+
+@kernel(inline=True)
+def _time_to(gap: float, rate: float, pull: float) -> float:
+    """Return when a side of the cell is reached [s], or inf: a `first_crossing`."""
+    if rate >= 0.0 and pull >= 0.0:
+        return math.inf
+    if pull == 0.0:
+        return max(gap, 0.0) / -rate
+    crossing: float = first_crossing(gap, rate, pull)
+    return crossing

@@ -1,0 +1,153 @@
+"""Events of one instant: which comes first, and which belong together; for both schedulers."""
+
+from __future__ import annotations
+
+import math
+
+from engine.core.kernel import kernel
+from engine.core.state import (
+    AX,
+    AY,
+    EPOCH,
+    FIRST,
+    NO_ROOM,
+    OWN_CUSHION,
+    OWN_TIME,
+    PENDING,
+    PENDING_VERDICT,
+    RADIUS,
+    SECOND,
+    VX,
+    VY,
+    Balls,
+    IntArray,
+    X,
+    Y,
+)
+from engine.motion.geometry import capture_height, relative_motion, tie_rounding
+from engine.scheduling.contact_time import IMPACT, PRESSED
+
+
+@kernel
+def takes_precedence(balls: Balls, i: int, j: int) -> bool:
+    """Whether ball i's own event is resolved before ball j's, which is at the same instant."""
+    if balls.own_kind[i] != balls.own_kind[j]:
+        return bool(balls.own_kind[i] < balls.own_kind[j])
+    if balls.own_kind[i] < OWN_CUSHION:
+        return False
+    dx, dy, _, _, _, _ = relative_motion(balls, i, j, balls.state[i, OWN_TIME])
+    gap = math.sqrt(dx * dx + dy * dy) - (balls.state[i, RADIUS] + balls.state[j, RADIUS])
+    apart = gap > capture_height(balls, i, j)
+    return bool(not apart and (dx > 0.0 or (dx == 0.0 and dy > 0.0)))
+
+
+@kernel
+def comes_before(
+    balls: Balls, listed: int, speed: float, fastest: float, i: int, j: int, t: float
+) -> bool:
+    """Whether the impact of i and j, at t [s], is resolved before that in row 0 of `balls.hits`.
+
+    The faster one is; of two as fast, which is so in symmetric scenes, the one whose point of
+    contact has the greater x, then y: by place, not by number.
+    """
+    if listed == 0 or speed != fastest:
+        return bool(speed > fastest)
+    x, y = _sum_of_places(balls, i, j, t)
+    first_x, first_y = _sum_of_places(balls, balls.hits[0, FIRST], balls.hits[0, SECOND], t)
+    return bool(x > first_x or (x == first_x and y > first_y))
+
+
+@kernel
+def _sum_of_places(balls: Balls, i: int, j: int, t: float) -> tuple[float, float]:
+    """Return the sum of both balls' coordinates at the instant t [s], x and y [m]."""
+    si, sj = t - balls.state[i, EPOCH], t - balls.state[j, EPOCH]
+    return (
+        balls.state[i, X]
+        + si * (balls.state[i, VX] + 0.5 * balls.state[i, AX] * si)
+        + (balls.state[j, X] + sj * (balls.state[j, VX] + 0.5 * balls.state[j, AX] * sj)),
+        balls.state[i, Y]
+        + si * (balls.state[i, VY] + 0.5 * balls.state[i, AY] * si)
+        + (balls.state[j, Y] + sj * (balls.state[j, VY] + 0.5 * balls.state[j, AY] * sj)),
+    )
+
+
+@kernel
+def has_room(balls: Balls, count: int, pressed: int, counters: IntArray) -> bool:
+    """Whether `balls.hits` takes one more pair than `count` impacts and `pressed` pairs.
+
+    Where it doesn't, NO_ROOM says so, and the loop ends the run.
+    """
+    if count + pressed < balls.hits.shape[0]:
+        return True
+    counters[NO_ROOM] = 1
+    return False
+
+
+@kernel
+def list_hit(balls: Balls, c: int, i: int, j: int) -> None:
+    """Put the pair of balls i and j in row c of `balls.hits`, the lower index first.
+
+    Contract: there is that row; see `has_room`.
+    """
+    balls.hits[c, FIRST] = min(i, j)
+    balls.hits[c, SECOND] = max(i, j)
+
+
+@kernel
+def is_listed(balls: Balls, listed: int, i: int) -> bool:
+    """Whether ball i is in the first `listed` rows of `balls.hits`."""
+    for c in range(listed):  # noqa: SIM110 - the compiler takes no generator
+        if balls.hits[c, FIRST] == i or balls.hits[c, SECOND] == i:
+            return True
+    return False
+
+
+@kernel
+def is_pair_listed(balls: Balls, start: int, stop: int, i: int, j: int) -> bool:
+    """Whether the pair of balls i and j is in rows `start` to `stop` of `balls.hits`."""
+    for c in range(start, stop):
+        if balls.hits[c, FIRST] == min(i, j) and balls.hits[c, SECOND] == max(i, j):
+            return True
+    return False
+
+
+@kernel
+def when_tied(balls: Balls, listed: int, t: float, speed: float) -> float:
+    """Return until when a gap closes that is closed at the instant t [s], but for rounding.
+
+    `speed` is the fastest approach of the first `listed` pairs of `balls.hits`.
+    """
+    rounding = 0.0
+    for c in range(listed):
+        a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
+        rounding = max(rounding, tie_rounding(balls, a, b, t))
+    return t + rounding / speed
+
+
+@kernel
+def hand_over(balls: Balls, count: int, pressed: int, counters: IntArray) -> bool:
+    """Note what the loop is to resolve now: impacts, or else pressed pairs, by their indices.
+
+    The former are the first `count` rows of `balls.hits`, the latter the last `pressed`. Return
+    whether there are any.
+    """
+    counters[PENDING_VERDICT] = IMPACT if count > 0 else PRESSED
+    if count == 0:
+        for c in range(pressed):
+            last = balls.hits.shape[0] - 1 - c
+            list_hit(balls, c, balls.hits[last, FIRST], balls.hits[last, SECOND])
+        count = pressed
+    counters[PENDING] = count
+    for c in range(1, count):
+        a, b, place = balls.hits[c, FIRST], balls.hits[c, SECOND], c
+        while place > 0 and _is_after(balls, place - 1, a, b):
+            list_hit(balls, place, balls.hits[place - 1, FIRST], balls.hits[place - 1, SECOND])
+            place -= 1
+        list_hit(balls, place, a, b)
+    return count > 0
+
+
+@kernel
+def _is_after(balls: Balls, c: int, a: int, b: int) -> bool:
+    first, second = balls.hits[c, FIRST], balls.hits[c, SECOND]
+    return bool(first > a or (first == a and second > b))

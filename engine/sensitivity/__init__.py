@@ -1,0 +1,23 @@
+"""How small changes of a shot grow: its tangent map, and until when it can be predicted."""
+
+from engine.sensitivity.state import PARTS
+from engine.sensitivity.tangent_map import (
+    LANES,
+    QUALITY,
+    ROUNDING,
+    TangentMap,
+    horizon_of,
+    rounding_of,
+    tangent_of,
+)
+
+__all__ = [
+    "LANES",
+    "PARTS",
+    "QUALITY",
+    "ROUNDING",
+    "TangentMap",
+    "horizon_of",
+    "rounding_of",
+    "tangent_of",
+]

@@ -1,0 +1,330 @@
+"""How a shot answers to small changes: the tangent map, and until when it can be predicted.
+
+    >>> result = simulate(scene, record="trajectory")
+    >>> result.sensitivity(result.rest_time)     # what rounding does to each ball, over 2^-53 [m]
+    >>> result.horizon(tolerance=1e-3)           # until when our engine tells where balls are [s]
+    >>> result.tangent(directions).sample(times) # what becomes of given changes of the first state
+
+The derivative is that of the engine's own trajectory, and exact for its laws: each event also comes
+sooner or later. None exists past an instant at which one ball has several collisions, for any
+change decides their order, and past sustained contact: there it is infinite.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine.core.events import EVENT_DTYPE, EventKind, Events
+from engine.core.kernel import compiling
+from engine.core.state import KNOT, PHASE, RESTING, ROLL, X, Y
+from engine.errors import GhostballError
+from engine.running.from_scene import laws_of, layout_of
+from engine.running.skips import is_integrated
+from engine.running.variants import Variant, still_scene
+from engine.scene import Scene
+from engine.sensitivity import state as s
+from engine.sensitivity.propagate import run_tangent, sample_growth, sample_tangent
+from engine.trajectory import ExactTrajectory
+
+FloatArray = NDArray[np.float64]
+
+LANES, PARTS = s.LANES, s.PARTS
+"""Changes that cost as much as one; numbers that a change of a ball has."""
+
+ROUNDING = 2.0**-53
+"""Half the spacing of doubles at 1: the largest relative error of one rounding."""
+
+QUALITY = 32.0
+"""How many times the error of one rounding of the state at each event our engine stays within."""
+
+_RUNS, _KNOTS = 4, 20_000
+"""How often LANES random signs are carried at most, and along how many knots in all: memory."""
+
+_BETWEEN = 4
+"""Parts that the time between two knots is cut into where growth is looked for."""
+
+_CHUNK = 16_384
+"""Instants at which growth is computed at once: it grows, so most of a long run is never needed."""
+
+
+@dataclass(frozen=True, eq=False)
+class TangentMap:
+    """What becomes of m small changes of a shot's first state, to first order.
+
+    Attributes
+    ----------
+    count : int
+        m.
+    t_end : float [s]
+        Last instant of the motion.
+    """
+
+    count: int
+    t_end: float
+    _runs: tuple[s.Tangents, ...]
+
+    def sample(self, times: ArrayLike) -> FloatArray:
+        """Return the changes at `times`, (k, m, n, 7) float64.
+
+        Parameters
+        ----------
+        times : (k,) float64 [s], in any order; past the end, as at the end
+
+        Returns
+        -------
+        (k, m, n, 7) float64
+            For each ball the change of its position x, y [m], velocity x, y [m/s] and angular
+            velocity x, y, z [rad/s] at the same instant; not finite where no derivative exists.
+        """
+        t, order = _increasing(times, self.t_end)
+        parts = []
+        for run in self._runs:
+            out = np.empty((len(t), len(run.at), s.ROW))
+            with _growing():
+                sample_tangent(run, t, out)
+            parts.append(out.reshape(len(t), len(run.at), s.PARTS, s.LANES))
+        lanes = np.concatenate(parts, axis=3)[..., : self.count]
+        result = np.empty_like(lanes)
+        result[order] = lanes
+        return result.transpose(0, 3, 1, 2)
+
+    @property
+    def event_shifts(self) -> FloatArray:
+        """How much later each event comes [s], (events, m); NaN where no derivative exists."""
+        shifts: FloatArray = np.concatenate(
+            [run.shift.reshape(-1, s.LANES) for run in self._runs], axis=1
+        )
+        return shifts[:, : self.count]
+
+    def growth(self, times: ArrayLike) -> FloatArray:
+        """Return how far each ball is displaced, (k, n) [m]: root mean square over the changes.
+
+        Over all LANES of them, unless there are fewer. Infinite where no derivative exists.
+        """
+        t, order = _increasing(times, self.t_end)
+        total = np.zeros((len(t), len(self._runs[0].at)))
+        for run in self._runs:
+            out = np.empty_like(total)
+            with _growing():
+                sample_growth(run, t, out)
+            total = np.hypot(total, out)  # a square may overflow
+        result = np.empty_like(total)
+        result[order] = total * math.sqrt(s.LANES / self.count)
+        return result
+
+
+def tangent_of(
+    scene: Scene, trajectory: ExactTrajectory, events: Events, directions: ArrayLike
+) -> TangentMap:
+    """Return what becomes of small changes of the first state of a shot.
+
+    Parameters
+    ----------
+    scene : Scene
+    trajectory, events
+        Of its run, as our engine records them; `Result.tangent` passes its own.
+    directions : (m, n, 7) float64
+        Each a change of every ball's position x, y [m], velocity x, y [m/s] and angular velocity
+        x, y, z [rad/s]. The angular velocity of a ball that begins by rolling follows its velocity;
+        one that rests stops again at once where the cloth slows it, and stays.
+
+    Raises
+    ------
+    GhostballError
+        Where `directions` has another shape, or isn't finite; where the trajectory or the events
+        are of other balls; or where our engine doesn't simulate the scene.
+    """
+    n = len(scene.balls)
+    given = np.asarray(directions, dtype=np.float64)
+    if given.ndim != 3 or given.shape[1:] != (n, s.PARTS) or not len(given):
+        raise GhostballError(
+            f"`directions` must be of shape (m, {n}, {s.PARTS}) with m at least 1, got "
+            f'{given.shape} (scene "{scene.name}" has {n} balls)'
+        )
+    if not np.all(np.isfinite(given)):
+        raise GhostballError("`directions` must be finite, got NaN or infinity")
+    runs = []
+    for start in range(0, len(given), s.LANES):
+        lanes = np.zeros((n, s.PARTS, s.LANES))
+        some = given[start : start + s.LANES]
+        lanes[:, :, : len(some)] = some.transpose(1, 2, 0)
+        runs.append(_run(scene, trajectory, events, lanes))
+    return TangentMap(len(given), trajectory.t_end, tuple(runs))
+
+
+def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> TangentMap:
+    """Return what becomes of rounding the state at the start and at each event, over 2^-53.
+
+    Each number that an event sets is changed by its size with a random sign, in 32 independent ways
+    (fewer where the balls have more than 5000 knots, 8 beyond 10 000). So it is a sample: its
+    standard error is some 12 % of the root mean square over all signs (25 % of 8).
+    The signs depend on where the balls began and on nothing else: the same shot has the same
+    result, however its balls are numbered. Where balls move at less than some 1e-100 m/s, products
+    of their speeds leave the range of doubles, and no derivative is found: infinite.
+    """
+    knots = sum(len(one) for one in trajectory.knots)
+    runs = []
+    for number in range(max(1, min(_RUNS, _KNOTS // knots))):
+        start = np.zeros((len(scene.balls), s.PARTS, s.LANES))
+        runs.append(_run(scene, trajectory, events, start, 1.0, number))
+    return TangentMap(s.LANES * len(runs), trajectory.t_end, tuple(runs))
+
+
+def horizon_of(rounding: TangentMap, knots: FloatArray, tolerance: float, error: float) -> float:
+    """Return the first instant at which a growth exceeds tolerance / error [s]; inf: none does.
+
+    Parameters
+    ----------
+    rounding : TangentMap
+    knots : (k,) float64 [s], increasing
+        Instants of the events; between two of them growth is looked for at a few instants only.
+    tolerance : float [m]
+    error : float
+        What a growth is multiplied by.
+    """
+    limit = tolerance / error
+    for times in _chunks(knots, rounding.t_end):
+        beyond = ~(np.max(rounding.growth(times), axis=1) <= limit)
+        if np.any(beyond):
+            first = int(np.argmax(beyond))
+            if first == 0:
+                return float(times[0])
+            return _first_beyond(rounding, float(times[first - 1]), float(times[first]), limit)
+    return float("inf")
+
+
+def _chunks(knots: FloatArray, t_end: float) -> Iterator[FloatArray]:
+    """Yield instants at the knots and between them, each chunk beginning where the last ended."""
+    ends = np.append(knots, t_end) if knots[-1] < t_end else knots
+    step = _CHUNK // _BETWEEN
+    for start in range(0, max(len(ends) - 1, 1), step):
+        some = ends[start : start + step + 1]
+        fractions = np.arange(_BETWEEN) / _BETWEEN
+        inner = some[:-1, np.newaxis] + np.diff(some)[:, np.newaxis] * fractions
+        yield np.append(inner.ravel(), some[-1])
+
+
+def _first_beyond(rounding: TangentMap, low: float, high: float, limit: float) -> float:
+    """Return where the growth passes `limit` between two instants, to the last bit."""
+    while True:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            return high
+        if float(np.max(rounding.growth([middle]))) <= limit:
+            low = middle
+        else:
+            high = middle
+
+
+def _run(
+    scene: Scene,
+    trajectory: ExactTrajectory,
+    events: Events,
+    start: FloatArray,
+    rounding: float = 0.0,
+    signs: int = 0,
+) -> s.Tangents:
+    """Carry perturbations (n, PARTS, LANES) at the start along a motion, and roundings of it."""
+    warm_up(scene)
+    run = _arrays(scene, trajectory, events, rounding, signs)
+    # A ball that rests stops again at once, where the cloth slows it.
+    rests = (run.knots[run.first[:-1], PHASE] == RESTING) & (run.state[:, ROLL] > 0.0)
+    start[rests, s.DVX // s.LANES : s.DVY // s.LANES + 1] = 0.0
+    run.tangent.reshape(-1, s.ROW)[run.first[:-1]] = start.reshape(-1, s.ROW)
+    with _growing():
+        run_tangent(run)
+    return run
+
+
+def _arrays(
+    scene: Scene, trajectory: ExactTrajectory, events: Events, rounding: float, signs: int = 0
+) -> s.Tangents:
+    n, m, layout = len(scene.balls), len(events), layout_of(scene)
+    _check_recorded(n, trajectory, events)
+    first = np.zeros(n + 1, dtype=np.int64)
+    np.cumsum([len(knots) for knots in trajectory.knots], out=first[1:])
+    rank = np.empty(n, dtype=np.int64)
+    rank[np.lexsort((layout.balls.state[:, Y], layout.balls.state[:, X]))] = np.arange(n)
+    what = np.empty((m, 3), dtype=np.int64)
+    what[:, 0], what[:, 1], what[:, 2] = events["kind"], events["a"], events["b"]
+    return s.Tangents(
+        lanes=s.LANES,
+        state=layout.balls.state,
+        laws=laws_of(scene),
+        knots=np.concatenate(trajectory.knots),
+        first=first,
+        rank=rank,
+        time=np.ascontiguousarray(events["t"]),
+        what=what,
+        rounding=rounding,
+        signs=signs,
+        tangent=np.empty(int(first[-1]) * s.ROW),
+        shift=np.empty(m * s.LANES),
+        at=np.zeros(n, dtype=np.int64),
+        due=np.zeros(n, dtype=np.int64),
+        motion=np.zeros((2, s.PRE_COLUMNS)),
+        work=np.zeros(s.WORK),
+        law=np.zeros((s.LAW_OUT, s.LAW_IN)),
+    )
+
+
+def _check_recorded(n: int, trajectory: ExactTrajectory, events: Events) -> None:
+    """Refuse what isn't of n balls: the kernels would read beyond their arrays."""
+    pairs = events["kind"] == EventKind.BALL_BALL
+    named = np.concatenate((events["a"], events["b"][pairs]))
+    if len(trajectory.knots) != n or np.any((named < 0) | (named >= n)):
+        raise GhostballError(
+            f"`trajectory` and `events` must be those of the scene, of {n} balls, got the "
+            f"trajectories of {len(trajectory.knots)} and events of balls "
+            f"{sorted(set(named.tolist()))}"
+        )
+
+
+def _growing() -> AbstractContextManager[None]:
+    """Let numbers that outgrow doubles become infinite, and NaN, without a warning.
+
+    A long chaotic motion does that to a derivative. Compiled kernels never warn; others would.
+    """
+    return np.errstate(over="ignore", invalid="ignore")
+
+
+def warm_up(scene: Scene) -> None:
+    """Compile the kernels that a scene's tangent map needs, or load them; say so if compiled."""
+    _warm_up(is_integrated(scene))
+
+
+def variant_name(scene: Scene) -> str:
+    """Return the name of the variant of the kernels that a scene's tangent map needs."""
+    return _variant_name(is_integrated(scene))
+
+
+def _variant_name(integrated: bool) -> str:
+    return "sensitivity" + ", integrated laws" * integrated
+
+
+@cache
+def _warm_up(integrated: bool) -> None:
+    scene = still_scene(Variant(False, integrated, False))
+    knots = (np.zeros((1, KNOT)),) * len(scene.balls)
+    spins = np.zeros(len(scene.balls))
+    trajectory = ExactTrajectory(scene.radii, knots, 1.0, spins)
+    with compiling(_variant_name(integrated)):
+        run = _arrays(scene, trajectory, np.empty(0, dtype=EVENT_DTYPE), 1.0)
+        run.tangent[:] = 0.0
+        run_tangent(run)
+        sample_tangent(run, np.zeros(1), np.empty((1, len(scene.balls), s.ROW)))
+        sample_growth(run, np.zeros(1), np.empty((1, len(scene.balls))))
+
+
+def _increasing(times: ArrayLike, t_end: float) -> tuple[FloatArray, NDArray[np.intp]]:
+    """Return instants in order, none past the end, and where each was."""
+    t = np.minimum(np.atleast_1d(np.asarray(times, dtype=np.float64)), t_end)
+    order = np.argsort(t, kind="stable")
+    return t[order], order

@@ -1,0 +1,374 @@
+"""What an impact does to perturbations of the balls that it changes: the derivative of its law."""
+
+from __future__ import annotations
+
+import math
+
+from engine.core.kernel import kernel
+from engine.core.state import (
+    CLOTH,
+    MASS,
+    RADIUS,
+    FloatArray,
+    X,
+    Y,
+)
+from engine.impacts.laws.ball_frictional import STICKING, contact_slip, length
+from engine.impacts.laws.dispatch import (
+    FRICTIONAL_BALLS,
+    MIRROR_CUSHION,
+    RESTITUTION_CUSHION,
+    ball_law,
+)
+from engine.impacts.laws.friction_curve import friction_coefficient, friction_slope
+from engine.impacts.laws.interface import BallImpact
+from engine.motion.geometry import cushion_side
+from engine.sensitivity.between_events import shift_before
+from engine.sensitivity.state import (
+    A_VN,
+    A_VT,
+    A_WN,
+    A_WT,
+    A_WZ,
+    B_VN,
+    B_VT,
+    B_WT,
+    B_WZ,
+    DVX,
+    DVY,
+    DWX,
+    DWY,
+    DWZ,
+    DX,
+    DY,
+    FIRST_BALL,
+    GIVEN,
+    LANES,
+    LAW_IN,
+    LAW_OUT,
+    PRE_VX,
+    PRE_VY,
+    PRE_WX,
+    PRE_WY,
+    PRE_WZ,
+    ROW,
+    SECOND_BALL,
+    SEEN,
+    TAU,
+    THETA,
+    Tangents,
+)
+from engine.sensitivity.through_laws import put_ball_law, put_cushion_law
+
+
+@kernel(inline=True)
+def pass_impact(run: Tangents, i: int, j: int) -> None:
+    """Take the perturbations of balls i and j through their impact.
+
+    Contract: both have arrived, i in the first row and j in the second; they are left where and
+    when the event is for each perturbation, just after it.
+
+    Notes
+    -----
+    dtau is n . dr over the approach. The perturbed balls touch along a normal that is turned by
+    t . dr / |r|, and in its frame the law gives what it makes of what they bring to it.
+    """
+    ki, kj = run.at[i] + 1, run.at[j] + 1
+    rx, ry = run.knots[kj, X] - run.knots[ki, X], run.knots[kj, Y] - run.knots[ki, Y]
+    distance = math.sqrt(rx * rx + ry * ry)
+    nx, ny = rx / distance, ry / distance
+    vx = run.motion[0, PRE_VX] - run.motion[1, PRE_VX]
+    vy = run.motion[0, PRE_VY] - run.motion[1, PRE_VY]
+    along_n, along_t = nx * vx + ny * vy, nx * vy - ny * vx
+    _meet(run.lanes, run.work, nx / along_n, ny / along_n, nx, ny, 1.0 / distance, along_t)
+    shift_before(run, 0)
+    shift_before(run, 1)
+    impact = _seen_along(run, i, j, nx, ny)
+    _see(
+        run.lanes,
+        run.work[FIRST_BALL:],
+        THETA,
+        SEEN,
+        nx,
+        ny,
+        impact.a_vn,
+        impact.a_vt,
+        impact.a_wn,
+        impact.a_wt,
+    )
+    _see(
+        run.lanes,
+        run.work[SECOND_BALL:],
+        THETA - ROW,
+        SEEN + 5 * LANES - ROW,
+        nx,
+        ny,
+        impact.b_vn,
+        impact.b_vt,
+        impact.b_wn,
+        impact.b_wt,
+    )
+    _pass_law(run, impact, i, j, nx, ny)
+
+
+@kernel(inline=True)
+def _meet(
+    lanes: int,
+    work: FloatArray,
+    by_x: float,
+    by_y: float,
+    nx: float,
+    ny: float,
+    over_distance: float,
+    along_t: float,
+) -> None:
+    """Put in `work` by how much later each perturbed pair touches, and how their normal turns."""
+    for lane in range(lanes):
+        rx = work[SECOND_BALL + DX + lane] - work[FIRST_BALL + DX + lane]
+        ry = work[SECOND_BALL + DY + lane] - work[FIRST_BALL + DY + lane]
+        tau = by_x * rx + by_y * ry
+        work[TAU + lane] = tau
+        work[THETA + lane] = over_distance * (nx * ry - ny * rx - tau * along_t)
+
+
+@kernel(inline=True)
+def _seen_along(run: Tangents, i: int, j: int, nx: float, ny: float) -> BallImpact:
+    """Return both balls just before the impact in the frame of their contact."""
+    motion, state = run.motion, run.state
+    return BallImpact(
+        nx * motion[0, PRE_VX] + ny * motion[0, PRE_VY],
+        nx * motion[0, PRE_VY] - ny * motion[0, PRE_VX],
+        nx * motion[0, PRE_WX] + ny * motion[0, PRE_WY],
+        nx * motion[0, PRE_WY] - ny * motion[0, PRE_WX],
+        motion[0, PRE_WZ],
+        state[i, RADIUS],
+        state[i, MASS],
+        state[i, CLOTH],
+        nx * motion[1, PRE_VX] + ny * motion[1, PRE_VY],
+        nx * motion[1, PRE_VY] - ny * motion[1, PRE_VX],
+        nx * motion[1, PRE_WX] + ny * motion[1, PRE_WY],
+        nx * motion[1, PRE_WY] - ny * motion[1, PRE_WX],
+        motion[1, PRE_WZ],
+        state[j, RADIUS],
+        state[j, MASS],
+        state[j, CLOTH],
+    )
+
+
+@kernel(inline=True)
+def _see(
+    lanes: int,
+    row: FloatArray,
+    theta_at: int,
+    seen_at: int,
+    nx: float,
+    ny: float,
+    vn: float,
+    vt: float,
+    wn: float,
+    wt: float,
+) -> None:
+    """Put at `seen_at` the perturbation of a ball in the frame of the contact, which turns too."""
+    for lane in range(lanes):
+        theta = row[theta_at + lane]
+        vx, vy = row[DVX + lane], row[DVY + lane]
+        wx, wy = row[DWX + lane], row[DWY + lane]
+        row[seen_at + A_VN * LANES + lane] = nx * vx + ny * vy + vt * theta
+        row[seen_at + A_VT * LANES + lane] = nx * vy - ny * vx - vn * theta
+        row[seen_at + A_WN * LANES + lane] = nx * wx + ny * wy + wt * theta
+        row[seen_at + A_WT * LANES + lane] = nx * wy - ny * wx - wn * theta
+        row[seen_at + A_WZ * LANES + lane] = row[DWZ + lane]
+
+
+@kernel(inline=True)
+def _pass_law(run: Tangents, impact: BallImpact, i: int, j: int, nx: float, ny: float) -> None:
+    """Change the perturbations of balls i and j by what the law gives.
+
+    One law has a derivative that is written out. That of every other is a central difference.
+    """
+    impulse = ball_law(impact, run.laws)
+    if run.laws.ball_law == FRICTIONAL_BALLS:
+        _pass_frictional(run, impact)
+    else:
+        put_ball_law(run, impact)
+        _apply_law(run, LAW_OUT, LAW_IN)
+        _rub_cloth(run, i, 0, nx, ny, impulse.a_cloth_n, impulse.a_cloth_t)
+        _rub_cloth(run, j, 1, nx, ny, impulse.b_cloth_n, impulse.b_cloth_t)
+    total = run.state[i, MASS] + run.state[j, MASS]
+    to_i, to_j = run.state[j, MASS] / total, run.state[i, MASS] / total
+    turn_i, turn_j = 2.5 * to_i / run.state[i, RADIUS], 2.5 * to_j / run.state[j, RADIUS]
+    normal, along, up = impulse.normal, impulse.along, impulse.up
+    _push(run.lanes, run.work[FIRST_BALL:], 0, -to_i, turn_i, nx, ny, normal, along, up)
+    _push(run.lanes, run.work[SECOND_BALL:], ROW, to_j, turn_j, nx, ny, normal, along, up)
+
+
+@kernel(inline=True)
+def _push(
+    lanes: int,
+    row: FloatArray,
+    before: int,
+    push: float,
+    turn: float,
+    nx: float,
+    ny: float,
+    normal: float,
+    along: float,
+    up: float,
+) -> None:
+    """Add the perturbation of the impulse, in its frame that turns, to a ball's.
+
+    `before` is how far into `work` the ball's row is. The impulse's parts are along n and t, and
+    up; where n turns by theta t, t turns by -theta n.
+    """
+    for lane in range(lanes):
+        theta = row[THETA - before + lane]
+        d_along = row[GIVEN - before + LANES + lane]
+        d_up = row[GIVEN - before + 2 * LANES + lane]
+        en = row[GIVEN - before + lane] - along * theta
+        et = d_along + normal * theta
+        row[DVX + lane] += push * (nx * en - ny * et)
+        row[DVY + lane] += push * (ny * en + nx * et)
+        row[DWX + lane] -= turn * (ny * d_up + nx * up * theta)
+        row[DWY + lane] += turn * (nx * d_up - ny * up * theta)
+        row[DWZ + lane] -= turn * d_along
+
+
+@kernel
+def _rub_cloth(
+    run: Tangents, k: int, place: int, nx: float, ny: float, cloth_n: float, cloth_t: float
+) -> None:
+    """Add to the perturbation of ball k that of the cloth's impulse on it."""
+    turn = 2.5 / run.state[k, RADIUS]
+    at, row = GIVEN + (3 + 2 * place) * LANES, place * ROW
+    for lane in range(run.lanes):
+        theta = run.work[THETA + lane]
+        cn = run.work[at + lane] - cloth_t * theta
+        ct = run.work[at + LANES + lane] + cloth_n * theta
+        cx, cy = nx * cn - ny * ct, ny * cn + nx * ct
+        run.work[row + DVX + lane] += cx
+        run.work[row + DVY + lane] += cy
+        run.work[row + DWX + lane] += turn * cy
+        run.work[row + DWY + lane] -= turn * cx
+
+
+@kernel
+def _apply_law(run: Tangents, rows: int, columns: int) -> None:
+    """Put at GIVEN what the law makes of what is at SEEN, to first order."""
+    for row in range(rows):
+        at = GIVEN + row * LANES
+        for lane in range(run.lanes):
+            run.work[at + lane] = 0.0
+        for column in range(columns):
+            factor = run.law[row, column]
+            for lane in range(run.lanes):
+                run.work[at + lane] += factor * run.work[SEEN + column * LANES + lane]
+
+
+@kernel(inline=True)
+def _pass_frictional(run: Tangents, impact: BallImpact) -> None:
+    """Put at GIVEN what the law `ball_frictional` makes of what is at SEEN.
+
+    With N the normal impulse, s = |S| the slip and mu its coefficient, the friction is q S, where
+    q = min(mu N / s, 2/7): dq = q (dN / N + mu' ds / mu - ds / s) where the balls slip on.
+    """
+    laws = run.laws
+    factor = 1.0 + laws.ball_restitution
+    if not laws.rubs:
+        _give_normal(run.lanes, run.work, factor)
+        return
+    normal = factor * (impact.a_vn - impact.b_vn)
+    slip_along, slip_up = contact_slip(impact)
+    slip = length(slip_along, slip_up)
+    mu = friction_coefficient(laws, slip)
+    part, by_slip, by_normal = STICKING, 0.0, 0.0
+    if mu == 0.0:
+        part = 0.0
+    elif slip > 0.0 and mu * normal / slip < STICKING:
+        part = mu * normal / slip
+        by_slip = part * (friction_slope(laws, slip) / mu - 1.0 / slip) / slip
+        by_normal = part / normal
+    _give_frictional(
+        run.lanes,
+        run.work,
+        factor,
+        impact.a_radius,
+        impact.b_radius,
+        slip_along,
+        slip_up,
+        part,
+        by_slip,
+        by_normal,
+    )
+
+
+@kernel(inline=True)
+def _give_normal(lanes: int, work: FloatArray, factor: float) -> None:
+    for lane in range(lanes):
+        approach = work[SEEN + A_VN * LANES + lane] - work[SEEN + B_VN * LANES + lane]
+        work[GIVEN + lane] = factor * approach
+        work[GIVEN + LANES + lane] = 0.0
+        work[GIVEN + 2 * LANES + lane] = 0.0
+
+
+@kernel(inline=True)
+def _give_frictional(
+    lanes: int,
+    work: FloatArray,
+    factor: float,
+    a_radius: float,
+    b_radius: float,
+    slip_along: float,
+    slip_up: float,
+    part: float,
+    by_slip: float,
+    by_normal: float,
+) -> None:
+    for lane in range(lanes):
+        at = SEEN + lane
+        d_normal = factor * (work[at + A_VN * LANES] - work[at + B_VN * LANES])
+        d_along = work[at + A_VT * LANES] - work[at + B_VT * LANES]
+        d_along += a_radius * work[at + A_WZ * LANES] + b_radius * work[at + B_WZ * LANES]
+        d_up = -a_radius * work[at + A_WT * LANES] - b_radius * work[at + B_WT * LANES]
+        d_part = by_slip * (slip_along * d_along + slip_up * d_up) + by_normal * d_normal
+        work[GIVEN + lane] = d_normal
+        work[GIVEN + LANES + lane] = part * d_along + d_part * slip_along
+        work[GIVEN + 2 * LANES + lane] = part * d_up + d_part * slip_up
+
+
+@kernel(inline=True)
+def pass_cushion(run: Tangents, ball: int, cushion: int) -> None:
+    """Take the perturbation of a ball, in the first row, through its impact with a cushion.
+
+    Contract: as `pass_impact`. The derivative of a law is a central difference, but of the two that
+    multiply the velocity.
+    """
+    inward_x, inward_y, _ = cushion_side(run.laws, cushion)
+    nx, ny = -inward_x, -inward_y
+    approach = nx * run.motion[0, PRE_VX] + ny * run.motion[0, PRE_VY]
+    work, by_x, by_y = run.work, -nx / approach, -ny / approach
+    for lane in range(run.lanes):
+        work[TAU + lane] = by_x * work[DX + lane] + by_y * work[DY + lane]
+        work[THETA + lane] = 0.0
+    shift_before(run, 0)
+    if run.laws.cushion_law in (MIRROR_CUSHION, RESTITUTION_CUSHION):
+        e, f = -run.laws.cushion_restitution, run.laws.cushion_tangential
+        _multiply(run.lanes, work, e * nx * nx + f * ny * ny, f * nx * nx + e * ny * ny)
+        return
+    put_cushion_law(run, ball, nx, ny)
+    _see(run.lanes, work, THETA, SEEN, nx, ny, 0.0, 0.0, 0.0, 0.0)
+    _apply_law(run, B_VN, B_VN)
+    for lane in range(run.lanes):
+        vn, vt = work[GIVEN + A_VN * LANES + lane], work[GIVEN + A_VT * LANES + lane]
+        wn, wt = work[GIVEN + A_WN * LANES + lane], work[GIVEN + A_WT * LANES + lane]
+        work[DVX + lane] = nx * vn - ny * vt
+        work[DVY + lane] = ny * vn + nx * vt
+        work[DWX + lane] = nx * wn - ny * wt
+        work[DWY + lane] = ny * wn + nx * wt
+        work[DWZ + lane] = work[GIVEN + A_WZ * LANES + lane]
+
+
+@kernel(inline=True)
+def _multiply(lanes: int, row: FloatArray, by_x: float, by_y: float) -> None:
+    for lane in range(lanes):
+        row[DVX + lane] *= by_x
+        row[DVY + lane] *= by_y

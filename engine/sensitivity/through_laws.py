@@ -1,0 +1,124 @@
+"""Derivatives of laws of impacts by central differences, where writing them out would be long."""
+
+from __future__ import annotations
+
+from engine.core.kernel import kernel
+from engine.core.state import CLOTH, MASS, RADIUS
+from engine.impacts.laws.dispatch import ball_law, cushion_law
+from engine.impacts.laws.interface import BallImpact, CushionImpact
+from engine.sensitivity.state import (
+    A_VN,
+    A_VT,
+    A_WN,
+    A_WT,
+    A_WZ,
+    B_VN,
+    B_VT,
+    B_WN,
+    B_WT,
+    B_WZ,
+    LAW_IN,
+    PRE_VX,
+    PRE_VY,
+    PRE_WX,
+    PRE_WY,
+    PRE_WZ,
+    Tangents,
+)
+
+_STEP = 2.0**-17
+"""Of a central difference, over the largest speed: its error is some 1e-10 of the derivative."""
+
+
+@kernel
+def put_ball_law(run: Tangents, impact: BallImpact) -> None:
+    """Put the derivative of the balls' law in `run.law`, by central differences."""
+    speed = max(
+        abs(impact.a_vn) + abs(impact.a_vt),
+        abs(impact.b_vn) + abs(impact.b_vt),
+        impact.a_radius * (abs(impact.a_wn) + abs(impact.a_wt) + abs(impact.a_wz)),
+        impact.b_radius * (abs(impact.b_wn) + abs(impact.b_wt) + abs(impact.b_wz)),
+    )
+    for column in range(LAW_IN):
+        radius = impact.a_radius if column < B_VN else impact.b_radius
+        step = _STEP * speed if column % B_VN < A_WN else _STEP * speed / radius
+        after = ball_law(_with_ball_step(impact, column, step), run.laws)
+        before = ball_law(_with_ball_step(impact, column, -step), run.laws)
+        over = 0.5 / step
+        run.law[0, column] = over * (after.normal - before.normal)
+        run.law[1, column] = over * (after.along - before.along)
+        run.law[2, column] = over * (after.up - before.up)
+        run.law[3, column] = over * (after.a_cloth_n - before.a_cloth_n)
+        run.law[4, column] = over * (after.a_cloth_t - before.a_cloth_t)
+        run.law[5, column] = over * (after.b_cloth_n - before.b_cloth_n)
+        run.law[6, column] = over * (after.b_cloth_t - before.b_cloth_t)
+
+
+@kernel
+def _with_ball_step(impact: BallImpact, column: int, step: float) -> BallImpact:
+    """Return the impact with `step` added to one of the numbers that a perturbation changes."""
+    return BallImpact(
+        impact.a_vn + (step if column == A_VN else 0.0),
+        impact.a_vt + (step if column == A_VT else 0.0),
+        impact.a_wn + (step if column == A_WN else 0.0),
+        impact.a_wt + (step if column == A_WT else 0.0),
+        impact.a_wz + (step if column == A_WZ else 0.0),
+        impact.a_radius,
+        impact.a_mass,
+        impact.a_cloth,
+        impact.b_vn + (step if column == B_VN else 0.0),
+        impact.b_vt + (step if column == B_VT else 0.0),
+        impact.b_wn + (step if column == B_WN else 0.0),
+        impact.b_wt + (step if column == B_WT else 0.0),
+        impact.b_wz + (step if column == B_WZ else 0.0),
+        impact.b_radius,
+        impact.b_mass,
+        impact.b_cloth,
+    )
+
+
+@kernel(inline=True)
+def put_cushion_law(run: Tangents, ball: int, nx: float, ny: float) -> None:
+    """Put the derivative of the cushion's law in `run.law`."""
+    motion, state = run.motion, run.state
+    impact = CushionImpact(
+        nx * motion[0, PRE_VX] + ny * motion[0, PRE_VY],
+        nx * motion[0, PRE_VY] - ny * motion[0, PRE_VX],
+        nx * motion[0, PRE_WX] + ny * motion[0, PRE_WY],
+        nx * motion[0, PRE_WY] - ny * motion[0, PRE_WX],
+        motion[0, PRE_WZ],
+        state[ball, RADIUS],
+        state[ball, MASS],
+        state[ball, CLOTH],
+    )
+    speed = max(
+        abs(impact.vn) + abs(impact.vt),
+        impact.radius * (abs(impact.wn) + abs(impact.wt) + abs(impact.wz)),
+    )
+    for column in range(B_VN):
+        # No law is defined for a ball that leaves: the step along n is a part of the approach.
+        step = _STEP * speed if column > A_VN else _STEP * impact.vn
+        step = step / impact.radius if column > A_VT else step
+        after = cushion_law(_with_cushion_step(impact, column, step), run.laws)
+        before = cushion_law(_with_cushion_step(impact, column, -step), run.laws)
+        over = 0.5 / step
+        run.law[A_VN, column] = over * (after.vn - before.vn)
+        run.law[A_VT, column] = over * (after.vt - before.vt)
+        run.law[A_WN, column] = over * (after.wn - before.wn)
+        run.law[A_WT, column] = over * (after.wt - before.wt)
+        run.law[A_WZ, column] = over * (after.wz - before.wz)
+
+
+@kernel
+def _with_cushion_step(impact: CushionImpact, column: int, step: float) -> CushionImpact:
+    """Return the impact with `step` added to one of the numbers that a perturbation changes."""
+    return CushionImpact(
+        impact.vn + (step if column == A_VN else 0.0),
+        impact.vt + (step if column == A_VT else 0.0),
+        impact.wn + (step if column == A_WN else 0.0),
+        impact.wt + (step if column == A_WT else 0.0),
+        impact.wz + (step if column == A_WZ else 0.0),
+        impact.radius,
+        impact.mass,
+        impact.cloth,
+    )

@@ -1,0 +1,228 @@
+"""Sampling a recorded motion at any time: positions, velocities, spin, energy."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core import state
+from engine.scene import Scene, rolling_angular_velocity
+from engine.trajectory.orientation import orientation_at, pieces_of
+
+FloatArray = NDArray[np.float64]
+PhaseArray = NDArray[np.int8]
+
+
+class Samples(NamedTuple):
+    """States at k times: three arrays (k, n, 3) float64 [m], [m/s], [rad/s]."""
+
+    positions: FloatArray
+    velocities: FloatArray
+    angular_velocities: FloatArray
+
+
+class Energy(NamedTuple):
+    """Energy of all balls at k times: three arrays (k,) float64 [J]."""
+
+    translation: FloatArray
+    rotation: FloatArray
+    height: FloatArray
+
+    @property
+    def total(self) -> FloatArray:
+        """Sum of the three [J]."""
+        return self.translation + self.rotation + self.height
+
+
+class Trajectory(Protocol):
+    """A motion that can be sampled."""
+
+    @property
+    def t_end(self) -> float:
+        """Last recorded instant [s]; the first is 0."""
+        ...
+
+    def sample(self, times: FloatArray) -> Samples:
+        """Return the states at `times`, (k,) [s]."""
+        ...
+
+
+class Phase(enum.IntEnum):
+    """How a ball moves on the cloth."""
+
+    RESTING = int(state.RESTING)
+    """Its centre rests; it may spin about the vertical."""
+    SLIDING = int(state.SLIDING)
+    """Its lowest point slips over the cloth."""
+    ROLLING = int(state.ROLLING)
+    """Its lowest point does not slip; it may spin about the vertical, too."""
+
+
+@dataclass(frozen=True, eq=False)
+class ExactTrajectory:
+    """Motion between events in closed form, as our engine records it.
+
+    Attributes
+    ----------
+    radii : (n,) float64 [m]
+    knots : n arrays (k_i, 14) float64
+        For each ball, from each time on: time [s]; x, y [m]; vx, vy [m/s]; ax, ay [m/s^2]; angular
+        velocity wx, wy, wz [rad/s]; its rate of change bx, by, and what is added to the decay of
+        wz, bz [rad/s^2]; `Phase`. Where the ball rolls or rests, wx, wy, bx and by mean nothing:
+        the velocity gives them.
+    t_end : float [s]
+    spin_decelerations : (n,) float64 [rad/s^2]
+        By which each ball's wz decays to 0, in every phase.
+    """
+
+    radii: FloatArray
+    knots: tuple[FloatArray, ...]
+    t_end: float
+    spin_decelerations: FloatArray
+
+    def sample(self, times: FloatArray) -> Samples:
+        """Return the states at `times`, (k,) [s]; after an event where one falls on a time."""
+        t = np.clip(times, 0.0, self.t_end)
+        positions, velocities, spins = (np.zeros((len(t), len(self.knots), 3)) for _ in range(3))
+        for i, knots in enumerate(self.knots):
+            knot = knots[_at_or_before(knots, t)]
+            s = (t - knot[:, state.EPOCH])[:, np.newaxis]
+            r, v, a = knot[:, 1:3], knot[:, 3:5], knot[:, 5:7]
+            positions[:, i, :2] = r + s * (v + 0.5 * s * a)
+            velocities[:, i, :2] = v + s * a
+            spins[:, i] = rolling_angular_velocity(velocities[:, i], self.radii[i])
+            slides = knot[:, state.PHASE] == Phase.SLIDING
+            w, b = knot[slides, 7:9], knot[slides, 10:12]
+            spins[slides, i, :2] = w + s[slides] * b
+            vertical, s = knot[:, state.WZ], s[:, 0]
+            left = np.maximum(np.abs(vertical) - s * self.spin_decelerations[i], 0.0)
+            spins[:, i, 2] = np.sign(vertical) * left + s * knot[:, state.BZ]
+        positions[:, :, 2] = self.radii
+        return Samples(positions, velocities, spins)
+
+    def phases(self, times: FloatArray) -> PhaseArray:
+        """Return each ball's `Phase` at `times`, (k, n) int8; after an event that falls on one."""
+        t = np.clip(times, 0.0, self.t_end)
+        result = np.empty((len(t), len(self.knots)), dtype=np.int8)
+        for i, knots in enumerate(self.knots):
+            result[:, i] = knots[_at_or_before(knots, t), state.PHASE]
+        return result
+
+    def bend_times(self, deviation: float, limit: int) -> FloatArray:
+        """Return instants between which sliding balls stay near their chords, (k,) [s], increasing.
+
+        Joined by straight lines, the states at these times draw a curved path as a curve; rolling
+        balls go straight on and need none.
+
+        Parameters
+        ----------
+        deviation : float [m]
+            How far a path may run beside its chord.
+        limit : int
+            How many chords a single slide is cut into at most.
+        """
+        times = [np.empty(0)]
+        for knots in self.knots:
+            ends = np.append(knots[1:, state.EPOCH], self.t_end)
+            for row in np.flatnonzero(knots[:, state.PHASE] == Phase.SLIDING):
+                start, end = knots[row, state.EPOCH], ends[row]
+                # A parabola leaves the chord of a duration s by at most a s^2 / 8.
+                longest = math.hypot(*knots[row, 5:7]) * (end - start) ** 2 / 8.0
+                if not math.isfinite(longest):
+                    continue  # where a run failed
+                chords = min(max(math.ceil(math.sqrt(longest / deviation)), 1), limit)
+                times.append(np.linspace(start, end, chords + 1))
+        return np.unique(np.concatenate(times))
+
+    def orientation(self, times: FloatArray) -> FloatArray:
+        """Return the orientation of every ball at `times`, unit quaternions (k, n, 4), w first.
+
+        Every ball starts at (1, 0, 0, 0). A ball that rolls by a distance s without spin about the
+        vertical turns by s / R about k x v, exactly, since between events it rolls straight on.
+
+        Raises
+        ------
+        GhostballError
+            Where a ball turns too far to be followed.
+
+        Notes ----- Where the axis moves, because the ball slides or spins about the vertical as it
+        rolls, the turn is a power series, exact to rounding; see `engine.trajectory.orientation`.
+        The paper (section 5.3) turns by |v| dt / R about r = v x k each frame: of a ball that rolls
+        the same turn with the opposite sign, and only as exact as its frame is short.
+        """
+        t = np.clip(times, 0.0, self.t_end)
+        result = np.empty((len(t), len(self.knots), 4))
+        for i, knots in enumerate(self.knots):
+            pieces = pieces_of(
+                knots, float(self.radii[i]), float(self.spin_decelerations[i]), self.t_end
+            )
+            result[:, i] = orientation_at(t, pieces)
+        return result
+
+
+def _at_or_before(knots: FloatArray, t: FloatArray) -> NDArray[np.intp]:
+    """Return the row of the knot that holds at each instant, (k,)."""
+    return np.searchsorted(knots[:, state.EPOCH], t, side="right") - 1
+
+
+@dataclass(frozen=True, eq=False)
+class SampledTrajectory:
+    """States stored at instants, straight lines between them: what a stepping engine records.
+
+    Attributes
+    ----------
+    times : (k,) float64 [s], never decreasing
+        Two equal instants are the state before and after a collision; sampling there gives the
+        state after.
+    positions, velocities, angular_velocities : (k, n, 3) float64 [m], [m/s], [rad/s]
+    """
+
+    times: FloatArray
+    positions: FloatArray
+    velocities: FloatArray
+    angular_velocities: FloatArray
+
+    @property
+    def t_end(self) -> float:
+        """Last recorded instant [s]."""
+        return float(self.times[-1])
+
+    def sample(self, times: FloatArray) -> Samples:
+        """Return the states at `times`, (k,) [s], by linear interpolation; clamped at both ends."""
+        t = np.clip(times, self.times[0], self.times[-1])
+        after = np.clip(np.searchsorted(self.times, t, side="right"), 1, len(self.times) - 1)
+        before = after - 1
+        span = self.times[after] - self.times[before]
+        weight = np.where(span > 0.0, (t - self.times[before]) / np.where(span > 0, span, 1.0), 1.0)
+        w = weight[:, np.newaxis, np.newaxis]
+        return Samples(
+            *(
+                (1.0 - w) * stored[before] + w * stored[after]
+                for stored in (self.positions, self.velocities, self.angular_velocities)
+            )
+        )
+
+
+def energy_of(scene: Scene, samples: Samples) -> Energy:
+    """Return the energy of the balls of `scene` in the given states.
+
+    Notes
+    -----
+    I = (2/5) m R^2 for a solid ball. Height is counted from a ball that lies on the cloth, so a
+    scene at rest has energy 0.
+    """
+    masses, radii = scene.masses, scene.radii
+    inertia = 0.4 * masses * radii**2
+    speed2 = np.sum(samples.velocities**2, axis=2)
+    spin2 = np.sum(samples.angular_velocities**2, axis=2)
+    rise = samples.positions[:, :, 2] - radii
+    return Energy(
+        0.5 * speed2 @ masses,
+        0.5 * spin2 @ inertia,
+        scene.physics.gravity * (rise @ masses),
+    )

@@ -1,0 +1,175 @@
+"""The laws of ball-ball impacts: closed forms, published numbers, properties.
+
+What a law returns is judged by what it does to the balls, as `BallImpulse` says it acts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+from ball_impacts import (
+    EPS,
+    POOL_BALL,
+    after,
+    any_frictions,
+    energy,
+    exchanged,
+    gained,
+    impact_of,
+    impacts,
+    laws,
+    mirrored,
+    restitutions,
+    shot,
+)
+from hypothesis import assume, given
+from kernels import entry_to
+from shots import R
+
+from engine.core.state import Laws
+from engine.impacts.laws.ball_frictional import frictional
+from engine.impacts.laws.ball_mathavan2014 import mathavan2014
+from engine.impacts.laws.friction_curve import alciatore_friction
+from engine.impacts.laws.interface import BallImpact, BallImpulse
+
+frictional, mathavan2014, alciatore_friction = map(
+    entry_to, (frictional, mathavan2014, alciatore_friction)
+)
+
+Law = Callable[[BallImpact, Laws], BallImpulse]
+both_laws = pytest.mark.parametrize("law", [frictional, mathavan2014])
+
+
+# --- closed forms -------------------------------------------------------------------------------
+
+
+@both_laws
+@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.95, 1.0])
+def test_without_friction_only_the_normal_impulse_acts(law: Law, restitution: float):
+    """Bit for bit: scenes without ball friction must not change when friction exists."""
+    i = impact_of(shot(0.7, 1.3, 1.0, 0.4), (-0.2, 0.1, 3.0, -2.0, 5.0))
+    normal = (1.0 + restitution) * (i.a_vn - i.b_vn)
+    assert law(i, laws(restitution, 0.0)) == (normal, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@both_laws
+@pytest.mark.parametrize("cut", [0.05, 0.3, 0.7, 1.2])
+@pytest.mark.parametrize("side", [-0.5, 0.0, 0.4, 0.8])
+@pytest.mark.parametrize("friction", [0.06, "alciatore"])
+def test_a_stunned_ball_throws_as_published(law: Law, cut: float, side: float, friction):
+    """Alciatore's proof A.14; fails if a sign, the stick limit or the curve's slip is wrong."""
+    v = 1.7
+    i = impact_of(shot(cut, v, side=side))
+    _, b = after(i, law(i, laws(1.0, friction)))
+    slip = v * math.sin(cut) + v * side
+    mu = alciatore_friction(abs(slip)) if friction == "alciatore" else friction
+    part = min(mu * v * math.cos(cut) / abs(slip), 1.0 / 7.0)
+    throw = part * slip / (v * math.cos(cut))
+    assert b.vt / b.vn == pytest.approx(throw, rel=1e-14)
+
+
+@both_laws
+def test_gearing_spin_throws_nothing(law: Law):
+    """R wz = -v sin(cut) in this frame: the surfaces meet without slip."""
+    vn, vt = 1.0, 0.75
+    i = impact_of((vn, vt, 0.0, 0.0, -vt / 0.03125), ball_a=(0.03125, 0.17, 0.2))
+    assert law(i, laws(0.95, 0.06)) == (1.95, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@both_laws
+@pytest.mark.parametrize("ball_b", [POOL_BALL, (0.02, 0.05, 0.2)])
+@pytest.mark.parametrize("vt", [0.05, 2.0])
+def test_the_energy_lost_to_a_sideways_slip_is_the_closed_form(law: Law, ball_b, vt: float):
+    """Sticking loses m U^2/7, slipping mu J U - (7/4)(mu J)^2 / m, m the reduced mass."""
+    e, mu, vn = 0.9, 0.06, 1.0
+    i = impact_of((vn, vt, 0.0, 0.0, 0.0), ball_b=ball_b)
+    mass = i.a_mass * i.b_mass / (i.a_mass + i.b_mass)
+    friction = mu * mass * (1.0 + e) * vn
+    slips = vt > 3.5 * (1.0 + e) * mu * vn
+    assert slips == (vt == 2.0)
+    loss = friction * vt - 1.75 * friction**2 / mass if slips else mass * vt**2 / 7.0
+    loss += 0.5 * mass * (1.0 - e * e) * vn * vn
+    assert -gained(i, law(i, laws(e, mu))) == pytest.approx(loss, rel=1e-13)
+
+
+@both_laws
+def test_a_slip_that_friction_can_end_ends(law: Law):
+    i = impact_of((1.0, 0.1, 0.0, 2.0, 1.0), (0.0, 0.0, 0.0, -1.0, 2.0), ball_b=(0.02, 0.05, 0.2))
+    p = law(i, laws(0.95, 0.2))
+    a, b = after(i, p)
+    assert a.vt - b.vt + i.a_radius * a.wz + i.b_radius * b.wz == pytest.approx(0.0, abs=1e-15)
+    up = -(i.a_radius * a.wt + i.b_radius * b.wt)
+    before = -(i.a_radius * i.a_wt + i.b_radius * i.b_wt)
+    # Both balls' vertical velocities are dropped after the impact, or that of the lifted one: a's.
+    to_a = i.b_mass / (i.a_mass + i.b_mass)
+    left = 2.0 / 7.0 * before if law is frictional else to_a * p.up
+    assert up == pytest.approx(left, abs=1e-15)
+
+
+def test_friction_acts_along_the_slip_with_the_coefficient():
+    """Fails if the two parts of friction are limited one by one."""
+    i = impact_of(shot(0.6, 2.0, 1.0, 0.3))
+    p = frictional(i, laws(0.9, 0.05))
+    along, up = i.a_vt + R * i.a_wz, -R * i.a_wt
+    assert math.hypot(p.along, p.up) == pytest.approx(0.05 * p.normal, rel=1e-15)
+    assert p.along * up == pytest.approx(p.up * along, rel=1e-15)
+    assert p.along > 0.0
+    assert p.up < 0.0  # a rolling ball's front goes down, and takes b's surface with it
+
+
+@pytest.mark.parametrize("scale", [2.0**-600, 2.0**-40, 2.0**500])
+@both_laws
+def test_the_scale_of_speeds_changes_nothing_bit_for_bit(law: Law, scale: float):
+    """Fails if a square over- or underflows, or a tolerance has a unit."""
+    i = impact_of(shot(0.4, 1.1, 1.0, 0.2), (0.1, -0.2, 3.0, 1.0, -4.0))
+    scaled = impact_of([scale * x for x in i[:5]], [scale * x for x in i[8:13]])
+    p = law(i, laws(0.9, 0.06))
+    assert law(scaled, laws(0.9, 0.06)) == tuple(scale * x for x in p)
+
+
+@both_laws
+def test_slip_too_small_to_square_is_still_ended(law: Law):
+    i = impact_of((1.0, 1e-200, 0.0, 0.0, 0.0))
+    p = law(i, laws(1.0, 0.06))
+    assert p.along == pytest.approx(2.0 / 7.0 * 1e-200, rel=1e-14)
+
+
+# --- properties ---------------------------------------------------------------------------------
+
+
+@both_laws
+@given(i=impacts, e=restitutions, mu=any_frictions)
+def test_energy_never_rises(law: Law, i: BallImpact, e: float, mu: float | str):
+    assume(law is frictional or mu != 5.0)  # mathavan2014 does not describe it
+    assert gained(i, law(i, laws(e, mu))) <= 8.0 * EPS * energy(i, i[:5], i[8:13])
+
+
+@both_laws
+@given(i=impacts, e=restitutions, mu=any_frictions)
+def test_the_balls_never_approach_afterwards(law: Law, i: BallImpact, e: float, mu: float | str):
+    assume(law is frictional or mu != 5.0)  # mathavan2014 does not describe it
+    p = law(i, laws(e, mu))
+    a, b = after(i, p)
+    assert p.normal >= 0.0
+    assert a.vn - b.vn <= 4.0 * EPS * (abs(i.a_vn) + abs(i.b_vn))
+
+
+@both_laws
+@given(i=impacts, e=restitutions, mu=any_frictions)
+def test_a_mirror_image_behaves_as_one_bit_for_bit(law: Law, i: BallImpact, e: float, mu):
+    assume(law is frictional or mu != 5.0)  # mathavan2014 does not describe it
+    p, image = law(i, laws(e, mu)), law(mirrored(i), laws(e, mu))
+    signs = (1, -1, 1, 1, -1, 1, -1)
+    assert image == tuple(sign * x for sign, x in zip(signs, p, strict=True))
+
+
+@both_laws
+@given(i=impacts, e=restitutions, mu=any_frictions)
+def test_it_does_not_matter_which_ball_is_called_a(law: Law, i: BallImpact, e: float, mu):
+    """Bit for bit; fails if only one of the balls can be the pressed one."""
+    assume(law is frictional or mu != 5.0)  # mathavan2014 does not describe it
+    p, other = law(i, laws(e, mu)), law(exchanged(i), laws(e, mu))
+    cloth = (-p.b_cloth_n, -p.b_cloth_t, -p.a_cloth_n, -p.a_cloth_t)
+    assert other == (p.normal, p.along, -p.up, *cloth)

@@ -1,0 +1,232 @@
+"""What every cushion law owes its caller; closed forms of restitution, frictional and han2005.
+
+Broken by: a wrong sign in a torque, a cushion that pulls, energy from nothing, a left-right bias.
+"""
+
+import math
+from itertools import pairwise
+
+import pytest
+from cushion_impacts import R, energy, impact_of, laws_of, outcome, reflected, rolling
+from hypothesis import given, settings, strategies as st
+from kernels import entry_to
+
+from engine.impacts.laws.cushion_han2005 import frictional, han2005
+from engine.impacts.laws.cushion_mathavan2010 import mathavan2010
+from engine.impacts.laws.cushion_restitution import restitution
+
+frictional, han2005, mathavan2010, restitution = map(
+    entry_to, (frictional, han2005, mathavan2010, restitution)
+)
+
+ALL = (restitution, frictional, han2005, mathavan2010)
+FRICTIONAL = ALL[1:]
+every_law = pytest.mark.parametrize("law", ALL)
+frictional_laws = pytest.mark.parametrize("law", FRICTIONAL)
+
+
+def without_tiny(numbers):
+    """Numbers whose products lose no bits to underflow: others scale by no power of two."""
+    return numbers.map(lambda x: x if abs(x) > 1e-100 else 0.0)
+
+
+# Speeds in units of the speed of approach, from far below it to far above; 0 among them.
+spin = without_tiny(
+    st.one_of(st.sampled_from([0.0, 1.0, -1.0]), st.floats(-1.5, 1.5), st.floats(-40.0, 40.0))
+)
+coefficient = without_tiny(st.one_of(st.sampled_from([0.0, 0.14]), st.floats(0.0, 2.0)))
+part = without_tiny(st.one_of(st.sampled_from([0.0, 1.0]), st.floats(0.0, 1.0)))
+impacts = st.builds(
+    lambda vn, vt, wn, wt, wz, cloth: impact_of(
+        vn, vn * vt, vn * wn / R, vn * wt / R, vn * wz / R, cloth=cloth
+    ),
+    st.sampled_from([1.0, 1e-3, 7.5]),
+    *[spin] * 4,
+    coefficient,
+)
+cushions = st.builds(
+    laws_of,
+    e=part,
+    friction=coefficient,
+    height=st.one_of(st.sampled_from([1.0, 1.4]), st.floats(0.01, 1.99)).map(lambda h: h * R),
+    tangential=part,
+)
+
+
+@every_law
+@settings(max_examples=200)
+@given(impacts, cushions)
+def test_energy_never_rises_and_the_ball_leaves(law, impact, laws):
+    after = law(impact, laws)
+    assert all(map(math.isfinite, after))
+    assert after.vn <= 0.0
+    assert energy(after) <= energy(impact) * (1.0 + 1e-12)
+
+
+@every_law
+@given(impacts, cushions)
+def test_the_mirror_image_has_the_mirrored_outcome_to_the_bit(law, impact, laws):
+    after = law(impact, laws)
+    mirrored = law(reflected(impact), laws)
+    assert (mirrored.vn, mirrored.wt) == (after.vn, after.wt)
+    assert (mirrored.vt, mirrored.wn, mirrored.wz) == (-after.vt, -after.wn, -after.wz)
+
+
+@every_law
+@given(impacts, cushions, st.integers(-20, 20))
+def test_speeds_times_a_power_of_two_scale_the_outcome_to_the_bit(law, impact, laws, k):
+    factor = 2.0**k
+    faster = impact._replace(**{f: factor * getattr(impact, f) for f in law(impact, laws)._fields})
+    assert law(faster, laws) == tuple(factor * x for x in law(impact, laws))
+
+
+@every_law
+@given(impacts, cushions, st.integers(-6, 6))
+def test_sizes_times_a_power_of_two_keep_the_speeds_to_the_bit(law, impact, laws, k):
+    factor = 2.0**k
+    larger = impact._replace(
+        radius=factor * R, mass=3.0, **{w: getattr(impact, w) / factor for w in ("wn", "wt", "wz")}
+    )
+    higher = laws._replace(cushion_height=factor * laws.cushion_height)
+    assert outcome(law(larger, higher), factor * R) == outcome(law(impact, laws))
+
+
+@frictional_laws
+def test_english_that_runs_with_the_ball_widens_its_rebound_and_check_narrows_it(law):
+    # Towards +n and +t. Against a cushion ahead, friction is along t as -(vt + R wz).
+    laws = laws_of(friction=0.1)
+    along = [law(rolling(1.0, 1.0, side), laws).vt for side in (-3.0, 0.0, 3.0)]
+    assert along[0] > along[1] > along[2]
+    assert law(rolling(1.0, 1.0, -3.0), laws).vt > 1.0
+    # Check side turns into running side, and either is lost to the friction.
+    spins = [R * law(rolling(1.0, 1.0, side), laws).wz for side in (-3.0, 0.0, 3.0)]
+    assert -3.0 < spins[0] < spins[1] < 0.0 < spins[2] < 3.0
+
+
+@frictional_laws
+@pytest.mark.parametrize(("vt", "side"), [(0.6, 0.0), (0.3, -1.2), (-2.0, 3.0)])
+def test_the_outcome_is_continuous_in_the_friction(law, vt, side):
+    # Across the friction at which a slip just ends, too. 1/200 of friction moves R w by at most
+    # 5/2 (1 + e) / 200 of the approach, 0.025; the cloth's part in it comes on top.
+    outcomes = [outcome(law(rolling(1.0, vt, side), laws_of(friction=k / 200))) for k in range(81)]
+    jumps = [max(abs(x - y) for x, y in zip(a, b, strict=True)) for a, b in pairwise(outcomes)]
+    assert max(jumps) < 0.03
+
+
+@given(impacts, cushions)
+def test_restitution_multiplies_the_velocity_and_leaves_the_spin(impact, laws):
+    assert restitution(impact, laws) == (
+        -laws.cushion_restitution * impact.vn,
+        laws.cushion_tangential * impact.vt,
+        impact.wn,
+        impact.wt,
+        impact.wz,
+    )
+
+
+@given(impacts)
+def test_a_mirror_keeps_every_bit(impact):
+    after = restitution(impact, laws_of(e=1.0, tangential=1.0))
+    assert after == (-impact.vn, impact.vt, impact.wn, impact.wt, impact.wz)
+
+
+@given(impacts, cushions)
+def test_without_friction_at_mid_ball_the_laws_are_restitution(impact, laws):
+    laws = laws._replace(cushion_friction=0.0, cushion_height=R, cushion_tangential=1.0)
+    expected = restitution(impact, laws)
+    assert frictional(impact, laws) == han2005(impact, laws) == expected
+    after = mathavan2010(impact, laws)
+    assert after[1:] == expected[1:]
+    assert after.vn == pytest.approx(expected.vn, abs=1e-10 * impact.vn)
+
+
+def published_han(impact, laws, sine):
+    """Han's equations as corrected, for a mass of 1: X into the cushion, Y along it, Z up."""
+    theta = math.asin(sine)
+    sin, cos, r = math.sin(theta), math.cos(theta), impact.radius
+    inertia, a, b = 0.4 * r**2, 3.5, 1.0
+    sx = impact.vn * sin + r * impact.wt
+    sy = -impact.vt - r * impact.wz * cos + r * impact.wn * sin
+    push = (1.0 + laws.cushion_restitution) * impact.vn * cos / b
+    slip = math.hypot(sx, sy)
+    if slip / a <= laws.cushion_friction * push:
+        px, py = sx / a, sy / a
+    else:
+        px, py = (laws.cushion_friction * push * s / slip for s in (sx, sy))
+    x, y, z = -px * sin - push * cos, py, px * cos - push * sin
+    return [
+        impact.vn + x,
+        impact.vt + y,
+        r * (impact.wn - r * y * sin / inertia),
+        r * (impact.wt + r * (x * sin - z * cos) / inertia),
+        r * (impact.wz + r * y * cos / inertia),
+    ]
+
+
+@settings(max_examples=300)
+@given(impacts, cushions)
+def test_han_and_frictional_are_the_published_equations_with_vn_bounded(impact, laws):
+    for law, sine in ((han2005, laws.cushion_height / R - 1.0), (frictional, 0.0)):
+        expected = published_han(impact, laws, sine)
+        expected[0] = min(expected[0], 0.0)
+        size = 1e-13 * (impact.vn + sum(map(abs, outcome(impact))))
+        assert outcome(law(impact, laws)) == pytest.approx(expected, abs=size)
+
+
+def test_frictional_that_grips_ends_the_slip_and_takes_two_sevenths_of_it():
+    # No topspin: all slip is along the cushion, 0.3 + 0.2 = 0.5, and 0.4 (1 + 0.9) > 1/7.
+    after = frictional(impact_of(1.0, 0.3, wz=0.2 / R), laws_of(e=0.9, friction=0.4))
+    assert after.vn == -0.9
+    assert after.vt == pytest.approx(0.3 - 1 / 7, rel=1e-15)
+    assert R * after.wz == pytest.approx(0.2 - 2.5 / 7, rel=1e-15)
+    assert after.vt + R * after.wz == pytest.approx(0.0, abs=1e-15)
+    assert (after.wn, after.wt) == (0.0, 0.0)
+
+
+def test_frictional_that_slips_takes_its_friction_times_the_push():
+    # 0.1 (1 + 0.9) = 0.19, along (0.6, 0.8): topspin 3 and side 4 in a slip of 5.
+    after = frictional(impact_of(1.0, 4.0, wt=3.0 / R), laws_of(e=0.9, friction=0.1))
+    assert after.vn == -0.9
+    assert after.vt == pytest.approx(4.0 - 0.8 * 0.19, rel=1e-15)
+    assert R * after.wt == pytest.approx(3.0 - 2.5 * 0.6 * 0.19, rel=1e-15)
+    assert R * after.wz == pytest.approx(-2.5 * 0.8 * 0.19, rel=1e-15)
+
+
+@pytest.mark.parametrize("approach", [0.5, 1.0, 2.0])
+def test_han_of_a_rolling_carom_ball_with_the_fitted_constants(approach):
+    # Han's fits of the constants, for a carom ball; it rolls head on, so its slip at the nose is
+    # (1 + sine) vn, all of it in the plane of n and z.
+    radius, theta = 0.03275, math.asin(0.2)
+    e = 0.39 + 0.257 * approach - 0.044 * approach**2
+    friction = 0.471 - 0.241 * theta
+    impact = impact_of(approach, wt=approach / radius, radius=radius)
+    after = han2005(impact, laws_of(e=e, friction=friction, height=1.2 * radius))
+    cosine = math.sqrt(0.96)
+    rub = min(2 / 7 * 1.2 * approach, friction * (1 + e) * cosine * approach)
+    assert rub == 2 / 7 * 1.2 * approach  # it grips
+    assert after.vn == pytest.approx(approach * (0.04 - 0.96 * e) - 0.2 * rub, rel=1e-14)
+    assert radius * after.wt == pytest.approx(approach - 2.5 * rub, rel=1e-14)
+
+
+def test_han_bounds_vn_where_the_ball_would_still_approach():
+    # Without friction: where sine^2 > e / (1 + e), that is 1/5 for e = 1/4.
+    limit = math.sqrt(0.2)
+    below, above = (
+        han2005(impact_of(1.0, 0.5, wz=3.0), laws_of(e=0.25, friction=0.0, height=(1 + s) * R))
+        for s in (limit - 1e-6, limit + 1e-6)
+    )
+    assert -1e-5 < below.vn < 0.0
+    assert above.vn == 0.0
+    assert below[1:] == above[1:] == (0.5, 0.0, 0.0, 3.0)
+    # With it: much backspin under a high nose, at constants of a real table.
+    drawn = impact_of(1.0, wt=-60.0 / R)
+    assert published_han(drawn, laws_of(e=0.2, friction=0.5), 0.4)[0] > 0.0
+    assert han2005(drawn, laws_of(e=0.2, friction=0.5)).vn == 0.0
+
+
+@pytest.mark.parametrize("law", [frictional, han2005])
+def test_more_friction_takes_more_until_the_slip_ends(law):
+    impact = rolling(1.0, 1.0, 1.0)
+    left = [law(impact, laws_of(friction=k / 100)).vt for k in range(100)]
+    assert left == sorted(left, reverse=True)
+    assert left[-1] == left[-20]  # it has long ended

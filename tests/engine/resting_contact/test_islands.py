@@ -1,0 +1,93 @@
+"""Clusters of pressed balls: whose numbering doesn't matter, and what they need to be solved."""
+
+from __future__ import annotations
+
+import itertools
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+from transforms import same_log, shuffled
+
+from engine import Result, Scene, Status, simulate
+
+SCENES = Path(__file__).parents[2] / "support" / "scenes"
+
+
+def shot(name: str) -> Result:
+    result = simulate(Scene.load(SCENES / f"{name}.toml"), record="events", max_events=100_000)
+    assert result.status is Status.REST, result.reason
+    return result
+
+
+def deepest(result: Result) -> float:
+    """Return how far [m] a ball goes into another or beyond a cushion, at and between events."""
+    assert result.trajectory is not None
+    knots = np.unique(np.concatenate([k[:, 0] for k in result.trajectory.knots]))
+    times = np.union1d(knots, 0.5 * (knots[1:] + knots[:-1]))
+    places, radii = result.sample(times).positions[:, :, :2], result.scene.radii
+    gaps = [
+        np.min(np.hypot(*(places[:, i] - places[:, j]).T) - radii[i] - radii[j])
+        for i, j in itertools.combinations(range(len(radii)), 2)
+    ]
+    table = result.scene.table
+    if table is not None:
+        far = np.array([table.length, table.width])
+        room = np.minimum(places, far - places) - radii[:, np.newaxis]
+        gaps.append(np.min(room))
+    return -min(gaps)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "squeezed-pair",  # hit, while one is pressed on a cushion
+        "three-in-a-corner",  # two pairs pressed at one instant
+        "five-crowded",  # a cushion hit parts a cluster, and two of it stop at one instant
+        "unequal-joint-impact",
+        "two-at-one-cushion",
+    ],
+)
+@pytest.mark.compiled
+def test_the_numbering_of_the_balls_does_not_matter(name):
+    base = shot(name)
+    orders = list(itertools.permutations(range(len(base.scene.balls))))
+    for order in random.Random(0).sample(orders, min(len(orders), 24)):
+        other = simulate(shuffled(base.scene, order), record="events")
+        assert same_log(base, other, order)
+        assert np.array_equal(other.rest_positions, base.rest_positions[list(order)])
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "heavy-on-light-at-cushion",  # 17 times as heavy
+        "light-between-heavy-and-cushion",  # 200 times
+        "thrown-back-to-cushion",  # by the impulse that ends the cluster's approach
+        "hard-to-roll",  # rolling friction above sliding friction
+        pytest.param("slip-ended-by-impulse", marks=pytest.mark.compiled),
+        "all-but-wedged",
+        pytest.param("wedged-by-a-millionth", marks=pytest.mark.compiled),
+    ],
+)
+def test_a_cluster_is_solved_without_overlap(name):
+    result = shot(name)
+    assert result.work["contact_steps"] > 0
+    assert result.work["unsolved_contact_steps"] == 0
+    assert deepest(result) <= 1e-12
+    assert np.max(np.diff(result.energy(result.events["t"]).total)) <= 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_a_jammed_contact_loses_its_friction_and_is_counted():
+    """Friction 1 at the cushion, 0.2 between balls, one 17 times as heavy: no force is a solution.
+
+    Ever shorter steps with ever greater forces once gained energy, and the clock stood still.
+    """
+    result = shot("jammed-at-cushion")
+    assert result.work["unsolved_contact_steps"] > 0
+    assert deepest(result) <= 1e-12
+    energy = result.energy(result.events["t"]).total
+    assert np.max(np.diff(energy)) <= 1e-12 * energy[0]

@@ -1,0 +1,209 @@
+"""Sustained contact, against an independent integration of the constrained motion."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from invariants import fingerprint, overlaps
+from whole_kernels import begin_without_contacts
+
+from engine import Ball, EventKind, Physics, Scene, Status, Table, simulate
+from engine.core.state import RUN_CONTACTS
+from engine.core.tolerances import CONTACT_TOLERANCE, EPS
+from engine.running import driver
+from validation.library import FOLDER
+
+SCENES = Path(__file__).parents[2] / "support" / "scenes"
+
+R = 0.028575
+DECELERATION = 0.02 * 9.81
+
+
+def pressed_pair(e=1.0):
+    """Two touching balls; the rear one rolls at a slant, so friction presses it on the other."""
+    return Scene(
+        name="pressed",
+        physics=Physics(ball_restitution=e),
+        balls=[
+            Ball(id="rear", position=(0.0, 0.0), velocity=(0.05, 0.03)),
+            Ball(id="front", position=(2 * R, 0.0), velocity=(0.05, 0.0)),
+        ],
+    )
+
+
+def constrained_motion(t_end, steps):
+    """Positions (2, 2) of the pressed pair at `t_end`, by Runge-Kutta on the index-reduced motion.
+
+    The contact force follows from the second derivative of the gap being 0; nothing here is shared
+    with the engine.
+    """
+
+    def rate(z):
+        (ra, rb), (va, vb) = z[:2], z[2:]
+        n = (rb - ra) / np.linalg.norm(rb - ra)
+        fa, fb = (-DECELERATION * v / np.linalg.norm(v) for v in (va, vb))
+        across = np.dot(vb - va, vb - va) - np.dot(vb - va, n) ** 2
+        push = -(across / np.linalg.norm(rb - ra) + np.dot(n, fb - fa)) / 2  # per mass
+        assert push > 0.0
+        return np.array([va, vb, fa - push * n, fb + push * n])
+
+    z = np.array([[0.0, 0.0], [2 * R, 0.0], [0.05, 0.03], [0.05, 0.0]])
+    h = t_end / steps
+    for _ in range(steps):
+        k1 = rate(z)
+        k2 = rate(z + h / 2 * k1)
+        k3 = rate(z + h / 2 * k2)
+        k4 = rate(z + h * k3)
+        z = z + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    return z[:2]
+
+
+@pytest.mark.parametrize("e", [1.0, 0.5, 0.0])
+def test_a_pressed_pair_follows_the_constrained_motion(e):
+    result = simulate(pressed_pair(e), record="events")
+    assert result.status is Status.REST
+    assert result.work["contact_steps"] > 10
+    t = 0.1
+    expected = constrained_motion(t, 2000)
+    assert np.max(np.abs(expected - constrained_motion(t, 1000))) < 1e-13  # the reference itself
+    found = result.sample([t]).positions[0, :, :2]
+    assert np.max(np.abs(found - expected)) < 1e-10
+
+
+@pytest.mark.parametrize("e", [1.0, 0.5, 0.0])
+def test_its_gap_stays_closed_and_its_energy_falls(e):
+    result = simulate(pressed_pair(e), record="events")
+    times = np.linspace(0.0, 0.1, 5001)
+    positions = result.sample(times).positions
+    gap = np.hypot(*(positions[:, 1, :2] - positions[:, 0, :2]).T) - 2 * R
+    assert np.max(np.abs(gap)) < 1e-12
+    energy = result.energy(times).total
+    assert np.max(np.diff(energy)) <= 1e-16 * energy[0]
+
+
+def test_a_contact_step_may_be_cut_by_t_max():
+    whole = simulate(pressed_pair(), record="events")
+    cut = Scene(**{**pressed_pair().model_dump(by_alias=True), "t_max": 0.0503})
+    stopped = simulate(cut, record="events")
+    assert stopped.status is Status.T_MAX
+    assert np.allclose(
+        stopped.rest_positions, whole.sample([0.0503]).positions[0], rtol=0.0, atol=1e-12
+    )
+
+
+def driven_into_a_cushion():
+    """A ball at rest at a cushion, whose spin drives it there."""
+    spinning = Ball(id="ball", radius=R, position=(R, 0.5), angular_velocity=(0.0, -60.0, 0.0))
+    table, physics = Table(length=1.0, width=1.0), Physics(motion="sliding")
+    return Scene(name="driven", table=table, physics=physics, balls=[spinning])
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [  # one for each of the places where a run finds that it needs contacts
+        driven_into_a_cushion(),
+        Scene.load(FOLDER / "push-line.toml"),
+        Scene.load(FOLDER / "three-ball-symmetric.toml"),
+    ],
+    ids=lambda scene: scene.name,
+)
+def test_a_run_that_comes_to_contacts_goes_on_as_with_them_from_the_first(scene, monkeypatch):
+    """Under bounds checks these alone begin without contacts (`whole_kernels`)."""
+    with_them = simulate(scene, record="events", no_skip=["contacts"])
+    begin_without_contacts(monkeypatch)
+    beginning = driver.Run(scene, keep_log=False)
+    assert beginning.contacts is None
+    assert beginning._enter(65_536, False) == RUN_CONTACTS
+    assert fingerprint(simulate(scene, record="events")) == fingerprint(with_them)
+
+
+def deepest_overlap(scene, result, samples=20_001):
+    positions = result.sample(np.linspace(0.0, result.rest_time, samples)).positions[:, :, :2]
+    radii = scene.radii
+    return max(
+        np.max(radii[i] + radii[j] - np.hypot(*(positions[:, i] - positions[:, j]).T))
+        for i in range(len(radii))
+        for j in range(i)
+    )
+
+
+@pytest.mark.parametrize("n", [5, 7])
+def test_a_gap_that_opens_before_it_closes_stays_within_the_tolerance(n):
+    """Its gap is deepest at four fifths of a step; looked at no later, it was off by 8 % more."""
+    radius = 2.0**-5
+    line = [Ball(id=f"b{k}", radius=radius, position=(2 * radius * k, 0.0)) for k in range(n)]
+    cue = Ball(id="cue", radius=radius, position=(-0.125, 0.25 * radius), velocity=(1.5, 0.0))
+    physics = Physics(motion="sliding", ball_restitution=0.95, ball_friction=0.06)
+    scene = Scene(name="line", physics=physics, t_max=0.2, balls=[cue, *line])
+    result = simulate(scene, record="events")
+    knots = np.unique(np.concatenate([of[:, 0] for of in result.trajectory.knots]))
+    parts = np.arange(16) / 16
+    times = (knots[:-1, np.newaxis] + np.diff(knots)[:, np.newaxis] * parts).ravel()
+    positions = result.sample(times).positions
+    rounding = 16 * EPS * np.max(np.abs(positions))
+    assert overlaps(scene, positions).max() <= 2 * radius * CONTACT_TOLERANCE + rounding
+
+
+def test_a_slow_ball_that_is_pushed_is_not_stopped_again_and_again():
+    """Stopping it each step moved it off the motion that its neighbours' forces were made for."""
+    scene = Scene.load(SCENES / "pushed-slow-ball.toml")
+    result = simulate(scene, record="events")
+    assert result.status is Status.REST
+    assert np.count_nonzero(result.events["kind"] == EventKind.ROLL_TO_REST) <= len(scene.balls)
+    assert deepest_overlap(scene, result) < 1e-12
+
+
+def test_the_run_ends_when_the_last_ball_stops_also_where_a_contact_stops_it():
+    scene = Scene.load(SCENES / "stopped-by-contact.toml")
+    result = simulate(scene, record="events")
+    assert result.status is Status.REST
+    end = result.sample([result.rest_time])
+    assert not np.any(end.velocities)
+    assert np.array_equal(end.positions[0], result.rest_positions)
+
+
+@pytest.mark.parametrize("first_log", range(1, 24))
+def test_an_instant_with_several_events_fits_in_any_log(first_log, monkeypatch):
+    """A contact that stops balls logs an event for each; the log must have room for all."""
+    scene = Scene.load(SCENES / "stopped-by-contact.toml")
+    whole = simulate(scene, record="events")
+    monkeypatch.setattr(driver, "_FIRST_LOG", first_log)
+    again = simulate(scene, record="events")
+    assert np.array_equal(again.events, whole.events)
+    for found, expected in zip(again.trajectory.knots, whole.trajectory.knots, strict=True):
+        assert np.array_equal(found, expected)
+
+
+def test_a_spinning_ball_that_pushes_another_rubs_it():
+    """Closed form: half the cloth's force goes through the contact, and Coulomb's part of that."""
+    mu, mu_balls, g, spin, t = 0.2, 0.06, 9.81, 60.0, 0.1
+    scene = Scene(
+        name="spinning-push",
+        physics=Physics(
+            motion="sliding",
+            sliding_friction=mu,
+            rolling_friction=0.0,
+            ball_friction=mu_balls,
+            ball_restitution=0.9,
+        ),
+        balls=[
+            Ball(id="free", position=(0.0, 0.0), rolling_friction=0.0, sliding_friction=0.0),
+            Ball(id="push", position=(-2 * R, 0.0), angular_velocity=(0.0, spin, 0.0)),
+        ],
+        t_max=t,
+    )
+    result = simulate(scene, record="events")
+    assert result.work["contact_steps"] > 0
+    end = result.sample([t])
+    rubbed = 2.5 / R * mu_balls * 0.5 * mu * g * t
+    slowed = 2.5 / R * mu * g * t
+    spins = end.angular_velocities[0]
+    assert spins[:, 1] == pytest.approx([-rubbed, spin - slowed - rubbed], rel=1e-9)
+    assert end.velocities[0, :, 0] == pytest.approx(0.5 * mu * g * t, rel=1e-9)
+
+
+def test_no_step_was_left_unsolved():
+    for scene in (pressed_pair(0.5), Scene.load(SCENES / "pushed-slow-ball.toml")):
+        work = simulate(scene).work
+        assert work["contact_steps"] > 0
+        assert work["unsolved_contact_steps"] == 0

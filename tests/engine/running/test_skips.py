@@ -1,0 +1,125 @@
+"""What the engine leaves out is left out harmlessly: each skip, switched off, changes no bit."""
+
+import re
+
+import numpy as np
+import pytest
+from invariants import fingerprint
+from shots import POOL_TABLE, ball, rack, random_shot, scene_of
+
+from engine import GhostballError, Scene, simulate
+from engine.running.skips import MATRIX_SKIPS, MOST_IN_MATRIX, Skip, chosen_skips, explain_skips
+from validation.library import FOLDER
+
+EXACT = [skip for skip in Skip if skip is not Skip.ADVANCEMENT]
+# A break, a gas that nothing slows, pressed balls, joint impacts. None with a law that integrates:
+# that would ask for two more sets of kernels.
+NAMES = ["break-7", "elastic-gas", "push-line", "three-ball-symmetric", "frozen-to-cushion"]
+
+
+@pytest.fixture(scope="module")
+def answers():
+    scenes = {name: Scene.load(FOLDER / f"{name}.toml") for name in NAMES}
+    return {name: (scene, simulate(scene, record="events")) for name, scene in scenes.items()}
+
+
+USED = [
+    (name, use.skip)
+    for name in NAMES
+    for use in explain_skips(Scene.load(FOLDER / f"{name}.toml"), record="events")
+    if use.used and use.skip not in (Skip.ADVANCEMENT, Skip.INTEGRATED_LAWS)
+]
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(("name", "skip"), USED)
+def test_a_skip_that_is_off_changes_no_bit(answers, name, skip):
+    scene, kept = answers[name]
+    assert fingerprint(simulate(scene, record="events", no_skip=[skip])) == fingerprint(kept)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", NAMES)
+def test_a_log_that_is_not_kept_changes_no_bit(answers, name):
+    scene, kept = answers[name]
+    plain = simulate(scene)
+    for ours, theirs in zip(plain.final_state, kept.final_state, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    assert plain.rest_time == kept.rest_time
+    assert plain.work == kept.work
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_all_of_them_off_change_no_bit(seed):
+    scene = random_shot(seed, 5, preset="pool" if seed % 3 else "paper")
+    kept = simulate(scene, record="events")
+    off = simulate(scene, no_skip=[skip for skip in EXACT if skip is not Skip.INTEGRATED_LAWS])
+    assert fingerprint(off) == fingerprint(kept)
+    assert off.work["bounds"] > kept.work["bounds"]
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", ["galperin-3", "elastic-gas"])
+def test_advancement_agrees_with_the_quadratic_to_rounding(name):
+    """To rounding at first: an elastic gas doubles an error with every collision or so."""
+    scene = Scene.load(FOLDER / f"{name}.toml")
+    kept = simulate(scene, record="events").events
+    off = simulate(scene, record="events", no_skip=["advancement"]).events
+    assert kept[:20][["kind", "a", "b"]].tolist() == off[:20][["kind", "a", "b"]].tolist()
+    assert np.abs(off["t"][:3] / kept["t"][:3] - 1.0).max() <= 4 * 2.0**-52
+    np.testing.assert_allclose(off["t"][:20], kept["t"][:20], rtol=1e-12)
+
+
+def test_a_skip_saves_the_work_that_it_names():
+    scene = scene_of(*rack(6, (1.5, 0.63), 1e-4), ball((0.6, 0.63), (3.0, 0.0)), table=POOL_TABLE)
+    kept = simulate(scene).work
+    for skip in MATRIX_SKIPS:
+        work = simulate(scene, no_skip=[skip]).work
+        assert work["bounds"] + work["advancement_steps"] > (
+            kept["bounds"] + kept["advancement_steps"]
+        )
+
+
+def test_a_log_that_nobody_asked_for_is_kept_where_that_skip_is_off():
+    scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)))
+    assert simulate(scene).events is None
+    assert len(simulate(scene, no_skip=["records"]).events) == 1
+
+
+def test_what_is_explained_follows_from_the_scene():
+    def used(scene, **how):
+        return {use.skip.value for use in explain_skips(scene, **how) if use.used}
+
+    lonely = scene_of(ball((0.0, 0.0), (1.0, 0.0)))
+    assert used(lonely) == {"cushions", "ball-friction", "contacts", "integrated-laws", "records"}
+    gas = scene_of(ball((0, 0), (1.0, 0.0)), ball((1.0, 0.0)), rolling_friction=0.0, t_max=2.0)
+    assert used(gas) - used(lonely) == {"undisturbed", "receding", "out-of-reach", "advancement"}
+    assert "records" not in used(gas, record="events")
+    assert used(gas) - used(gas, no_skip=["receding"]) == {"receding"}
+    pool = scene_of(ball((0.6, 0.6), (1.0, 0.0)), table=POOL_TABLE, preset="pool")
+    assert used(pool) == {"contacts", "integrated-laws", "records"}
+    assert used(Scene.load(FOLDER / "mathavan-cut.toml")).isdisjoint({"integrated-laws"})
+
+
+def test_pairs_can_only_be_looked_at_where_each_has_a_bound():
+    assert chosen_skips(["receding"]) == {Skip.RECEDING, Skip.FAR_CELLS}
+
+
+@pytest.mark.parametrize(
+    ("names", "problem"),
+    [
+        (["cushion"], "`no_skip` must name skips, got 'cushion'. Known skips: undisturbed, "),
+        ("cushions", "`no_skip` must be a collection of names, got 'cushions'"),
+        (3, "`no_skip` must be a collection of names, got 3"),
+    ],
+)
+def test_a_wrong_name_is_refused(names, problem):
+    with pytest.raises(GhostballError, match=re.escape(problem)):
+        simulate(scene_of(ball((0.0, 0.0), (1.0, 0.0))), no_skip=names)
+
+
+def test_a_matrix_that_would_not_fit_is_refused():
+    balls = [ball((0.1 * k, 0.0)) for k in range(MOST_IN_MATRIX + 1)]
+    scene = scene_of(*balls)
+    with pytest.raises(GhostballError, match=r"must leave far-cells alone .* 0\.5 GB"):
+        simulate(scene, no_skip=["far-cells"])

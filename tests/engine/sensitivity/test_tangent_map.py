@@ -1,0 +1,347 @@
+"""The tangent map: what small changes become, by closed forms, by differences, and by proof."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from shots import R, ball, scene_of
+from transforms import shuffled
+
+from engine import GhostballError, Scene, simulate
+from engine.impacts.laws.registry import BALL_LAWS
+from engine.sensitivity import LANES, PARTS, QUALITY, ROUNDING, TangentMap, tangent_map, tangent_of
+from reference_adapters.certified import certify
+from validation.library import find_scene
+
+G = 9.81
+MU = 0.02
+
+
+def recorded(scene: Scene):
+    return simulate(scene, record="trajectory")
+
+
+def one_direction(n: int, **parts: tuple[float, ...]) -> np.ndarray:
+    """Return a change of the first ball: r, v or w."""
+    direction = np.zeros((1, n, 7))
+    for name, place in (("r", slice(0, 2)), ("v", slice(2, 4)), ("w", slice(4, 7))):
+        if name in parts:
+            direction[0, 0, place] = parts[name]
+    return direction
+
+
+def moved(scene: Scene, change: np.ndarray) -> Scene:
+    """Return the scene with the change of every ball's state (n, 7) added; rolling balls roll."""
+    balls = []
+    for one, rolls, d in zip(scene.balls, scene.rolls, change, strict=True):
+        position = np.add(one.position[:2], d[:2])
+        velocity = np.add(one.velocity[:2], d[2:4])
+        update = {"position": tuple(position), "velocity": tuple(velocity)}
+        if not rolls:
+            update["angular_velocity"] = tuple(np.add(one.angular_velocity, d[4:]))
+        balls.append({**one.model_dump(exclude_none=True), **update})
+    return Scene.model_validate({**scene.model_dump(by_alias=True), "balls": balls})
+
+
+def test_a_rolling_ball_is_displaced_as_its_closed_form_says():
+    """dr = dr0 + [t - (mu g t^2 / 2 |v0|) P] dv0 while it rolls, P across the velocity."""
+    result = recorded(scene_of(ball((0.5, 0.5), (1.0, 0.0)), rolling_friction=MU, table=None))
+    along, across = result.tangent(
+        np.concatenate([one_direction(1, v=(1.0, 0.0)), one_direction(1, v=(0.0, 1.0))])
+    ).sample([1.5])[0]
+    t = 1.5
+    assert along[0, :2] == pytest.approx([t, 0.0], rel=1e-14)
+    assert across[0, :2] == pytest.approx([0.0, t - MU * G * t**2 / 2.0], rel=1e-14)
+
+
+def test_where_a_rolling_ball_rests_moves_as_its_closed_form_says():
+    """At rest dr = dr0 + (v0 / mu g) (v^ v^T + P / 2) dv0."""
+    result = recorded(scene_of(ball((0.5, 0.5), (1.0, 0.0)), rolling_friction=MU, table=None))
+    along, across = result.tangent(
+        np.concatenate([one_direction(1, v=(1.0, 0.0)), one_direction(1, v=(0.0, 1.0))])
+    ).sample([result.rest_time])[0]
+    reach = 1.0 / (MU * G)
+    assert along[0] == pytest.approx([reach, 0, 0, 0, 0, 0, 0], rel=1e-14, abs=1e-14)
+    assert across[0] == pytest.approx([0, reach / 2, 0, 0, 0, 0, 0], rel=1e-14, abs=1e-14)
+
+
+def test_a_slide_ends_with_the_velocity_that_its_slip_leaves():
+    """dv_f = dv0 - (2/7) du0, whatever the friction (at the instant at which it ends)."""
+    scene = scene_of(
+        ball((0.5, 0.5), (2.0, 0.3), angular_velocity=(1.0, -20.0, 3.0)),
+        motion="sliding",
+        table=None,
+        rolling_friction=0.0,
+        t_max=5.0,
+    )
+    result = recorded(scene)
+    t = float(result.events["t"][0]) if len(result.events) else math.inf
+    change = np.array([0.0, 0.0, 0.4, -0.3, 5.0, 7.0, 1.0])
+    (after,) = result.tangent(change[np.newaxis, np.newaxis]).sample([t + 0.1])[0]
+    slip = change[2:4] + R * np.array([-change[5], change[4]])
+    assert after[0, 2:4] == pytest.approx(change[2:4] - slip * 2.0 / 7.0, rel=1e-12)
+
+
+SCENES = (
+    "around-the-table",
+    "break-16",
+    "draw-shot",
+    "masse",
+    "moving-moving",
+    "pool-break-9",
+    "restitution-cut",
+    "throw-alciatore",
+    "throw-slip",
+    "throw-stick",
+    "unequal-balls",
+    "mathavan-cut",
+)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_derivatives_agree_with_central_differences(name):
+    """Of the engine's own shots, at instants all over the shot, for changes of every ball."""
+    result = recorded(find_scene(name))
+    times = np.linspace(0.05, 0.95, 7) * result.rest_time
+    for change in _directions(result.scene, 3):
+        after, before, predicted = _both_sides(result, change, times)
+        difference = recorded(after).sample(times).positions
+        difference -= recorded(before).sample(times).positions
+        error = np.max(np.abs(difference[..., :2] - predicted[..., :2]), axis=(1, 2))
+        rounding = 2 * QUALITY * ROUNDING * np.max(result.sensitivity(times), axis=1)
+        assert np.all(error < 1e-5 * np.max(np.abs(predicted), axis=(1, 2)) + rounding)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["break-7", "break-8", "break-16", "pool-break-9", "throw-slip"])
+def test_derivatives_agree_with_certified_differences(name):
+    """Rest positions proved on both sides of the shot: no rounding in what is compared with."""
+    result = recorded(find_scene(name))
+    after, before, predicted = _both_sides(
+        result, _directions(result.scene, 1)[0], [2.0 * result.rest_time]
+    )
+    proofs = certify(after), certify(before)
+    assert all(proof.proved for proof in proofs)
+    ends = [np.array([[e.mid for e in p] for p in proof.positions]) for proof in proofs]
+    difference = (ends[0] - ends[1]).astype(np.float64)
+    scale = np.max(np.abs(predicted))
+    assert difference == pytest.approx(predicted[0, :, :2], abs=1e-6 * scale)
+
+
+def _both_sides(result, change, times):
+    """Return the scene changed by much less than matters and by the opposite, and what the tangent
+    map makes of their difference at `times`, (k, n, 7).
+
+    The scenes hold rounded numbers: it is their own difference that is predicted from.
+    """
+    (largest,) = np.max(np.abs(result.tangent(change[np.newaxis]).sample(times)), axis=(0, 2, 3))
+    size = 1e-7 / largest
+    after, before = (moved(result.scene, sign * size * change) for sign in (1, -1))
+    real = np.hstack(
+        [
+            (after.positions - before.positions)[:, :2],
+            (after.velocities - before.velocities)[:, :2],
+            after.angular_velocities - before.angular_velocities,
+        ]
+    )
+    real[result.scene.rolls, 4:] = 0.0
+    return after, before, result.tangent(real[np.newaxis]).sample(times)[:, 0]
+
+
+def _directions(scene: Scene, count: int) -> np.ndarray:
+    """Return random changes of the balls that move, of rolling ones without their spin."""
+    generator = np.random.default_rng(7)
+    n = len(scene.balls)
+    directions = np.zeros((count, n, 7))
+    moving = np.any(scene.velocities != 0.0, axis=1)
+    directions[:, :, :2] = 0.01 * generator.normal(size=(count, n, 2))
+    directions[:, moving, 2:4] = generator.normal(size=(count, int(moving.sum()), 2))
+    free = moving & ~scene.rolls
+    directions[:, free, 4:] = 10.0 * generator.normal(size=(count, int(free.sum()), 3))
+    return directions
+
+
+def test_event_shifts_say_when_events_come():
+    scene = find_scene("break-7")
+    result = recorded(scene)
+    change, size = _directions(scene, 1), 1e-8
+    shifts = result.tangent(change).event_shifts[:, 0]
+    after, before = (recorded(moved(scene, sign * size * change[0])) for sign in (1, -1))
+    difference = (after.events["t"] - before.events["t"]) / (2 * size)
+    assert difference == pytest.approx(shifts, rel=1e-4, abs=1e-4 * np.max(np.abs(shifts)))
+
+
+def test_many_directions_are_those_one_by_one():
+    result = recorded(find_scene("half-ball-cut"))
+    directions = _directions(result.scene, 11)
+    together = result.tangent(directions).sample([0.1, 3.0, 1.0])
+    alone = [result.tangent(one[np.newaxis]).sample([0.1, 3.0, 1.0])[:, 0] for one in directions]
+    assert np.array_equal(together, np.stack(alone, axis=1))
+
+
+def test_growth_of_directions_is_their_root_mean_square():
+    result = recorded(find_scene("break-7"))
+    tangent = result.tangent(_directions(result.scene, 11))
+    lengths = np.hypot(*np.moveaxis(tangent.sample([1.0, 5.0])[..., :2], -1, 0))
+    assert tangent.growth([1.0, 5.0]) == pytest.approx(np.sqrt(np.mean(lengths**2, axis=1)))
+
+
+def test_sensitivity_is_the_same_whatever_memory_held():
+    scene = find_scene("break-16")
+    first = recorded(scene).sensitivity([1.0, 18.0])
+    for _ in range(50):
+        junk = np.full(150 * 56, np.nan)
+        del junk
+        assert np.array_equal(recorded(scene).sensitivity([1.0, 18.0]), first)
+
+
+@pytest.mark.parametrize("name", ["break-7", "half-ball-cut", "throw-slip", "moving-moving"])
+def test_the_numbering_of_the_balls_does_not_matter(name):
+    """Breaks where the signs of roundings are those of a row of the log, or of a ball's number."""
+    result = recorded(find_scene(name))
+    order = list(range(len(result.scene.balls)))
+    times = np.linspace(0.0, 1.0, 9) * result.rest_time
+    base = result.sensitivity(times)
+    for seed in range(3):
+        random.Random(seed).shuffle(order)
+        other = recorded(shuffled(result.scene, order))
+        assert np.array_equal(other.rest_positions, result.rest_positions[order])
+        assert other.sensitivity(times) == pytest.approx(base[:, order], rel=1e-9)
+        assert other.horizon() == pytest.approx(result.horizon(), rel=1e-9)
+
+
+def test_a_law_without_a_derivative_of_its_own_has_that_of_differences():
+    """A law of a code that nobody knows: a derivative that is written out is not its own."""
+    result = recorded(find_scene("throw-slip"))
+    known = result.tangent(_directions(result.scene, 2))
+    events = result.events
+    start = np.zeros((2, PARTS, LANES))
+    start[:, :, :2] = _directions(result.scene, 2).transpose(1, 2, 0)
+    arrays = tangent_map._arrays(result.scene, result.trajectory, events, 0.0)
+    unknown = arrays._replace(laws=arrays.laws._replace(ball_law=len(BALL_LAWS)))
+    unknown.tangent.reshape(-1, 7 * LANES)[unknown.first[:-1]] = start.reshape(2, -1)
+    tangent_map.run_tangent(unknown)
+    found = TangentMap(2, result.trajectory.t_end, (unknown,)).sample([result.rest_time])
+    expected = known.sample([result.rest_time])
+    assert not np.array_equal(found, expected)
+    assert found == pytest.approx(expected, rel=1e-6, abs=1e-6)
+
+
+def test_what_was_recorded_must_be_of_the_scene():
+    one, two = recorded(find_scene("stop")), recorded(find_scene("half-ball-cut"))
+    with pytest.raises(GhostballError, match="must be those of the scene, of 2 balls"):
+        tangent_of(two.scene, one.trajectory, one.events, np.ones((1, 2, 7)))
+    events = two.events.copy()
+    events["a"][0] = 99
+    with pytest.raises(GhostballError, match="99"):
+        tangent_of(two.scene, two.trajectory, events, np.ones((1, 2, 7)))
+
+
+def test_what_is_exact_by_symmetry_is_not_taken_for_chaos():
+    """Galperin's balls stay on their line to the last bit: rounding never leaves it."""
+    result = recorded(find_scene("galperin-2"))
+    assert result.horizon() == math.inf
+    assert np.max(result.sensitivity(result.rest_time)) < 1e9
+
+
+def test_nothing_is_predicted_past_several_collisions_of_one_ball():
+    result = recorded(find_scene("three-ball-symmetric"))
+    t = float(result.events["t"][0])
+    assert result.horizon() == pytest.approx(t)
+    assert np.all(np.isfinite(result.sensitivity(t * (1 - 1e-9))))
+    assert np.all(np.isinf(result.sensitivity(t * (1 + 1e-9))))
+
+
+def test_nothing_is_predicted_past_sustained_contact():
+    result = recorded(find_scene("push-line"))
+    assert result.horizon() < result.rest_time
+    assert np.any(np.isinf(result.sensitivity(result.rest_time)))
+
+
+def test_horizon_is_where_the_error_passes_the_tolerance():
+    result = recorded(find_scene("chaos-a"))
+    horizon = result.horizon(tolerance=1e-3)
+    assert 0.0 < horizon < result.rest_time
+
+    def error(t):
+        return QUALITY * ROUNDING * np.max(result.sensitivity(t))
+
+    assert error(horizon) >= 1e-3 >= error(horizon * (1 - 1e-12))
+    assert result.horizon(tolerance=1e-6) < horizon < result.horizon(tolerance=1.0)
+    assert result.horizon(error=1e-9) < horizon
+    assert result.horizon(tolerance=1e12) == math.inf
+
+
+def test_a_break_forgets_its_start_an_easy_shot_does_not():
+    assert recorded(find_scene("half-ball-cut")).horizon() == math.inf
+    assert np.max(recorded(find_scene("half-ball-cut")).sensitivity(10.0)) < 100.0
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1.0, math.nan, math.inf])
+def test_a_tolerance_must_be_a_positive_number(tolerance):
+    with pytest.raises(GhostballError, match="`tolerance` must be a positive number"):
+        recorded(find_scene("stop")).horizon(tolerance)
+
+
+@pytest.mark.parametrize(
+    ("directions", "message"),
+    [
+        (np.zeros((1, 2, 7)), r"shape \(m, 1, 7\)"),
+        (np.zeros((0, 1, 7)), "m at least 1"),
+        (np.zeros(7), r"got \(7,\)"),
+        (np.full((1, 1, 7), np.nan), "must be finite"),
+    ],
+)
+def test_directions_are_checked(directions, message):
+    with pytest.raises(GhostballError, match=message):
+        recorded(find_scene("stop")).tangent(directions)
+
+
+def test_a_run_that_recorded_nothing_has_no_sensitivity():
+    with pytest.raises(GhostballError, match='record="trajectory"'):
+        simulate(find_scene("stop")).sensitivity(1.0)
+
+
+def test_an_engine_that_records_frames_has_no_sensitivity():
+    from reference_adapters import make_engine
+
+    result = make_engine("paper-discrete").simulate(find_scene("stop"), record="trajectory")
+    with pytest.raises(GhostballError, match="records frames"):
+        result.horizon()
+
+
+def test_a_result_is_still_a_value_after_it_was_asked():
+    result = recorded(find_scene("stop"))
+    result.sensitivity(1.0)
+    assert replace(result, reason="x").sensitivity(1.0) == pytest.approx(result.sensitivity(1.0))
+
+
+def test_side_spin_that_nothing_brakes_stays():
+    """Breaks where a spin of 0 counts as one that the cloth has ended."""
+    scene = scene_of(
+        ball((0.3, 0.5), (1.0, 0.0)),
+        ball((0.6, 0.5)),
+        motion="sliding",
+        ball_friction=0.06,
+        spinning_friction_rate=0.0,
+    )
+    result = recorded(scene)
+    (spun,) = result.tangent(one_direction(2, w=(0.0, 0.0, 1.0))).sample([0.1])[0]
+    assert spun[0, 6] == 1.0
+    step = 1e-7
+    sides = [moved(scene, s * step * one_direction(2, r=(0.0, 1.0))[0]) for s in (1, -1)]
+    after, before = (recorded(side).sample([1.0]).angular_velocities[0, 1, 2] for side in sides)
+    (aside,) = result.tangent(one_direction(2, r=(0.0, 1.0))).sample([1.0])[0]
+    assert aside[1, 6] == pytest.approx((after - before) / (2 * step), rel=1e-4)
+    assert abs(aside[1, 6]) > 10.0
+
+
+def test_a_resting_ball_that_is_nudged_stays():
+    result = recorded(scene_of(ball((0.3, 0.5), (1.0, 0.0)), ball((0.6, 0.8))))
+    direction = np.zeros((1, 2, 7))
+    direction[0, 1, 2:4] = 1.0
+    assert not np.any(result.tangent(direction).sample([2.0])[0, 0, 1])

@@ -1,0 +1,64 @@
+"""Which variants of the kernels scenes need."""
+
+import math
+
+import pytest
+from shots import ball, scene_of
+
+from engine import simulate, warm_up
+from engine.compilation import MANY, variants_of
+
+ONE = scene_of(ball((0.0, 0.0), (1.0, 0.0)))
+TWO = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((1.0, 0.0)))
+THREE = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((1.0, 0.0)), ball((2.0, 0.0)))
+INTEGRATED = scene_of(
+    ball((0.0, 0.0), (1.0, 0.0)),
+    ball((1.0, 0.0)),
+    motion="sliding",
+    ball_impact="mathavan2014",
+    ball_friction=0.06,
+    ball_restitution=0.9,
+)
+
+
+def names(*scenes, **options):
+    return [name for variants in variants_of(scenes, **options) for name in variants.names]
+
+
+def test_one_ball_has_no_contacts_and_several_may():
+    assert names(ONE) == ["shots"]
+    assert names(ONE, TWO, TWO) == names(TWO, ONE) == ["shots", "shots with contacts"]
+
+
+def test_who_has_few_balls_may_be_taken_to_need_none():
+    assert names(TWO, contacts_from=MANY) == ["shots"]
+    assert names(TWO, THREE, contacts_from=MANY) == ["shots", "shots with contacts"]
+
+
+def test_each_kind_of_laws_and_the_tangent_map_is_a_part_of_its_own():
+    found = names(THREE, INTEGRATED, tangents=True, contacts_from=MANY)
+    assert found == [
+        "shots",
+        "shots with contacts",
+        "shots with integrated laws",
+        "sensitivity",
+        "sensitivity, integrated laws",
+    ]
+
+
+def test_a_scene_that_is_not_played_needs_nothing():
+    drag = scene_of(ball((0.0, 0.0), (1.0, 0.0)), air_drag=0.1)
+    assert variants_of([drag, "no scene"]) == []
+
+
+def test_a_scene_that_breaks_a_rule_needs_nothing():
+    unsound = ONE.model_copy(update={"t_max": math.nan})
+    assert variants_of([unsound]) == []
+    warm_up([unsound])
+
+
+@pytest.mark.compiled
+def test_what_is_warm_is_compiled():
+    simulate(ONE)
+    (variants,) = variants_of([ONE])
+    assert variants.are_compiled
