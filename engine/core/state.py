@@ -5,7 +5,7 @@ Named tuples of arrays, because numba can neither cache jitclasses nor keep view
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +27,12 @@ class Balls(NamedTuple):
     One array for all numbers, because a kernel call passes every array of a named tuple as several
     words: with one array per number, the calls cost more than what they did. A ball's numbers lie
     together, so that a ball costs three cache lines however many there are.
+
+    Python hands `state` over as a matrix of numbers, (n, STATE_COLUMNS): kernels see it through
+    `rows_of`.
     """
 
-    state: FloatArray  # (n, STATE_COLUMNS): columns EPOCH ... CLOTH below
+    state: Any  # (n,) of `BallRow`
     own_kind: IntArray  # (n,) OWN_NONE, OWN_REST, OWN_ROLL, OWN_CONTACT, OWN_CUSHION + its index
     changed: BoolArray  # (n,) whether the event at hand changed the ball's motion
     touched: Int32Array  # (n + 1,) how many of those there are, then which
@@ -37,31 +40,84 @@ class Balls(NamedTuple):
     near: Int32Array  # (n,) room for a ball's neighbours
 
 
-# Columns of `Balls.state`. The first KNOT of them say how the ball moves from `EPOCH` on.
-EPOCH = 0  # [s]
-X = 1  # [m]
+class BallRow:
+    """One ball's numbers, by name; the first KNOT of them say how it moves from `epoch` on.
+
+    Compiled kernels see a record instead, and this class is what interpreted ones see.
+    """
+
+    __slots__ = ("_numbers",)
+
+    epoch: float  # [s]
+    x: float  # [m]
+    y: float
+    vx: float  # [m/s]
+    vy: float
+    ax: float  # [m/s^2]
+    ay: float
+    wx: float  # angular velocity [rad/s]; of no meaning for a ball that rolls or rests
+    wy: float
+    wz: float  # this one always
+    bx: float  # angular acceleration [rad/s^2], as wx and wy
+    by: float
+    bz: float  # what a contact step adds to the decay of wz
+    phase: float  # RESTING, SLIDING or ROLLING
+    own_time: float  # next event that needs no second ball [s]; inf: none
+    radius: float  # [m]
+    mass: float  # [kg]
+    roll_slowing: float  # deceleration while rolling [m/s^2]
+    slide_slowing: float  # deceleration while sliding [m/s^2]; 0 where `motion` is "rolling"
+    spin_slowing: float  # deceleration of the spin about the vertical [rad/s^2]
+    cloth_friction: float  # coefficient of sliding friction, for impacts with the cloth
+    moved: float  # 1: the ball has moved, by more than creeping, since it last came to rest
+
+    def __init__(self, numbers: FloatArray) -> None:
+        self._numbers: Any = memoryview(numbers.data)
+
+
+BALL_FIELDS = tuple(BallRow.__annotations__)
+STATE_COLUMNS = 24  # whole cache lines: the last two are padding
+_PADDING = tuple(f"padding_{k}" for k in range(STATE_COLUMNS - len(BALL_FIELDS)))
+BALL = np.dtype([(name, np.float64) for name in BALL_FIELDS + _PADDING])
+
+
+def _field(column: int) -> property:
+    def number(row: BallRow) -> float:
+        value: float = row._numbers[column]
+        return value
+
+    def put(row: BallRow, value: float) -> None:
+        row._numbers[column] = value
+
+    return property(number, put)
+
+
+for _column, _name in enumerate(BALL_FIELDS):
+    setattr(BallRow, _name, _field(_column))
+
+# The same as columns: of `Balls.state` as Python sees it, and of a motion's knots.
+EPOCH = 0
+X = 1
 Y = 2
-VX = 3  # [m/s]
+VX = 3
 VY = 4
-AX = 5  # [m/s^2]
+AX = 5
 AY = 6
-WX = 7  # angular velocity [rad/s]; of no meaning for a ball that rolls or rests
+WX = 7
 WY = 8
-WZ = 9  # this one always
-BX = 10  # angular acceleration [rad/s^2], as WX and WY
+WZ = 9
+BX = 10
 BY = 11
-BZ = 12  # what a contact step adds to the decay of WZ
-PHASE = 13  # RESTING, SLIDING or ROLLING
+BZ = 12
+PHASE = 13
 KNOT = 14
-OWN_TIME = 14  # next event that needs no second ball [s]; inf: none
-RADIUS = 15  # [m]
-MASS = 16  # [kg]
-ROLL = 17  # deceleration while rolling [m/s^2]
-SLIDE = 18  # deceleration while sliding [m/s^2]; 0 where `motion` is "rolling"
-SPIN = 19  # deceleration of the spin about the vertical [rad/s^2]
-CLOTH = 20  # coefficient of sliding friction, for impacts in which the cloth takes part
-MOVED = 21  # 1: the ball has moved, by more than creeping, since it last came to rest
-STATE_COLUMNS = 24  # the last two are padding: whole cache lines
+OWN_TIME = 14
+RADIUS = 15
+MASS = 16
+ROLL = 17
+SLIDE = 18
+SPIN = 19
+CLOTH = 20
 
 # Values of `PHASE`.
 RESTING = 0.0  # the centre; it may spin about the vertical

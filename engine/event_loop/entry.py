@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from engine.core.kernel import kernel
+from engine.core.rows import rows_of
 from engine.core.state import (
     RUN_CONTACTS,
     RUN_EVENT_LIMIT,
@@ -52,7 +53,7 @@ def enter(
 
     It is over, too, where `limit` is reached and `last` is true.
     """
-    balls = Balls(state, own_kind, changed, touched, hits, near)
+    balls = Balls(rows_of(state), own_kind, changed, touched, hits, near)
     numbers = laws_from(laws, integrated)
     log = Log(clock, counters, time, what, ball, motion)
     if cells is None:

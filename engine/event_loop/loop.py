@@ -6,24 +6,15 @@ import math
 
 from engine.core.kernel import kernel
 from engine.core.state import (
-    AX,
-    AY,
-    BX,
-    BY,
-    BZ,
     CONTACT_STEPS,
     END,
-    EPOCH,
     EVENTS,
     FARTHEST,
     FREE,
     LAST_EVENT,
     NO_ROOM,
     NOW,
-    OWN_TIME,
     PENDING,
-    PHASE,
-    RADIUS,
     RUN_CONTACTS,
     RUN_EVENT_LIMIT,
     RUN_LOG_FULL,
@@ -32,13 +23,7 @@ from engine.core.state import (
     RUN_RESTED,
     RUN_T_MAX,
     SLIDING,
-    SPIN,
     UNSOUND,
-    VX,
-    VY,
-    WX,
-    WY,
-    WZ,
     Balls,
     Cells,
     Contacts,
@@ -46,8 +31,6 @@ from engine.core.state import (
     Laws,
     Log,
     Pairs,
-    X,
-    Y,
 )
 from engine.core.tolerances import EPS
 from engine.event_loop.record import is_full, note_ends, note_motion
@@ -99,7 +82,7 @@ def run(
             if contacts is not None:
                 note_ends(balls, contacts, k, t, log)
             note_motion(balls, k, log)
-            if not (balls.state[k, OWN_TIME] >= t and _is_sound(balls, k)):
+            if not (balls.state[k].own_time >= t and _is_sound(balls, k)):
                 log.counters[UNSOUND] = k
         if log.counters[UNSOUND] != FREE:  # here, so that each ball has its motion in the log
             return RUN_NOT_FINITE
@@ -165,21 +148,19 @@ def finish(balls: Balls, laws: Laws, log: Log, status: int, end: FloatArray) -> 
     elif status == RUN_RESTED:
         t = log.clock[LAST_EVENT]
         for i in range(len(balls.own_kind)):
-            spin, rate = balls.state[i, WZ], balls.state[i, SPIN]
+            spin, rate = balls.state[i].wz, balls.state[i].spin_slowing
             if spin != 0.0 and rate > 0.0:
                 # Late by more than rounding, so that whoever computes the spin then finds none.
-                t = max(t, (balls.state[i, EPOCH] + abs(spin) / rate) * (1.0 + 4.0 * EPS))
+                t = max(t, (balls.state[i].epoch + abs(spin) / rate) * (1.0 + 4.0 * EPS))
     if t > laws.t_max:
         t, status = laws.t_max, RUN_T_MAX
     log.clock[END] = t
     unsound = False
     for i in range(len(balls.own_kind)):
         advance(balls, i, t)
-        log.clock[FARTHEST] = max(
-            log.clock[FARTHEST], abs(balls.state[i, X]), abs(balls.state[i, Y])
-        )
+        log.clock[FARTHEST] = max(log.clock[FARTHEST], abs(balls.state[i].x), abs(balls.state[i].y))
         _put_state(balls, i, end)
-        sound = _is_sound(balls, i) and abs(balls.state[i, RADIUS]) < math.inf
+        sound = _is_sound(balls, i) and abs(balls.state[i].radius) < math.inf
         if status != RUN_NOT_FINITE and not sound:
             # A resting ball has no event at which it would have been seen before.
             log.counters[UNSOUND] = i
@@ -190,26 +171,26 @@ def finish(balls: Balls, laws: Laws, log: Log, status: int, end: FloatArray) -> 
 @kernel
 def _put_state(balls: Balls, i: int, end: FloatArray) -> None:
     """Put in end[:, i] the position, velocity and angular velocity of ball i."""
-    vx, vy, radius = balls.state[i, VX], balls.state[i, VY], balls.state[i, RADIUS]
-    slides = balls.state[i, PHASE] == SLIDING
-    end[0, i, 0] = balls.state[i, X]
-    end[0, i, 1] = balls.state[i, Y]
+    vx, vy, radius = balls.state[i].vx, balls.state[i].vy, balls.state[i].radius
+    slides = balls.state[i].phase == SLIDING
+    end[0, i, 0] = balls.state[i].x
+    end[0, i, 1] = balls.state[i].y
     end[0, i, 2] = radius
     end[1, i, 0] = vx
     end[1, i, 1] = vy
     end[1, i, 2] = 0.0
-    end[2, i, 0] = balls.state[i, WX] if slides else -vy / radius
-    end[2, i, 1] = balls.state[i, WY] if slides else vx / radius
-    end[2, i, 2] = balls.state[i, WZ]
+    end[2, i, 0] = balls.state[i].wx if slides else -vy / radius
+    end[2, i, 1] = balls.state[i].wy if slides else vx / radius
+    end[2, i, 2] = balls.state[i].wz
 
 
 @kernel(inline=True)
 def _is_sound(balls: Balls, i: int) -> bool:
     """Whether no number of ball i's motion is NaN or infinite: a sum of such is never finite."""
-    place = (balls.state[i, X] + balls.state[i, Y]) + (balls.state[i, VX] + balls.state[i, VY])
-    spin = (balls.state[i, WX] + balls.state[i, WY]) + balls.state[i, WZ]
-    pull = (balls.state[i, AX] + balls.state[i, AY]) + (balls.state[i, BX] + balls.state[i, BY])
-    return bool(abs((place + spin) + (pull + balls.state[i, BZ])) < math.inf)
+    place = (balls.state[i].x + balls.state[i].y) + (balls.state[i].vx + balls.state[i].vy)
+    spin = (balls.state[i].wx + balls.state[i].wy) + balls.state[i].wz
+    pull = (balls.state[i].ax + balls.state[i].ay) + (balls.state[i].bx + balls.state[i].by)
+    return bool(abs((place + spin) + (pull + balls.state[i].bz)) < math.inf)
 
 
 @kernel

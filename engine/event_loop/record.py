@@ -5,19 +5,31 @@ from __future__ import annotations
 from engine.core.events import EventKind
 from engine.core.kernel import kernel
 from engine.core.state import (
+    AX,
+    AY,
+    BX,
+    BY,
+    BZ,
+    EPOCH,
     EVENTS,
     FREE,
-    KNOT,
     LAST_EVENT,
     LOGGED_EVENTS,
     LOGGED_MOTIONS,
-    MOVED,
+    PHASE,
+    VX,
+    VY,
     WHAT_A,
     WHAT_B,
     WHAT_KIND,
+    WX,
+    WY,
+    WZ,
     Balls,
     Contacts,
     Log,
+    X,
+    Y,
 )
 
 # Plain integers for the compiler.
@@ -56,11 +68,11 @@ def note_rest(balls: Balls, contacts: Contacts | None, k: int, t: float, log: Lo
     """Log that ball k came to rest; but not again after what a contact step let it creep."""
     creeps = False
     if contacts is not None:
-        creeps = contacts.cluster[k] != FREE and balls.state[k, MOVED] == 0.0
+        creeps = contacts.cluster[k] != FREE and balls.state[k].moved == 0.0
     if not creeps:
         note_event(ROLL_TO_REST_EVENT, k, -1, t, log)
     log.clock[LAST_EVENT] = t
-    balls.state[k, MOVED] = 0.0
+    balls.state[k].moved = 0.0
 
 
 @kernel
@@ -83,6 +95,19 @@ def note_motion(balls: Balls, i: int, log: Log) -> None:
     if len(log.time) > 0:
         row = log.counters[LOGGED_MOTIONS]
         log.ball[row] = i
-        for k in range(KNOT):
-            log.motion[row, k] = balls.state[i, k]
+        ball = balls.state[i]
+        log.motion[row, EPOCH] = ball.epoch
+        log.motion[row, X] = ball.x
+        log.motion[row, Y] = ball.y
+        log.motion[row, VX] = ball.vx
+        log.motion[row, VY] = ball.vy
+        log.motion[row, AX] = ball.ax
+        log.motion[row, AY] = ball.ay
+        log.motion[row, WX] = ball.wx
+        log.motion[row, WY] = ball.wy
+        log.motion[row, WZ] = ball.wz
+        log.motion[row, BX] = ball.bx
+        log.motion[row, BY] = ball.by
+        log.motion[row, BZ] = ball.bz
+        log.motion[row, PHASE] = ball.phase
         log.counters[LOGGED_MOTIONS] = row + 1

@@ -10,38 +10,26 @@ from __future__ import annotations
 
 from engine.core.kernel import kernel
 from engine.core.state import (
-    AX,
-    AY,
     BALL_BALL,
     BALL_CUSHION,
     DEGREE,
     FIRST,
     FREE,
     JOINT_IMPACTS,
-    MOVED,
     OWN_CUSHION,
     OWN_REST,
     OWN_ROLL,
-    OWN_TIME,
     PENDING,
     PENDING_VERDICT,
-    PHASE,
-    RADIUS,
-    ROLL,
     SECOND,
-    SLIDE,
     SLIDING,
     STEP,
     UNSOLVED_JOINT_IMPACTS,
-    VX,
-    VY,
     Balls,
     Cells,
     Contacts,
     Laws,
     Log,
-    X,
-    Y,
 )
 from engine.event_loop.record import (
     BALL_BALL_EVENT,
@@ -88,7 +76,7 @@ def resolve_own(
         _resolve_rest(balls, contacts, i, t, log)
     elif kind == OWN_ROLL:
         start_rolling(balls, i, t)
-        if balls.state[i, VX] == 0.0 and balls.state[i, VY] == 0.0:
+        if balls.state[i].vx == 0.0 and balls.state[i].vy == 0.0:
             note_rest(balls, contacts, i, t, log)
         else:
             note_event(SLIDE_TO_ROLL_EVENT, i, -1, t, log)
@@ -119,7 +107,7 @@ def _resolve_rest(balls: Balls, contacts: Contacts | None, i: int, t: float, log
     if contacts is not None and contacts.cluster[i] != FREE:
         k = contacts.ring[i]
         while k != i:
-            if balls.own_kind[k] == OWN_REST and balls.state[k, OWN_TIME] <= t:
+            if balls.own_kind[k] == OWN_REST and balls.state[k].own_time <= t:
                 come_to_rest(balls, k, t)
                 note_rest(balls, contacts, k, t, log)
                 mark(balls, k)
@@ -151,9 +139,9 @@ def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) ->
         if other // 2 == cushion // 2:
             continue
         nx, ny, _ = cushion_side(laws, other)
-        x, y = balls.state[i, X], balls.state[i, Y]
-        gap = cushion_gap(x, y, balls.state[i, RADIUS], laws, other)
-        approaching = nx * balls.state[i, VX] + ny * balls.state[i, VY] < 0.0
+        x, y = balls.state[i].x, balls.state[i].y
+        gap = cushion_gap(x, y, balls.state[i].radius, laws, other)
+        approaching = nx * balls.state[i].vx + ny * balls.state[i].vy < 0.0
         if gap <= tie_rounding(balls, i, i, t) and approaching:
             return other
     return -1
@@ -169,11 +157,15 @@ def _pressed_against(
     that is in its way; or the ball itself: nothing.
     """
     nx, ny, _ = cushion_side(laws, cushion)
-    rate = nx * balls.state[i, VX] + ny * balls.state[i, VY]
-    opening = nx * balls.state[i, AX] + ny * balls.state[i, AY]
+    rate = nx * balls.state[i].vx + ny * balls.state[i].vy
+    opening = nx * balls.state[i].ax + ny * balls.state[i].ay
     if opening < 0.0 and negligible_hop(rate, -opening, capture_height(balls, i, i)):
         return -1 - cushion
-    pull = balls.state[i, SLIDE] if balls.state[i, PHASE] == SLIDING else balls.state[i, ROLL]
+    pull = (
+        balls.state[i].slide_slowing
+        if balls.state[i].phase == SLIDING
+        else balls.state[i].roll_slowing
+    )
     if not negligible_hop(rate, 2.0 * pull, contact_tolerance(balls, i, i)):
         return i
     blocking = blocking_ball(balls, cells, i, nx, ny, t)
@@ -254,7 +246,7 @@ def predict_anew(balls: Balls, laws: Laws, contacts: Contacts | None) -> None:
     for m in range(1, balls.touched[0] + 1):
         i = balls.touched[m]
         if not at_rest(balls, i):
-            balls.state[i, MOVED] = 1.0
+            balls.state[i].moved = 1.0
         if contacts is not None:
             contacts.motion[i, STEP] = 0.0
             if contacts.cluster[i] != FREE:

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 from engine.core.kernel import kernel
+from engine.core.rows import rows_of
 from engine.core.state import (
     BALL_BALL,
     BALL_CUSHION,
@@ -15,17 +16,11 @@ from engine.core.state import (
     FARTHEST,
     FREE,
     NOWHERE,
-    PHASE,
     ROLLING,
     RUN_CONTACTS,
     RUN_EVENT_LIMIT,
     SLIDING,
     STATE_COLUMNS,
-    VX,
-    VY,
-    WX,
-    WY,
-    WZ,
     Balls,
     BoolArray,
     Cells,
@@ -63,7 +58,7 @@ def sweep(
     start: FloatArray,
     numbers: FloatArray,
     integrated: int | None,
-    balls: Balls,
+    room: Balls,
     pairs: Pairs,
     cells: Cells | None,
     contacts: Contacts | None,
@@ -80,6 +75,9 @@ def sweep(
     their order nor who does them matters.
     """
     laws = laws_from(numbers, integrated)
+    balls = Balls(
+        rows_of(room.state), room.own_kind, room.changed, room.touched, room.hits, room.near
+    )
     for m in range(len(which)):
         k = which[m]
         _clear(balls, log)
@@ -87,13 +85,13 @@ def sweep(
             _clear_contacts(contacts)
         for i in range(len(start)):
             for column in range(STATE_COLUMNS):
-                balls.state[i, column] = start[i, column]
-        balls.state[cue, VX] = shots.velocity[k, 0]
-        balls.state[cue, VY] = shots.velocity[k, 1]
-        balls.state[cue, WX] = shots.spin[k, 0]
-        balls.state[cue, WY] = shots.spin[k, 1]
-        balls.state[cue, WZ] = shots.spin[k, 2]
-        balls.state[cue, PHASE] = SLIDING if shots.slides[k] else ROLLING
+                room.state[i, column] = start[i, column]
+        balls.state[cue].vx = shots.velocity[k, 0]
+        balls.state[cue].vy = shots.velocity[k, 1]
+        balls.state[cue].wx = shots.spin[k, 0]
+        balls.state[cue].wy = shots.spin[k, 1]
+        balls.state[cue].wz = shots.spin[k, 2]
+        balls.state[cue].phase = SLIDING if shots.slides[k] else ROLLING
         if cells is None:
             _clear_pairs(pairs)
         else:

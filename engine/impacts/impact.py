@@ -10,18 +10,8 @@ import math
 
 from engine.core.kernel import kernel
 from engine.core.state import (
-    CLOTH,
-    MASS,
-    RADIUS,
-    VX,
-    VY,
-    WX,
-    WY,
-    WZ,
     Balls,
     Laws,
-    X,
-    Y,
 )
 from engine.impacts.laws.dispatch import ball_law, cushion_law
 from engine.impacts.laws.interface import BallImpact, CushionImpact
@@ -43,7 +33,7 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
     if not laws.slides:
         # No law that is left acts on spin: the paper's section 4.2, times (1 + e) / 2.
         nx, ny = contact_normal(balls, i, j)
-        vx, vy = balls.state[j, VX] - balls.state[i, VX], balls.state[j, VY] - balls.state[i, VY]
+        vx, vy = balls.state[j].vx - balls.state[i].vx, balls.state[j].vy - balls.state[i].vy
         exchange = -(1.0 + laws.ball_restitution) * (nx * vx + ny * vy)
         _push_apart(balls, i, j, nx, ny, exchange - exchange * excess_length(nx, ny))
         return
@@ -60,10 +50,10 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
         _push_apart(balls, i, j, tx, ty, impulse.along - impulse.along * longer)
         to_i, to_j = _shares(balls, i, j)
         for k, share in ((i, to_i), (j, to_j)):
-            turn = 2.5 * share / balls.state[k, RADIUS]
-            balls.state[k, WX] += turn * impulse.up * tx
-            balls.state[k, WY] += turn * impulse.up * ty
-            balls.state[k, WZ] -= turn * impulse.along
+            turn = 2.5 * share / balls.state[k].radius
+            balls.state[k].wx += turn * impulse.up * tx
+            balls.state[k].wy += turn * impulse.up * ty
+            balls.state[k].wz -= turn * impulse.along
     _rub_cloth(balls, i, nx, ny, impulse.a_cloth_n, impulse.a_cloth_t)
     _rub_cloth(balls, j, nx, ny, impulse.b_cloth_n, impulse.b_cloth_t)
 
@@ -71,7 +61,7 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
 @kernel
 def contact_normal(balls: Balls, i: int, j: int) -> tuple[float, float]:
     """Return the unit normal from ball i to ball j, both at one instant."""
-    rx, ry = balls.state[j, X] - balls.state[i, X], balls.state[j, Y] - balls.state[i, Y]
+    rx, ry = balls.state[j].x - balls.state[i].x, balls.state[j].y - balls.state[i].y
     distance = math.sqrt(rx * rx + ry * ry)
     return rx / distance, ry / distance
 
@@ -112,11 +102,11 @@ def _shares(balls: Balls, i: int, j: int) -> tuple[float, float]:
 
     The larger is what the smaller leaves.
     """
-    total = balls.state[i, MASS] + balls.state[j, MASS]
-    if balls.state[i, MASS] >= balls.state[j, MASS]:
-        to_i = balls.state[j, MASS] / total
+    total = balls.state[i].mass + balls.state[j].mass
+    if balls.state[i].mass >= balls.state[j].mass:
+        to_i = balls.state[j].mass / total
         return to_i, 1.0 - to_i
-    to_j = balls.state[i, MASS] / total
+    to_j = balls.state[i].mass / total
     return 1.0 - to_j, to_j
 
 
@@ -130,39 +120,39 @@ def _push_apart(balls: Balls, i: int, j: int, nx: float, ny: float, exchange: fl
     would be the same in each collision of the two, and add up (31 415 collisions of Galperin's
     balls: 1e-12 of the energy).
     """
-    total = balls.state[i, MASS] + balls.state[j, MASS]
-    if balls.state[i, MASS] >= balls.state[j, MASS]:
-        to_i = exchange * (balls.state[j, MASS] / total)
+    total = balls.state[i].mass + balls.state[j].mass
+    if balls.state[i].mass >= balls.state[j].mass:
+        to_i = exchange * (balls.state[j].mass / total)
         to_j = exchange - to_i
     else:
-        to_j = exchange * (balls.state[i, MASS] / total)
+        to_j = exchange * (balls.state[i].mass / total)
         to_i = exchange - to_j
-    balls.state[i, VX] -= to_i * nx
-    balls.state[i, VY] -= to_i * ny
-    balls.state[j, VX] += to_j * nx
-    balls.state[j, VY] += to_j * ny
+    balls.state[i].vx -= to_i * nx
+    balls.state[i].vy -= to_i * ny
+    balls.state[j].vx += to_j * nx
+    balls.state[j].vy += to_j * ny
 
 
 @kernel(inline=True)
 def _seen_along(balls: Balls, i: int, j: int, nx: float, ny: float) -> BallImpact:
     """Return both balls in the frame of their contact: n = (nx, ny), t = (-ny, nx), z."""
     return BallImpact(
-        nx * balls.state[i, VX] + ny * balls.state[i, VY],
-        nx * balls.state[i, VY] - ny * balls.state[i, VX],
-        nx * balls.state[i, WX] + ny * balls.state[i, WY],
-        nx * balls.state[i, WY] - ny * balls.state[i, WX],
-        balls.state[i, WZ],
-        balls.state[i, RADIUS],
-        balls.state[i, MASS],
-        balls.state[i, CLOTH],
-        nx * balls.state[j, VX] + ny * balls.state[j, VY],
-        nx * balls.state[j, VY] - ny * balls.state[j, VX],
-        nx * balls.state[j, WX] + ny * balls.state[j, WY],
-        nx * balls.state[j, WY] - ny * balls.state[j, WX],
-        balls.state[j, WZ],
-        balls.state[j, RADIUS],
-        balls.state[j, MASS],
-        balls.state[j, CLOTH],
+        nx * balls.state[i].vx + ny * balls.state[i].vy,
+        nx * balls.state[i].vy - ny * balls.state[i].vx,
+        nx * balls.state[i].wx + ny * balls.state[i].wy,
+        nx * balls.state[i].wy - ny * balls.state[i].wx,
+        balls.state[i].wz,
+        balls.state[i].radius,
+        balls.state[i].mass,
+        balls.state[i].cloth_friction,
+        nx * balls.state[j].vx + ny * balls.state[j].vy,
+        nx * balls.state[j].vy - ny * balls.state[j].vx,
+        nx * balls.state[j].wx + ny * balls.state[j].wy,
+        nx * balls.state[j].wy - ny * balls.state[j].wx,
+        balls.state[j].wz,
+        balls.state[j].radius,
+        balls.state[j].mass,
+        balls.state[j].cloth_friction,
     )
 
 
@@ -172,11 +162,11 @@ def _rub_cloth(balls: Balls, k: int, nx: float, ny: float, along_n: float, along
     if along_n == 0.0 and along_t == 0.0:
         return
     cx, cy = along_n * nx - along_t * ny, along_n * ny + along_t * nx
-    turn = 2.5 / balls.state[k, RADIUS]
-    balls.state[k, VX] += cx
-    balls.state[k, VY] += cy
-    balls.state[k, WX] += turn * cy
-    balls.state[k, WY] -= turn * cx
+    turn = 2.5 / balls.state[k].radius
+    balls.state[k].vx += cx
+    balls.state[k].vy += cy
+    balls.state[k].wx += turn * cy
+    balls.state[k].wy -= turn * cx
 
 
 @kernel
@@ -190,26 +180,26 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     nx, ny = -inward_x, -inward_y
     if laws.slides:
         loosen(balls, i)
-    vx, vy = balls.state[i, VX], balls.state[i, VY]
-    wx, wy = balls.state[i, WX], balls.state[i, WY]
+    vx, vy = balls.state[i].vx, balls.state[i].vy
+    wx, wy = balls.state[i].wx, balls.state[i].wy
     after = cushion_law(
         CushionImpact(
             abs(nx * vx + ny * vy),
             nx * vy - ny * vx,
             nx * wx + ny * wy,
             nx * wy - ny * wx,
-            balls.state[i, WZ],
-            balls.state[i, RADIUS],
-            balls.state[i, MASS],
-            balls.state[i, CLOTH],
+            balls.state[i].wz,
+            balls.state[i].radius,
+            balls.state[i].mass,
+            balls.state[i].cloth_friction,
         ),
         laws,
     )
-    balls.state[i, VX] = after.vn * nx - after.vt * ny
-    balls.state[i, VY] = after.vn * ny + after.vt * nx
-    balls.state[i, WX] = after.wn * nx - after.wt * ny
-    balls.state[i, WY] = after.wn * ny + after.wt * nx
-    balls.state[i, WZ] = after.wz
+    balls.state[i].vx = after.vn * nx - after.vt * ny
+    balls.state[i].vy = after.vn * ny + after.vt * nx
+    balls.state[i].wx = after.wn * nx - after.wt * ny
+    balls.state[i].wy = after.wn * ny + after.wt * nx
+    balls.state[i].wz = after.wz
 
 
 @kernel
@@ -221,19 +211,19 @@ def bounce_in_corner(balls: Balls, i: int, cushion: int, other: int, laws: Laws)
     """
     if laws.slides:
         loosen(balls, i)
-    vx, vy = balls.state[i, VX], balls.state[i, VY]
-    wx, wy, wz = balls.state[i, WX], balls.state[i, WY], balls.state[i, WZ]
+    vx, vy = balls.state[i].vx, balls.state[i].vy
+    wx, wy, wz = balls.state[i].wx, balls.state[i].wy, balls.state[i].wz
     _bounce_off_both(balls, i, cushion, other, laws)
-    vx1, vy1 = balls.state[i, VX], balls.state[i, VY]
-    wx1, wy1, wz1 = balls.state[i, WX], balls.state[i, WY], balls.state[i, WZ]
-    balls.state[i, VX], balls.state[i, VY] = vx, vy
-    balls.state[i, WX], balls.state[i, WY], balls.state[i, WZ] = wx, wy, wz
+    vx1, vy1 = balls.state[i].vx, balls.state[i].vy
+    wx1, wy1, wz1 = balls.state[i].wx, balls.state[i].wy, balls.state[i].wz
+    balls.state[i].vx, balls.state[i].vy = vx, vy
+    balls.state[i].wx, balls.state[i].wy, balls.state[i].wz = wx, wy, wz
     _bounce_off_both(balls, i, other, cushion, laws)
-    balls.state[i, VX] = 0.5 * (balls.state[i, VX] + vx1)
-    balls.state[i, VY] = 0.5 * (balls.state[i, VY] + vy1)
-    balls.state[i, WX] = 0.5 * (balls.state[i, WX] + wx1)
-    balls.state[i, WY] = 0.5 * (balls.state[i, WY] + wy1)
-    balls.state[i, WZ] = 0.5 * (balls.state[i, WZ] + wz1)
+    balls.state[i].vx = 0.5 * (balls.state[i].vx + vx1)
+    balls.state[i].vy = 0.5 * (balls.state[i].vy + vy1)
+    balls.state[i].wx = 0.5 * (balls.state[i].wx + wx1)
+    balls.state[i].wy = 0.5 * (balls.state[i].wy + wy1)
+    balls.state[i].wz = 0.5 * (balls.state[i].wz + wz1)
 
 
 @kernel
@@ -241,5 +231,5 @@ def _bounce_off_both(balls: Balls, i: int, first: int, second: int, laws: Laws) 
     """Bounce ball i off one cushion, then off another if it still approaches that."""
     bounce(balls, i, first, laws)
     nx, ny, _ = cushion_side(laws, second)
-    if nx * balls.state[i, VX] + ny * balls.state[i, VY] < 0.0:
+    if nx * balls.state[i].vx + ny * balls.state[i].vy < 0.0:
         bounce(balls, i, second, laws)

@@ -28,8 +28,6 @@ from engine.core.state import (
     SCALED,
     SECOND,
     TERM,
-    VX,
-    VY,
     Balls,
     Contacts,
 )
@@ -256,9 +254,9 @@ def gained(contacts: Contacts, count: int, k: int, row: int) -> float:
 def gap_rate(balls: Balls, contacts: Contacts, c: int) -> float:
     """Rate of the gap of contact c [m/s]: negative where the two approach."""
     a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    vx, vy = -balls.state[a, VX], -balls.state[a, VY]
+    vx, vy = -balls.state[a].vx, -balls.state[a].vy
     if b >= 0:
-        vx, vy = balls.state[b, VX] + vx, balls.state[b, VY] + vy
+        vx, vy = balls.state[b].vx + vx, balls.state[b].vy + vy
     rate: float = contacts.forces[c, NX] * vx + contacts.forces[c, NY] * vy
     return rate
 

@@ -31,23 +31,16 @@ from engine.core.state import (
     DEGREE,
     FIRST,
     FORCE,
-    MASS,
     NX,
     NY,
     PRODUCT,
     PUSH_X,
     PUSH_Y,
-    RADIUS,
     RATE,
     SECOND,
     TURN_X,
     TURN_Y,
     TURN_Z,
-    VX,
-    VY,
-    WX,
-    WY,
-    WZ,
     Balls,
     Contacts,
     Laws,
@@ -70,7 +63,7 @@ def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -
     for m in range(1, balls.touched[0] + 1):
         k = balls.touched[m]
         if contacts.motion[k, DEGREE] > 0.0:
-            contacts.motion[k, ANSWERING] = balls.state[k, MASS]
+            contacts.motion[k, ANSWERING] = balls.state[k].mass
             if laws.slides:
                 loosen(balls, k)  # before anything asks how it turns
     for c in range(count):
@@ -102,16 +95,16 @@ def _push(balls: Balls, contacts: Contacts, count: int) -> None:
     for m in range(1, balls.touched[0] + 1):
         k = balls.touched[m]
         if contacts.motion[k, DEGREE] > 0.0:
-            balls.state[k, VX] += gained(contacts, count, k, PUSH_X)
-            balls.state[k, VY] += gained(contacts, count, k, PUSH_Y)
+            balls.state[k].vx += gained(contacts, count, k, PUSH_X)
+            balls.state[k].vy += gained(contacts, count, k, PUSH_Y)
 
 
 @kernel
 def _split_mass(balls: Balls, contacts: Contacts, c: int) -> float:
     """Reduced mass [kg] of contact c, of those parts of its two balls that are its own."""
     a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    part_a = balls.state[a, MASS] / contacts.motion[a, DEGREE]
-    part_b = balls.state[b, MASS] / contacts.motion[b, DEGREE]
+    part_a = balls.state[a].mass / contacts.motion[a, DEGREE]
+    part_b = balls.state[b].mass / contacts.motion[b, DEGREE]
     return reduced_mass(part_a, part_b)
 
 
@@ -157,10 +150,10 @@ def _turn(balls: Balls, contacts: Contacts, count: int) -> None:
     for m in range(1, balls.touched[0] + 1):
         k = balls.touched[m]
         if contacts.motion[k, DEGREE] > 0.0:
-            turn = 2.5 / (balls.state[k, MASS] * balls.state[k, RADIUS])
-            balls.state[k, WX] += turn * sum_at(contacts, count, k, TURN_X, 1.0)
-            balls.state[k, WY] += turn * sum_at(contacts, count, k, TURN_Y, 1.0)
-            balls.state[k, WZ] += turn * sum_at(contacts, count, k, TURN_Z, 1.0)
+            turn = 2.5 / (balls.state[k].mass * balls.state[k].radius)
+            balls.state[k].wx += turn * sum_at(contacts, count, k, TURN_X, 1.0)
+            balls.state[k].wy += turn * sum_at(contacts, count, k, TURN_Y, 1.0)
+            balls.state[k].wz += turn * sum_at(contacts, count, k, TURN_Z, 1.0)
 
 
 @kernel
@@ -168,9 +161,9 @@ def _slip(balls: Balls, contacts: Contacts, c: int) -> tuple[float, float]:
     """Velocity of a's surface over b's at contact c [m/s]: along t = (-ny, nx), and up."""
     a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
     nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
-    ra, rb = balls.state[a, RADIUS], balls.state[b, RADIUS]
-    vx, vy = balls.state[a, VX] - balls.state[b, VX], balls.state[a, VY] - balls.state[b, VY]
-    wx = ra * balls.state[a, WX] + rb * balls.state[b, WX]
-    wy = ra * balls.state[a, WY] + rb * balls.state[b, WY]
-    wz = ra * balls.state[a, WZ] + rb * balls.state[b, WZ]
+    ra, rb = balls.state[a].radius, balls.state[b].radius
+    vx, vy = balls.state[a].vx - balls.state[b].vx, balls.state[a].vy - balls.state[b].vy
+    wx = ra * balls.state[a].wx + rb * balls.state[b].wx
+    wy = ra * balls.state[a].wy + rb * balls.state[b].wy
+    wz = ra * balls.state[a].wz + rb * balls.state[b].wz
     return (nx * vy - ny * vx) + wz, -(nx * wy - ny * wx)

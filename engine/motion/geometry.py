@@ -7,27 +7,16 @@ import math
 from engine.core.kernel import kernel
 from engine.core.state import (
     AFTER,
-    AX,
-    AY,
     BOTTOM,
     COLUMN,
-    EPOCH,
     LEFT,
     NOWHERE,
-    PHASE,
-    RADIUS,
     RIGHT,
-    ROLL,
     ROW,
-    SLIDE,
     SLIDING,
-    VX,
-    VY,
     Balls,
     Cells,
     Laws,
-    X,
-    Y,
 )
 from engine.core.tolerances import (
     CAPTURE_HEIGHT,
@@ -44,22 +33,22 @@ def relative_motion(
     balls: Balls, i: int, j: int, t: float
 ) -> tuple[float, float, float, float, float, float]:
     """Position, velocity and acceleration of ball j relative to ball i at the instant t [s]."""
-    si, sj = t - balls.state[i, EPOCH], t - balls.state[j, EPOCH]
-    xi = balls.state[i, X] + si * (balls.state[i, VX] + 0.5 * balls.state[i, AX] * si)
-    yi = balls.state[i, Y] + si * (balls.state[i, VY] + 0.5 * balls.state[i, AY] * si)
-    xj = balls.state[j, X] + sj * (balls.state[j, VX] + 0.5 * balls.state[j, AX] * sj)
-    yj = balls.state[j, Y] + sj * (balls.state[j, VY] + 0.5 * balls.state[j, AY] * sj)
-    vxi = balls.state[i, VX] + balls.state[i, AX] * si
-    vyi = balls.state[i, VY] + balls.state[i, AY] * si
-    vxj = balls.state[j, VX] + balls.state[j, AX] * sj
-    vyj = balls.state[j, VY] + balls.state[j, AY] * sj
+    si, sj = t - balls.state[i].epoch, t - balls.state[j].epoch
+    xi = balls.state[i].x + si * (balls.state[i].vx + 0.5 * balls.state[i].ax * si)
+    yi = balls.state[i].y + si * (balls.state[i].vy + 0.5 * balls.state[i].ay * si)
+    xj = balls.state[j].x + sj * (balls.state[j].vx + 0.5 * balls.state[j].ax * sj)
+    yj = balls.state[j].y + sj * (balls.state[j].vy + 0.5 * balls.state[j].ay * sj)
+    vxi = balls.state[i].vx + balls.state[i].ax * si
+    vyi = balls.state[i].vy + balls.state[i].ay * si
+    vxj = balls.state[j].vx + balls.state[j].ax * sj
+    vyj = balls.state[j].vy + balls.state[j].ay * sj
     return (
         xj - xi,
         yj - yi,
         vxj - vxi,
         vyj - vyi,
-        balls.state[j, AX] - balls.state[i, AX],
-        balls.state[j, AY] - balls.state[i, AY],
+        balls.state[j].ax - balls.state[i].ax,
+        balls.state[j].ay - balls.state[i].ay,
     )
 
 
@@ -72,14 +61,14 @@ def reduced_mass(a: float, b: float) -> float:
 @kernel
 def at_rest(balls: Balls, i: int) -> bool:
     """Whether the centre of ball i rests, and stays so if nothing hits it."""
-    slides = balls.state[i, PHASE] == SLIDING and balls.state[i, SLIDE] > 0.0
-    return bool(balls.state[i, VX] == 0.0 and balls.state[i, VY] == 0.0 and not slides)
+    slides = balls.state[i].phase == SLIDING and balls.state[i].slide_slowing > 0.0
+    return bool(balls.state[i].vx == 0.0 and balls.state[i].vy == 0.0 and not slides)
 
 
 @kernel
 def grip(balls: Balls, i: int) -> float:
     """Largest deceleration [m/s^2] that the cloth can give ball i."""
-    deceleration: float = max(balls.state[i, ROLL], balls.state[i, SLIDE])
+    deceleration: float = max(balls.state[i].roll_slowing, balls.state[i].slide_slowing)
     return deceleration
 
 
@@ -110,8 +99,8 @@ def cushion_gap(x: float, y: float, radius: float, laws: Laws, cushion: int) -> 
 @kernel
 def gap_rounding(balls: Balls, i: int, j: int) -> float:
     """Return the rounding [m] of a gap computed from the coordinates of balls i and j."""
-    at_i: float = abs(balls.state[i, X]) + abs(balls.state[i, Y])
-    at_j: float = abs(balls.state[j, X]) + abs(balls.state[j, Y])
+    at_i: float = abs(balls.state[i].x) + abs(balls.state[i].y)
+    at_j: float = abs(balls.state[j].x) + abs(balls.state[j].y)
     return GAP_ULPS * EPS * max(at_i, at_j)
 
 
@@ -122,8 +111,8 @@ def tie_rounding(balls: Balls, i: int, j: int, t: float) -> float:
     That of the coordinates, and how far the balls go in the rounding of the clock. For a ball and a
     cushion, j is i.
     """
-    speed = abs(balls.state[i, VX]) + abs(balls.state[i, VY])
-    speed += abs(balls.state[j, VX]) + abs(balls.state[j, VY])
+    speed = abs(balls.state[i].vx) + abs(balls.state[i].vy)
+    speed += abs(balls.state[j].vx) + abs(balls.state[j].vy)
     rounding: float = gap_rounding(balls, i, j) + GAP_ULPS * EPS * t * speed
     return rounding
 
@@ -134,7 +123,7 @@ def contact_tolerance(balls: Balls, i: int, j: int) -> float:
 
     For a ball and a cushion, j is i.
     """
-    reach: float = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    reach: float = balls.state[i].radius + balls.state[j].radius
     return CONTACT_TOLERANCE * reach + 8.0 * gap_rounding(balls, i, j)
 
 
@@ -144,14 +133,14 @@ def capture_height(balls: Balls, i: int, j: int) -> float:
 
     For a ball and a cushion, j is i.
     """
-    reach: float = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    reach: float = balls.state[i].radius + balls.state[j].radius
     return CAPTURE_HEIGHT * reach + 8.0 * gap_rounding(balls, i, j)
 
 
 @kernel
 def stop_way(balls: Balls, i: int) -> float:
     """Way [m] in which the cloth can end a slip that counts as ended; see `STOP_WAY`."""
-    way: float = STOP_WAY * 2.0 * balls.state[i, RADIUS]
+    way: float = STOP_WAY * 2.0 * balls.state[i].radius
     return way
 
 
@@ -177,10 +166,10 @@ def in_contact(gap: float, rate: float, tolerance: float, pull: float) -> bool:
 @kernel
 def cushion_in_contact(balls: Balls, i: int, laws: Laws, cushion: int) -> bool:
     """Whether ball i counts as in contact with a cushion, at its epoch."""
-    x, y = balls.state[i, X], balls.state[i, Y]
-    gap = cushion_gap(x, y, balls.state[i, RADIUS], laws, cushion)
+    x, y = balls.state[i].x, balls.state[i].y
+    gap = cushion_gap(x, y, balls.state[i].radius, laws, cushion)
     nx, ny, _ = cushion_side(laws, cushion)
-    rate = nx * balls.state[i, VX] + ny * balls.state[i, VY]
+    rate = nx * balls.state[i].vx + ny * balls.state[i].vy
     return in_contact(gap, rate, contact_tolerance(balls, i, i), 3.0 * grip(balls, i))
 
 
@@ -193,7 +182,7 @@ def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
     """
     rx, ry, vx, vy, _, _ = relative_motion(balls, i, j, t)
     distance = math.sqrt(rx * rx + ry * ry)
-    gap = distance - (balls.state[i, RADIUS] + balls.state[j, RADIUS])
+    gap = distance - (balls.state[i].radius + balls.state[j].radius)
     rate = (rx * vx + ry * vy) / distance
     pull = 1.5 * (grip(balls, i) + grip(balls, j))
     return in_contact(gap, rate, contact_tolerance(balls, i, j), pull)

@@ -6,34 +6,15 @@ import math
 
 from engine.core.kernel import kernel
 from engine.core.state import (
-    AX,
-    AY,
-    BX,
-    BY,
-    BZ,
-    EPOCH,
     OWN_CUSHION,
     OWN_NONE,
     OWN_REST,
     OWN_ROLL,
-    OWN_TIME,
-    PHASE,
-    RADIUS,
     RESTING,
-    ROLL,
     ROLLING,
-    SLIDE,
     SLIDING,
-    SPIN,
-    VX,
-    VY,
-    WX,
-    WY,
-    WZ,
     Balls,
     Laws,
-    X,
-    Y,
 )
 from engine.core.tolerances import SLIP_ROUNDING, TIME_ROUNDING
 from engine.motion.geometry import cushion_gap, cushion_side
@@ -108,16 +89,16 @@ def advance(balls: Balls, i: int, t: float) -> None:
 
     Contract: t is not beyond the ball's own next event. No allocation.
     """
-    s = t - balls.state[i, EPOCH]
-    balls.state[i, X] += s * (balls.state[i, VX] + 0.5 * balls.state[i, AX] * s)
-    balls.state[i, Y] += s * (balls.state[i, VY] + 0.5 * balls.state[i, AY] * s)
-    balls.state[i, VX] += balls.state[i, AX] * s
-    balls.state[i, VY] += balls.state[i, AY] * s
-    if balls.state[i, PHASE] == SLIDING:
-        balls.state[i, WX] += balls.state[i, BX] * s
-        balls.state[i, WY] += balls.state[i, BY] * s
+    s = t - balls.state[i].epoch
+    balls.state[i].x += s * (balls.state[i].vx + 0.5 * balls.state[i].ax * s)
+    balls.state[i].y += s * (balls.state[i].vy + 0.5 * balls.state[i].ay * s)
+    balls.state[i].vx += balls.state[i].ax * s
+    balls.state[i].vy += balls.state[i].ay * s
+    if balls.state[i].phase == SLIDING:
+        balls.state[i].wx += balls.state[i].bx * s
+        balls.state[i].wy += balls.state[i].by * s
     _turn_about_vertical(balls, i, s)
-    balls.state[i, EPOCH] = t
+    balls.state[i].epoch = t
 
 
 @kernel
@@ -126,11 +107,11 @@ def _turn_about_vertical(balls: Balls, i: int, s: float) -> None:
 
     And add what a contact step adds.
     """
-    spin = balls.state[i, WZ]
+    spin = balls.state[i].wz
     if spin != 0.0:
-        left = max(abs(spin) - s * balls.state[i, SPIN], 0.0)
-        balls.state[i, WZ] = left if spin > 0.0 else -left
-    balls.state[i, WZ] += balls.state[i, BZ] * s
+        left = max(abs(spin) - s * balls.state[i].spin_slowing, 0.0)
+        balls.state[i].wz = left if spin > 0.0 else -left
+    balls.state[i].wz += balls.state[i].bz * s
 
 
 @kernel
@@ -140,14 +121,14 @@ def come_to_rest(balls: Balls, i: int, t: float) -> None:
     A uniformly slowed ball covers half of what it would cover at its first speed; unlike the full
     polynomial this cancels no digits. It may spin on about the vertical.
     """
-    s = t - balls.state[i, EPOCH]
-    balls.state[i, X] += 0.5 * s * balls.state[i, VX]
-    balls.state[i, Y] += 0.5 * s * balls.state[i, VY]
-    balls.state[i, VX] = 0.0
-    balls.state[i, VY] = 0.0
-    balls.state[i, PHASE] = ROLLING
+    s = t - balls.state[i].epoch
+    balls.state[i].x += 0.5 * s * balls.state[i].vx
+    balls.state[i].y += 0.5 * s * balls.state[i].vy
+    balls.state[i].vx = 0.0
+    balls.state[i].vy = 0.0
+    balls.state[i].phase = ROLLING
     _turn_about_vertical(balls, i, s)
-    balls.state[i, EPOCH] = t
+    balls.state[i].epoch = t
 
 
 @kernel
@@ -157,27 +138,27 @@ def start_rolling(balls: Balls, i: int, t: float) -> None:
     The cloth has then taken 2/7 of the slip from the velocity, whatever the friction. As above, the
     mean of both velocities gives the way without cancelling.
     """
-    s = t - balls.state[i, EPOCH]
+    s = t - balls.state[i].epoch
     ux, uy = slip(balls, i)
-    vx, vy = balls.state[i, VX] - ux / 3.5, balls.state[i, VY] - uy / 3.5
-    balls.state[i, X] += 0.5 * s * (balls.state[i, VX] + vx)
-    balls.state[i, Y] += 0.5 * s * (balls.state[i, VY] + vy)
-    balls.state[i, VX] = vx
-    balls.state[i, VY] = vy
-    balls.state[i, PHASE] = ROLLING
+    vx, vy = balls.state[i].vx - ux / 3.5, balls.state[i].vy - uy / 3.5
+    balls.state[i].x += 0.5 * s * (balls.state[i].vx + vx)
+    balls.state[i].y += 0.5 * s * (balls.state[i].vy + vy)
+    balls.state[i].vx = vx
+    balls.state[i].vy = vy
+    balls.state[i].phase = ROLLING
     _turn_about_vertical(balls, i, s)
-    balls.state[i, EPOCH] = t
+    balls.state[i].epoch = t
 
 
 @kernel
 def slip(balls: Balls, i: int) -> tuple[float, float]:
     """Velocity [m/s] of ball i's lowest point over the cloth, at its epoch."""
-    if balls.state[i, PHASE] != SLIDING:
+    if balls.state[i].phase != SLIDING:
         return 0.0, 0.0
-    radius = balls.state[i, RADIUS]
+    radius = balls.state[i].radius
     return (
-        balls.state[i, VX] - radius * balls.state[i, WY],
-        balls.state[i, VY] + radius * balls.state[i, WX],
+        balls.state[i].vx - radius * balls.state[i].wy,
+        balls.state[i].vy + radius * balls.state[i].wx,
     )
 
 
@@ -187,10 +168,10 @@ def loosen(balls: Balls, i: int) -> None:
 
     Contract: before any impulse on a ball of a scene in which balls slide.
     """
-    if balls.state[i, PHASE] != SLIDING:
-        balls.state[i, WX] = -balls.state[i, VY] / balls.state[i, RADIUS]
-        balls.state[i, WY] = balls.state[i, VX] / balls.state[i, RADIUS]
-        balls.state[i, PHASE] = SLIDING
+    if balls.state[i].phase != SLIDING:
+        balls.state[i].wx = -balls.state[i].vy / balls.state[i].radius
+        balls.state[i].wy = balls.state[i].vx / balls.state[i].radius
+        balls.state[i].phase = SLIDING
 
 
 @kernel
@@ -227,8 +208,8 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
     A slide has constant accelerations, since its slip keeps its direction, and ends after 2 |u| /
     (7 mu_s g); rolling is straight and ends after |v| / (mu_r g).
     """
-    balls.state[i, BZ] = 0.0
-    duration = _start_slide(balls, i) if balls.state[i, PHASE] == SLIDING else _NO_MOTION
+    balls.state[i].bz = 0.0
+    duration = _start_slide(balls, i) if balls.state[i].phase == SLIDING else _NO_MOTION
     if duration == _NO_MOTION:
         duration = _start_roll(balls, i)
     if duration != _NO_MOTION:
@@ -244,15 +225,15 @@ def predict_again(balls: Balls, i: int, laws: Laws) -> None:
 @kernel(inline=True)
 def _start_roll(balls: Balls, i: int) -> float:
     """Let ball i roll, or rest; return how long it would, or _NO_MOTION [s]."""
-    vx, vy = balls.state[i, VX], balls.state[i, VY]
-    deceleration = balls.state[i, ROLL]
-    balls.state[i, AX], balls.state[i, AY] = friction_against(vx, vy, deceleration)
+    vx, vy = balls.state[i].vx, balls.state[i].vy
+    deceleration = balls.state[i].roll_slowing
+    balls.state[i].ax, balls.state[i].ay = friction_against(vx, vy, deceleration)
     if vx == 0.0 and vy == 0.0:
-        balls.state[i, PHASE] = RESTING
-        balls.state[i, OWN_TIME] = math.inf
+        balls.state[i].phase = RESTING
+        balls.state[i].own_time = math.inf
         balls.own_kind[i] = OWN_NONE
         return _NO_MOTION
-    balls.state[i, PHASE] = ROLLING
+    balls.state[i].phase = ROLLING
     balls.own_kind[i] = OWN_REST
     if deceleration == 0.0:
         return math.inf
@@ -265,18 +246,18 @@ def _start_slide(balls: Balls, i: int) -> float:
     """Let ball i slide; return how long it would, or _NO_MOTION where its slip is but rounding."""
     ux, uy = slip(balls, i)
     size = speed_of(ux, uy)
-    radius = balls.state[i, RADIUS]
-    terms = abs(balls.state[i, VX]) + abs(balls.state[i, VY])
-    terms += radius * (abs(balls.state[i, WX]) + abs(balls.state[i, WY]))
+    radius = balls.state[i].radius
+    terms = abs(balls.state[i].vx) + abs(balls.state[i].vy)
+    terms += radius * (abs(balls.state[i].wx) + abs(balls.state[i].wy))
     if size <= SLIP_ROUNDING * terms:
         return _NO_MOTION
-    ax, ay = friction_against(ux, uy, balls.state[i, SLIDE])
-    balls.state[i, AX] = ax
-    balls.state[i, AY] = ay
-    balls.state[i, BX] = 2.5 * ay / radius
-    balls.state[i, BY] = -2.5 * ax / radius
+    ax, ay = friction_against(ux, uy, balls.state[i].slide_slowing)
+    balls.state[i].ax = ax
+    balls.state[i].ay = ay
+    balls.state[i].bx = 2.5 * ay / radius
+    balls.state[i].by = -2.5 * ax / radius
     balls.own_kind[i] = OWN_ROLL
-    friction = balls.state[i, SLIDE]
+    friction = balls.state[i].slide_slowing
     duration: float = size / (3.5 * friction) if friction > 0.0 else math.inf
     return duration
 
@@ -289,17 +270,17 @@ def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, held: int
     `held` is left out: a contact step holds the ball off it. An end that the clock can't tell from
     now comes first, so that a ball that has all but stopped does stop.
     """
-    if duration <= TIME_ROUNDING * balls.state[i, EPOCH]:
-        balls.state[i, OWN_TIME] = balls.state[i, EPOCH]
+    if duration <= TIME_ROUNDING * balls.state[i].epoch:
+        balls.state[i].own_time = balls.state[i].epoch
         return
     for cushion in range(4 if laws.cushioned else 0):
         nx, ny, line = cushion_side(laws, cushion)
         if math.isinf(line) or held >> cushion & 1:
             continue
-        x, y = balls.state[i, X], balls.state[i, Y]
-        gap = max(cushion_gap(x, y, balls.state[i, RADIUS], laws, cushion), 0.0)
-        rate = nx * balls.state[i, VX] + ny * balls.state[i, VY]
-        pull = nx * balls.state[i, AX] + ny * balls.state[i, AY]
+        x, y = balls.state[i].x, balls.state[i].y
+        gap = max(cushion_gap(x, y, balls.state[i].radius, laws, cushion), 0.0)
+        rate = nx * balls.state[i].vx + ny * balls.state[i].vy
+        pull = nx * balls.state[i].ax + ny * balls.state[i].ay
         if rate >= 0.0 and pull >= 0.0:
             continue
         # Without pull the root is that of a line: the same number, without a square root.
@@ -307,4 +288,4 @@ def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, held: int
         if s < duration:
             duration = s
             balls.own_kind[i] = OWN_CUSHION + cushion
-    balls.state[i, OWN_TIME] = balls.state[i, EPOCH] + duration
+    balls.state[i].own_time = balls.state[i].epoch + duration

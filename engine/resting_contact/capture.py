@@ -8,18 +8,13 @@ from engine.core.kernel import kernel
 from engine.core.state import (
     ANSWERING,
     FIRST,
-    MASS,
     NX,
     NY,
-    PHASE,
     PUSH_X,
     PUSH_Y,
     RATE,
-    ROLL,
     SECOND,
     SLIDING,
-    VX,
-    VY,
     Balls,
     Contacts,
     Laws,
@@ -65,8 +60,8 @@ def stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, co
             solved = end_approach(contacts, count)
         for m in range(members):
             k = contacts.member[m]
-            balls.state[k, VX] += gained(contacts, count, k, PUSH_X)
-            balls.state[k, VY] += gained(contacts, count, k, PUSH_Y)
+            balls.state[k].vx += gained(contacts, count, k, PUSH_X)
+            balls.state[k].vy += gained(contacts, count, k, PUSH_Y)
     for m in range(members):
         k = contacts.member[m]
         contacts.stopped[k] = contacts.stopped[k] and at_rest(balls, k)
@@ -84,9 +79,9 @@ def _approaches(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> boo
         contacts.forces[c, NY] = ny
         rate = gap_rate(balls, contacts, c)
         contacts.forces[c, RATE] = rate
-        size = abs(balls.state[a, VX]) + abs(balls.state[a, VY])
+        size = abs(balls.state[a].vx) + abs(balls.state[a].vy)
         if b >= 0:
-            size += abs(balls.state[b, VX]) + abs(balls.state[b, VY])
+            size += abs(balls.state[b].vx) + abs(balls.state[b].vy)
         other = b if b >= 0 else a
         height = _RESIDUE * contact_tolerance(balls, a, other)
         residue = negligible_hop(rate, max(grip(balls, a), grip(balls, other)), height)
@@ -113,7 +108,7 @@ def _loosen_pushed(
         )
         mass = _moved_mass(balls, laws, k)
         height = capture_height(balls, k, k)
-        if not (solved and negligible_hop(pushed / mass, balls.state[k, ROLL], height)):
+        if not (solved and negligible_hop(pushed / mass, balls.state[k].roll_slowing, height)):
             contacts.motion[k, ANSWERING] = mass
             found = True
     return found
@@ -126,6 +121,6 @@ def _moved_mass(balls: Balls, laws: Laws, k: int) -> float:
     One that rolls, or rests, rolls on: the cloth ends so small a slip within part of
     `CAPTURE_HEIGHT`.
     """
-    rolls = laws.slides and balls.state[k, PHASE] != SLIDING and grip(balls, k) > 0.0
-    mass: float = 1.4 * balls.state[k, MASS] if rolls else balls.state[k, MASS]
+    rolls = laws.slides and balls.state[k].phase != SLIDING and grip(balls, k) > 0.0
+    mass: float = 1.4 * balls.state[k].mass if rolls else balls.state[k].mass
     return mass

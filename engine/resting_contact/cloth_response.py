@@ -15,21 +15,14 @@ from engine.core.state import (
     DEEP,
     LOAD_X,
     LOAD_Y,
-    MASS,
     NEW_AX,
     NEW_AY,
     NEW_BX,
     NEW_BY,
-    PHASE,
-    RADIUS,
-    ROLL,
     ROLLING,
-    SLIDE,
     SLIPS,
     TWIST_X,
     TWIST_Y,
-    VX,
-    VY,
     YIELD,
     Balls,
     Contacts,
@@ -51,13 +44,13 @@ _TURN = 0.125
 @kernel
 def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: float) -> None:
     """Set member k's accelerations from LOAD_* and TWIST_*, and the cloth's answer to them."""
-    mass = balls.state[k, MASS]
+    mass = balls.state[k].mass
     fx, fy = contacts.motion[k, LOAD_X] / mass, contacts.motion[k, LOAD_Y] / mass
     contacts.motion[k, YIELD] = 1.0 / mass
     if not laws.slides:
         _roll(balls, contacts, k, duration, fx, fy)
         return
-    radius = balls.state[k, RADIUS]
+    radius = balls.state[k].radius
     gx = 2.5 * contacts.motion[k, TWIST_X] / (mass * radius)
     gy = 2.5 * contacts.motion[k, TWIST_Y] / (mass * radius)
     ux, uy = slip(balls, k)
@@ -74,9 +67,9 @@ def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: f
         contacts.motion[k, NEW_BX] = -contacts.motion[k, NEW_AY] / radius
         contacts.motion[k, NEW_BY] = contacts.motion[k, NEW_AX] / radius
         return
-    if size > balls.state[k, SLIDE]:
+    if size > balls.state[k].slide_slowing:
         mid_x, mid_y = ux + 0.5 * duration * dux, uy + 0.5 * duration * duy
-        cx, cy = _resist(mid_x, mid_y, balls.state[k, SLIDE], 1.75 * duration)
+        cx, cy = _resist(mid_x, mid_y, balls.state[k].slide_slowing, 1.75 * duration)
     contacts.motion[k, NEW_AX] = fx + cx
     contacts.motion[k, NEW_AY] = fy + cy
     contacts.motion[k, NEW_BX] = gx + 2.5 * cy / radius
@@ -86,8 +79,8 @@ def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: f
 @kernel
 def _roll(balls: Balls, contacts: Contacts, k: int, duration: float, fx: float, fy: float) -> None:
     """Set the acceleration of a member that rolls or rests: drive less rolling friction."""
-    vx, vy = balls.state[k, VX], balls.state[k, VY]
-    limit = balls.state[k, ROLL]
+    vx, vy = balls.state[k].vx, balls.state[k].vy
+    limit = balls.state[k].roll_slowing
     if stopping(balls, k):
         # So slow, or at rest: the cloth brings it to rest by the end of the step if mu m g can,
         # else it resists with that.
@@ -126,8 +119,8 @@ def stopping(balls: Balls, k: int) -> bool:
     ux, uy = slip(balls, k)
     if ux != 0.0 or uy != 0.0:
         return False
-    speed = speed_of(balls.state[k, VX], balls.state[k, VY])
-    return negligible_hop(speed, balls.state[k, ROLL], capture_height(balls, k, k))
+    speed = speed_of(balls.state[k].vx, balls.state[k].vy)
+    return negligible_hop(speed, balls.state[k].roll_slowing, capture_height(balls, k, k))
 
 
 @kernel
@@ -146,11 +139,11 @@ def keep_still(balls: Balls, contacts: Contacts, k: int, duration: float) -> Non
     """Bring member k to rest, or leave it there, where what moves it is what forces are off by."""
     if contacts.motion[k, DEEP] == 1.0 or not stopping(balls, k):
         return
-    x = balls.state[k, VX] + duration * contacts.motion[k, NEW_AX]
-    y = balls.state[k, VY] + duration * contacts.motion[k, NEW_AY]
+    x = balls.state[k].vx + duration * contacts.motion[k, NEW_AX]
+    y = balls.state[k].vy + duration * contacts.motion[k, NEW_AY]
     if duration * speed_of(x, y) <= 2.0 * slack(balls, k, k, duration):
-        contacts.motion[k, NEW_AX] = -balls.state[k, VX] / duration
-        contacts.motion[k, NEW_AY] = -balls.state[k, VY] / duration
+        contacts.motion[k, NEW_AX] = -balls.state[k].vx / duration
+        contacts.motion[k, NEW_AY] = -balls.state[k].vy / duration
 
 
 @kernel
@@ -161,11 +154,11 @@ def settle(balls: Balls, k: int) -> bool:
     """
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
-    if size == 0.0 or not negligible_hop(size, balls.state[k, SLIDE], stop_way(balls, k)):
+    if size == 0.0 or not negligible_hop(size, balls.state[k].slide_slowing, stop_way(balls, k)):
         return False
-    balls.state[k, VX] -= ux / 3.5
-    balls.state[k, VY] -= uy / 3.5
-    balls.state[k, PHASE] = ROLLING
+    balls.state[k].vx -= ux / 3.5
+    balls.state[k].vy -= uy / 3.5
+    balls.state[k].phase = ROLLING
     return True
 
 
@@ -175,11 +168,11 @@ def time_to_change(balls: Balls, k: int) -> float:
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
     if size > 0.0:
-        friction = balls.state[k, SLIDE]
+        friction = balls.state[k].slide_slowing
         return 0.5 * size / (3.5 * friction) if friction > 0.0 else math.inf
-    speed = speed_of(balls.state[k, VX], balls.state[k, VY])
-    free = stopping(balls, k) or balls.state[k, ROLL] == 0.0
-    return math.inf if free else 0.5 * speed / balls.state[k, ROLL]
+    speed = speed_of(balls.state[k].vx, balls.state[k].vy)
+    free = stopping(balls, k) or balls.state[k].roll_slowing == 0.0
+    return math.inf if free else 0.5 * speed / balls.state[k].roll_slowing
 
 
 @kernel
@@ -189,13 +182,13 @@ def turns_little(balls: Balls, contacts: Contacts, k: int, duration: float) -> b
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
     if size > 0.0:
-        radius = balls.state[k, RADIUS]
+        radius = balls.state[k].radius
         dux = duration * (ax - radius * contacts.motion[k, NEW_BY])
         duy = duration * (ay + radius * contacts.motion[k, NEW_BX])
         across = abs((ux / size) * duy - (uy / size) * dux)
         left = size + (ux / size) * dux + (uy / size) * duy
         return bool(across <= _TURN * size and left > 0.25 * size)
-    if balls.state[k, ROLL] == 0.0:
+    if balls.state[k].roll_slowing == 0.0:
         return True  # no friction: what speed is left may be but rounding, of any direction
-    speed = speed_of(balls.state[k, VX], balls.state[k, VY])
+    speed = speed_of(balls.state[k].vx, balls.state[k].vy)
     return bool(duration * speed_of(ax, ay) <= _TURN * speed or stopping(balls, k))

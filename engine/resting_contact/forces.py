@@ -11,14 +11,11 @@ import math
 from engine.core.kernel import kernel
 from engine.core.state import (
     ALONG,
-    AX,
-    AY,
     DEEP,
     FIRST,
     FORCE,
     LOAD_X,
     LOAD_Y,
-    MASS,
     NEW_AX,
     NEW_AY,
     NEW_BX,
@@ -26,25 +23,16 @@ from engine.core.state import (
     NOWHERE,
     NX,
     NY,
-    PHASE,
-    RADIUS,
     SECOND,
     SLIDING,
     TWIST_X,
     TWIST_Y,
     TWIST_Z,
     UP,
-    VX,
-    VY,
-    WX,
-    WY,
-    WZ,
     YIELD,
     Balls,
     Contacts,
     Laws,
-    X,
-    Y,
 )
 from engine.impacts.laws.friction_curve import friction_coefficient
 from engine.motion.geometry import (
@@ -91,8 +79,8 @@ def solve(
         k = contacts.member[m]
         for row in (LOAD_X, LOAD_Y, TWIST_X, TWIST_Y, TWIST_Z, NEW_BX, NEW_BY):
             contacts.motion[k, row] = 0.0
-        contacts.motion[k, NEW_AX] = balls.state[k, AX]
-        contacts.motion[k, NEW_AY] = balls.state[k, AY]
+        contacts.motion[k, NEW_AX] = balls.state[k].ax
+        contacts.motion[k, NEW_AY] = balls.state[k].ay
         accelerate(balls, laws, contacts, k, duration)
     for c in range(count):
         nx, ny, _ = gap_after(balls, laws, contacts, c, 0.5 * duration)
@@ -182,9 +170,9 @@ def _hold(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float)
     if answer > 0.0:
         # A member that the cloth holds may give way: with a part of its answer then.
         if contacts.motion[a, YIELD] == 0.0:
-            answer += _SHARE / balls.state[a, MASS]
+            answer += _SHARE / balls.state[a].mass
         if b >= 0 and contacts.motion[b, YIELD] == 0.0:
-            answer += _SHARE / balls.state[b, MASS]
+            answer += _SHARE / balls.state[b].mass
         change = max(-force, -2.0 * excess / (answer * duration * duration))
     elif excess > 0.0:
         change = -force
@@ -221,8 +209,8 @@ def _yield(contacts: Contacts, c: int) -> float:
 def _mass(balls: Balls, contacts: Contacts, c: int) -> float:
     """Reduced mass of contact c [kg]; a cushion's is infinite."""
     a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    mass: float = balls.state[a, MASS]
-    return reduced_mass(mass, balls.state[b, MASS]) if b >= 0 else mass
+    mass: float = balls.state[a].mass
+    return reduced_mass(mass, balls.state[b].mass) if b >= 0 else mass
 
 
 @kernel
@@ -285,7 +273,7 @@ def _slip(balls: Balls, contacts: Contacts, c: int) -> tuple[float, float, float
     if b >= 0:
         # Its surface is on the other side of its centre.
         b_along, b_up, b_change_along, b_change_up = _surface(balls, contacts, c, b)
-        vx, vy = balls.state[b, VX], balls.state[b, VY]
+        vx, vy = balls.state[b].vx, balls.state[b].vy
         ax, ay = contacts.motion[b, NEW_AX], contacts.motion[b, NEW_AY]
         nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
         along += b_along - 2.0 * (nx * vy - ny * vx)
@@ -299,13 +287,13 @@ def _slip(balls: Balls, contacts: Contacts, c: int) -> tuple[float, float, float
 def _surface(balls: Balls, contacts: Contacts, c: int, k: int) -> tuple[float, float, float, float]:
     """Velocity of ball k's surface where it faces along the normal of contact c; and its change."""
     nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
-    radius = balls.state[k, RADIUS]
-    wx, wy = balls.state[k, WX], balls.state[k, WY]
-    if balls.state[k, PHASE] != SLIDING:
-        wx, wy = -balls.state[k, VY] / radius, balls.state[k, VX] / radius
-    along = nx * balls.state[k, VY] - ny * balls.state[k, VX] + radius * balls.state[k, WZ]
+    radius = balls.state[k].radius
+    wx, wy = balls.state[k].wx, balls.state[k].wy
+    if balls.state[k].phase != SLIDING:
+        wx, wy = -balls.state[k].vy / radius, balls.state[k].vx / radius
+    along = nx * balls.state[k].vy - ny * balls.state[k].vx + radius * balls.state[k].wz
     up = -radius * (nx * wy - ny * wx)
-    twist = 2.5 * contacts.motion[k, TWIST_Z] / balls.state[k, MASS]
+    twist = 2.5 * contacts.motion[k, TWIST_Z] / balls.state[k].mass
     change_along = nx * contacts.motion[k, NEW_AY] - ny * contacts.motion[k, NEW_AX] + twist
     change_up = -radius * (nx * contacts.motion[k, NEW_BY] - ny * contacts.motion[k, NEW_BX])
     return along, up, change_along, change_up
@@ -405,18 +393,14 @@ def gap_after(
 ) -> tuple[float, float, float]:
     """Return contact c's normal (outward from its first member) and its gap, in s seconds."""
     a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    xa = balls.state[a, X] + s * (balls.state[a, VX] + 0.5 * s * contacts.motion[a, NEW_AX])
-    ya = balls.state[a, Y] + s * (balls.state[a, VY] + 0.5 * s * contacts.motion[a, NEW_AY])
-    radius = balls.state[a, RADIUS]
+    xa = balls.state[a].x + s * (balls.state[a].vx + 0.5 * s * contacts.motion[a, NEW_AX])
+    ya = balls.state[a].y + s * (balls.state[a].vy + 0.5 * s * contacts.motion[a, NEW_AY])
+    radius = balls.state[a].radius
     if b >= 0:
-        rx = (
-            balls.state[b, X] + s * (balls.state[b, VX] + 0.5 * s * contacts.motion[b, NEW_AX]) - xa
-        )
-        ry = (
-            balls.state[b, Y] + s * (balls.state[b, VY] + 0.5 * s * contacts.motion[b, NEW_AY]) - ya
-        )
+        rx = balls.state[b].x + s * (balls.state[b].vx + 0.5 * s * contacts.motion[b, NEW_AX]) - xa
+        ry = balls.state[b].y + s * (balls.state[b].vy + 0.5 * s * contacts.motion[b, NEW_AY]) - ya
         distance = math.sqrt(rx * rx + ry * ry)
-        return rx / distance, ry / distance, distance - (radius + balls.state[b, RADIUS])
+        return rx / distance, ry / distance, distance - (radius + balls.state[b].radius)
     cushion = -1 - b
     nx, ny, _ = cushion_side(laws, cushion)
     return -nx, -ny, cushion_gap(xa, ya, radius, laws, cushion)

@@ -16,8 +16,6 @@ from engine.core.state import (
     Contacts,
     IntArray,
     Laws,
-    X,
-    Y,
 )
 from engine.motion.geometry import cushion_in_contact, list_near, pair_in_contact
 from engine.motion.on_cloth import advance, mark, predict_again
@@ -133,9 +131,9 @@ def _sort(balls: Balls, contacts: Contacts, members: int) -> None:
 @kernel
 def stands_before(balls: Balls, i: int, j: int) -> bool:
     """Whether ball i is before ball j in the order of places; both at one instant."""
-    same = balls.state[i, X] == balls.state[j, X]
-    below = same and balls.state[i, Y] < balls.state[j, Y]
-    return bool(balls.state[i, X] < balls.state[j, X] or below)
+    same = balls.state[i].x == balls.state[j].x
+    below = same and balls.state[i].y < balls.state[j].y
+    return bool(balls.state[i].x < balls.state[j].x or below)
 
 
 @kernel

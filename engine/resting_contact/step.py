@@ -26,35 +26,22 @@ import math
 
 from engine.core.kernel import kernel
 from engine.core.state import (
-    AX,
-    AY,
-    BX,
-    BY,
-    BZ,
     CONTACT_STEPS,
     FIRST,
     FORCE,
     FREE,
-    MASS,
-    MOVED,
     NEW_AX,
     NEW_AY,
     NEW_BX,
     NEW_BY,
     OWN_CONTACT,
     OWN_REST,
-    PHASE,
-    RADIUS,
     SECOND,
     SLIDING,
     SLIPS,
-    SPIN,
     STEP,
     TWIST_Z,
     UNSOLVED_STEPS,
-    VX,
-    VY,
-    WZ,
     Balls,
     Cells,
     Contacts,
@@ -206,16 +193,16 @@ def _press(
         return
     for m in range(members):
         k = contacts.member[m]
-        balls.state[k, AX] = contacts.motion[k, NEW_AX]
-        balls.state[k, AY] = contacts.motion[k, NEW_AY]
+        balls.state[k].ax = contacts.motion[k, NEW_AX]
+        balls.state[k].ay = contacts.motion[k, NEW_AY]
         if laws.slides:
             if contacts.motion[k, SLIPS] == 1.0:
                 loosen(balls, k)
-            balls.state[k, BX] = contacts.motion[k, NEW_BX]
-            balls.state[k, BY] = contacts.motion[k, NEW_BY]
+            balls.state[k].bx = contacts.motion[k, NEW_BX]
+            balls.state[k].by = contacts.motion[k, NEW_BY]
             _twist(balls, contacts, k, duration)
         if not stopping(balls, k):
-            balls.state[k, MOVED] = 1.0
+            balls.state[k].moved = 1.0
         balls.own_kind[k] = OWN_REST if _comes_to_rest(balls, k, duration) else OWN_CONTACT
         predict_cushion(balls, k, laws, duration, _held_cushions(contacts, count, k))
         contacts.motion[k, STEP] = step
@@ -294,9 +281,9 @@ def _any_force(contacts: Contacts, count: int) -> bool:
 @kernel
 def _twist(balls: Balls, contacts: Contacts, k: int, duration: float) -> None:
     """Turn member k about the vertical: what its contacts do, and the cloth against that."""
-    spin = balls.state[k, WZ]
-    slowed = duration * balls.state[k, SPIN]
-    gain = 2.5 * contacts.motion[k, TWIST_Z] / (balls.state[k, MASS] * balls.state[k, RADIUS])
+    spin = balls.state[k].wz
+    slowed = duration * balls.state[k].spin_slowing
+    gain = 2.5 * contacts.motion[k, TWIST_Z] / (balls.state[k].mass * balls.state[k].radius)
     if gain == 0.0:
         return
     driven = spin + duration * gain
@@ -304,16 +291,16 @@ def _twist(balls: Balls, contacts: Contacts, k: int, duration: float) -> None:
     end = end if driven > 0.0 else -end
     alone = max(abs(spin) - slowed, 0.0)
     alone = alone if spin > 0.0 else -alone
-    balls.state[k, BZ] = (end - alone) / duration
+    balls.state[k].bz = (end - alone) / duration
 
 
 @kernel
 def _comes_to_rest(balls: Balls, k: int, duration: float) -> bool:
     """Whether member k moves, and its acceleration takes just that velocity in `duration`."""
-    left_x = balls.state[k, VX] + duration * balls.state[k, AX]
-    left_y = balls.state[k, VY] + duration * balls.state[k, AY]
-    speed = speed_of(balls.state[k, VX], balls.state[k, VY])
-    if balls.state[k, PHASE] == SLIDING:
+    left_x = balls.state[k].vx + duration * balls.state[k].ax
+    left_y = balls.state[k].vy + duration * balls.state[k].ay
+    speed = speed_of(balls.state[k].vx, balls.state[k].vy)
+    if balls.state[k].phase == SLIDING:
         return False  # it rolls first
     return speed > 0.0 and speed_of(left_x, left_y) <= 4.0 * EPS * speed
 
@@ -338,5 +325,5 @@ def _own_time(balls: Balls, contacts: Contacts, members: int) -> float:
     for m in range(members):
         k = contacts.member[m]
         if grip(balls, k) > 0.0:
-            least = min(least, math.sqrt(2.0 * balls.state[k, RADIUS] / grip(balls, k)))
+            least = min(least, math.sqrt(2.0 * balls.state[k].radius / grip(balls, k)))
     return least

@@ -18,19 +18,14 @@ import math
 from engine.core.kernel import kernel
 from engine.core.state import (
     ADVANCEMENTS,
-    AX,
-    AY,
     BOUNDS,
-    EPOCH,
     FREE,
     LANES,
     NEXT,
     NOWHERE,
-    OWN_TIME,
     PARTNER,
     PENDING,
     PENDING_VERDICT,
-    RADIUS,
     TRACK_AX,
     TRACK_AY,
     TRACK_EPOCH,
@@ -41,16 +36,12 @@ from engine.core.state import (
     TRACK_X,
     TRACK_Y,
     TRACKS,
-    VX,
-    VY,
     Balls,
     Contacts,
     FloatArray,
     IntArray,
     Laws,
     Pairs,
-    X,
-    Y,
 )
 from engine.motion.geometry import tie_rounding
 from engine.motion.on_cloth import first_crossing, first_meeting
@@ -87,15 +78,15 @@ def update_pairs(
 def _track(balls: Balls, pairs: Pairs, i: int) -> None:
     """Copy from ball i what its bounds need."""
     at = (i // LANES) * (TRACKS * LANES) + i % LANES
-    pairs.track[at + TRACK_X] = balls.state[i, X]
-    pairs.track[at + TRACK_Y] = balls.state[i, Y]
-    pairs.track[at + TRACK_VX] = balls.state[i, VX]
-    pairs.track[at + TRACK_VY] = balls.state[i, VY]
-    pairs.track[at + TRACK_AX] = balls.state[i, AX]
-    pairs.track[at + TRACK_AY] = balls.state[i, AY]
-    pairs.track[at + TRACK_EPOCH] = balls.state[i, EPOCH]
-    pairs.track[at + TRACK_RADIUS] = balls.state[i, RADIUS]
-    pairs.track[at + TRACK_OWN_TIME] = balls.state[i, OWN_TIME]
+    pairs.track[at + TRACK_X] = balls.state[i].x
+    pairs.track[at + TRACK_Y] = balls.state[i].y
+    pairs.track[at + TRACK_VX] = balls.state[i].vx
+    pairs.track[at + TRACK_VY] = balls.state[i].vy
+    pairs.track[at + TRACK_AX] = balls.state[i].ax
+    pairs.track[at + TRACK_AY] = balls.state[i].ay
+    pairs.track[at + TRACK_EPOCH] = balls.state[i].epoch
+    pairs.track[at + TRACK_RADIUS] = balls.state[i].radius
+    pairs.track[at + TRACK_OWN_TIME] = balls.state[i].own_time
 
 
 @kernel(inline=True)
@@ -104,13 +95,13 @@ def _update_ball(
 ) -> None:
     """Bound anew every pair of ball i; its row takes them over from the others' rows."""
     n = len(balls.own_kind)
-    s = t - balls.state[i, EPOCH]
-    ax, ay = balls.state[i, AX], balls.state[i, AY]
-    x = balls.state[i, X] + s * (balls.state[i, VX] + 0.5 * ax * s)
-    y = balls.state[i, Y] + s * (balls.state[i, VY] + 0.5 * ay * s)
-    vx = balls.state[i, VX] + ax * s
-    vy = balls.state[i, VY] + ay * s
-    radius, own_time = balls.state[i, RADIUS], balls.state[i, OWN_TIME]
+    s = t - balls.state[i].epoch
+    ax, ay = balls.state[i].ax, balls.state[i].ay
+    x = balls.state[i].x + s * (balls.state[i].vx + 0.5 * ax * s)
+    y = balls.state[i].y + s * (balls.state[i].vy + 0.5 * ay * s)
+    vx = balls.state[i].vx + ax * s
+    vy = balls.state[i].vy + ay * s
+    radius, own_time = balls.state[i].radius, balls.state[i].own_time
     for block in range(0, n, LANES):
         track = pairs.track[block * TRACKS : (block + LANES) * TRACKS]
         row = pairs.bound[i * n + block : i * n + min(block + LANES, n)]
@@ -211,7 +202,7 @@ def rescan(balls: Balls, pairs: Pairs, i: int) -> None:
     n = len(balls.own_kind)
     least = _least(pairs.bound[i * n : i * n + n])
     pairs.least[i] = least
-    pairs.next[i] = min(least, balls.state[i, OWN_TIME])
+    pairs.next[i] = min(least, balls.state[i].own_time)
 
 
 @kernel
@@ -240,10 +231,10 @@ def earliest_of_pairs(balls: Balls, pairs: Pairs) -> tuple[float, int, int]:
     t = _least(pairs.next)
     first, ties = _places(pairs.next, t)
     if ties == 1:
-        return t, first if balls.state[first, OWN_TIME] == t else -1, first
+        return t, first if balls.state[first].own_time == t else -1, first
     single = -1
     for i in range(first, len(balls.own_kind)):
-        if balls.state[i, OWN_TIME] != t:
+        if balls.state[i].own_time != t:
             continue
         if single < 0 or takes_precedence(balls, i, single):
             single = i
@@ -281,12 +272,12 @@ def _follow(
 ) -> float:
     """Advance one pair from its bound t [s] until it touches, or something else comes first."""
     n = len(balls.own_kind)
-    own_time = balls.state[i, OWN_TIME]
+    own_time = balls.state[i].own_time
     pairs.bound[i * n + j] = math.inf
     others = _least(pairs.bound[i * n : i * n + n])
     pairs.next[i] = min(others, own_time)
     until = min(_least(pairs.next), laws.t_max)
-    end = min(own_time, balls.state[j, OWN_TIME])
+    end = min(own_time, balls.state[j].own_time)
     verdict, bound, speed = NOT_YET, t, 0.0
     while True:
         counters[ADVANCEMENTS] += 1
@@ -342,7 +333,7 @@ def _touching_several(balls: Balls, laws: Laws, pairs: Pairs, t: float, counters
             counters[ADVANCEMENTS] += 1
             verdict, bound, speed = touch(balls, i, j, t, 0.0)
             if verdict == NOT_YET:
-                own = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
+                own = min(balls.state[i].own_time, balls.state[j].own_time)
                 pairs.bound[i * n + j] = bound if bound <= own else math.inf
             elif not has_room(balls, count, pressed, counters):
                 return True

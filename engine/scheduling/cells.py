@@ -23,15 +23,12 @@ from engine.core.state import (
     BOUNDS,
     CELL_MOVES,
     COLUMN,
-    EPOCH,
     LEAST,
     LEAVES,
     MATE,
     MATE_STAMP,
     NOWHERE,
     OTHERS,
-    OWN_TIME,
-    RADIUS,
     ROW,
     STAMP,
     WAY,
@@ -79,7 +76,7 @@ def update_in_cells(
 def next_bound(balls: Balls, laws: Laws, i: int, j: int, t: float, counters: IntArray) -> float:
     """Return a bound, past the instant t [s], of when i and j touch; or t if they do then."""
     counters[BOUNDS] += 1
-    end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
+    end = min(balls.state[i].own_time, balls.state[j].own_time)
     bound = first_bound(balls, laws, i, j)
     bound = bound if bound <= end else math.inf
     return bound if bound > t else _later_bound(balls, i, j, bound, t, end, counters)
@@ -181,7 +178,7 @@ def _meet_ball(
 
     A pair that is left out comes no sooner than `OTHERS`, which stays a bound for all but the mate.
     """
-    start = max(balls.state[i, EPOCH], balls.state[j, EPOCH])
+    start = max(balls.state[i].epoch, balls.state[j].epoch)
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
     rate, pull = rx * vx + ry * vy, rx * ax + ry * ay
     if rate >= 0.0 and pull >= 0.0:
@@ -194,8 +191,8 @@ def _meet_ball(
         if gap > 0.0 and gap + s * (rate + 0.5 * min(pull, 0.0) * s) > 0.0:
             return
     counters[BOUNDS] += 1
-    end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
-    reach = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    end = min(balls.state[i].own_time, balls.state[j].own_time)
+    reach = balls.state[i].radius + balls.state[j].radius
     bound = start + time_to_bound(laws, rx, ry, vx, vy, rate, pull, reach)
     bound = bound if bound <= end else math.inf
     if bound <= t:
@@ -213,7 +210,7 @@ def _meet_ball(
 def enter_next(balls: Balls, cells: Cells, i: int) -> None:
     """Enter ball i's next instant in the tree."""
     slot = min(cells.slot[i, LEAST], cells.slot[i, LEAVES])
-    enter_instant(cells.tree, i, min(slot, balls.state[i, OWN_TIME]))
+    enter_instant(cells.tree, i, min(slot, balls.state[i].own_time))
 
 
 @kernel(inline=True)
@@ -240,7 +237,7 @@ def earliest_in_cells(
         i = first
         while i != NOWHERE:
             only = only and i == first
-            if balls.state[i, OWN_TIME] == t:
+            if balls.state[i].own_time == t:
                 if single == NOWHERE or takes_precedence(balls, i, single):
                     single = i
             elif cells.slot[i, LEAVES] == t:

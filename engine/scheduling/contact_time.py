@@ -6,16 +6,9 @@ import math
 
 from engine.core.kernel import kernel
 from engine.core.state import (
-    AX,
-    AY,
-    EPOCH,
     NEXT,
     NOWHERE,
     PARTNER,
-    RADIUS,
-    ROLL,
-    VX,
-    VY,
     Balls,
     Contacts,
     Laws,
@@ -39,9 +32,9 @@ def first_bound(balls: Balls, laws: Laws, i: int, j: int) -> float:
     From the instant at which the later of the two changed its motion. To the bit what
     `scheduling.all_pairs` has in its rows, which are this without branches.
     """
-    start = max(balls.state[i, EPOCH], balls.state[j, EPOCH])
+    start = max(balls.state[i].epoch, balls.state[j].epoch)
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
-    reach = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    reach = balls.state[i].radius + balls.state[j].radius
     rate, pull = rx * vx + ry * vy, rx * ax + ry * ay
     bound: float = start + time_to_bound(laws, rx, ry, vx, vy, rate, pull, reach)
     return bound
@@ -88,7 +81,7 @@ def touch(balls: Balls, i: int, j: int, t: float, slack: float) -> tuple[int, fl
     A gap of up to `slack` [m] counts as closed.
     """
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, t)
-    reach = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    reach = balls.state[i].radius + balls.state[j].radius
     distance = math.sqrt(rx * rx + ry * ry)
     gap = distance - reach
     rate = (rx * vx + ry * vy) / distance
@@ -137,22 +130,22 @@ def _next_approach(opening: float, vx: float, vy: float, ax: float, ay: float) -
 @kernel
 def _stopping(balls: Balls, i: int) -> float:
     """Deceleration [m/s^2] that will stop ball i where an impact makes it leave its rest."""
-    deceleration: float = balls.state[i, ROLL] if at_rest(balls, i) else 0.0
+    deceleration: float = balls.state[i].roll_slowing if at_rest(balls, i) else 0.0
     return deceleration
 
 
 @kernel
 def _pull(balls: Balls, i: int) -> float:
     """Size of the acceleration of ball i [m/s^2], in the 1-norm."""
-    size: float = abs(balls.state[i, AX]) + abs(balls.state[i, AY])
+    size: float = abs(balls.state[i].ax) + abs(balls.state[i].ay)
     return size
 
 
 @kernel
 def _speed(balls: Balls, i: int, t: float) -> float:
     """Size of the velocity of ball i at the instant t [m/s], in the 1-norm."""
-    s = t - balls.state[i, EPOCH]
-    size: float = abs(balls.state[i, VX] + balls.state[i, AX] * s) + abs(
-        balls.state[i, VY] + balls.state[i, AY] * s
+    s = t - balls.state[i].epoch
+    size: float = abs(balls.state[i].vx + balls.state[i].ax * s) + abs(
+        balls.state[i].vy + balls.state[i].ay * s
     )
     return size

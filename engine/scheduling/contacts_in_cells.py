@@ -16,7 +16,6 @@ from engine.core.state import (
     MATE,
     NOWHERE,
     OTHERS,
-    OWN_TIME,
     PENDING,
     PENDING_VERDICT,
     SECOND,
@@ -60,8 +59,8 @@ def touching_in_cells(
         return t if several else math.inf
     # Advance the one pair from its bound until it touches, or something else comes first.
     mate = cells.link[row, MATE]
-    end = min(balls.state[row, OWN_TIME], balls.state[mate, OWN_TIME])
-    others = min(cells.slot[row, OTHERS], cells.slot[row, LEAVES], balls.state[row, OWN_TIME])
+    end = min(balls.state[row].own_time, balls.state[mate].own_time)
+    others = min(cells.slot[row, OTHERS], cells.slot[row, LEAVES], balls.state[row].own_time)
     until = min(others, least_of_others(cells.tree, row), laws.t_max)
     first = t
     while True:
@@ -178,7 +177,7 @@ def _advance_slot(
     """
     if cells.slot[i, LEAST] != was or cells.link[i, MATE] != j:
         return
-    end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
+    end = min(balls.state[i].own_time, balls.state[j].own_time)
     if bound <= end and bound <= cells.slot[i, OTHERS]:
         cells.slot[i, LEAST] = bound
         enter_next(balls, cells, i)

@@ -12,20 +12,13 @@ import math
 from engine.core.kernel import kernel
 from engine.core.state import (
     AFTER,
-    AX,
-    AY,
     BEFORE,
     COLUMN,
-    EPOCH,
     NOWHERE,
     ROW,
-    VX,
-    VY,
     WAY,
     Balls,
     Cells,
-    X,
-    Y,
 )
 from engine.motion.on_cloth import first_crossing
 
@@ -39,7 +32,7 @@ def cell_number(cells: Cells, column: int, row: int) -> int:
 @kernel
 def settle(balls: Balls, cells: Cells, i: int) -> None:
     """Put ball i in the cell that holds its place; the outermost reach as far as the cloth."""
-    x, y = balls.state[i, X] - cells.frame[0], balls.state[i, Y] - cells.frame[1]
+    x, y = balls.state[i].x - cells.frame[0], balls.state[i].y - cells.frame[1]
     column = min(max(int(x / cells.frame[2]), 0), cells.size[0] - 1)
     row = min(max(int(y / cells.frame[2]), 0), cells.size[1] - 1)
     _enter(cells, i, column + 1, row + 1)
@@ -85,11 +78,11 @@ def time_in_cell(balls: Balls, cells: Cells, i: int, t: float) -> float:
     """
     side = cells.frame[2]
     column, row = cells.link[i, COLUMN], cells.link[i, ROW]
-    s = t - balls.state[i, EPOCH]
-    ax, ay = balls.state[i, AX], balls.state[i, AY]
-    x = balls.state[i, X] + s * (balls.state[i, VX] + 0.5 * ax * s) - cells.frame[0]
-    y = balls.state[i, Y] + s * (balls.state[i, VY] + 0.5 * ay * s) - cells.frame[1]
-    vx, vy = balls.state[i, VX] + ax * s, balls.state[i, VY] + ay * s
+    s = t - balls.state[i].epoch
+    ax, ay = balls.state[i].ax, balls.state[i].ay
+    x = balls.state[i].x + s * (balls.state[i].vx + 0.5 * ax * s) - cells.frame[0]
+    y = balls.state[i].y + s * (balls.state[i].vy + 0.5 * ay * s) - cells.frame[1]
+    vx, vy = balls.state[i].vx + ax * s, balls.state[i].vy + ay * s
     # Left, right, down, up: there is no way out of the outermost.
     least, way = math.inf, 0
     if column > 1:

@@ -16,8 +16,6 @@ from engine.core.state import (
     ADVANCEMENTS,
     BOUNDS,
     OUT_OF_REACH,
-    OWN_TIME,
-    RADIUS,
     RECEDING,
     UNDISTURBED,
     Balls,
@@ -95,7 +93,7 @@ def _bound(
     """Return the pair's bound that is due at the instant t [s] or later."""
     if not (balls.changed[i] or balls.changed[j]):
         counters[BOUNDS] += 1
-    end = min(balls.state[i, OWN_TIME], balls.state[j, OWN_TIME])
+    end = min(balls.state[i].own_time, balls.state[j].own_time)
     bound = first_bound(balls, laws, i, j)
     while bound < t:
         counters[ADVANCEMENTS] += 1
@@ -120,7 +118,7 @@ def overlap_until(balls: Balls, i: int, j: int, t: float, end: float, counters: 
     """
     if end == math.inf:
         return math.inf  # both rest, or nothing ends their motion but an event that isn't theirs
-    reach = balls.state[i, RADIUS] + balls.state[j, RADIUS]
+    reach = balls.state[i].radius + balls.state[j].radius
     for k in range(1, LOOKS + 1):
         counters[BOUNDS] += 1
         instant = t + (end - t) * (k / LOOKS)

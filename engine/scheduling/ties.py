@@ -6,23 +6,14 @@ import math
 
 from engine.core.kernel import kernel
 from engine.core.state import (
-    AX,
-    AY,
-    EPOCH,
     FIRST,
     NO_ROOM,
     OWN_CUSHION,
-    OWN_TIME,
     PENDING,
     PENDING_VERDICT,
-    RADIUS,
     SECOND,
-    VX,
-    VY,
     Balls,
     IntArray,
-    X,
-    Y,
 )
 from engine.motion.geometry import capture_height, relative_motion, tie_rounding
 from engine.scheduling.contact_time import IMPACT, PRESSED
@@ -35,8 +26,8 @@ def takes_precedence(balls: Balls, i: int, j: int) -> bool:
         return bool(balls.own_kind[i] < balls.own_kind[j])
     if balls.own_kind[i] < OWN_CUSHION:
         return False
-    dx, dy, _, _, _, _ = relative_motion(balls, i, j, balls.state[i, OWN_TIME])
-    gap = math.sqrt(dx * dx + dy * dy) - (balls.state[i, RADIUS] + balls.state[j, RADIUS])
+    dx, dy, _, _, _, _ = relative_motion(balls, i, j, balls.state[i].own_time)
+    gap = math.sqrt(dx * dx + dy * dy) - (balls.state[i].radius + balls.state[j].radius)
     apart = gap > capture_height(balls, i, j)
     return bool(not apart and (dx > 0.0 or (dx == 0.0 and dy > 0.0)))
 
@@ -60,14 +51,14 @@ def comes_before(
 @kernel
 def _sum_of_places(balls: Balls, i: int, j: int, t: float) -> tuple[float, float]:
     """Return the sum of both balls' coordinates at the instant t [s], x and y [m]."""
-    si, sj = t - balls.state[i, EPOCH], t - balls.state[j, EPOCH]
+    si, sj = t - balls.state[i].epoch, t - balls.state[j].epoch
     return (
-        balls.state[i, X]
-        + si * (balls.state[i, VX] + 0.5 * balls.state[i, AX] * si)
-        + (balls.state[j, X] + sj * (balls.state[j, VX] + 0.5 * balls.state[j, AX] * sj)),
-        balls.state[i, Y]
-        + si * (balls.state[i, VY] + 0.5 * balls.state[i, AY] * si)
-        + (balls.state[j, Y] + sj * (balls.state[j, VY] + 0.5 * balls.state[j, AY] * sj)),
+        balls.state[i].x
+        + si * (balls.state[i].vx + 0.5 * balls.state[i].ax * si)
+        + (balls.state[j].x + sj * (balls.state[j].vx + 0.5 * balls.state[j].ax * sj)),
+        balls.state[i].y
+        + si * (balls.state[i].vy + 0.5 * balls.state[i].ay * si)
+        + (balls.state[j].y + sj * (balls.state[j].vy + 0.5 * balls.state[j].ay * sj)),
     )
 
 

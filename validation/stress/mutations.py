@@ -41,10 +41,10 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "late cushion",
         "motion/on_cloth.py",
         "            balls.own_kind[i] = OWN_CUSHION + cushion\n"
-        "    balls.state[i, OWN_TIME] = balls.state[i, EPOCH] + duration",
+        "    balls.state[i].own_time = balls.state[i].epoch + duration",
         "            balls.own_kind[i] = OWN_CUSHION + cushion\n"
         "    late = 1e-9 if balls.own_kind[i] >= OWN_CUSHION else 0.0\n"
-        "    balls.state[i, OWN_TIME] = balls.state[i, EPOCH] + duration + late",
+        "    balls.state[i].own_time = balls.state[i].epoch + duration + late",
         "A ball meets a cushion a nanosecond late.",
     ),
     Mutation(
@@ -117,26 +117,26 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "energy leak",
         "impacts/impact.py",
-        "    balls.state[j, VY] += to_j * ny\n",
-        "    balls.state[j, VY] += to_j * ny\n"
-        "    balls.state[j, VX] *= 1.0 - 5e-10\n"
-        "    balls.state[j, VY] *= 1.0 - 5e-10\n",
+        "    balls.state[j].vy += to_j * ny\n",
+        "    balls.state[j].vy += to_j * ny\n"
+        "    balls.state[j].vx *= 1.0 - 5e-10\n"
+        "    balls.state[j].vy *= 1.0 - 5e-10\n",
         "Each impact takes a billionth of a ball's energy.",
     ),
     Mutation(
         "masses ignored",
         "impacts/impact.py",
-        "        to_j = exchange * (balls.state[i, MASS] / total)",
+        "        to_j = exchange * (balls.state[i].mass / total)",
         "        to_j = 0.5 * exchange",
         "Two balls share an impulse as if they weighed the same.",
     ),
     Mutation(
         "pushed apart",
         "impacts/impact.py",
-        "    balls.state[i, VX] -= to_i * nx\n",
-        "    balls.state[i, VX] -= to_i * nx\n"
-        "    balls.state[i, X] -= 1e-9 * nx\n"
-        "    balls.state[i, Y] -= 1e-9 * ny\n",
+        "    balls.state[i].vx -= to_i * nx\n",
+        "    balls.state[i].vx -= to_i * nx\n"
+        "    balls.state[i].x -= 1e-9 * nx\n"
+        "    balls.state[i].y -= 1e-9 * ny\n",
         "A collision moves a ball by a nanometre.",
     ),
     Mutation(
@@ -179,9 +179,9 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "half a corner",
         "impacts/impact.py",
-        "    if nx * balls.state[i, VX] + ny * balls.state[i, VY] < 0.0:\n"
+        "    if nx * balls.state[i].vx + ny * balls.state[i].vy < 0.0:\n"
         "        bounce(balls, i, second, laws)",
-        "    if nx * balls.state[i, VX] + ny * balls.state[i, VY] < -math.inf:\n"
+        "    if nx * balls.state[i].vx + ny * balls.state[i].vy < -math.inf:\n"
         "        bounce(balls, i, second, laws)",
         "A ball that runs into a corner bounces off one cushion only.",
     ),
@@ -189,8 +189,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "wrong sign of spin",
         "motion/on_cloth.py",
-        "balls.state[i, BX] = 2.5 * ay / radius",
-        "balls.state[i, BX] = -2.5 * ay / radius",
+        "balls.state[i].bx = 2.5 * ay / radius",
+        "balls.state[i].bx = -2.5 * ay / radius",
         "The cloth turns a sliding ball about x the wrong way.",
     ),
     Mutation(
@@ -232,15 +232,15 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "pressed balls lose energy",
         "resting_contact/capture.py",
-        "            balls.state[k, VX] += gained(contacts, count, k, PUSH_X)",
-        "            balls.state[k, VX] += 2.0 * gained(contacts, count, k, PUSH_X)",
+        "            balls.state[k].vx += gained(contacts, count, k, PUSH_X)",
+        "            balls.state[k].vx += 2.0 * gained(contacts, count, k, PUSH_X)",
         "Where balls start to press each other, what ends their approach acts twice along x.",
     ),
     # What a run says of itself.
     Mutation(
         "NaN unseen",
         "event_loop/loop.py",
-        "    return bool(abs((place + spin) + (pull + balls.state[i, BZ])) < math.inf)",
+        "    return bool(abs((place + spin) + (pull + balls.state[i].bz)) < math.inf)",
         "    return True",
         "A motion that is no number any more goes on.",
     ),
