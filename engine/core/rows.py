@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
-import numba
+from numba.extending import overload
 
-from engine.core.kernel import kernel
 from engine.core.state import BALL, BallRow, FloatArray
 
 
-def _as_records(state: FloatArray) -> Any:
-    """Return the rows of `Balls.state`, (n,) of `BallRow`, in the same memory."""
-    return state.view(BALL)[:, 0]
+def rows_of(state: FloatArray) -> Any:
+    """Return the rows of a matrix (n, STATE_COLUMNS), (n,) of `BallRow`, in the same memory.
 
-
-def _as_objects(state: FloatArray) -> list[BallRow]:
-    """Return the same for interpreted kernels: numpy's records have no fields as attributes."""
+    What interpreted kernels do: numpy's own records have no fields as attributes.
+    """
     return [BallRow(row) for row in state]
 
 
-_config: Any = numba.config  # its attributes are made at run time
-rows_of: Any = _as_objects if _config.DISABLE_JIT else kernel(inline=True)(_as_records)
+@overload(rows_of, inline="always")
+def _rows_of(state: Any) -> Callable[[Any], Any]:  # noqa: ARG001 - a type, which is known
+    """Return what compiled kernels do; written into the caller, which may return no array."""
+    return lambda state: state.view(BALL)[:, 0]

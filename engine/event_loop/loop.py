@@ -36,7 +36,7 @@ from engine.core.tolerances import EPS
 from engine.event_loop.record import is_full, note_ends, note_motion
 from engine.event_loop.resolve import NEEDS_CONTACTS, predict_anew, resolve_contacts, resolve_own
 from engine.motion.geometry import at_rest
-from engine.motion.on_cloth import advance
+from engine.motion.pieces import advance
 from engine.resting_contact.step import press_again
 from engine.scheduling.scheduler import earliest, touching, update_balls
 

@@ -50,7 +50,8 @@ from engine.motion.geometry import (
     negligible_hop,
     tie_rounding,
 )
-from engine.motion.on_cloth import advance, come_to_rest, mark, predict_motion, start_rolling
+from engine.motion.on_cloth import come_to_rest, mark, predict_motion, start_rolling
+from engine.motion.pieces import advance
 from engine.resting_contact.step import end_step
 from engine.scheduling.contact_time import PRESSED
 

@@ -26,30 +26,7 @@ from engine.core.tolerances import (
     GAP_ULPS,
     STOP_WAY,
 )
-
-
-@kernel
-def relative_motion(
-    balls: Balls, i: int, j: int, t: float
-) -> tuple[float, float, float, float, float, float]:
-    """Position, velocity and acceleration of ball j relative to ball i at the instant t [s]."""
-    si, sj = t - balls.state[i].epoch, t - balls.state[j].epoch
-    xi = balls.state[i].x + si * (balls.state[i].vx + 0.5 * balls.state[i].ax * si)
-    yi = balls.state[i].y + si * (balls.state[i].vy + 0.5 * balls.state[i].ay * si)
-    xj = balls.state[j].x + sj * (balls.state[j].vx + 0.5 * balls.state[j].ax * sj)
-    yj = balls.state[j].y + sj * (balls.state[j].vy + 0.5 * balls.state[j].ay * sj)
-    vxi = balls.state[i].vx + balls.state[i].ax * si
-    vyi = balls.state[i].vy + balls.state[i].ay * si
-    vxj = balls.state[j].vx + balls.state[j].ax * sj
-    vyj = balls.state[j].vy + balls.state[j].ay * sj
-    return (
-        xj - xi,
-        yj - yi,
-        vxj - vxi,
-        vyj - vyi,
-        balls.state[j].ax - balls.state[i].ax,
-        balls.state[j].ay - balls.state[i].ay,
-    )
+from engine.motion.pieces import relative_motion
 
 
 @kernel

@@ -17,61 +17,11 @@ from engine.core.state import (
     Laws,
 )
 from engine.core.tolerances import SLIP_ROUNDING, TIME_ROUNDING
+from engine.motion.crossings import first_crossing
 from engine.motion.geometry import cushion_gap, cushion_side
+from engine.motion.pieces import turn_about_vertical
 
 _NO_MOTION = -1.0  # in place of a duration
-
-
-@kernel(inline=True)
-def first_crossing(gap: float, rate: float, acceleration: float) -> float:
-    """Return the first s >= 0 at which gap + rate s + acceleration s^2 / 2 falls to 0, or inf.
-
-    Contract: no allocation. A gap below 0 counts as 0, touching: then closing is 0, an event now,
-    and opening is the later return. So a contact is found although rounding put it past its
-    instant, and one that was just resolved is not found again.
-
-    Notes
-    -----
-    Each case adds numbers of one sign, so no digit cancels (Bannerman, Strobl, Formella and
-    Poeschel 2014 give the rule for touching balls). Chosen without branches, so that a row of pairs
-    becomes vector instructions.
-    """
-    gap = gap if gap > 0.0 else 0.0
-    discriminant = rate * rate - 2.0 * acceleration * gap
-    root = math.sqrt(discriminant if discriminant > 0.0 else 0.0)
-    closing = rate < 0.0
-    meets = (discriminant >= 0.0) & (closing | (acceleration < 0.0))
-    over = 2.0 * gap if closing else rate + root
-    under = root - rate if closing else -acceleration
-    s = over / (under if meets else 1.0)
-    return s if meets else math.inf
-
-
-@kernel(inline=True)
-def first_meeting(rx: float, ry: float, vx: float, vy: float, reach: float) -> float:
-    """Return the first s >= 0 at which |r + v s| falls to `reach` [s], or inf.
-
-    Contract: as `first_crossing`. The constant term is (d - D)(d + D), which keeps the digits of a
-    small gap.
-
-    Notes
-    -----
-    The discriminant (r.v)^2 - v^2 (d^2 - D^2) is v^2 D^2 - (r x v)^2, which for balls that are far
-    apart has smaller terms to round: the instant of an oblique hit from 20 diameters away was off
-    by 20 roundings with the first form. Touching balls have the first as their whole discriminant,
-    whatever rounding makes of the second.
-    """
-    distance = math.sqrt(rx * rx + ry * ry)
-    gap = (distance - reach) * (distance + reach)
-    gap = gap if gap > 0.0 else 0.0
-    rate = rx * vx + ry * vy
-    offset = rx * vy - ry * vx
-    speed2 = vx * vx + vy * vy
-    discriminant = speed2 * (reach * reach) - offset * offset
-    meets = ((discriminant >= 0.0) | (gap == 0.0)) & (rate < 0.0)
-    root = math.sqrt(discriminant if meets & (discriminant > 0.0) else 0.0)
-    s = gap / (root - rate if meets else 1.0)
-    return s if meets else math.inf
 
 
 @kernel
@@ -81,37 +31,6 @@ def mark(balls: Balls, i: int) -> None:
         balls.changed[i] = True
         balls.touched[0] += 1
         balls.touched[balls.touched[0]] = i
-
-
-@kernel
-def advance(balls: Balls, i: int, t: float) -> None:
-    """Move ball i along its closed form to the instant t [s], its new epoch.
-
-    Contract: t is not beyond the ball's own next event. No allocation.
-    """
-    s = t - balls.state[i].epoch
-    balls.state[i].x += s * (balls.state[i].vx + 0.5 * balls.state[i].ax * s)
-    balls.state[i].y += s * (balls.state[i].vy + 0.5 * balls.state[i].ay * s)
-    balls.state[i].vx += balls.state[i].ax * s
-    balls.state[i].vy += balls.state[i].ay * s
-    if balls.state[i].phase == SLIDING:
-        balls.state[i].wx += balls.state[i].bx * s
-        balls.state[i].wy += balls.state[i].by * s
-    _turn_about_vertical(balls, i, s)
-    balls.state[i].epoch = t
-
-
-@kernel
-def _turn_about_vertical(balls: Balls, i: int, s: float) -> None:
-    """Take from ball i what the cloth takes of its spin about the vertical in s seconds.
-
-    And add what a contact step adds.
-    """
-    spin = balls.state[i].wz
-    if spin != 0.0:
-        left = max(abs(spin) - s * balls.state[i].spin_slowing, 0.0)
-        balls.state[i].wz = left if spin > 0.0 else -left
-    balls.state[i].wz += balls.state[i].bz * s
 
 
 @kernel
@@ -127,7 +46,7 @@ def come_to_rest(balls: Balls, i: int, t: float) -> None:
     balls.state[i].vx = 0.0
     balls.state[i].vy = 0.0
     balls.state[i].phase = ROLLING
-    _turn_about_vertical(balls, i, s)
+    turn_about_vertical(balls, i, s)
     balls.state[i].epoch = t
 
 
@@ -146,7 +65,7 @@ def start_rolling(balls: Balls, i: int, t: float) -> None:
     balls.state[i].vx = vx
     balls.state[i].vy = vy
     balls.state[i].phase = ROLLING
-    _turn_about_vertical(balls, i, s)
+    turn_about_vertical(balls, i, s)
     balls.state[i].epoch = t
 
 

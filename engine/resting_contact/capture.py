@@ -21,13 +21,7 @@ from engine.core.state import (
 )
 from engine.core.tolerances import APPROACH_ROUNDING
 from engine.impacts.plastic import end_approach, gained, gap_rate, sum_at
-from engine.motion.geometry import (
-    at_rest,
-    capture_height,
-    contact_tolerance,
-    grip,
-    negligible_hop,
-)
+from engine.motion.geometry import at_rest, capture_height, contact_tolerance, grip, negligible_hop
 from engine.motion.on_cloth import speed_of
 from engine.resting_contact.forces import gap_after
 

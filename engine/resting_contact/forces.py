@@ -43,6 +43,7 @@ from engine.motion.geometry import (
     grip,
     reduced_mass,
 )
+from engine.motion.pieces import way
 from engine.resting_contact.cloth_response import accelerate, slack, stopping, turns_little
 
 SWEEPS = 200
@@ -393,14 +394,23 @@ def gap_after(
 ) -> tuple[float, float, float]:
     """Return contact c's normal (outward from its first member) and its gap, in s seconds."""
     a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    xa = balls.state[a].x + s * (balls.state[a].vx + 0.5 * s * contacts.motion[a, NEW_AX])
-    ya = balls.state[a].y + s * (balls.state[a].vy + 0.5 * s * contacts.motion[a, NEW_AY])
+    xa, ya = _place_after(balls, contacts, a, s)
     radius = balls.state[a].radius
     if b >= 0:
-        rx = balls.state[b].x + s * (balls.state[b].vx + 0.5 * s * contacts.motion[b, NEW_AX]) - xa
-        ry = balls.state[b].y + s * (balls.state[b].vy + 0.5 * s * contacts.motion[b, NEW_AY]) - ya
+        xb, yb = _place_after(balls, contacts, b, s)
+        rx, ry = xb - xa, yb - ya
         distance = math.sqrt(rx * rx + ry * ry)
         return rx / distance, ry / distance, distance - (radius + balls.state[b].radius)
     cushion = -1 - b
     nx, ny, _ = cushion_side(laws, cushion)
     return -nx, -ny, cushion_gap(xa, ya, radius, laws, cushion)
+
+
+@kernel(inline=True)
+def _place_after(balls: Balls, contacts: Contacts, k: int, s: float) -> tuple[float, float]:
+    """Return where ball k comes in s seconds by the acceleration that the step gives it [m]."""
+    ball, new = balls.state[k], contacts.motion
+    return (
+        ball.x + way(ball.vx, new[k, NEW_AX], s),
+        ball.y + way(ball.vy, new[k, NEW_AY], s),
+    )

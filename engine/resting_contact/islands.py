@@ -18,7 +18,8 @@ from engine.core.state import (
     Laws,
 )
 from engine.motion.geometry import cushion_in_contact, list_near, pair_in_contact
-from engine.motion.on_cloth import advance, mark, predict_again
+from engine.motion.on_cloth import mark, predict_again
+from engine.motion.pieces import advance
 
 
 @kernel

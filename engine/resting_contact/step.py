@@ -50,7 +50,8 @@ from engine.core.state import (
 )
 from engine.core.tolerances import EPS, TIME_ROUNDING
 from engine.motion.geometry import at_rest, grip
-from engine.motion.on_cloth import advance, loosen, mark, predict_again, predict_cushion, speed_of
+from engine.motion.on_cloth import loosen, mark, predict_again, predict_cushion, speed_of
+from engine.motion.pieces import advance
 from engine.resting_contact.capture import stop_approach
 from engine.resting_contact.cloth_response import keep_still, settle, stopping, time_to_change
 from engine.resting_contact.forces import solve

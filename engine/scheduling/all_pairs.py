@@ -43,8 +43,9 @@ from engine.core.state import (
     Laws,
     Pairs,
 )
+from engine.motion.crossings import first_crossing, first_meeting
 from engine.motion.geometry import tie_rounding
-from engine.motion.on_cloth import first_crossing, first_meeting
+from engine.motion.pieces import place, speed, velocity, way
 from engine.scheduling.contact_time import IMPACT, NOT_YET, PRESSED, touch
 from engine.scheduling.ties import (
     comes_before,
@@ -95,12 +96,8 @@ def _update_ball(
 ) -> None:
     """Bound anew every pair of ball i; its row takes them over from the others' rows."""
     n = len(balls.own_kind)
-    s = t - balls.state[i].epoch
+    (x, y), (vx, vy) = place(balls, i, t), velocity(balls, i, t)
     ax, ay = balls.state[i].ax, balls.state[i].ay
-    x = balls.state[i].x + s * (balls.state[i].vx + 0.5 * ax * s)
-    y = balls.state[i].y + s * (balls.state[i].vy + 0.5 * ay * s)
-    vx = balls.state[i].vx + ax * s
-    vy = balls.state[i].vy + ay * s
     radius, own_time = balls.state[i].radius, balls.state[i].own_time
     for block in range(0, n, LANES):
         track = pairs.track[block * TRACKS : (block + LANES) * TRACKS]
@@ -149,9 +146,9 @@ def _bound_block(
         s = t - track[TRACK_EPOCH + j]
         ax_j, ay_j = track[TRACK_AX + j], track[TRACK_AY + j]
         vx_j, vy_j = track[TRACK_VX + j], track[TRACK_VY + j]
-        rx = track[TRACK_X + j] + s * (vx_j + 0.5 * ax_j * s) - x
-        ry = track[TRACK_Y + j] + s * (vy_j + 0.5 * ay_j * s) - y
-        ux, uy = (vx_j + ax_j * s) - vx, (vy_j + ay_j * s) - vy
+        rx = track[TRACK_X + j] + way(vx_j, ax_j, s) - x
+        ry = track[TRACK_Y + j] + way(vy_j, ay_j, s) - y
+        ux, uy = speed(vx_j, ax_j, s) - vx, speed(vy_j, ay_j, s) - vy
         distance = math.sqrt(rx * rx + ry * ry)
         # All three scaled by the distance, which saves dividing by it.
         gap = distance * (distance - (radius + track[TRACK_RADIUS + j]))

@@ -38,7 +38,7 @@ from engine.core.state import (
     IntArray,
     Laws,
 )
-from engine.motion.geometry import relative_motion
+from engine.motion.pieces import relative_motion
 from engine.scheduling.contact_time import NOT_YET, first_bound, holds, time_to_bound, touch
 from engine.scheduling.grid import cell_number, settle, step_on, time_in_cell
 from engine.scheduling.priority_queue import enter_instant, first_due

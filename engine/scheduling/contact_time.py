@@ -14,8 +14,9 @@ from engine.core.state import (
     Laws,
 )
 from engine.core.tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
-from engine.motion.geometry import at_rest, capture_height, negligible_hop, relative_motion
-from engine.motion.on_cloth import first_crossing, first_meeting
+from engine.motion.crossings import first_crossing, first_meeting
+from engine.motion.geometry import at_rest, capture_height, negligible_hop
+from engine.motion.pieces import relative_motion, velocity
 
 NOT_YET = 0
 """The bound moved on; the pair doesn't touch at this instant."""
@@ -144,8 +145,6 @@ def _pull(balls: Balls, i: int) -> float:
 @kernel
 def _speed(balls: Balls, i: int, t: float) -> float:
     """Size of the velocity of ball i at the instant t [m/s], in the 1-norm."""
-    s = t - balls.state[i].epoch
-    size: float = abs(balls.state[i].vx + balls.state[i].ax * s) + abs(
-        balls.state[i].vy + balls.state[i].ay * s
-    )
+    vx, vy = velocity(balls, i, t)
+    size: float = abs(vx) + abs(vy)
     return size

@@ -20,7 +20,8 @@ from engine.core.state import (
     Balls,
     Cells,
 )
-from engine.motion.on_cloth import first_crossing
+from engine.motion.crossings import first_crossing
+from engine.motion.pieces import place, velocity
 
 
 @kernel(inline=True)
@@ -78,11 +79,9 @@ def time_in_cell(balls: Balls, cells: Cells, i: int, t: float) -> float:
     """
     side = cells.frame[2]
     column, row = cells.link[i, COLUMN], cells.link[i, ROW]
-    s = t - balls.state[i].epoch
+    (x, y), (vx, vy) = place(balls, i, t), velocity(balls, i, t)
+    x, y = x - cells.frame[0], y - cells.frame[1]
     ax, ay = balls.state[i].ax, balls.state[i].ay
-    x = balls.state[i].x + s * (balls.state[i].vx + 0.5 * ax * s) - cells.frame[0]
-    y = balls.state[i].y + s * (balls.state[i].vy + 0.5 * ay * s) - cells.frame[1]
-    vx, vy = balls.state[i].vx + ax * s, balls.state[i].vy + ay * s
     # Left, right, down, up: there is no way out of the outermost.
     least, way = math.inf, 0
     if column > 1:

@@ -25,7 +25,7 @@ from engine.core.state import (
     Laws,
     Pairs,
 )
-from engine.motion.geometry import relative_motion
+from engine.motion.pieces import relative_motion
 from engine.scheduling.all_pairs import rescan
 from engine.scheduling.contact_time import NOT_YET, first_bound, holds, touch
 

@@ -15,7 +15,8 @@ from engine.core.state import (
     Balls,
     IntArray,
 )
-from engine.motion.geometry import capture_height, relative_motion, tie_rounding
+from engine.motion.geometry import capture_height, tie_rounding
+from engine.motion.pieces import place, relative_motion
 from engine.scheduling.contact_time import IMPACT, PRESSED
 
 
@@ -51,15 +52,8 @@ def comes_before(
 @kernel
 def _sum_of_places(balls: Balls, i: int, j: int, t: float) -> tuple[float, float]:
     """Return the sum of both balls' coordinates at the instant t [s], x and y [m]."""
-    si, sj = t - balls.state[i].epoch, t - balls.state[j].epoch
-    return (
-        balls.state[i].x
-        + si * (balls.state[i].vx + 0.5 * balls.state[i].ax * si)
-        + (balls.state[j].x + sj * (balls.state[j].vx + 0.5 * balls.state[j].ax * sj)),
-        balls.state[i].y
-        + si * (balls.state[i].vy + 0.5 * balls.state[i].ay * si)
-        + (balls.state[j].y + sj * (balls.state[j].vy + 0.5 * balls.state[j].ay * sj)),
-    )
+    (xi, yi), (xj, yj) = place(balls, i, t), place(balls, j, t)
+    return xi + xj, yi + yj
 
 
 @kernel

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core import state
+from engine.motion.polynomial import speed, way
 from engine.scene import Scene, rolling_angular_velocity
 from engine.trajectory.orientation import orientation_at, pieces_of
 
@@ -93,8 +94,8 @@ class ExactTrajectory:
             knot = knots[_at_or_before(knots, t)]
             s = (t - knot[:, state.EPOCH])[:, np.newaxis]
             r, v, a = knot[:, 1:3], knot[:, 3:5], knot[:, 5:7]
-            positions[:, i, :2] = r + s * (v + 0.5 * s * a)
-            velocities[:, i, :2] = v + s * a
+            positions[:, i, :2] = r + way(v, a, s)
+            velocities[:, i, :2] = speed(v, a, s)
             spins[:, i] = rolling_angular_velocity(velocities[:, i], self.radii[i])
             slides = knot[:, state.PHASE] == Phase.SLIDING
             w, b = knot[slides, 7:9], knot[slides, 10:12]

@@ -14,14 +14,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     # When things happen.
     Mutation(
         "dropped root",
-        "motion/on_cloth.py",
+        "motion/crossings.py",
         "(discriminant >= 0.0) & (closing | (acceleration < 0.0))",
         "(discriminant >= 0.0) & closing",
         "A gap that opens at first, and is pulled closed later, is never seen to close.",
     ),
     Mutation(
         "naive root",
-        "motion/on_cloth.py",
+        "motion/crossings.py",
         "    s = over / (under if meets else 1.0)\n    return s if meets else math.inf\n\n\n"
         "@kernel(inline=True)\ndef first_meeting",
         "    s = over / (under if meets else 1.0)\n    if meets and acceleration != 0.0:\n"

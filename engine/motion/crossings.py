@@ -1,0 +1,59 @@
+"""When a quadratic first falls to 0: of a gap, or of the distance of two that move uniformly."""
+
+from __future__ import annotations
+
+import math
+
+from engine.core.kernel import kernel
+
+
+@kernel(inline=True)
+def first_crossing(gap: float, rate: float, acceleration: float) -> float:
+    """Return the first s >= 0 at which gap + rate s + acceleration s^2 / 2 falls to 0, or inf.
+
+    Contract: no allocation. A gap below 0 counts as 0, touching: then closing is 0, an event now,
+    and opening is the later return. So a contact is found although rounding put it past its
+    instant, and one that was just resolved is not found again.
+
+    Notes
+    -----
+    Each case adds numbers of one sign, so no digit cancels (Bannerman, Strobl, Formella and
+    Poeschel 2014 give the rule for touching balls). Chosen without branches, so that a row of pairs
+    becomes vector instructions.
+    """
+    gap = gap if gap > 0.0 else 0.0
+    discriminant = rate * rate - 2.0 * acceleration * gap
+    root = math.sqrt(discriminant if discriminant > 0.0 else 0.0)
+    closing = rate < 0.0
+    meets = (discriminant >= 0.0) & (closing | (acceleration < 0.0))
+    over = 2.0 * gap if closing else rate + root
+    under = root - rate if closing else -acceleration
+    s = over / (under if meets else 1.0)
+    return s if meets else math.inf
+
+
+@kernel(inline=True)
+def first_meeting(rx: float, ry: float, vx: float, vy: float, reach: float) -> float:
+    """Return the first s >= 0 at which |r + v s| falls to `reach` [s], or inf.
+
+    Contract: as `first_crossing`. The constant term is (d - D)(d + D), which keeps the digits of a
+    small gap.
+
+    Notes
+    -----
+    The discriminant (r.v)^2 - v^2 (d^2 - D^2) is v^2 D^2 - (r x v)^2, which for balls that are far
+    apart has smaller terms to round: the instant of an oblique hit from 20 diameters away was off
+    by 20 roundings with the first form. Touching balls have the first as their whole discriminant,
+    whatever rounding makes of the second.
+    """
+    distance = math.sqrt(rx * rx + ry * ry)
+    gap = (distance - reach) * (distance + reach)
+    gap = gap if gap > 0.0 else 0.0
+    rate = rx * vx + ry * vy
+    offset = rx * vy - ry * vx
+    speed2 = vx * vx + vy * vy
+    discriminant = speed2 * (reach * reach) - offset * offset
+    meets = ((discriminant >= 0.0) | (gap == 0.0)) & (rate < 0.0)
+    root = math.sqrt(discriminant if meets & (discriminant > 0.0) else 0.0)
+    s = gap / (root - rate if meets else 1.0)
+    return s if meets else math.inf
