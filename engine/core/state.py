@@ -33,7 +33,9 @@ class Balls(NamedTuple):
     """
 
     state: Any  # (n,) of `BallRow`
-    own_kind: IntArray  # (n,) OWN_NONE, OWN_REST, OWN_ROLL, OWN_CONTACT, OWN_CUSHION + its index
+    own_kind: (
+        IntArray  # (n,) OWN_NONE, OWN_REST, OWN_ROLL, OWN_CONTACT, OWN_LOOK, OWN_CUSHION + a row
+    )
     changed: BoolArray  # (n,) whether the event at hand changed the ball's motion
     touched: Int32Array  # (n + 1,) how many of those there are, then which
     hits: Int32Array  # (m, 2) FIRST, SECOND: the pairs that hit now, or contacts to be held
@@ -134,26 +136,38 @@ class Laws(NamedTuple):
 
     slides: bool  # whether spin is a state of its own (else balls always roll)
     uniform: bool  # whether no ball is ever slowed, so that all move uniformly between events
-    cushioned: bool  # whether there is a cushion
     rubs: bool  # whether a ball's surface rubs on another's
     simultaneous: bool  # whether impacts at one instant are resolved together
     ball_law: int  # its place in `registry.BALL_LAWS`
     ball_restitution: float
     ball_friction: float
     speed_dependent: bool  # whether Alciatore's curve stands for `ball_friction`
-    cushion_law: int  # its place in `registry.CUSHION_LAWS`
     cushion_turns: bool  # whether that turns balls: see `registry.LawEntry`
     cushion_restitution: float
     cushion_tangential: float
     cushion_friction: float
     cushion_height: float  # of the nose above the cloth [m]
     t_max: float  # [s]; inf: until rest
-    # Lines that noses of cushions lie on, by cushion index [m]; -inf or inf: no cushion there.
-    left: float
-    right: float
-    bottom: float
-    top: float
+    obstacles: FloatArray  # (k, OBSTACLE_COLUMNS) what balls bounce off; see `motion.obstacles`
     integrated: int | None  # 1 where a law needs integrating: see `impacts.laws.dispatch`
+
+
+# Columns of `Laws.obstacles`.
+O_KIND = 0  # LINE, SEGMENT or DISC
+O_X = 1  # a point of the line, an end of the segment, the disc's centre [m]
+O_Y = 2
+O_NX = 3  # the line's unit normal into the table; the segment's other end [m]
+O_NY = 4
+O_RADIUS = 5  # of the disc, or of the nose around a segment [m]
+O_LAW = 6  # the place of its law in `registry.CUSHION_LAWS`
+O_INDEX = 7  # what events call it: a cushion's index in `engine.scene.CUSHIONS`
+OBSTACLE_COLUMNS = 8
+MOST_OBSTACLES = 62  # those that a ball is held off are bits of a number
+
+# Values of `O_KIND`.
+LINE = 0.0
+SEGMENT = 1.0
+DISC = 2.0
 
 
 class Pairs(NamedTuple):
@@ -343,17 +357,12 @@ END = 2  # when the last ball came to rest, or the run stopped
 FARTHEST = 3  # largest coordinate of a ball at the end [m]
 CLOCKS = 4
 
-# Cushions, in the order of `engine.scene.CUSHIONS`.
-LEFT = 0
-RIGHT = 1
-BOTTOM = 2
-TOP = 3
-
 OWN_NONE = 0
 OWN_REST = 1
 OWN_ROLL = 2  # a slide ends
 OWN_CONTACT = 3  # a contact step ends
-OWN_CUSHION = 4
+OWN_LOOK = 4  # how near an obstacle is must be looked at again
+OWN_CUSHION = 5
 
 FREE = -1
 

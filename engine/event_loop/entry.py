@@ -31,6 +31,7 @@ def enter(
     hits: Int32Array,
     near: Int32Array,
     laws: FloatArray,
+    obstacles: FloatArray,
     integrated: int | None,
     bound: FloatArray,
     least: FloatArray,
@@ -54,7 +55,7 @@ def enter(
     It is over, too, where `limit` is reached and `last` is true.
     """
     balls = Balls(rows_of(state), own_kind, changed, touched, hits, near)
-    numbers = laws_from(laws, integrated)
+    numbers = laws_from(laws, obstacles, integrated)
     log = Log(clock, counters, time, what, ball, motion)
     if cells is None:
         pairs = Pairs(bound, least, next_event, track, looked_at)
@@ -68,28 +69,23 @@ def enter(
 
 
 @kernel(inline=True)
-def laws_from(numbers: FloatArray, integrated: int | None) -> Laws:
-    """Return the `Laws` whose fields are `numbers`, and `integrated`."""
+def laws_from(numbers: FloatArray, obstacles: FloatArray, integrated: int | None) -> Laws:
+    """Return the `Laws` whose fields are `numbers`, and the other two."""
     return Laws(
         numbers[0] != 0.0,
         numbers[1] != 0.0,
         numbers[2] != 0.0,
         numbers[3] != 0.0,
-        numbers[4] != 0.0,
-        int(numbers[5]),
+        int(numbers[4]),
+        numbers[5],
         numbers[6],
-        numbers[7],
+        numbers[7] != 0.0,
         numbers[8] != 0.0,
-        int(numbers[9]),
-        numbers[10] != 0.0,
+        numbers[9],
+        numbers[10],
         numbers[11],
         numbers[12],
         numbers[13],
-        numbers[14],
-        numbers[15],
-        numbers[16],
-        numbers[17],
-        numbers[18],
-        numbers[19],
+        obstacles,
         integrated,
     )

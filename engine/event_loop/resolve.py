@@ -16,7 +16,9 @@ from engine.core.state import (
     FIRST,
     FREE,
     JOINT_IMPACTS,
+    O_INDEX,
     OWN_CUSHION,
+    OWN_LOOK,
     OWN_REST,
     OWN_ROLL,
     PENDING,
@@ -45,17 +47,19 @@ from engine.motion.geometry import (
     blocking_ball,
     capture_height,
     contact_tolerance,
-    cushion_gap,
-    cushion_side,
     negligible_hop,
     tie_rounding,
 )
+from engine.motion.obstacles import facing
 from engine.motion.on_cloth import come_to_rest, mark, predict_motion, start_rolling
 from engine.motion.pieces import advance
 from engine.resting_contact.step import end_step
 from engine.scheduling.contact_time import PRESSED
 
 NEEDS_CONTACTS = -1
+
+_ALONG = 1.0 - 2.0**-20
+"""Cosine between the normals of two obstacles above which they are one wall, and no corner."""
 
 
 @kernel(inline=True)
@@ -81,6 +85,9 @@ def resolve_own(
             note_rest(balls, contacts, i, t, log)
         else:
             note_event(SLIDE_TO_ROLL_EVENT, i, -1, t, log)
+        mark(balls, i)
+    elif kind == OWN_LOOK:
+        advance(balls, i, t)
         mark(balls, i)
     elif kind >= OWN_CUSHION:
         cushion = kind - OWN_CUSHION
@@ -122,7 +129,7 @@ def _resolve_rest(balls: Balls, contacts: Contacts | None, i: int, t: float, log
 def _resolve_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float, log: Log) -> None:
     """Bounce ball i off a cushion; in a corner, off both at once."""
     log.counters[BALL_CUSHION] += 1
-    note_event(BALL_CUSHION_EVENT, i, cushion, t, log)
+    note_event(BALL_CUSHION_EVENT, i, _index(laws, cushion), t, log)
     other = _corner_cushion(balls, laws, i, cushion, t)
     if other < 0:
         bounce(balls, i, cushion, laws)
@@ -130,19 +137,25 @@ def _resolve_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float, l
     bounce_in_corner(balls, i, cushion, other, laws)
     log.counters[BALL_CUSHION] += 1
     log.counters[JOINT_IMPACTS] += 1
-    note_event(BALL_CUSHION_EVENT, i, other, t, log)
+    note_event(BALL_CUSHION_EVENT, i, _index(laws, other), t, log)
+
+
+@kernel(inline=True)
+def _index(laws: Laws, k: int) -> int:
+    return int(laws.obstacles[k, O_INDEX])
 
 
 @kernel
 def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -> int:
-    """Return a cushion across the given one that ball i meets at the same instant, or -1."""
-    for other in range(4):
-        if other // 2 == cushion // 2:
+    """Return an obstacle across the given one that ball i meets at the same instant, or -1."""
+    ball = balls.state[i]
+    ox, oy, _ = facing(laws, cushion, ball.x, ball.y)
+    for other in range(len(laws.obstacles)):
+        nx, ny, distance = facing(laws, other, ball.x, ball.y)
+        if abs(nx * ox + ny * oy) > _ALONG:
             continue
-        nx, ny, _ = cushion_side(laws, other)
-        x, y = balls.state[i].x, balls.state[i].y
-        gap = cushion_gap(x, y, balls.state[i].radius, laws, other)
-        approaching = nx * balls.state[i].vx + ny * balls.state[i].vy < 0.0
+        gap = distance - ball.radius
+        approaching = nx * ball.vx + ny * ball.vy < 0.0
         if gap <= tie_rounding(balls, i, i, t) and approaching:
             return other
     return -1
@@ -157,7 +170,7 @@ def _pressed_against(
     The cushion itself (as -1 minus its index), where friction drives the ball into it; or a ball
     that is in its way; or the ball itself: nothing.
     """
-    nx, ny, _ = cushion_side(laws, cushion)
+    nx, ny, _ = facing(laws, cushion, balls.state[i].x, balls.state[i].y)
     rate = nx * balls.state[i].vx + ny * balls.state[i].vy
     opening = nx * balls.state[i].ax + ny * balls.state[i].ay
     if opening < 0.0 and negligible_hop(rate, -opening, capture_height(balls, i, i)):

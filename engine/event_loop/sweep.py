@@ -57,6 +57,7 @@ def sweep(
     stop: BoolArray,
     start: FloatArray,
     numbers: FloatArray,
+    obstacles: FloatArray,
     integrated: int | None,
     room: Balls,
     pairs: Pairs,
@@ -74,7 +75,7 @@ def sweep(
     Contract: no allocation. Each shot starts from the same state of that room, so that neither
     their order nor who does them matters.
     """
-    laws = laws_from(numbers, integrated)
+    laws = laws_from(numbers, obstacles, integrated)
     balls = Balls(
         rows_of(room.state), room.own_kind, room.changed, room.touched, room.hits, room.near
     )

@@ -10,12 +10,13 @@ import math
 
 from engine.core.kernel import kernel
 from engine.core.state import (
+    O_LAW,
     Balls,
     Laws,
 )
 from engine.impacts.laws.dispatch import ball_law, cushion_law
 from engine.impacts.laws.interface import BallImpact, CushionImpact
-from engine.motion.geometry import cushion_side
+from engine.motion.obstacles import facing
 from engine.motion.on_cloth import loosen
 
 
@@ -176,7 +177,7 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     Contract: the ball is advanced to the instant of the impact. It leaves the cushion whatever the
     sign that rounding gave to a vanishing approach.
     """
-    inward_x, inward_y, _ = cushion_side(laws, cushion)
+    inward_x, inward_y, _ = facing(laws, cushion, balls.state[i].x, balls.state[i].y)
     nx, ny = -inward_x, -inward_y
     if laws.slides:
         loosen(balls, i)
@@ -194,6 +195,7 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
             balls.state[i].cloth_friction,
         ),
         laws,
+        int(laws.obstacles[cushion, O_LAW]),
     )
     balls.state[i].vx = after.vn * nx - after.vt * ny
     balls.state[i].vy = after.vn * ny + after.vt * nx
@@ -230,6 +232,6 @@ def bounce_in_corner(balls: Balls, i: int, cushion: int, other: int, laws: Laws)
 def _bounce_off_both(balls: Balls, i: int, first: int, second: int, laws: Laws) -> None:
     """Bounce ball i off one cushion, then off another if it still approaches that."""
     bounce(balls, i, first, laws)
-    nx, ny, _ = cushion_side(laws, second)
+    nx, ny, _ = facing(laws, second, balls.state[i].x, balls.state[i].y)
     if nx * balls.state[i].vx + ny * balls.state[i].vy < 0.0:
         bounce(balls, i, second, laws)

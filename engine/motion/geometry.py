@@ -7,11 +7,8 @@ import math
 from engine.core.kernel import kernel
 from engine.core.state import (
     AFTER,
-    BOTTOM,
     COLUMN,
-    LEFT,
     NOWHERE,
-    RIGHT,
     ROW,
     SLIDING,
     Balls,
@@ -26,6 +23,7 @@ from engine.core.tolerances import (
     GAP_ULPS,
     STOP_WAY,
 )
+from engine.motion.obstacles import facing
 from engine.motion.pieces import relative_motion
 
 
@@ -47,30 +45,6 @@ def grip(balls: Balls, i: int) -> float:
     """Largest deceleration [m/s^2] that the cloth can give ball i."""
     deceleration: float = max(balls.state[i].roll_slowing, balls.state[i].slide_slowing)
     return deceleration
-
-
-@kernel
-def cushion_side(laws: Laws, cushion: int) -> tuple[float, float, float]:
-    """Return a cushion's unit normal into the table, and the line of its nose [m] along it.
-
-    The line is an infinite coordinate where that side has no cushion.
-    """
-    if cushion == LEFT:
-        return 1.0, 0.0, laws.left
-    if cushion == RIGHT:
-        return -1.0, 0.0, laws.right
-    if cushion == BOTTOM:
-        return 0.0, 1.0, laws.bottom
-    return 0.0, -1.0, laws.top
-
-
-@kernel
-def cushion_gap(x: float, y: float, radius: float, laws: Laws, cushion: int) -> float:
-    """Return the gap [m] of a ball at (x, y) to a cushion; inf where that side has none."""
-    nx, ny, line = cushion_side(laws, cushion)
-    if math.isinf(line):
-        return math.inf
-    return nx * (x - line) + ny * (y - line) - radius
 
 
 @kernel
@@ -141,12 +115,12 @@ def in_contact(gap: float, rate: float, tolerance: float, pull: float) -> bool:
 
 
 @kernel
-def cushion_in_contact(balls: Balls, i: int, laws: Laws, cushion: int) -> bool:
-    """Whether ball i counts as in contact with a cushion, at its epoch."""
-    x, y = balls.state[i].x, balls.state[i].y
-    gap = cushion_gap(x, y, balls.state[i].radius, laws, cushion)
-    nx, ny, _ = cushion_side(laws, cushion)
-    rate = nx * balls.state[i].vx + ny * balls.state[i].vy
+def obstacle_in_contact(balls: Balls, i: int, laws: Laws, k: int) -> bool:
+    """Whether ball i counts as in contact with an obstacle, at its epoch."""
+    ball = balls.state[i]
+    nx, ny, distance = facing(laws, k, ball.x, ball.y)
+    gap = distance - ball.radius
+    rate = nx * ball.vx + ny * ball.vy
     return in_contact(gap, rate, contact_tolerance(balls, i, i), 3.0 * grip(balls, i))
 
 

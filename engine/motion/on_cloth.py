@@ -7,6 +7,7 @@ import math
 from engine.core.kernel import kernel
 from engine.core.state import (
     OWN_CUSHION,
+    OWN_LOOK,
     OWN_NONE,
     OWN_REST,
     OWN_ROLL,
@@ -17,8 +18,7 @@ from engine.core.state import (
     Laws,
 )
 from engine.core.tolerances import SLIP_ROUNDING, TIME_ROUNDING
-from engine.motion.crossings import first_crossing
-from engine.motion.geometry import cushion_gap, cushion_side
+from engine.motion.obstacles import time_to_obstacle
 from engine.motion.pieces import turn_about_vertical
 
 _NO_MOTION = -1.0  # in place of a duration
@@ -132,7 +132,7 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
     if duration == _NO_MOTION:
         duration = _start_roll(balls, i)
     if duration != _NO_MOTION:
-        predict_cushion(balls, i, laws, duration, 0)
+        predict_obstacles(balls, i, laws, duration, 0)
 
 
 @kernel
@@ -182,29 +182,21 @@ def _start_slide(balls: Balls, i: int) -> float:
 
 
 @kernel(inline=True)
-def predict_cushion(balls: Balls, i: int, laws: Laws, duration: float, held: int) -> None:
-    """Set the own event of ball i: a cushion reached within `duration` [s], else that end.
+def predict_obstacles(balls: Balls, i: int, laws: Laws, duration: float, held: int) -> None:
+    """Set the own event of ball i: an obstacle reached within `duration` [s], else that end.
 
-    Contract: `own_kind` holds what happens at the end of `duration`. A cushion whose bit is set in
-    `held` is left out: a contact step holds the ball off it. An end that the clock can't tell from
-    now comes first, so that a ball that has all but stopped does stop.
+    Contract: `own_kind` holds what happens at the end of `duration`. An obstacle whose bit is set
+    in `held` is left out: a contact step holds the ball off it. An end that the clock can't tell
+    from now comes first, so that a ball that has all but stopped does stop.
     """
     if duration <= TIME_ROUNDING * balls.state[i].epoch:
         balls.state[i].own_time = balls.state[i].epoch
         return
-    for cushion in range(4 if laws.cushioned else 0):
-        nx, ny, line = cushion_side(laws, cushion)
-        if math.isinf(line) or held >> cushion & 1:
+    for k in range(len(laws.obstacles)):
+        if held >> k & 1:
             continue
-        x, y = balls.state[i].x, balls.state[i].y
-        gap = max(cushion_gap(x, y, balls.state[i].radius, laws, cushion), 0.0)
-        rate = nx * balls.state[i].vx + ny * balls.state[i].vy
-        pull = nx * balls.state[i].ax + ny * balls.state[i].ay
-        if rate >= 0.0 and pull >= 0.0:
-            continue
-        # Without pull the root is that of a line: the same number, without a square root.
-        s = gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)
+        s, touches = time_to_obstacle(balls, i, laws, k)
         if s < duration:
             duration = s
-            balls.own_kind[i] = OWN_CUSHION + cushion
+            balls.own_kind[i] = OWN_CUSHION + k if touches else OWN_LOOK
     balls.state[i].own_time = balls.state[i].epoch + duration

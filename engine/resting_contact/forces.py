@@ -16,6 +16,7 @@ from engine.core.state import (
     FORCE,
     LOAD_X,
     LOAD_Y,
+    MOST_OBSTACLES,
     NEW_AX,
     NEW_AY,
     NEW_BX,
@@ -37,12 +38,11 @@ from engine.core.state import (
 from engine.impacts.laws.friction_curve import friction_coefficient
 from engine.motion.geometry import (
     contact_tolerance,
-    cushion_gap,
-    cushion_side,
     gap_rounding,
     grip,
     reduced_mass,
 )
+from engine.motion.obstacles import facing
 from engine.motion.pieces import way
 from engine.resting_contact.cloth_response import accelerate, slack, stopping, turns_little
 
@@ -121,7 +121,8 @@ def _place(contacts: Contacts, c: int) -> tuple[int, int]:
     """Return the key of contact c, and where in the hash table it stands, or would."""
     a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
     n, size = len(contacts.cluster), len(contacts.pressed) - 1
-    key = min(a, b) * (n + 4) + max(a, b) if b >= 0 else a * (n + 4) + n - 1 - b
+    width = n + MOST_OBSTACLES
+    key = min(a, b) * width + max(a, b) if b >= 0 else a * width + n - 1 - b
     place = 1 + key % size
     while contacts.pressed[place] != key and contacts.pressed[place] != NOWHERE:
         place = 1 + place % size
@@ -402,8 +403,8 @@ def gap_after(
         distance = math.sqrt(rx * rx + ry * ry)
         return rx / distance, ry / distance, distance - (radius + balls.state[b].radius)
     cushion = -1 - b
-    nx, ny, _ = cushion_side(laws, cushion)
-    return -nx, -ny, cushion_gap(xa, ya, radius, laws, cushion)
+    nx, ny, distance = facing(laws, cushion, xa, ya)
+    return -nx, -ny, distance - radius
 
 
 @kernel(inline=True)

@@ -17,7 +17,7 @@ from engine.core.state import (
     IntArray,
     Laws,
 )
-from engine.motion.geometry import cushion_in_contact, list_near, pair_in_contact
+from engine.motion.geometry import list_near, obstacle_in_contact, pair_in_contact
 from engine.motion.on_cloth import mark, predict_again
 from engine.motion.pieces import advance
 
@@ -175,9 +175,9 @@ def gather_contacts(
                 _hold_to(contacts, k, partner)
                 _hold_to(contacts, partner, k)
                 count += 1
-        for cushion in range(4):
+        for cushion in range(len(laws.obstacles)):
             listed_here = _is_listed(balls, listed, k, -1 - cushion)
-            if listed_here or cushion_in_contact(balls, k, laws, cushion):
+            if listed_here or obstacle_in_contact(balls, k, laws, cushion):
                 if not _has_room(contacts, count, counters):
                     return count
                 contacts.ends[count, FIRST] = k

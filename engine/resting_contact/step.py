@@ -50,7 +50,7 @@ from engine.core.state import (
 )
 from engine.core.tolerances import EPS, TIME_ROUNDING
 from engine.motion.geometry import at_rest, grip
-from engine.motion.on_cloth import loosen, mark, predict_again, predict_cushion, speed_of
+from engine.motion.on_cloth import loosen, mark, predict_again, predict_obstacles, speed_of
 from engine.motion.pieces import advance
 from engine.resting_contact.capture import stop_approach
 from engine.resting_contact.cloth_response import keep_still, settle, stopping, time_to_change
@@ -205,7 +205,7 @@ def _press(
         if not stopping(balls, k):
             balls.state[k].moved = 1.0
         balls.own_kind[k] = OWN_REST if _comes_to_rest(balls, k, duration) else OWN_CONTACT
-        predict_cushion(balls, k, laws, duration, _held_cushions(contacts, count, k))
+        predict_obstacles(balls, k, laws, duration, _held_cushions(contacts, count, k))
         contacts.motion[k, STEP] = step
         mark(balls, k)
 

@@ -310,7 +310,8 @@ def event_dict(event: Any) -> dict[str, Any]:
     kind = EventKind(int(event["kind"]))
     b: int | str | None = int(event["b"])
     if kind is EventKind.BALL_CUSHION:
-        b = CUSHIONS[int(event["b"])]
+        index = int(event["b"])
+        b = CUSHIONS[index] if index < len(CUSHIONS) else f"obstacle-{index}"
     elif kind is not EventKind.BALL_BALL:
         b = None
     return {"t": float(event["t"]), "kind": kind.label, "a": int(event["a"]), "b": b}

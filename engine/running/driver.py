@@ -98,6 +98,7 @@ class Run:
             np.empty_like(balls.hits),
             np.empty_like(balls.near),
             layout.laws,
+            layout.obstacles,
             layout.integrated,
             pairs.bound.copy(),
             pairs.least.copy(),

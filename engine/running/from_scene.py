@@ -17,10 +17,12 @@ from engine.core.state import (
     FREE,
     KNOT,
     LANES,
+    LINE,
     LINK_COLUMNS,
     MASS,
     MOTION_COLUMNS,
     NOWHERE,
+    OBSTACLE_COLUMNS,
     OWN_TIME,
     PHASE,
     RADIUS,
@@ -52,7 +54,6 @@ from engine.running.skips import (
     MATRIX_SKIPS,
     Skip,
     balls_rub,
-    has_cushions,
     is_integrated,
     is_uniform,
     uses_cells,
@@ -70,6 +71,7 @@ class Layout:
 
     balls: Balls
     laws: FloatArray  # the numbers of its `Laws`, in their order: quicker to hand over
+    obstacles: FloatArray
     integrated: int | None
     pairs: Pairs  # of no balls where there are many
     cells: Cells | None
@@ -117,7 +119,8 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
     pairs = pairs_of(0 if many else len(scene.balls))
     layout = Layout(
         balls=balls_of(scene),
-        laws=np.array(laws[:-1], dtype=np.float64),
+        laws=np.array(laws[:-2], dtype=np.float64),
+        obstacles=laws.obstacles,
         integrated=laws.integrated,
         pairs=pairs._replace(looked_at=looked_at(off)),
         cells=cells_of(scene) if many else None,
@@ -169,39 +172,51 @@ def looked_at(off: frozenset[Skip]) -> BoolArray | None:
 
 def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
     """Reduce the scene's physics and table to the numbers that the kernel uses."""
-    physics, table = scene.physics, scene.table
-    noses = [-np.inf, np.inf, -np.inf, np.inf]
-    if table is not None:
-        lines = [0.0, table.length, 0.0, table.width]
-        for index, name in enumerate(CUSHIONS):
-            if name in table.cushions:
-                noses[index] = lines[index]
+    physics = scene.physics
     cushion_law = CUSHION_LAW_NAMES.index(physics.cushion)
     mirror = physics.cushion == "mirror"
     speed_dependent = physics.ball_friction == "alciatore"
     return Laws(
         slides=physics.motion == "sliding",
         uniform=is_uniform(scene) and Skip.ADVANCEMENT not in off,
-        cushioned=has_cushions(scene) or Skip.CUSHIONS in off,
         rubs=balls_rub(scene) or Skip.BALL_FRICTION in off,
         simultaneous=physics.impacts == "simultaneous",
         ball_law=BALL_LAW_NAMES.index(physics.ball_impact),
         ball_restitution=float(physics.ball_restitution),
         ball_friction=0.0 if speed_dependent else float(physics.ball_friction),
         speed_dependent=speed_dependent,
-        cushion_law=cushion_law,
         cushion_turns=CUSHION_LAWS[cushion_law].turns,
         cushion_restitution=1.0 if mirror else float(physics.cushion_restitution),
         cushion_tangential=1.0 if mirror else float(physics.cushion_tangential_restitution),
         cushion_friction=float(physics.cushion_friction),
         cushion_height=float(physics.cushion_height),
         t_max=np.inf if scene.t_max is None else float(scene.t_max),
-        left=noses[0],
-        right=noses[1],
-        bottom=noses[2],
-        top=noses[3],
+        obstacles=obstacles_of(scene, off),
         integrated=1 if is_integrated(scene) or Skip.INTEGRATED_LAWS in off else None,
     )
+
+
+_INWARD = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+"""Unit normals into the table, by cushion index."""
+
+
+def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray:
+    """Return what balls bounce off: a line for each cushion, through its nose.
+
+    A side without a cushion has none; with the skip of cushions switched off, one at infinity.
+    """
+    table, law = scene.table, CUSHION_LAW_NAMES.index(scene.physics.cushion)
+    rows = []
+    for index, (name, (nx, ny)) in enumerate(zip(CUSHIONS, _INWARD, strict=True)):
+        if table is not None and name in table.cushions:
+            x, y = (table.length, 0.0) if name == "right" else (0.0, 0.0)
+            y = table.width if name == "top" else y
+        elif Skip.CUSHIONS in off:
+            x, y = (-math.inf * nx if nx else 0.0), (-math.inf * ny if ny else 0.0)
+        else:
+            continue
+        rows.append((LINE, x, y, nx, ny, 0.0, law, index))
+    return np.array(rows, dtype=np.float64).reshape(-1, OBSTACLE_COLUMNS)
 
 
 @lru_cache(maxsize=8)

@@ -82,4 +82,5 @@ def _room(layout: Layout, with_contacts: bool) -> tuple[Any, ...]:
     cells = layout.cells and s.Cells._make(array.copy() for array in layout.cells)
     contacts = contacts_of(n) if with_contacts else None
     start, end = layout.balls.state, np.empty((3, n, 3))
-    return (start, layout.laws, layout.integrated, balls, pairs, cells, contacts, log_of(0, n), end)
+    laws = (layout.laws, layout.obstacles, layout.integrated)
+    return (start, *laws, balls, pairs, cells, contacts, log_of(0, n), end)

@@ -7,7 +7,10 @@ import math
 from engine.core.kernel import kernel
 from engine.core.state import (
     CLOTH,
+    LINE,
     MASS,
+    O_KIND,
+    O_LAW,
     RADIUS,
     FloatArray,
     X,
@@ -22,7 +25,7 @@ from engine.impacts.laws.dispatch import (
 )
 from engine.impacts.laws.friction_curve import friction_coefficient, friction_slope
 from engine.impacts.laws.interface import BallImpact
-from engine.motion.geometry import cushion_side
+from engine.motion.obstacles import facing, row_of
 from engine.sensitivity.between_events import shift_before
 from engine.sensitivity.state import (
     A_VN,
@@ -342,7 +345,12 @@ def pass_cushion(run: Tangents, ball: int, cushion: int) -> None:
     Contract: as `pass_impact`. The derivative of a law is a central difference, but of the two that
     multiply the velocity.
     """
-    inward_x, inward_y, _ = cushion_side(run.laws, cushion)
+    row = row_of(run.laws, cushion)
+    law = int(run.laws.obstacles[row, O_LAW])
+    # That of a line is the same everywhere; how a bent nose turns with the place isn't known here.
+    inward_x, inward_y, _ = facing(run.laws, row, 0.0, 0.0)
+    if run.laws.obstacles[row, O_KIND] != LINE:
+        inward_x = math.nan
     nx, ny = -inward_x, -inward_y
     approach = nx * run.motion[0, PRE_VX] + ny * run.motion[0, PRE_VY]
     work, by_x, by_y = run.work, -nx / approach, -ny / approach
@@ -350,11 +358,11 @@ def pass_cushion(run: Tangents, ball: int, cushion: int) -> None:
         work[TAU + lane] = by_x * work[DX + lane] + by_y * work[DY + lane]
         work[THETA + lane] = 0.0
     shift_before(run, 0)
-    if run.laws.cushion_law in (MIRROR_CUSHION, RESTITUTION_CUSHION):
+    if law in (MIRROR_CUSHION, RESTITUTION_CUSHION):
         e, f = -run.laws.cushion_restitution, run.laws.cushion_tangential
         _multiply(run.lanes, work, e * nx * nx + f * ny * ny, f * nx * nx + e * ny * ny)
         return
-    put_cushion_law(run, ball, nx, ny)
+    put_cushion_law(run, ball, law, nx, ny)
     _see(run.lanes, work, THETA, SEEN, nx, ny, 0.0, 0.0, 0.0, 0.0)
     _apply_law(run, B_VN, B_VN)
     for lane in range(run.lanes):

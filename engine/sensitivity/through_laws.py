@@ -78,7 +78,7 @@ def _with_ball_step(impact: BallImpact, column: int, step: float) -> BallImpact:
 
 
 @kernel(inline=True)
-def put_cushion_law(run: Tangents, ball: int, nx: float, ny: float) -> None:
+def put_cushion_law(run: Tangents, ball: int, law: int, nx: float, ny: float) -> None:
     """Put the derivative of the cushion's law in `run.law`."""
     motion, state = run.motion, run.state
     impact = CushionImpact(
@@ -99,8 +99,8 @@ def put_cushion_law(run: Tangents, ball: int, nx: float, ny: float) -> None:
         # No law is defined for a ball that leaves: the step along n is a part of the approach.
         step = _STEP * speed if column > A_VN else _STEP * impact.vn
         step = step / impact.radius if column > A_VT else step
-        after = cushion_law(_with_cushion_step(impact, column, step), run.laws)
-        before = cushion_law(_with_cushion_step(impact, column, -step), run.laws)
+        after = cushion_law(_with_cushion_step(impact, column, step), run.laws, law)
+        before = cushion_law(_with_cushion_step(impact, column, -step), run.laws, law)
         over = 0.5 / step
         run.law[A_VN, column] = over * (after.vn - before.vn)
         run.law[A_VT, column] = over * (after.vt - before.vt)

@@ -39,17 +39,19 @@ def _ball_law(impact: BallImpact, laws: Laws, integrated: int | None) -> BallImp
 
 
 @kernel(inline=True)
-def cushion_law(impact: CushionImpact, laws: Laws) -> CushionBounce:
-    """Return what the scene's law makes of a ball-cushion impact."""
-    return _cushion_law(impact, laws, laws.integrated)
+def cushion_law(impact: CushionImpact, laws: Laws, law: int) -> CushionBounce:
+    """Return what a law, by its place in `registry.CUSHION_LAWS`, makes of an impact."""
+    return _cushion_law(impact, laws, law, laws.integrated)
 
 
 @kernel(inline=True)
-def _cushion_law(impact: CushionImpact, laws: Laws, integrated: int | None) -> CushionBounce:
-    if integrated is not None and laws.cushion_law == _MATHAVAN2010:
+def _cushion_law(
+    impact: CushionImpact, laws: Laws, law: int, integrated: int | None
+) -> CushionBounce:
+    if integrated is not None and law == _MATHAVAN2010:
         return mathavan2010(impact, laws)
-    if laws.cushion_law == _HAN2005:
+    if law == _HAN2005:
         return han2005(impact, laws)
-    if laws.cushion_law == _FRICTIONAL_CUSHION:
+    if law == _FRICTIONAL_CUSHION:
         return frictional_cushion(impact, laws)
     return restitution(impact, laws)  # a mirror where both its factors are 1
