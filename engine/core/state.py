@@ -367,6 +367,7 @@ OWN_CUSHION = 5
 FREE = -1
 
 # What the loop returns. It never raises.
+RUN_GOES_ON = -1
 RUN_RESTED = 0
 RUN_T_MAX = 1
 RUN_EVENT_LIMIT = 2

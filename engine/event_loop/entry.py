@@ -19,7 +19,8 @@ from engine.core.state import (
     Log,
     Pairs,
 )
-from engine.event_loop.loop import finish, run
+from engine.event_loop.finish import finish
+from engine.event_loop.loop import run
 
 
 @kernel(entry=True)

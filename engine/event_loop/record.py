@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from engine.core.events import EventKind
 from engine.core.kernel import kernel
 from engine.core.state import (
@@ -16,7 +18,12 @@ from engine.core.state import (
     LAST_EVENT,
     LOGGED_EVENTS,
     LOGGED_MOTIONS,
+    NO_ROOM,
     PHASE,
+    RUN_GOES_ON,
+    RUN_NO_ROOM,
+    RUN_NOT_FINITE,
+    UNSOUND,
     VX,
     VY,
     WHAT_A,
@@ -111,3 +118,43 @@ def note_motion(balls: Balls, i: int, log: Log) -> None:
         log.motion[row, BZ] = ball.bz
         log.motion[row, PHASE] = ball.phase
         log.counters[LOGGED_MOTIONS] = row + 1
+
+
+@kernel(inline=True)
+def record(balls: Balls, contacts: Contacts | None, t: float, log: Log) -> int:
+    """Log how every ball moves on whose motion changed at the instant t, and what a step ended.
+
+    Return RUN_GOES_ON; or RUN_NOT_FINITE, with the ball in UNSOUND, where a motion isn't finite or
+    its next event is past: after each ball has its motion in the log; or RUN_NO_ROOM.
+    """
+    _sort_touched(balls)
+    for m in range(1, balls.touched[0] + 1):
+        k = balls.touched[m]
+        if contacts is not None:
+            note_ends(balls, contacts, k, t, log)
+        note_motion(balls, k, log)
+        if not (balls.state[k].own_time >= t and is_sound(balls, k)):
+            log.counters[UNSOUND] = k
+    if log.counters[UNSOUND] != FREE:
+        return RUN_NOT_FINITE
+    return RUN_NO_ROOM if log.counters[NO_ROOM] > 0 else RUN_GOES_ON
+
+
+@kernel(inline=True)
+def is_sound(balls: Balls, i: int) -> bool:
+    """Whether no number of ball i's motion is NaN or infinite: a sum of such is never finite."""
+    place = (balls.state[i].x + balls.state[i].y) + (balls.state[i].vx + balls.state[i].vy)
+    spin = (balls.state[i].wx + balls.state[i].wy) + balls.state[i].wz
+    pull = (balls.state[i].ax + balls.state[i].ay) + (balls.state[i].bx + balls.state[i].by)
+    return bool(abs((place + spin) + (pull + balls.state[i].bz)) < math.inf)
+
+
+@kernel(inline=True)
+def _sort_touched(balls: Balls) -> None:
+    """Put the balls that the event touched in the order of their numbers."""
+    for m in range(2, balls.touched[0] + 1):
+        k, place = balls.touched[m], m
+        while place > 1 and balls.touched[place - 1] > k:
+            balls.touched[place] = balls.touched[place - 1]
+            place -= 1
+        balls.touched[place] = k

@@ -25,7 +25,6 @@ from engine.core.state import (
     PENDING_VERDICT,
     SECOND,
     SLIDING,
-    STEP,
     UNSOLVED_JOINT_IMPACTS,
     Balls,
     Cells,
@@ -43,7 +42,6 @@ from engine.event_loop.record import (
 from engine.impacts.impact import bounce, bounce_in_corner, collide_balls
 from engine.impacts.simultaneous import collide_together
 from engine.motion.geometry import (
-    at_rest,
     blocking_ball,
     capture_height,
     contact_tolerance,
@@ -51,7 +49,7 @@ from engine.motion.geometry import (
     tie_rounding,
 )
 from engine.motion.obstacles import facing
-from engine.motion.on_cloth import come_to_rest, mark, predict_motion, start_rolling
+from engine.motion.on_cloth import come_to_rest, mark, start_rolling
 from engine.motion.pieces import advance
 from engine.resting_contact.step import end_step
 from engine.scheduling.contact_time import PRESSED
@@ -63,7 +61,60 @@ _ALONG = 1.0 - 2.0**-20
 
 
 @kernel(inline=True)
-def resolve_own(
+def advance_to(balls: Balls, contacts: Contacts | None, ball: int, t: float, log: Log) -> None:
+    """Move the balls of an event to its instant t [s]: `ball`, or those of the PENDING pairs.
+
+    A ball that stops, or stops sliding, is moved there without cancelling digits.
+    """
+    if ball < 0:
+        if log.counters[PENDING_VERDICT] != PRESSED:
+            for c in range(log.counters[PENDING]):
+                advance(balls, balls.hits[c, FIRST], t)
+                advance(balls, balls.hits[c, SECOND], t)
+        return
+    kind = balls.own_kind[ball]
+    if kind == OWN_REST:
+        # One after the other, a second of a cluster would be moved there with what rounding leaves
+        # of its speed.
+        if contacts is not None and contacts.cluster[ball] != FREE:
+            k = contacts.ring[ball]
+            while k != ball:
+                if _rests_by(balls, k, t):
+                    come_to_rest(balls, k, t)
+                k = contacts.ring[k]
+        come_to_rest(balls, ball, t)
+    elif kind == OWN_ROLL:
+        start_rolling(balls, ball, t)
+    elif kind >= OWN_LOOK:
+        advance(balls, ball, t)
+
+
+@kernel(inline=True)
+def resolve(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells | None,
+    contacts: Contacts | None,
+    ball: int,
+    t: float,
+    log: Log,
+) -> int:
+    """Resolve an event whose balls are at its instant t; mark every ball whose motion it changes.
+
+    Return how many contacts in `balls.hits` are to be held, or NEEDS_CONTACTS.
+    """
+    if ball < 0:
+        return _resolve_contacts(balls, laws, contacts, t, log)
+    return _resolve_own(balls, laws, cells, contacts, ball, t, log)
+
+
+@kernel
+def _rests_by(balls: Balls, k: int, t: float) -> bool:
+    return bool(balls.own_kind[k] == OWN_REST and balls.state[k].own_time <= t)
+
+
+@kernel(inline=True)
+def _resolve_own(
     balls: Balls,
     laws: Laws,
     cells: Cells | None,
@@ -72,26 +123,31 @@ def resolve_own(
     t: float,
     log: Log,
 ) -> int:
-    """Resolve what ball i does alone at the instant t: rest, roll, meet a cushion, end a step.
+    """Resolve what ball i does alone at the instant t: rest, roll, meet an obstacle, end a step.
 
     Return how many contacts in `balls.hits` are to be held.
     """
     kind = balls.own_kind[i]
     if kind == OWN_REST:
-        _resolve_rest(balls, contacts, i, t, log)
+        if contacts is not None and contacts.cluster[i] != FREE:
+            k = contacts.ring[i]
+            while k != i:
+                if _rests_by(balls, k, t):
+                    note_rest(balls, contacts, k, t, log)
+                    mark(balls, k)
+                k = contacts.ring[k]
+        note_rest(balls, contacts, i, t, log)
+        mark(balls, i)
     elif kind == OWN_ROLL:
-        start_rolling(balls, i, t)
         if balls.state[i].vx == 0.0 and balls.state[i].vy == 0.0:
             note_rest(balls, contacts, i, t, log)
         else:
             note_event(SLIDE_TO_ROLL_EVENT, i, -1, t, log)
         mark(balls, i)
     elif kind == OWN_LOOK:
-        advance(balls, i, t)
         mark(balls, i)
     elif kind >= OWN_CUSHION:
         cushion = kind - OWN_CUSHION
-        advance(balls, i, t)
         partner = _pressed_against(balls, laws, cells, i, cushion, t)
         if partner != i:
             if contacts is None:
@@ -104,25 +160,6 @@ def resolve_own(
     elif contacts is not None:
         end_step(contacts, i)
     return 0
-
-
-@kernel(inline=True)
-def _resolve_rest(balls: Balls, contacts: Contacts | None, i: int, t: float, log: Log) -> None:
-    """Bring ball i to rest, and those that a contact step brings to rest at the same instant.
-
-    One after the other, the second would be moved there with what rounding leaves of its speed.
-    """
-    if contacts is not None and contacts.cluster[i] != FREE:
-        k = contacts.ring[i]
-        while k != i:
-            if balls.own_kind[k] == OWN_REST and balls.state[k].own_time <= t:
-                come_to_rest(balls, k, t)
-                note_rest(balls, contacts, k, t, log)
-                mark(balls, k)
-            k = contacts.ring[k]
-    come_to_rest(balls, i, t)
-    note_rest(balls, contacts, i, t, log)
-    mark(balls, i)
 
 
 @kernel
@@ -187,7 +224,7 @@ def _pressed_against(
 
 
 @kernel(inline=True)
-def resolve_contacts(
+def _resolve_contacts(
     balls: Balls, laws: Laws, contacts: Contacts | None, t: float, log: Log
 ) -> int:
     """Collide the PENDING pairs of `balls.hits` at the instant t, or leave them to be held.
@@ -205,8 +242,6 @@ def resolve_contacts(
                     return NEEDS_CONTACTS
     for c in range(count):
         a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
-        advance(balls, a, t)
-        advance(balls, b, t)
         mark(balls, a)
         mark(balls, b)
         log.counters[BALL_BALL] += 1
@@ -249,21 +284,3 @@ def _collide_groups(balls: Balls, laws: Laws, contacts: Contacts, count: int, lo
     for c in range(count):
         contacts.motion[balls.hits[c, FIRST], DEGREE] = 0.0
         contacts.motion[balls.hits[c, SECOND], DEGREE] = 0.0
-
-
-@kernel(inline=True)
-def predict_anew(balls: Balls, laws: Laws, contacts: Contacts | None) -> None:
-    """Predict every ball that is marked, since an event set its velocity.
-
-    One in a contact step is left to `press_again`: its step ends here.
-    """
-    for m in range(1, balls.touched[0] + 1):
-        i = balls.touched[m]
-        if not at_rest(balls, i):
-            balls.state[i].moved = 1.0
-        if contacts is not None:
-            contacts.motion[i, STEP] = 0.0
-            if contacts.cluster[i] != FREE:
-                end_step(contacts, i)
-                continue
-        predict_motion(balls, i, laws)

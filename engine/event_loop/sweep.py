@@ -31,7 +31,8 @@ from engine.core.state import (
     Pairs,
 )
 from engine.event_loop.entry import laws_from
-from engine.event_loop.loop import finish, run
+from engine.event_loop.finish import finish
+from engine.event_loop.loop import run
 
 
 class Shots(NamedTuple):

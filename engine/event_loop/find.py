@@ -1,0 +1,103 @@
+"""What happens next: one ball's own event, or the pairs that touch first."""
+
+from __future__ import annotations
+
+import math
+
+from engine.core.kernel import kernel
+from engine.core.state import (
+    CONTACT_STEPS,
+    EVENTS,
+    NO_ROOM,
+    NOW,
+    PENDING,
+    RUN_EVENT_LIMIT,
+    RUN_GOES_ON,
+    RUN_LOG_FULL,
+    RUN_NO_ROOM,
+    RUN_NOT_FINITE,
+    RUN_RESTED,
+    RUN_T_MAX,
+    UNSOUND,
+    Balls,
+    Cells,
+    Contacts,
+    Laws,
+    Log,
+    Pairs,
+)
+from engine.event_loop.record import is_full
+from engine.motion.geometry import at_rest
+from engine.scheduling.scheduler import earliest, touching, update_balls
+
+_MOST_IN_VAIN = 64
+"""Bounds, for each pair, that may come to nothing before an event. A shot needs 1 or 2 in all; a
+number that is NaN where nobody looks must not keep the loop busy for ever."""
+
+
+@kernel(inline=True)
+def find(
+    balls: Balls,
+    laws: Laws,
+    pairs: Pairs | None,
+    cells: Cells | None,
+    contacts: Contacts | None,
+    log: Log,
+    limit: int,
+) -> tuple[int, float, int]:
+    """Return RUN_GOES_ON, the instant of the next event [s] and whose own event it is, or -1.
+
+    Where it is -1, PENDING pairs in `balls.hits` touch then. Or return why the run ends here.
+    """
+    update_balls(balls, laws, pairs, cells, contacts, log.clock[NOW], log.counters)
+    _unmark(balls)
+    in_vain = 0
+    while True:
+        t, single, row = earliest(balls, laws, pairs, cells, contacts, log.counters)
+        status = _status_at(balls, laws, t, single, row, log, limit)
+        if status != RUN_GOES_ON or single >= 0 or log.counters[PENDING] > 0:
+            return status, t, single
+        t = touching(balls, laws, pairs, cells, contacts, t, row, log.counters)
+        if log.counters[NO_ROOM] > 0:
+            return RUN_NO_ROOM, t, -1
+        if t < math.inf:
+            return RUN_GOES_ON, t, -1
+        in_vain += 1
+        if in_vain > _MOST_IN_VAIN * (len(balls.own_kind) + 32) ** 2:
+            log.counters[UNSOUND] = row
+            return RUN_NOT_FINITE, t, -1
+
+
+@kernel(inline=True)
+def _status_at(
+    balls: Balls, laws: Laws, t: float, single: int, row: int, log: Log, limit: int
+) -> int:
+    """Return whether a run goes on to the next instant t [s], or why it ends before."""
+    if not t >= log.clock[NOW]:
+        log.counters[UNSOUND] = single if single >= 0 else row
+        return RUN_NOT_FINITE
+    if t == math.inf and _all_rest(balls):
+        return RUN_RESTED
+    if t > laws.t_max:
+        return RUN_T_MAX
+    if t == math.inf:  # a ball that moves, and neither stops nor has an end to wait for
+        log.counters[UNSOUND] = single
+        return RUN_NOT_FINITE
+    if log.counters[EVENTS] + log.counters[CONTACT_STEPS] >= limit:
+        return RUN_EVENT_LIMIT
+    return RUN_LOG_FULL if is_full(log, len(balls.own_kind)) else RUN_GOES_ON
+
+
+@kernel
+def _all_rest(balls: Balls) -> bool:
+    for i in range(len(balls.own_kind)):  # noqa: SIM110 - the compiler takes no generator
+        if not at_rest(balls, i):
+            return False
+    return True
+
+
+@kernel(inline=True)
+def _unmark(balls: Balls) -> None:
+    for m in range(1, balls.touched[0] + 1):
+        balls.changed[balls.touched[m]] = False
+    balls.touched[0] = 0

@@ -1,0 +1,57 @@
+"""How balls move on after an event: each until its own next one, or held together by friction."""
+
+from __future__ import annotations
+
+from engine.core.kernel import kernel
+from engine.core.state import (
+    FREE,
+    STEP,
+    Balls,
+    Cells,
+    Contacts,
+    IntArray,
+    Laws,
+)
+from engine.motion.geometry import (
+    at_rest,
+)
+from engine.motion.on_cloth import predict_motion
+from engine.resting_contact.step import end_step, press_again
+
+
+@kernel(inline=True)
+def predict(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells | None,
+    contacts: Contacts | None,
+    held: int,
+    t: float,
+    counters: IntArray,
+) -> None:
+    """Predict every ball that is marked, at the instant t: its old motion is void.
+
+    And start contact steps: of the first `held` contacts of `balls.hits`, and where else balls
+    press each other.
+    """
+    _predict_marked(balls, laws, contacts)
+    if contacts is not None:
+        press_again(balls, laws, cells, contacts, held, t, counters)
+
+
+@kernel(inline=True)
+def _predict_marked(balls: Balls, laws: Laws, contacts: Contacts | None) -> None:
+    """Predict every ball that is marked, since an event set its velocity.
+
+    One in a contact step is left to `press_again`: its step ends here.
+    """
+    for m in range(1, balls.touched[0] + 1):
+        i = balls.touched[m]
+        if not at_rest(balls, i):
+            balls.state[i].moved = 1.0
+        if contacts is not None:
+            contacts.motion[i, STEP] = 0.0
+            if contacts.cluster[i] != FREE:
+                end_step(contacts, i)
+                continue
+        predict_motion(balls, i, laws)
