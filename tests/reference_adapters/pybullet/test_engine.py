@@ -96,7 +96,7 @@ def test_landed_refuses_sliding_and_native_does_not() -> None:
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
-        ("dt=0", "`dt` of engine `pybullet` must be greater than or equal to 1e-09, got '0'"),
+        ("dt=0", "`dt` of engine `pybullet` must be greater than or equal to 0.000000001"),
         ("dt=nan", "`dt` of engine `pybullet` must"),
         ("iterations=0", "`iterations` of engine `pybullet` must be greater than or equal to 1"),
         ("max_time=-1", "`max_time` of engine `pybullet` must be greater than 0"),
