@@ -14,11 +14,11 @@ from xml.etree import ElementTree
 import pytest
 from typer.testing import CliRunner
 
-import reference_adapters.pybullet_world
+import reference_adapters.pybullet.world
 from engine import Scene
 from ghostball.cli import app
 from reference_adapters import make_engine
-from reference_adapters.paper_discrete import PaperDiscreteEngine
+from reference_adapters.paper.discrete import PaperDiscreteEngine
 from validation import find_scene, scene_names
 from validation.store import ResultsWriter
 
@@ -228,7 +228,7 @@ def test_a_folder_with_other_things_is_not_taken_for_results(cli, tmp_path):
 @pytest.fixture
 def without_pybullet(monkeypatch):
     reason = "pybullet isn't installed. Run `python -m pip install pybullet`"
-    monkeypatch.setattr(reference_adapters.pybullet_world, "unavailable", lambda: reason)
+    monkeypatch.setattr(reference_adapters.pybullet.world, "unavailable", lambda: reason)
 
 
 @pytest.mark.usefixtures("without_pybullet")

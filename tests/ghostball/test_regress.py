@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import ghostball._regress
-import reference_adapters.ghostball_engine
+import reference_adapters.ghostball
 import validation.our_run
 from engine import simulate
 from ghostball.cli import app
@@ -69,7 +69,7 @@ def planted(monkeypatch):
         state = result.final_state
         return replace(result, final_state=state._replace(positions=state.positions - 1e-9))
 
-    for module in (reference_adapters.ghostball_engine, validation.our_run):
+    for module in (reference_adapters.ghostball, validation.our_run):
         monkeypatch.setattr(module, "simulate", lossy)
 
 
@@ -82,7 +82,7 @@ def busier(monkeypatch):
         more = {"events": result.work["events"] + (scene.name in ("cut", "stop"))}
         return replace(result, work={**result.work, **more})
 
-    monkeypatch.setattr(reference_adapters.ghostball_engine, "simulate", count)
+    monkeypatch.setattr(reference_adapters.ghostball, "simulate", count)
 
 
 def contents(folder):
@@ -312,7 +312,7 @@ def test_a_crash_of_the_engine_exits_with_3_and_is_told(accepted, monkeypatch):
     def crash(scene, **options):
         raise ZeroDivisionError("planted")
 
-    monkeypatch.setattr(reference_adapters.ghostball_engine, "simulate", crash)
+    monkeypatch.setattr(reference_adapters.ghostball, "simulate", crash)
     result = regress("--rerun")
     assert result.exit_code == 3, result.output
     assert result.stdout.splitlines()[-1].startswith("failed: 2 worse against truth, 2 did not")
@@ -348,7 +348,7 @@ def test_an_interrupt_of_the_runs_compares_nothing(here, monkeypatch):
     def stop(scene, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(reference_adapters.ghostball_engine, "simulate", stop)
+    monkeypatch.setattr(reference_adapters.ghostball, "simulate", stop)
     result = regress()
     assert result.exit_code == 130, result.output
     assert "nothing was compared" in result.stderr

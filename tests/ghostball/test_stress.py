@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 import ghostball._stress
 from ghostball.cli import app
-from reference_adapters.pybullet_engine import PybulletEngine
+from reference_adapters.pybullet.engine import PybulletEngine
 from validation.stress import FAMILIES
 
 ONE = "grazing/rolling-hit-1e-01"

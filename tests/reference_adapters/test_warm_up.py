@@ -8,7 +8,8 @@ import pytest
 # In a process of its own, where no earlier test has compiled what this one is about.
 CODE = """
 import sys
-from reference_adapters import landing, slowing_kernels
+from reference_adapters.stepping import landing
+from reference_adapters.stepping import slowing as slowing_kernels
 from reference_adapters.recording import Recorder
 from reference_adapters import make_engine
 from validation.library import find_scene

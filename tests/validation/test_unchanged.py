@@ -22,8 +22,8 @@ import pytest
 import validation.store
 import validation.unchanged
 from engine import Ball, Result, Scene, Status, Table
-from reference_adapters.ghostball_engine import GhostballEngine
-from reference_adapters.paper_discrete import PaperDiscreteEngine
+from reference_adapters.ghostball import GhostballEngine
+from reference_adapters.paper.discrete import PaperDiscreteEngine
 from validation.criteria import Criteria, Criterion
 from validation.library import find_scene
 from validation.records import CaseRecord, Motion, status_name
@@ -336,7 +336,7 @@ def test_engines_of_other_packages_always_run(
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: foreign\nVersion: 1\n")
     (info / "entry_points.txt").write_text("[ghostball.engines]\nforeign = foreign_engine:F\n")
     (site / "foreign_engine.py").write_text(
-        "from reference_adapters.paper_discrete import PaperDiscreteEngine\n"
+        "from reference_adapters.paper.discrete import PaperDiscreteEngine\n"
         "class F(PaperDiscreteEngine):\n    name = 'foreign'\n"
         "    def simulate(self, scene, *, record='rest'):\n"
         "        import dataclasses\n"

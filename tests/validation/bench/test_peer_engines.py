@@ -148,7 +148,7 @@ def test_all_peers_are_there_unless_others_are_asked_for(monkeypatch):
 
 
 def test_an_adapter_whose_package_is_missing_is_absent(monkeypatch):
-    from reference_adapters.pymunk_engine import PymunkEngine
+    from reference_adapters.pymunk.engine import PymunkEngine
 
     monkeypatch.setattr(PymunkEngine, "unavailable", classmethod(lambda _: "pip install pymunk"))
     (peer,) = make_peers("pymunk", None)

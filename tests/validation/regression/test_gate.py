@@ -10,7 +10,7 @@ import gate
 import numpy as np
 import pytest
 
-import reference_adapters.ghostball_engine
+import reference_adapters.ghostball
 import validation.our_run
 from engine import GhostballError, UnsupportedSceneError, simulate
 from validation.criteria import Criteria
@@ -68,7 +68,7 @@ class Workshop:
             result = simulate(scene.model_copy(update={"balls": (moved, *others)}), **options)
             return replace(result, scene=scene)
 
-        for module in (reference_adapters.ghostball_engine, validation.our_run):
+        for module in (reference_adapters.ghostball, validation.our_run):
             self._monkeypatch.setattr(module, "simulate", planted)
 
     def contents(self):
@@ -155,7 +155,7 @@ def test_a_counter_that_moved_fails_with_the_same_bits(accepted, monkeypatch):
         result = simulate(scene, **options)
         return replace(result, work={**result.work, "events": result.work["events"] + 1})
 
-    monkeypatch.setattr(reference_adapters.ghostball_engine, "simulate", busier)
+    monkeypatch.setattr(reference_adapters.ghostball, "simulate", busier)
     found = accepted.compare()
     assert found.outcome == "failed"
     assert set(changes(found).values()) == {"identical"}
@@ -177,7 +177,7 @@ def test_a_metric_that_only_warns_passes_with_a_warning(accepted, monkeypatch):
         more = {"events": result.work["events"] + (scene.name == "roll")}
         return replace(result, work={**result.work, **more})
 
-    monkeypatch.setattr(reference_adapters.ghostball_engine, "simulate", busier)
+    monkeypatch.setattr(reference_adapters.ghostball, "simulate", busier)
     found = accepted.compare()
     assert found.outcome == "passed"
     (warning,) = found.warnings
@@ -216,7 +216,7 @@ def test_a_run_that_crashed_fails(accepted, monkeypatch):
             raise ZeroDivisionError("planted")
         return simulate(scene, **options)
 
-    monkeypatch.setattr(reference_adapters.ghostball_engine, "simulate", crash)
+    monkeypatch.setattr(reference_adapters.ghostball, "simulate", crash)
     found = accepted.compare()
     cut = found.scene("cut")
     assert (cut.change, cut.failed) == ("worse", True)
@@ -235,7 +235,7 @@ def refuse_rolling(monkeypatch):
             raise UnsupportedSceneError("ghostball", ("planted: no cloth without a table",))
         return simulate(scene, **options)
 
-    monkeypatch.setattr(reference_adapters.ghostball_engine, "simulate", refuse)
+    monkeypatch.setattr(reference_adapters.ghostball, "simulate", refuse)
 
 
 def test_a_scene_that_our_engine_no_longer_represents_fails(accepted, monkeypatch):
@@ -358,7 +358,7 @@ def test_an_engine_that_gives_other_bits_each_time_is_told(accepted, monkeypatch
         moved = state._replace(positions=state.positions + 1e-9 * next(count))
         return replace(result, final_state=moved)
 
-    for module in (reference_adapters.ghostball_engine, validation.our_run):
+    for module in (reference_adapters.ghostball, validation.our_run):
         monkeypatch.setattr(module, "simulate", unsteady)
     with pytest.raises(GhostballError, match="must be deterministic"):
         accepted.compare()

@@ -10,7 +10,7 @@ from shots import R, ball, random_cloth_shot, scene_of
 
 from engine import Result, Scene, Table, simulate
 from engine.scene.features import Feature, missing_features, scene_features
-from reference_adapters.pymunk_engine import PymunkEngine, PymunkSettings
+from reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
 
 TOUCHING = 2 * R * (1 + 1e-9)
 

@@ -1,7 +1,7 @@
 """What the cloth does to balls between contacts, in closed form: rolling, and sliding before it.
 
 Pymunk sees the table from above and has no cloth. Its own way to slow a ball is a joint (see
-`pymunk_world`); where that isn't enough, when steps land on contacts or balls slide, the cloth is
+`pymunk.world`); where that isn't enough, when steps land on contacts or balls slide, the cloth is
 applied from here, between the steps.
 """
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from engine import Ball, EventKind, Physics, Samples, Scene
 from engine.core.kernel import compiling
 from engine.scene import rolling_angular_velocity
-from reference_adapters.slowing_kernels import accelerate, last, move, turn
+from reference_adapters.stepping.slowing import accelerate, last, move, turn
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

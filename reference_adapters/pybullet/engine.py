@@ -2,8 +2,8 @@
 
 Two models, chosen by the scene's `motion`:
 
-- "rolling", the paper's: Bullet in the plane, without gravity; see `pybullet_planar`.
-- "sliding": Bullet in space, on a table under gravity; see `pybullet_sliding`.
+- "rolling", the paper's: Bullet in the plane, without gravity; see `pybullet.rolling`.
+- "sliding": Bullet in space, on a table under gravity; see `pybullet.sliding`.
 
 Two modes: "native" steps by `dt` and lets Bullet detect contacts, as its users do; "landed" steps
 to each contact by the closed-form time to it and lets Bullet resolve it, which isolates its solver.
@@ -15,36 +15,30 @@ Two configurations: "tuned" sets what makes the physics right; "default" sets wh
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from engine import Record, Result, Scene, Status
+from engine import Record, Result, Scene
 from engine.result import initial_state
 from engine.scene.features import EXACT, Capabilities, Capability, Feature
-from engine.trajectory import Samples, energy_of
-from reference_adapters import landing, pybullet_world
+from engine.trajectory import energy_of
 from reference_adapters.base import (
     EngineBase,
     EngineSettings,
     lacks_sequence,
     resolution_of_step,
 )
-from reference_adapters.landing import LANDING_GAP
-from reference_adapters.pybullet_planar import PlanarRun
-from reference_adapters.pybullet_sliding import SlidingRun
-from reference_adapters.pybullet_world import MOST_IMPULSE, SHORTEST_STEP, World
+from reference_adapters.pybullet import world as pybullet_world
+from reference_adapters.pybullet.rolling import PlanarRun
+from reference_adapters.pybullet.sliding import SlidingRun
+from reference_adapters.pybullet.world import MOST_IMPULSE, SHORTEST_STEP, World
 from reference_adapters.recording import Recorder
-
-TUNED_DT = 1e-3
-"""Step of the tuned configuration [s]; the error of a shot is first order in it."""
-
-DEFAULT_DT = 1.0 / 240.0
-"""Step of the default configuration [s]: pybullet's own."""
-
-LANDED_DT = 0.02
-"""Longest landed step [s]: the paper's frame; the motion between contacts is exact at any."""
+from reference_adapters.stepping import landing
+from reference_adapters.stepping.ending import end_of, ending_of
+from reference_adapters.stepping.landing import LANDING_GAP
+from reference_adapters.stepping.settings import SteppingSettings
 
 _ROLLING = Capability(
     "exact",
@@ -133,7 +127,7 @@ _DEFAULT: Capabilities = {
     Feature.MIRROR_CUSHION: _STOPPED_SHORT,
     Feature.CUSHION_RESTITUTION: _STOPPED_SHORT,
 }
-"""With `config` = default; see `pybullet_world.World`."""
+"""With `config` = default; see `pybullet.world.World`."""
 
 _OF_SLIDING = (
     Feature.SLIDING,
@@ -149,42 +143,24 @@ _NOT_LANDED = Capability(
 )
 
 
-class PybulletSettings(EngineSettings):
-    """Settings of the pybullet adapter."""
+class PybulletSettings(SteppingSettings):
+    """Settings of the pybullet adapter.
 
-    mode: Literal["native", "landed"] = "native"
-    """Bullet detects contacts, or steps end on them; see the module."""
+    `dt` is 1e-3 s tuned, pybullet's own 1/240 s default, 0.02 s landed; `iterations` pybullet's own
+    50.
 
-    config: Literal["tuned", "default"] = "tuned"
-    """What is set besides what the scene states; see `pybullet_world.World`."""
-
-    dt: Annotated[float, Field(gt=0.0)] | None = None
-    """Time step, in landed mode the longest [s]; None is 1e-3 tuned, 1/240 default, 0.02 landed."""
-
-    iterations: Annotated[int, Field(gt=0)] = 50
-    """Iterations of the contact solver per step; 50 is pybullet's own."""
-
-    max_time: Annotated[float, Field(gt=0.0)] = 300.0
-    """Simulated time after which a run stops with `Status.STEP_LIMIT` [s]."""
-
-    max_steps: Annotated[int, Field(gt=0)] = 10_000_000
-    """Steps of Bullet after which a run stops with `Status.STEP_LIMIT`."""
-
-    rest_speed: Annotated[float, Field(gt=0.0)] = 1e-6
-    """In sliding scenes, the speed of centre and surface below which a ball rests [m/s].
-
-    Bullet's friction leaves about 1e-11 m/s; at 1e-6 m/s a ball on mu = 0.01 has 5e-12 m to go. In
-    rolling scenes a ball rests at exactly 0.
+    Attributes
+    ----------
+    rest_speed : float [m/s]
+        In sliding scenes, the speed of centre and surface below which a ball rests. Bullet's
+        friction leaves about 1e-11 m/s; at 1e-6 m/s a ball on mu = 0.01 has 5e-12 m to go. In
+        rolling scenes a ball rests at exactly 0.
     """
 
-    @property
-    def step(self) -> float:
-        """The step that `dt` stands for [s]."""
-        if self.dt is not None:
-            return self.dt
-        if self.mode == "landed":
-            return LANDED_DT
-        return TUNED_DT if self.config == "tuned" else DEFAULT_DT
+    DEFAULT_DT: ClassVar[float] = 1.0 / 240.0
+
+    iterations: Annotated[int, Field(ge=1)] = 50
+    rest_speed: Annotated[float, Field(gt=0.0)] = 1e-6
 
     @model_validator(mode="after")
     def _landed_is_tuned(self) -> Self:
@@ -236,8 +212,7 @@ class PybulletEngine(EngineBase):
         self.check(scene)
         settings: PybulletSettings = self.settings
         dt = settings.step
-        limit = np.inf if scene.t_max is None else scene.t_max
-        t_end = min(limit, settings.max_time)
+        t_end = end_of(scene, settings)
         planar = scene.physics.motion == "rolling"
         recorder = Recorder(scene, record)
         with World(
@@ -256,12 +231,8 @@ class PybulletEngine(EngineBase):
                     world, scene, recorder, gated=gated, rest_speed=settings.rest_speed
                 )
                 run.run(dt, t_end, settings.max_steps)
-            status, reason = Status.REST, ""
-            if not run.at_rest:
-                status = Status.T_MAX if run.t == limit else Status.STEP_LIMIT
             final_state = run.state()
-            if status is Status.STEP_LIMIT:
-                reason = _still_moving(scene, final_state, run.t, run.work["steps"], settings)
+            status, reason = ending_of(scene, settings, run.t, final_state, at_rest=run.at_rest)
             return recorder.result(
                 engine=self.name,
                 settings=settings.model_dump() | {"dt": dt},
@@ -304,21 +275,4 @@ def _lacks_strength(scene: Scene) -> tuple[str, ...]:
     return (
         f"no impulses above {MOST_IMPULSE:g} N s (Bullet's solver bounds them in each step; the "
         f"energy of these balls could need {impulse:.3g} N s)",
-    )
-
-
-def _still_moving(
-    scene: Scene, state: Samples, t: float, steps: int, settings: PybulletSettings
-) -> str:
-    """Say which limit ended the run, and which ball still moved most."""
-    speeds = np.linalg.norm(state.velocities[0], axis=1)
-    surfaces = scene.radii * np.linalg.norm(state.angular_velocities[0], axis=1)
-    fastest = int(np.argmax(np.maximum(speeds, surfaces)))
-    by_time = t >= settings.max_time
-    limit = "`max_time`" if by_time else "`max_steps`"
-    value = f"{settings.max_time:g} s" if by_time else f"{steps} (at t = {t:.6g} s)"
-    return (
-        f'{limit} = {value} was reached in scene "{scene.name}" before every ball rested: '
-        f'ball "{scene.balls[fastest].id}" moves at {speeds[fastest]:.3g} m/s and its surface '
-        f"turns at {surfaces[fastest]:.3g} m/s. Raise {limit}, or set `t_max`"
     )

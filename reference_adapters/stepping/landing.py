@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from engine import Table
 from engine.core.kernel import compiling, kernel
-from reference_adapters.slowing_kernels import slow, stop
+from reference_adapters.stepping.slowing import slow, stop
 
 FloatArray = NDArray[np.float64]
 

@@ -2,8 +2,8 @@
 
 Kinematics (section 4.1), ball-ball and ball-cushion collisions (4.2) and friction (5.2) follow the
 print to the letter; where the print is silent or can't run, the choice made here is named
-"Completion" beside it. When to call what is up to the algorithms, `paper_discrete` and
-`paper_continuous`.
+"Completion" beside it. When to call what is up to the algorithms, `paper.discrete` and
+`paper.continuous`.
 
 Numbers are plain Python floats: the paper visits one pair after another and each may move the next,
 so there is nothing to vectorise, and floats are several times faster than numpy scalars.

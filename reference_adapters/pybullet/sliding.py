@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import EventKind, Samples, Scene
-from reference_adapters.pybullet_world import Contact, World, native_steps
+from reference_adapters.pybullet.world import Contact, World
 from reference_adapters.recording import Recorder
+from reference_adapters.stepping.clock import Clock
 
 FloatArray = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -78,10 +79,9 @@ class SlidingRun:
 
     def run(self, dt: float, t_end: float, max_steps: int) -> None:
         """Run until every ball rests, or to `t_end` exactly, in steps of `dt` [s]."""
-        for duration, t in native_steps(dt, t_end, max_steps):
-            if self.at_rest:
-                return
-            self._advance(duration, t)
+        clock = Clock(dt, t_end)
+        while not self.at_rest and clock.t < t_end and self.work["steps"] < max_steps:
+            self._advance(clock.dt, clock.tick())
 
     def _advance(self, dt: float, t: float) -> None:
         self._world.step(dt)

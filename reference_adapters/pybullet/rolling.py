@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import EventKind, Samples, Scene
-from reference_adapters.landing import rolling_accelerations, time_to_contact, time_to_rest
-from reference_adapters.pybullet_world import SHORTEST_STEP, Contact, World, native_steps
+from reference_adapters.pybullet.world import SHORTEST_STEP, Contact, World
 from reference_adapters.recording import Recorder, rolling_state
+from reference_adapters.stepping.clock import Clock
+from reference_adapters.stepping.landing import rolling_accelerations, time_to_contact, time_to_rest
 
 EPS = float(np.finfo(np.float64).eps)
 
@@ -77,10 +78,9 @@ class PlanarRun:
             self._native(dt, t_end, max_steps)
 
     def _native(self, dt: float, t_end: float, max_steps: int) -> None:
-        for duration, t in native_steps(dt, t_end, max_steps):
-            if self.at_rest:
-                return
-            self._advance(duration, t)
+        clock = Clock(dt, t_end)
+        while not self.at_rest and clock.t < t_end and self.work["steps"] < max_steps:
+            self._advance(clock.dt, clock.tick())
 
     def _landed(self, dt: float, t_end: float, max_steps: int) -> None:
         """Step to each contact: one step lands, one overlaps, one lets Bullet resolve.

@@ -26,7 +26,7 @@ Completions, where the print is silent or can't run
   back. `cushions="searched"` adds the times of impact to the search, for comparison.
 - Ball i meets its cushions, then balls 0 .. n - 1, so each pair is solved twice; the second time
   finds it separating.
-- Rest: a ball that friction would turn round within a step is stopped (`stop`, see `paper_model`).
+- Rest: a ball that friction would turn round within a step is stopped (`stop`, see `paper.model`).
 - Balls that press on each other at the limit of rounding can hold the clock for ever; `max_events`
   ends such a run.
 
@@ -55,7 +55,7 @@ from pydantic import Field
 from engine import EventKind, Record, Result, Scene
 from engine.scene.features import EXACT, Capabilities
 from reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
-from reference_adapters.paper_model import PaperRun, Stop, paper_capabilities
+from reference_adapters.paper.model import PaperRun, Stop, paper_capabilities
 
 
 class PaperContinuousSettings(EngineSettings):

@@ -17,7 +17,7 @@ from pymunk import batch
 from engine import CUSHIONS, Scene, Table
 from engine.result import initial_state
 from engine.trajectory import energy_of
-from reference_adapters.pymunk_friction import ContactFriction
+from reference_adapters.pymunk.friction import ContactFriction
 
 FloatArray = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from engine import Ball, EventKind, Physics, Result, Scene, Status, Table, UnsupportedSceneError
 from reference_adapters.base import ReferenceEngine
-from reference_adapters.paper_continuous import PaperContinuousEngine, PaperContinuousSettings
+from reference_adapters.paper.continuous import PaperContinuousEngine, PaperContinuousSettings
 
 R = 0.028575
 DECELERATION = 0.02 * 9.81

@@ -7,8 +7,9 @@ import hashlib
 import pytest
 
 from engine import Result
-from reference_adapters import make_engine, pybullet_world
-from reference_adapters.pybullet_world import World
+from reference_adapters import make_engine
+from reference_adapters.pybullet import world as pybullet_world
+from reference_adapters.pybullet.world import World
 from validation.library import find_scene
 
 pytestmark = pytest.mark.skipif(

@@ -5,7 +5,6 @@ Each stepper makes one step at a time and says what it was: see `Stepper`.
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Literal
 
@@ -13,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import EventKind, Samples, Scene
-from reference_adapters import landing, pymunk_cloth
-from reference_adapters.landing import time_to_contact
-from reference_adapters.pymunk_cloth import ClosedFormCloth
 from reference_adapters.recording import Recorder, rolling_state
+from reference_adapters.stepping import cloth as pymunk_cloth, landing
+from reference_adapters.stepping.clock import Clock
+from reference_adapters.stepping.cloth import ClosedFormCloth
+from reference_adapters.stepping.landing import time_to_contact
 
 if TYPE_CHECKING:
-    from reference_adapters.pymunk_world import World
+    from reference_adapters.pymunk.world import World
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -75,23 +75,6 @@ def make_stepper(
     return NativeRolling(scene, world, dt, t_end)
 
 
-class _Clock:
-    """Equal steps of at most `dt` that end on `t_end` exactly."""
-
-    def __init__(self, dt: float, t_end: float) -> None:
-        self._t_end = t_end
-        # Rather than a short last step: Chipmunk scales the impulses of lasting contacts by the
-        # ratio of two steps. The margin keeps 0.3 s in steps of 0.1 s at three.
-        self._count = max(1, math.ceil(t_end / dt * (1.0 - 1e-12)))
-        self.dt = t_end / self._count
-        self._step = 0
-
-    def tick(self) -> float:
-        """Return the end of the next step [s]."""
-        self._step += 1
-        return self._t_end if self._step == self._count else self._step * self.dt
-
-
 class NativeRolling(Stepper):
     """Pymunk's own steps and Pymunk's own way to slow a ball.
 
@@ -103,7 +86,7 @@ class NativeRolling(Stepper):
 
     def __init__(self, scene: Scene, world: World, dt: float, t_end: float) -> None:
         super().__init__(scene, world)
-        self._clock = _Clock(dt, t_end)
+        self._clock = Clock(dt, t_end)
         self._kick = scene.rolling_frictions * scene.physics.gravity * self._clock.dt
         self._half_kick = np.zeros_like(self._kick)
         # What rounding leaves of a speed that the joint stops, in units of what it takes.
@@ -197,7 +180,7 @@ class NativeClosedForm(_ClosedForm):
 
     def __init__(self, scene: Scene, world: World, dt: float, t_end: float) -> None:
         super().__init__(scene, world)
-        self._clock = _Clock(dt, t_end)
+        self._clock = Clock(dt, t_end)
 
     def step(self) -> None:
         """Step by dt."""

@@ -17,9 +17,9 @@ from shots import R, ball, scene_of
 from engine import Record, Result, Scene, Table
 from engine.errors import UnsupportedSceneError
 from engine.scene.features import missing_features
-from reference_adapters import pybullet_world
 from reference_adapters.base import EngineError, ReferenceEngine
-from reference_adapters.pybullet_engine import PybulletEngine, PybulletSettings
+from reference_adapters.pybullet import world as pybullet_world
+from reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
 from reference_adapters.registry import make_engine
 
 TABLE = Table(length=2.0, width=1.0)
@@ -96,9 +96,9 @@ def test_landed_refuses_sliding_and_native_does_not() -> None:
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
-        ("dt=0", "`dt` of engine `pybullet` must be greater than 0, got '0'"),
+        ("dt=0", "`dt` of engine `pybullet` must be greater than or equal to 0.000000001"),
         ("dt=nan", "`dt` of engine `pybullet` must"),
-        ("iterations=0", "`iterations` of engine `pybullet` must be greater than 0"),
+        ("iterations=0", "`iterations` of engine `pybullet` must be greater than or equal to 1"),
         ("max_time=-1", "`max_time` of engine `pybullet` must be greater than 0"),
         ("mode=exact", "`mode` of engine `pybullet` must be 'native' or 'landed'"),
         ("config=best", "`config` of engine `pybullet` must be 'tuned' or 'default'"),
@@ -157,7 +157,7 @@ def test_imports_bullet_late_and_prints_nothing() -> None:
     program = """
 import sys
 from engine import Ball, Scene, Table
-from reference_adapters.pybullet_engine import PybulletEngine
+from reference_adapters.pybullet.engine import PybulletEngine
 assert "pybullet" not in sys.modules
 assert PybulletEngine.unavailable() is None
 assert "pybullet" not in sys.modules

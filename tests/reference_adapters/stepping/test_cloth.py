@@ -10,9 +10,9 @@ from shots import R, ball, random_cloth_shot, scene_of
 
 from engine import EventKind, Scene, simulate
 from engine.scene.features import missing_features
-from reference_adapters import pymunk_steppers
-from reference_adapters.pymunk_cloth import ClosedFormCloth
-from reference_adapters.pymunk_engine import PymunkEngine, PymunkSettings
+from reference_adapters.pymunk import steppers as pymunk_steppers
+from reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
+from reference_adapters.stepping.cloth import ClosedFormCloth
 from validation.library import find_scene
 
 

@@ -14,7 +14,7 @@ import pytest
 
 from engine import Ball, EventKind, Physics, Record, Result, Scene, Status, Table
 from engine.scene import CUSHIONS
-from reference_adapters.pybullet_engine import PybulletEngine, PybulletSettings
+from reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
 
 R = 0.028575
 G = 9.81

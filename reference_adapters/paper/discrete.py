@@ -20,7 +20,7 @@ Completions, where the print is silent
   counted in `work`.
 - Cushions, after the pairs: a ball that reaches beyond one is put back to touch it and its velocity
   flips (4.2), by the same `react`.
-- Rest: a ball that friction would turn round within a step is stopped (`stop`, see `paper_model`).
+- Rest: a ball that friction would turn round within a step is stopped (`stop`, see `paper.model`).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from pydantic import Field
 from engine import EventKind, Record, Result, Scene
 from engine.scene.features import Capabilities, Capability
 from reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
-from reference_adapters.paper_model import PaperRun, Stop, paper_capabilities
+from reference_adapters.paper.model import PaperRun, Stop, paper_capabilities
 
 
 class PaperDiscreteSettings(EngineSettings):

@@ -10,12 +10,9 @@ a newcomer types.
 from __future__ import annotations
 
 import importlib.util
-import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from pydantic import Field
-
-from engine import EventKind, Record, Result, Scene, Status
+from engine import EventKind, Record, Result, Scene
 from engine.scene.features import EXACT, Capabilities, Capability, Feature
 from reference_adapters.base import (
     EngineBase,
@@ -23,58 +20,22 @@ from reference_adapters.base import (
     lacks_sequence,
     resolution_of_step,
 )
-from reference_adapters.landing import LANDING_GAP
-from reference_adapters.pymunk_steppers import make_stepper
+from reference_adapters.pymunk.steppers import make_stepper
 from reference_adapters.recording import Recorder
+from reference_adapters.stepping.ending import end_of, ending_of
+from reference_adapters.stepping.landing import LANDING_GAP
+from reference_adapters.stepping.settings import SteppingSettings
 
 if TYPE_CHECKING:
-    from reference_adapters.pymunk_world import World
-
-TUNED_DT = 1e-3
-"""Step of the tuned configuration [s]: a cut shot at 1 to 2 m/s rests about 1 cm off."""
-
-DEFAULT_DT = 1.0 / 60.0
-"""Step of the default configuration [s]: a frame, as in Pymunk's examples."""
-
-LANDED_DT = 0.02
-"""Longest landed step [s]: the paper's frame; its motion is exact whatever it is."""
+    from reference_adapters.pymunk.world import World
 
 
-class PymunkSettings(EngineSettings):
+class PymunkSettings(SteppingSettings):
     """Settings of the Pymunk adapter.
 
-    Attributes
-    ----------
-    mode : "native" or "landed"
-        Steps of `dt`, or steps that end where balls touch.
-    config : "tuned" or "default"
-        As experiments found best, or as a newcomer types it.
-    dt : float or None [s]
-        The step; landed: the longest. None is 1e-3 tuned, 1/60 default, 0.02 landed. A native step
-        is shortened so that a whole number of them makes `t_max` (or `max_time`).
-    iterations : int or None
-        Of the contact solver. None is 30 tuned, Chipmunk's 10 default.
-    max_time : float [s]
-        Simulated time after which to give up.
-    max_steps : int
-        Steps after which to give up.
+    `iterations` is 30 tuned, Chipmunk's 10 default; `dt` is 1e-3 s tuned, 1/60 s default as in
+    Pymunk's examples, 0.02 s landed.
     """
-
-    mode: Literal["native", "landed"] = "native"
-    config: Literal["tuned", "default"] = "tuned"
-    dt: Annotated[float, Field(ge=1e-9, le=1.0)] | None = None
-    iterations: Annotated[int, Field(ge=1)] | None = None
-    max_time: Annotated[float, Field(gt=0.0, le=1e6)] = 300.0
-    max_steps: Annotated[int, Field(ge=1)] = 10_000_000
-
-    @property
-    def step(self) -> float:
-        """The step that `dt` stands for [s]."""
-        if self.dt is not None:
-            return self.dt
-        if self.mode == "landed":
-            return LANDED_DT
-        return TUNED_DT if self.config == "tuned" else DEFAULT_DT
 
 
 def _none(how: str) -> Capability:
@@ -176,7 +137,7 @@ class PymunkEngine(EngineBase):
         """
         self.check(scene)
         # Loads pymunk, which the first run may do, but not a list of engines.
-        from reference_adapters.pymunk_world import World  # noqa: PLC0415
+        from reference_adapters.pymunk.world import World  # noqa: PLC0415
 
         settings: PymunkSettings = self.settings
         world = World(scene, tuned=settings.config == "tuned", iterations=settings.iterations)
@@ -184,30 +145,14 @@ class PymunkEngine(EngineBase):
 
 
 def _run(scene: Scene, record: Record, settings: PymunkSettings, world: World) -> Result:
-    t_max = math.inf if scene.t_max is None else scene.t_max
-    t_end = min(t_max, settings.max_time)
+    t_end = end_of(scene, settings)
     stepper = make_stepper(scene, world, settings.mode, settings.step, t_end)
     recorder = Recorder(scene, record)
     steps = 0
-    status, reason = Status.REST, ""
 
     recorder.start()
     stepper.record(recorder)
-    while not stepper.resting.all():
-        if stepper.t >= t_max:
-            status = Status.T_MAX
-            break
-        if stepper.t >= t_end:
-            status = Status.STEP_LIMIT
-            reason = f"balls still move at `max_time` = {settings.max_time} s. Raise `max_time`"
-            break
-        if steps >= settings.max_steps:
-            status = Status.STEP_LIMIT
-            reason = (
-                f"balls still move at t = {stepper.t:.6g} s after `max_steps` = "
-                f"{settings.max_steps} steps. Raise `max_steps`"
-            )
-            break
+    while not stepper.resting.all() and stepper.t < t_end and steps < settings.max_steps:
         stepper.step()
         steps += 1
         for contact in world.collisions:
@@ -217,11 +162,14 @@ def _run(scene: Scene, record: Record, settings: PymunkSettings, world: World) -
             recorder.event(stepper.t, changed, ball)
         if stepper.keep_frame or recorder.wants_frame(stepper.t):
             stepper.record(recorder, force=stepper.keep_frame)
+    state = stepper.state()
+    at_rest = bool(stepper.resting.all())
+    status, reason = ending_of(scene, settings, stepper.t, state, at_rest=at_rest)
     return recorder.result(
         engine=PymunkEngine.name,
         settings=_as_used(settings, world),
         status=status,
-        final_state=stepper.state(),
+        final_state=state,
         rest_time=stepper.t,
         work={"steps": steps, "contacts_solved": world.contacts_solved},
         reason=reason,

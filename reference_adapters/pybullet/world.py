@@ -1,9 +1,9 @@
 """One scene built in one Bullet world: the client, its bodies, its parameters, its contacts.
 
-Everything that pybullet must be told is here; what drives it is in `pybullet_planar` (balls that
-roll, in the plane) and `pybullet_sliding` (balls that slide, in space).
+Everything that pybullet must be told is here; what drives it is in `pybullet.rolling` (balls that
+roll, in the plane) and `pybullet.sliding` (balls that slide, in space).
 
-The coefficients of its bodies are in `pybullet_coefficients`.
+The coefficients of its bodies are in `pybullet.coefficients`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import importlib.util
 import math
 import os
 import sys
-from collections.abc import Iterator
 from types import TracebackType
 from typing import Any, Literal, NamedTuple, Self
 
@@ -24,7 +23,7 @@ from numpy.typing import NDArray
 from engine import CUSHIONS, EventKind, Scene
 from engine.scene import CushionName
 from reference_adapters.base import EngineError
-from reference_adapters.pybullet_coefficients import Coefficients
+from reference_adapters.pybullet.coefficients import Coefficients
 
 FloatArray = NDArray[np.float64]
 Config = Literal["tuned", "default"]
@@ -331,21 +330,3 @@ class World:
 
     def _change(self, body: int, **parameters: float) -> None:
         self._bullet.changeDynamics(body, -1, **parameters, physicsClientId=self._client)
-
-
-def native_steps(dt: float, t_end: float, max_steps: int) -> Iterator[tuple[float, float]]:
-    """Yield the length of each step and the instant at its end [s]; the last ends at `t_end`.
-
-    Instants are multiples of `dt`, not a running sum; a remainder of rounding size joins the last
-    step.
-    """
-    t = 0.0
-    for step in range(1, max_steps + 1):
-        if t >= t_end:
-            return
-        before, t = t, step * dt
-        if t >= t_end - 1e-9 * dt:
-            t = t_end
-            yield t_end - before, t_end
-        else:
-            yield dt, t

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from engine import Ball, EventKind, Physics, Scene, Status, Table, UnsupportedSceneError
 from reference_adapters.base import ReferenceEngine
-from reference_adapters.paper_discrete import PaperDiscreteEngine, PaperDiscreteSettings
+from reference_adapters.paper.discrete import PaperDiscreteEngine, PaperDiscreteSettings
 
 R = 0.028575
 DECELERATION = 0.02 * 9.81

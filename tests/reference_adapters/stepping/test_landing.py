@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine import Table
-from reference_adapters.landing import (
+from reference_adapters.stepping.landing import (
     LANDING_GAP,
     rolling_accelerations,
     time_to_contact,

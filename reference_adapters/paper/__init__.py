@@ -1,0 +1,1 @@
+"""The paper's own two algorithms, as printed, and what they share."""

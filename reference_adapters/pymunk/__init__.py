@@ -1,0 +1,1 @@
+"""Pymunk (Chipmunk) as a reference engine: the plane seen from above."""

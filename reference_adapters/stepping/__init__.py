@@ -1,0 +1,1 @@
+"""What engines that step share: when a step should end, the cloth between steps, equal steps."""

@@ -1,0 +1,46 @@
+"""How a run of an engine that steps ended, and why where that is too early."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from engine import Samples, Scene, Status
+from reference_adapters.stepping.settings import SteppingSettings
+
+
+def end_of(scene: Scene, settings: SteppingSettings) -> float:
+    """Return until when a run steps, unless every ball rests sooner [s]."""
+    t_max = math.inf if scene.t_max is None else scene.t_max
+    return min(t_max, settings.max_time)
+
+
+def ending_of(
+    scene: Scene, settings: SteppingSettings, t: float, state: Samples, *, at_rest: bool
+) -> tuple[Status, str]:
+    """Return a run's status at the instant t [s] at which it ended, and why where it is too early.
+
+    Parameters
+    ----------
+    state : Samples, arrays (1, n, 3)
+        Of the balls then.
+    at_rest : bool
+        Whether every ball rests.
+    """
+    if at_rest:
+        return Status.REST, ""
+    if scene.t_max is not None and t >= scene.t_max:
+        return Status.T_MAX, ""
+    speeds = np.linalg.norm(state.velocities[0], axis=1)
+    surfaces = scene.radii * np.linalg.norm(state.angular_velocities[0], axis=1)
+    fastest = int(np.argmax(np.maximum(speeds, surfaces)))
+    by_time = t >= settings.max_time
+    limit = "`max_time`" if by_time else "`max_steps`"
+    value = f"{settings.max_time:g} s" if by_time else f"{settings.max_steps} (at t = {t:.6g} s)"
+    return (
+        Status.STEP_LIMIT,
+        f'{limit} = {value} was reached in scene "{scene.name}" before every ball rested: '
+        f'ball "{scene.balls[fastest].id}" moves at {speeds[fastest]:.3g} m/s and its surface '
+        f"turns at {surfaces[fastest]:.3g} m/s. Raise {limit}, or set `t_max`",
+    )
