@@ -36,6 +36,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 _config: Any = numba.config  # its attributes are made at run time
 
+COMPILED: bool = not _config.DISABLE_JIT
+"""Whether kernels are compiled; else they run as the Python that they are."""
+
 OPTIONS: dict[str, Any] = {
     "error_model": "numpy",  # no raising: a division by zero gives inf, as the arithmetic says
     "fastmath": False,  # no fused multiply-add, no reordering: the same bits on every machine

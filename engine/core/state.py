@@ -28,8 +28,8 @@ class Balls(NamedTuple):
     words: with one array per number, the calls cost more than what they did. A ball's numbers lie
     together, so that a ball costs three cache lines however many there are.
 
-    Python hands `state` over as a matrix of numbers, (n, STATE_COLUMNS): kernels see it through
-    `rows_of`.
+    Python hands `state` over as a matrix of numbers, (n, STATE_COLUMNS): kernels see it as
+    rows with fields.
     """
 
     state: Any  # (n,) of `BallRow`
@@ -96,6 +96,16 @@ def _field(column: int) -> property:
 
 for _column, _name in enumerate(BALL_FIELDS):
     setattr(BallRow, _name, _field(_column))
+
+
+def rows_of(state: FloatArray) -> list[BallRow]:
+    """Return a matrix (n, STATE_COLUMNS) as rows with fields, in the same memory.
+
+    For interpreted kernels, since numpy's records have no fields as attributes; compiled ones take
+    `state.view(BALL)[:, 0]`.
+    """
+    return [BallRow(row) for row in state]
+
 
 # The same as columns: of `Balls.state` as Python sees it, and of a motion's knots.
 EPOCH = 0

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from engine.core.kernel import kernel
-from engine.core.rows import rows_of
+from engine.core.kernel import COMPILED, kernel
 from engine.core.state import (
+    BALL,
     RUN_CONTACTS,
     RUN_EVENT_LIMIT,
     RUN_LOG_FULL,
@@ -18,6 +18,7 @@ from engine.core.state import (
     Laws,
     Log,
     Pairs,
+    rows_of,
 )
 from engine.event_loop.finish import finish
 from engine.event_loop.loop import run
@@ -55,7 +56,8 @@ def enter(
 
     It is over, too, where `limit` is reached and `last` is true.
     """
-    balls = Balls(rows_of(state), own_kind, changed, touched, hits, near)
+    rows = state.view(BALL)[:, 0] if COMPILED else rows_of(state)
+    balls = Balls(rows, own_kind, changed, touched, hits, near)
     numbers = laws_from(laws, obstacles, integrated)
     log = Log(clock, counters, time, what, ball, motion)
     if cells is None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from engine.core.kernel import kernel
-from engine.core.rows import rows_of
+from engine.core.kernel import COMPILED, kernel
 from engine.core.state import (
+    BALL,
     BALL_BALL,
     BALL_CUSHION,
     CONTACT_STEPS,
@@ -29,6 +29,7 @@ from engine.core.state import (
     IntArray,
     Log,
     Pairs,
+    rows_of,
 )
 from engine.event_loop.entry import laws_from
 from engine.event_loop.finish import finish
@@ -77,9 +78,8 @@ def sweep(
     their order nor who does them matters.
     """
     laws = laws_from(numbers, obstacles, integrated)
-    balls = Balls(
-        rows_of(room.state), room.own_kind, room.changed, room.touched, room.hits, room.near
-    )
+    rows = room.state.view(BALL)[:, 0] if COMPILED else rows_of(room.state)
+    balls = Balls(rows, room.own_kind, room.changed, room.touched, room.hits, room.near)
     for m in range(len(which)):
         k = which[m]
         _clear(balls, log)
