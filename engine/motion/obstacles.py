@@ -26,21 +26,27 @@ from engine.core.tolerances import GAP_ROUNDING, TIME_ROUNDING
 from engine.motion.crossings import first_crossing
 
 
-@kernel
+@kernel(inline=True)
 def facing(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, float]:
     """Return obstacle k's unit normal towards a place, and how far from it that is [m]."""
-    row = laws.obstacles[k]
-    if row[O_KIND] == LINE:
-        nx, ny = row[O_NX], row[O_NY]
-        return nx, ny, nx * (x - row[O_X]) + ny * (y - row[O_Y])
-    rx, ry = x - row[O_X], y - row[O_Y]
-    if row[O_KIND] == SEGMENT:
-        dx, dy = row[O_NX] - row[O_X], row[O_NY] - row[O_Y]
-        part = (rx * dx + ry * dy) / (dx * dx + dy * dy)
-        part = min(max(part, 0.0), 1.0)
+    if laws.obstacles[k, O_KIND] == LINE:
+        nx, ny = laws.obstacles[k, O_NX], laws.obstacles[k, O_NY]
+        away = nx * (x - laws.obstacles[k, O_X]) + ny * (y - laws.obstacles[k, O_Y])
+        return nx, ny, away
+    return _facing_nearest(laws, k, x, y)
+
+
+@kernel
+def _facing_nearest(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, float]:
+    """`facing`, where the nearest point isn't everywhere in the same direction."""
+    rx, ry = x - laws.obstacles[k, O_X], y - laws.obstacles[k, O_Y]
+    if laws.obstacles[k, O_KIND] == SEGMENT:
+        dx = laws.obstacles[k, O_NX] - laws.obstacles[k, O_X]
+        dy = laws.obstacles[k, O_NY] - laws.obstacles[k, O_Y]
+        part = min(max((rx * dx + ry * dy) / (dx * dx + dy * dy), 0.0), 1.0)
         rx, ry = rx - part * dx, ry - part * dy
     size = math.sqrt(rx * rx + ry * ry)
-    return rx / size, ry / size, size - row[O_RADIUS]
+    return rx / size, ry / size, size - laws.obstacles[k, O_RADIUS]
 
 
 @kernel
@@ -60,15 +66,27 @@ def time_to_obstacle(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, b
     be looked at again, until it touches but for rounding.
     """
     ball = balls.state[i]
-    nx, ny, distance = facing(laws, k, ball.x, ball.y)
-    gap = max(distance - ball.radius, 0.0)
-    rate = nx * ball.vx + ny * ball.vy
-    pull = nx * ball.ax + ny * ball.ay
+    if laws.obstacles[k, O_KIND] == LINE:
+        nx, ny = laws.obstacles[k, O_NX], laws.obstacles[k, O_NY]
+        rate, pull = nx * ball.vx + ny * ball.vy, nx * ball.ax + ny * ball.ay
+        if rate >= 0.0 and pull >= 0.0:
+            return math.inf, False
+        _, _, away = facing(laws, k, ball.x, ball.y)
+        gap = max(away - ball.radius, 0.0)
+        # Without pull the root is that of a line: the same number, without a square root.
+        return gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull), True
+    return _time_to_look(balls, i, laws, k)
+
+
+@kernel
+def _time_to_look(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, bool]:
+    """`time_to_obstacle`, where it is a bound but for a ball that touches."""
+    ball = balls.state[i]
+    nx, ny, away = facing(laws, k, ball.x, ball.y)
+    gap = max(away - ball.radius, 0.0)
+    rate, pull = nx * ball.vx + ny * ball.vy, nx * ball.ax + ny * ball.ay
     if rate >= 0.0 and pull >= 0.0:
         return math.inf, False
-    # Without pull the root is that of a line: the same number, without a square root.
-    s = gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)
-    if laws.obstacles[k, O_KIND] == LINE:
-        return s, True
+    s = first_crossing(gap, rate, pull)
     near = gap <= GAP_ROUNDING * ball.radius or not s > TIME_ROUNDING * ball.epoch
     return s, near and rate < 0.0

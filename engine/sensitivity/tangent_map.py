@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.core.events import EVENT_DTYPE, EventKind, Events
 from engine.core.kernel import compiling
-from engine.core.state import KNOT, PHASE, RESTING, ROLL
+from engine.core.state import KNOT, PHASE, RESTING, ROLL, X, Y
 from engine.errors import GhostballError
 from engine.running.from_scene import laws_of, layout_of
 from engine.running.skips import is_integrated
@@ -251,7 +251,7 @@ def _arrays(
     first = np.zeros(n + 1, dtype=np.int64)
     np.cumsum([len(knots) for knots in trajectory.knots], out=first[1:])
     rank = np.empty(n, dtype=np.int64)
-    rank[np.lexsort((layout.balls.state[:].y, layout.balls.state[:].x))] = np.arange(n)
+    rank[np.lexsort((layout.balls.state[:, Y], layout.balls.state[:, X]))] = np.arange(n)
     what = np.empty((m, 3), dtype=np.int64)
     what[:, 0], what[:, 1], what[:, 2] = events["kind"], events["a"], events["b"]
     return s.Tangents(
