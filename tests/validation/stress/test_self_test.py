@@ -156,6 +156,7 @@ def test_families_take_turns_and_patterns_choose() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.first
 def test_every_bug_is_caught_and_the_engine_is_clean() -> None:
     outcome = self_test(jobs=1)
     assert [one.name for one in outcome.survivors] == []
