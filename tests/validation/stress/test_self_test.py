@@ -163,3 +163,5 @@ def test_every_bug_is_caught_and_the_engine_is_clean() -> None:
     assert outcome.unchanged is not None
     assert outcome.unchanged.faults == ()
     assert outcome.exit_status == 0
+    (runaway,) = (one for one in outcome.mutants if one.name == "contact released too late")
+    assert runaway.faults == ("no end in 10 s of processor time",)
