@@ -35,9 +35,11 @@ corner are met together too; a cushion and a ball at one instant, the cushion fi
 the vertical turn balls and never lift them: a ball stays on the cloth. Laws that act through spin
 need `motion` = "sliding".
 
-Sustained contact ----------------- Balls that friction presses together don't bounce without end:
-contact forces hold their gaps closed for as long as they push, in steps that keep every gap within
-a tolerance (`engine/resting_contact/step.py`).
+Sustained contact
+-----------------
+Balls that friction presses together don't bounce without end: contact forces hold their gaps closed
+for as long as they push, in steps that keep every gap within a tolerance
+(`engine/resting_contact/step.py`).
 """
 
 # ruff: noqa: E402 - the instant must be taken before anything else is loaded.

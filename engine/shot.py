@@ -50,11 +50,13 @@ def simulate(
     GhostballError
         Where `scene`, `record`, `max_events` or `no_skip` is wrong.
 
-    Notes ----- Between events each ball moves in closed form; the next contact is the first
-    entering root of the true gap (`engine/scheduling/all_pairs.py`). There is no time step, but for
-    balls that friction presses together: these move in steps that keep their gaps within a stated
-    tolerance (`engine/resting_contact/step.py`), counted in `work["contact_steps"]`. Impacts at one
-    instant that share a ball, resolved together (`engine/impacts/simultaneous.py`), are counted in
+    Notes
+    -----
+    Between events each ball moves in closed form; the next contact is the first entering root of
+    the true gap (`engine/scheduling/all_pairs.py`). There is no time step, but for balls that
+    friction presses together: these move in steps that keep their gaps within a stated tolerance
+    (`engine/resting_contact/step.py`), counted in `work["contact_steps"]`. Impacts at one instant
+    that share a ball, resolved together (`engine/impacts/simultaneous.py`), are counted in
     `work["joint_impacts"]`.
 
     The run ends when the last centre rests and the last spin about the vertical has decayed; a

@@ -83,13 +83,10 @@ class Grade:
 
     Attributes
     ----------
-    extent : "whole", "horizon", "low hop" or "proved part"
-    why : str
-        Where it isn't the whole shot, why not; else "".
-    until : float [s]
-        The last instant at which events are graded; inf where that is the end of the shot.
+    extent, why, until
+        Of what was graded; see `Gradable`.
     compared_at : float [s]
-        When positions are compared; see `Gradable`.
+        When positions were compared.
     events : int
         Proved events that are compared.
     alignment : Alignment

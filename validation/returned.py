@@ -20,7 +20,7 @@ from engine.scene import CUSHIONS
 MOST = 2**53
 """Largest count: beyond it JSON's readers, whose numbers are doubles, lose ones."""
 
-_MEND = "Mend `simulate` of engine `{engine}`; `Result` in engine/result.py says what it must hold"
+_MEND = "Mend `simulate` of engine `{engine}`; `engine.result.Result` says what it must hold"
 
 
 class ResultRefusedError(Exception):

@@ -21,6 +21,12 @@ A thirtieth of a pool ball's radius: the next hit may be turned by two degrees, 
 may be missed.
 """
 
+OFF_BY = 4.0
+"""How many times the proof's growth of errors our engine's account of it may be; or the reverse.
+
+Our engine takes the root mean square over 32 random signs, which is off by a tenth, seldom a half.
+"""
+
 LOWEST_HOP = 2.0**-18
 """Height of a hop, in diameters, from which on a shot isn't graded.
 

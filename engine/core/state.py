@@ -187,9 +187,7 @@ class Pairs(NamedTuple):
     least: FloatArray  # (n,) least bound of the row
     next: FloatArray  # (n,) the less of that and the ball's own next event
     track: FloatArray  # copies of what bounds need: see `TRACKS`
-    looked_at: (
-        BoolArray | None
-    )  # (LOOKED_AT,) what is looked at all the same; see `scheduling.look_again`
+    looked_at: BoolArray | None  # (LOOKED_AT,) what is looked at all the same: `look_again`
 
 
 # Places in `Pairs.looked_at`.

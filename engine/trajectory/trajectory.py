@@ -151,7 +151,9 @@ class ExactTrajectory:
         GhostballError
             Where a ball turns too far to be followed.
 
-        Notes ----- Where the axis moves, because the ball slides or spins about the vertical as it
+        Notes
+        -----
+        Where the axis moves, because the ball slides or spins about the vertical as it
         rolls, the turn is a power series, exact to rounding; see `engine.trajectory.orientation`.
         The paper (section 5.3) turns by |v| dt / R about r = v x k each frame: of a ball that rolls
         the same turn with the opposite sign, and only as exact as its frame is short.

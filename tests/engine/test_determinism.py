@@ -166,6 +166,7 @@ for name, value in module.fingerprints().items():
 """
 
 
+@pytest.mark.first
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "environment",

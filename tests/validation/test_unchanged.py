@@ -839,8 +839,8 @@ def test_an_edit_of_a_copy_of_the_sources_is_seen(tmp_path: Path) -> None:
 
     assert [taken_over(), taken_over()] == [0, 2]
     for package, module in (
-        ("engine", "_motion"),
-        ("reference_adapters", "paper_model"),
+        ("engine", "motion/on_cloth"),
+        ("reference_adapters", "paper/model"),
         ("validation", "metrics"),
     ):
         path = code / package / f"{module}.py"

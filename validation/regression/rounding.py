@@ -20,7 +20,7 @@ from validation.our_run import run_ours
 from validation.predictability.bifurcations import extent_of
 from validation.proof import proof_of
 from validation.sampling import events_of
-from validation.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
+from validation.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 
 FloatArray = NDArray[np.float64]
 
@@ -29,9 +29,6 @@ ERROR = ROUNDINGS * UNIT_ROUNDOFF
 
 APART = 2.0 * ERROR
 """Two runs, each within it of the true shot, on both its sides."""
-
-BELIEVED = 4.0
-"""How many times the proof's growth our engine's may be: it is a sample, off by half at most."""
 
 UNAMPLIFIED = 64.0 * 2.0 * UNIT_ROUNDOFF
 """Relative difference that needs no tangent map to be called rounding: some sums of a few terms."""
@@ -123,5 +120,5 @@ def _believed_until(result: Result, growth: CertifiedGrowth, times: FloatArray) 
         np.maximum.accumulate(sizes, axis=0)
         for sizes in (result.sensitivity(looks), growth.sizes(looks))
     )
-    beyond = np.flatnonzero((ours[:-1] > BELIEVED * right[1:]).any(axis=1))
+    beyond = np.flatnonzero((ours[:-1] > OFF_BY * right[1:]).any(axis=1))
     return float(starts[beyond[0]]) if len(beyond) else math.inf

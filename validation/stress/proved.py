@@ -27,7 +27,7 @@ from validation.faults import faults_of
 from validation.grading import Grade, gradable, grade
 from validation.stress.judges import VISIBLE, is_exact
 from validation.stress.trial import Trial, Verdict, play
-from validation.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
+from validation.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 
 SteppedRule = Literal["collisions", "places"]
 """What of an engine that steps is judged.
@@ -143,13 +143,6 @@ def proved_too_little(scene: Scene, proof: Certificate, least: int | None) -> st
         f"only {found} events of scene {scene.name!r} are proved, {must} must be: "
         f"{proof.ending}: {proof.reason}"
     )
-
-
-OFF_BY = 4.0
-"""How many times the grader's a run's own account of its growth may be, or the grader's that.
-
-Our engine takes the root mean square over 32 random signs, which is off by a tenth, seldom a half.
-"""
 
 
 def own_words(result: Result, proof: Certificate, until: float = math.inf) -> list[str]:

@@ -32,7 +32,7 @@ from validation.store import Motion
 
 ROOT = Path(validation.__file__).resolve().parent.parent
 PACKAGES = ("engine", "reference_adapters", "validation", "reports", "ghostball")
-LAW = Path("engine", "impact_laws", "cushion_restitution.py")
+LAW = Path("engine", "impacts", "laws", "cushion_restitution.py")
 IDENTITY = {
     f"GIT_{who}_{what}": "tests" for who in ("AUTHOR", "COMMITTER") for what in ("NAME", "EMAIL")
 }

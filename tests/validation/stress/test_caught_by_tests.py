@@ -20,7 +20,7 @@ def run_on(mutant: Mutant, test: str) -> subprocess.CompletedProcess[str]:
     With interpreted kernels, but where it calls one or two of them a million times.
     """
     environment = dict(mutant.environment)
-    if "test_pairs.py" in test:
+    if "test_all_pairs.py" in test:
         environment |= {"NUMBA_DISABLE_JIT": "0", "GHOSTBALL_CACHE_DIR": str(mutant.folder)}
     check = f"import engine; assert engine.__file__.startswith({str(mutant.folder)!r})"
     run = f"import pytest, sys; {check}; sys.exit(pytest.main(sys.argv[1:]))"

@@ -156,9 +156,12 @@ def test_families_take_turns_and_patterns_choose() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.first
 def test_every_bug_is_caught_and_the_engine_is_clean() -> None:
     outcome = self_test(jobs=1)
     assert [one.name for one in outcome.survivors] == []
     assert outcome.unchanged is not None
     assert outcome.unchanged.faults == ()
     assert outcome.exit_status == 0
+    (runaway,) = (one for one in outcome.mutants if one.name == "contact released too late")
+    assert runaway.faults == ("no end in 10 s of processor time",)
