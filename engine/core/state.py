@@ -42,13 +42,37 @@ class Balls(NamedTuple):
     near: Int32Array  # (n,) room for a ball's neighbours
 
 
-class BallRow:
-    """One ball's numbers, by name; the first KNOT of them say how it moves from `epoch` on.
+class _Row:
+    """Numbers of one row of a matrix, by name.
 
-    Compiled kernels see a record instead, and this class is what interpreted ones see.
+    Compiled kernels see a record instead; this is what interpreted ones see, since numpy's records
+    have no fields as attributes.
     """
 
     __slots__ = ("_numbers",)
+
+    def __init__(self, numbers: FloatArray) -> None:
+        self._numbers: Any = memoryview(numbers.data)
+
+    def __init_subclass__(cls) -> None:
+        """Make each field that the class lists read and write its place in the row."""
+        for column, name in enumerate(cls.__annotations__):
+            setattr(cls, name, _field(column))
+
+
+def _field(column: int) -> property:
+    def number(row: _Row) -> float:
+        value: float = row._numbers[column]
+        return value
+
+    def put(row: _Row, value: float) -> None:
+        row._numbers[column] = value
+
+    return property(number, put)
+
+
+class BallRow(_Row):
+    """One ball's numbers, by name; the first KNOT of them say how it moves from `epoch` on."""
 
     epoch: float  # [s]
     x: float  # [m]
@@ -73,9 +97,6 @@ class BallRow:
     cloth_friction: float  # coefficient of sliding friction, for impacts with the cloth
     moved: float  # 1: the ball has moved, by more than creeping, since it last came to rest
 
-    def __init__(self, numbers: FloatArray) -> None:
-        self._numbers: Any = memoryview(numbers.data)
-
 
 BALL_FIELDS = tuple(BallRow.__annotations__)
 STATE_COLUMNS = 24  # whole cache lines: the last two are padding
@@ -83,28 +104,29 @@ _PADDING = tuple(f"padding_{k}" for k in range(STATE_COLUMNS - len(BALL_FIELDS))
 BALL = np.dtype([(name, np.float64) for name in BALL_FIELDS + _PADDING])
 
 
-def _field(column: int) -> property:
-    def number(row: BallRow) -> float:
-        value: float = row._numbers[column]
-        return value
+class ObstacleRow(_Row):
+    """What stands still on the table: a line, a segment or a disc."""
 
-    def put(row: BallRow, value: float) -> None:
-        row._numbers[column] = value
-
-    return property(number, put)
-
-
-for _column, _name in enumerate(BALL_FIELDS):
-    setattr(BallRow, _name, _field(_column))
+    kind: float  # LINE, SEGMENT or DISC
+    x: float  # a point of the line, an end of the segment, the disc's centre [m]
+    y: float
+    nx: float  # the line's unit normal into the table; the segment's other end [m]
+    ny: float
+    radius: float  # of the disc, or of the nose around a segment [m]
+    law: float  # the place of its law in `registry.CUSHION_LAWS`
+    index: float  # what events call it: a cushion's index in `engine.scene.CUSHIONS`
 
 
-def rows_of(state: FloatArray) -> list[BallRow]:
-    """Return a matrix (n, STATE_COLUMNS) as rows with fields, in the same memory.
+OBSTACLE_COLUMNS = len(ObstacleRow.__annotations__)
+OBSTACLE = np.dtype([(name, np.float64) for name in ObstacleRow.__annotations__])
 
-    For interpreted kernels, since numpy's records have no fields as attributes; compiled ones take
-    `state.view(BALL)[:, 0]`.
+
+def rows_of(matrix: FloatArray, row: type[_Row]) -> list[_Row]:
+    """Return a matrix as rows with fields, in the same memory.
+
+    For interpreted kernels; compiled ones take `matrix.view(BALL)[:, 0]`.
     """
-    return [BallRow(row) for row in state]
+    return [row(numbers) for numbers in matrix]
 
 
 # The same as columns: of `Balls.state` as Python sees it, and of a motion's knots.
@@ -158,23 +180,13 @@ class Laws(NamedTuple):
     cushion_friction: float
     cushion_height: float  # of the nose above the cloth [m]
     t_max: float  # [s]; inf: until rest
-    obstacles: FloatArray  # (k, OBSTACLE_COLUMNS) what balls bounce off; see `motion.obstacles`
+    obstacles: Any  # (k,) of `ObstacleRow`: what balls bounce off; see `motion.obstacles`
     integrated: int | None  # 1 where a law needs integrating: see `impacts.laws.dispatch`
 
 
-# Columns of `Laws.obstacles`.
-O_KIND = 0  # LINE, SEGMENT or DISC
-O_X = 1  # a point of the line, an end of the segment, the disc's centre [m]
-O_Y = 2
-O_NX = 3  # the line's unit normal into the table; the segment's other end [m]
-O_NY = 4
-O_RADIUS = 5  # of the disc, or of the nose around a segment [m]
-O_LAW = 6  # the place of its law in `registry.CUSHION_LAWS`
-O_INDEX = 7  # what events call it: a cushion's index in `engine.scene.CUSHIONS`
-OBSTACLE_COLUMNS = 8
 MOST_OBSTACLES = 62  # those that a ball is held off are bits of a number
 
-# Values of `O_KIND`.
+# Values of `ObstacleRow.kind`.
 LINE = 0.0
 SEGMENT = 1.0
 DISC = 2.0

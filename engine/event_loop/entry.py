@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from engine.core.kernel import COMPILED, kernel
 from engine.core.state import (
     BALL,
+    OBSTACLE,
     RUN_CONTACTS,
     RUN_EVENT_LIMIT,
     RUN_LOG_FULL,
+    BallRow,
     Balls,
     BoolArray,
     Cells,
@@ -17,6 +21,7 @@ from engine.core.state import (
     IntArray,
     Laws,
     Log,
+    ObstacleRow,
     Pairs,
     rows_of,
 )
@@ -56,9 +61,10 @@ def enter(
 
     It is over, too, where `limit` is reached and `last` is true.
     """
-    rows = state.view(BALL)[:, 0] if COMPILED else rows_of(state)
+    rows = state.view(BALL)[:, 0] if COMPILED else rows_of(state, BallRow)
     balls = Balls(rows, own_kind, changed, touched, hits, near)
-    numbers = laws_from(laws, obstacles, integrated)
+    lines = obstacles.view(OBSTACLE)[:, 0] if COMPILED else rows_of(obstacles, ObstacleRow)
+    numbers = laws_from(laws, lines, integrated)
     log = Log(clock, counters, time, what, ball, motion)
     if cells is None:
         pairs = Pairs(bound, least, next_event, track, looked_at)
@@ -72,7 +78,7 @@ def enter(
 
 
 @kernel(inline=True)
-def laws_from(numbers: FloatArray, obstacles: FloatArray, integrated: int | None) -> Laws:
+def laws_from(numbers: FloatArray, obstacles: Any, integrated: int | None) -> Laws:
     """Return the `Laws` whose fields are `numbers`, and the other two."""
     return Laws(
         numbers[0] != 0.0,

@@ -16,7 +16,6 @@ from engine.core.state import (
     FIRST,
     FREE,
     JOINT_IMPACTS,
-    O_INDEX,
     OWN_CUSHION,
     OWN_LOOK,
     OWN_REST,
@@ -162,7 +161,7 @@ def _resolve_own(
     return 0
 
 
-@kernel
+@kernel(inline=True)
 def _resolve_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float, log: Log) -> None:
     """Bounce ball i off a cushion; in a corner, off both at once."""
     log.counters[BALL_CUSHION] += 1
@@ -179,10 +178,10 @@ def _resolve_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float, l
 
 @kernel(inline=True)
 def _index(laws: Laws, k: int) -> int:
-    return int(laws.obstacles[k, O_INDEX])
+    return int(laws.obstacles[k].index)
 
 
-@kernel
+@kernel(inline=True)
 def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -> int:
     """Return an obstacle across the given one that ball i meets at the same instant, or -1."""
     ball = balls.state[i]
@@ -198,7 +197,7 @@ def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) ->
     return -1
 
 
-@kernel
+@kernel(inline=True)
 def _pressed_against(
     balls: Balls, laws: Laws, cells: Cells | None, i: int, cushion: int, t: float
 ) -> int:

@@ -16,11 +16,13 @@ from engine.core.state import (
     FARTHEST,
     FREE,
     NOWHERE,
+    OBSTACLE,
     ROLLING,
     RUN_CONTACTS,
     RUN_EVENT_LIMIT,
     SLIDING,
     STATE_COLUMNS,
+    BallRow,
     Balls,
     BoolArray,
     Cells,
@@ -28,6 +30,7 @@ from engine.core.state import (
     FloatArray,
     IntArray,
     Log,
+    ObstacleRow,
     Pairs,
     rows_of,
 )
@@ -77,8 +80,9 @@ def sweep(
     Contract: no allocation. Each shot starts from the same state of that room, so that neither
     their order nor who does them matters.
     """
-    laws = laws_from(numbers, obstacles, integrated)
-    rows = room.state.view(BALL)[:, 0] if COMPILED else rows_of(room.state)
+    lines = obstacles.view(OBSTACLE)[:, 0] if COMPILED else rows_of(obstacles, ObstacleRow)
+    laws = laws_from(numbers, lines, integrated)
+    rows = room.state.view(BALL)[:, 0] if COMPILED else rows_of(room.state, BallRow)
     balls = Balls(rows, room.own_kind, room.changed, room.touched, room.hits, room.near)
     for m in range(len(which)):
         k = which[m]

@@ -10,7 +10,6 @@ import math
 
 from engine.core.kernel import kernel
 from engine.core.state import (
-    O_LAW,
     Balls,
     Laws,
 )
@@ -195,7 +194,7 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
             balls.state[i].cloth_friction,
         ),
         laws,
-        int(laws.obstacles[cushion, O_LAW]),
+        int(laws.obstacles[cushion].law),
     )
     balls.state[i].vx = after.vn * nx - after.vt * ny
     balls.state[i].vy = after.vn * ny + after.vt * nx

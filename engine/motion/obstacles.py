@@ -11,13 +11,6 @@ import math
 from engine.core.kernel import kernel
 from engine.core.state import (
     LINE,
-    O_INDEX,
-    O_KIND,
-    O_NX,
-    O_NY,
-    O_RADIUS,
-    O_X,
-    O_Y,
     SEGMENT,
     Balls,
     Laws,
@@ -29,9 +22,9 @@ from engine.motion.crossings import first_crossing
 @kernel(inline=True)
 def facing(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, float]:
     """Return obstacle k's unit normal towards a place, and how far from it that is [m]."""
-    if laws.obstacles[k, O_KIND] == LINE:
-        nx, ny = laws.obstacles[k, O_NX], laws.obstacles[k, O_NY]
-        away = nx * (x - laws.obstacles[k, O_X]) + ny * (y - laws.obstacles[k, O_Y])
+    if laws.obstacles[k].kind == LINE:
+        nx, ny = laws.obstacles[k].nx, laws.obstacles[k].ny
+        away = nx * (x - laws.obstacles[k].x) + ny * (y - laws.obstacles[k].y)
         return nx, ny, away
     return _facing_nearest(laws, k, x, y)
 
@@ -39,21 +32,21 @@ def facing(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, float]
 @kernel
 def _facing_nearest(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, float]:
     """`facing`, where the nearest point isn't everywhere in the same direction."""
-    rx, ry = x - laws.obstacles[k, O_X], y - laws.obstacles[k, O_Y]
-    if laws.obstacles[k, O_KIND] == SEGMENT:
-        dx = laws.obstacles[k, O_NX] - laws.obstacles[k, O_X]
-        dy = laws.obstacles[k, O_NY] - laws.obstacles[k, O_Y]
+    rx, ry = x - laws.obstacles[k].x, y - laws.obstacles[k].y
+    if laws.obstacles[k].kind == SEGMENT:
+        dx = laws.obstacles[k].nx - laws.obstacles[k].x
+        dy = laws.obstacles[k].ny - laws.obstacles[k].y
         part = min(max((rx * dx + ry * dy) / (dx * dx + dy * dy), 0.0), 1.0)
         rx, ry = rx - part * dx, ry - part * dy
     size = math.sqrt(rx * rx + ry * ry)
-    return rx / size, ry / size, size - laws.obstacles[k, O_RADIUS]
+    return rx / size, ry / size, size - laws.obstacles[k].radius
 
 
 @kernel
 def row_of(laws: Laws, index: int) -> int:
     """Return the row of the obstacle that events call `index`, or -1."""
     for k in range(len(laws.obstacles)):
-        if laws.obstacles[k, O_INDEX] == index:
+        if laws.obstacles[k].index == index:
             return k
     return -1
 
@@ -66,8 +59,8 @@ def time_to_obstacle(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, b
     be looked at again, until it touches but for rounding.
     """
     ball = balls.state[i]
-    if laws.obstacles[k, O_KIND] == LINE:
-        nx, ny = laws.obstacles[k, O_NX], laws.obstacles[k, O_NY]
+    if laws.obstacles[k].kind == LINE:
+        nx, ny = laws.obstacles[k].nx, laws.obstacles[k].ny
         rate, pull = nx * ball.vx + ny * ball.vy, nx * ball.ax + ny * ball.ay
         if rate >= 0.0 and pull >= 0.0:
             return math.inf, False

@@ -9,8 +9,6 @@ from engine.core.state import (
     CLOTH,
     LINE,
     MASS,
-    O_KIND,
-    O_LAW,
     RADIUS,
     FloatArray,
     X,
@@ -346,10 +344,10 @@ def pass_cushion(run: Tangents, ball: int, cushion: int) -> None:
     multiply the velocity.
     """
     row = row_of(run.laws, cushion)
-    law = int(run.laws.obstacles[row, O_LAW])
+    law = int(run.laws.obstacles[row].law)
     # That of a line is the same everywhere; how a bent nose turns with the place isn't known here.
     inward_x, inward_y, _ = facing(run.laws, row, 0.0, 0.0)
-    if run.laws.obstacles[row, O_KIND] != LINE:
+    if run.laws.obstacles[row].kind != LINE:
         inward_x = math.nan
     nx, ny = -inward_x, -inward_y
     approach = nx * run.motion[0, PRE_VX] + ny * run.motion[0, PRE_VY]
