@@ -180,7 +180,9 @@ class Laws(NamedTuple):
     cushion_friction: float
     cushion_height: float  # of the nose above the cloth [m]
     t_max: float  # [s]; inf: until rest
-    obstacles: Any  # (k,) of `ObstacleRow`: what balls bounce off; see `motion.obstacles`
+    # What balls bounce off: see `motion.obstacles`. Python sees a matrix (k, OBSTACLE_COLUMNS),
+    # kernels (k,) of `ObstacleRow`.
+    obstacles: Any
     integrated: int | None  # 1 where a law needs integrating: see `impacts.laws.dispatch`
 
 

@@ -9,7 +9,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from engine.core.kernel import COMPILED
 from engine.core.state import (
     CLOCKS,
     CLOTH,
@@ -23,7 +22,6 @@ from engine.core.state import (
     MASS,
     MOTION_COLUMNS,
     NOWHERE,
-    OBSTACLE,
     OBSTACLE_COLUMNS,
     OWN_TIME,
     PHASE,
@@ -47,11 +45,9 @@ from engine.core.state import (
     FloatArray,
     Laws,
     Log,
-    ObstacleRow,
     Pairs,
     X,
     Y,
-    rows_of,
 )
 from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
 from engine.running.skips import (
@@ -124,7 +120,7 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
     layout = Layout(
         balls=balls_of(scene),
         laws=np.array(laws[:-2], dtype=np.float64),
-        obstacles=obstacles_of(scene, off),
+        obstacles=laws.obstacles,
         integrated=laws.integrated,
         pairs=pairs._replace(looked_at=looked_at(off)),
         cells=cells_of(scene) if many else None,
@@ -180,7 +176,6 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
     cushion_law = CUSHION_LAW_NAMES.index(physics.cushion)
     mirror = physics.cushion == "mirror"
     speed_dependent = physics.ball_friction == "alciatore"
-    lines = obstacles_of(scene, off)
     return Laws(
         slides=physics.motion == "sliding",
         uniform=is_uniform(scene) and Skip.ADVANCEMENT not in off,
@@ -196,7 +191,7 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
         cushion_friction=float(physics.cushion_friction),
         cushion_height=float(physics.cushion_height),
         t_max=np.inf if scene.t_max is None else float(scene.t_max),
-        obstacles=lines.view(OBSTACLE)[:, 0] if COMPILED else rows_of(lines, ObstacleRow),
+        obstacles=obstacles_of(scene, off),
         integrated=1 if is_integrated(scene) or Skip.INTEGRATED_LAWS in off else None,
     )
 

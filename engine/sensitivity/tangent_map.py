@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.core.events import EVENT_DTYPE, EventKind, Events
-from engine.core.kernel import compiling
-from engine.core.state import KNOT, PHASE, RESTING, ROLL, X, Y
+from engine.core.kernel import COMPILED, compiling
+from engine.core.state import KNOT, OBSTACLE, PHASE, RESTING, ROLL, ObstacleRow, X, Y, rows_of
 from engine.errors import GhostballError
 from engine.running.from_scene import laws_of, layout_of
 from engine.running.skips import is_integrated
@@ -247,6 +247,9 @@ def _arrays(
     scene: Scene, trajectory: ExactTrajectory, events: Events, rounding: float, signs: int = 0
 ) -> s.Tangents:
     n, m, layout = len(scene.balls), len(events), layout_of(scene)
+    laws = laws_of(scene)
+    lines = laws.obstacles
+    rows = lines.view(OBSTACLE)[:, 0] if COMPILED else rows_of(lines, ObstacleRow)
     _check_recorded(n, trajectory, events)
     first = np.zeros(n + 1, dtype=np.int64)
     np.cumsum([len(knots) for knots in trajectory.knots], out=first[1:])
@@ -257,7 +260,7 @@ def _arrays(
     return s.Tangents(
         lanes=s.LANES,
         state=layout.balls.state,
-        laws=laws_of(scene),
+        laws=laws._replace(obstacles=rows),
         knots=np.concatenate(trajectory.knots),
         first=first,
         rank=rank,

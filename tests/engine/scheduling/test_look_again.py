@@ -7,7 +7,8 @@ import pytest
 from kernels import entry_to
 from shots import R, ball, scene_of
 
-from engine.core.state import BOUNDS, COUNTERS
+from engine.core.kernel import COMPILED
+from engine.core.state import BALL, BOUNDS, COUNTERS, BallRow, rows_of
 from engine.running.from_scene import layout_of
 from engine.scheduling.look_again import overlap_until
 
@@ -19,7 +20,11 @@ def looked_at(other, velocity, end):
         ball((0.0, 0.0), (1.0, 0.0)), ball(other, velocity), rolling_friction=0.0, t_max=9.0
     )
     counters = np.zeros(COUNTERS, dtype=np.int64)
-    return overlap_until(layout_of(scene).balls, 0, 1, 0.0, end, counters), counters[BOUNDS]
+    balls = layout_of(scene).balls
+    balls = balls._replace(
+        state=balls.state.view(BALL)[:, 0] if COMPILED else rows_of(balls.state, BallRow)
+    )
+    return overlap_until(balls, 0, 1, 0.0, end, counters), counters[BOUNDS]
 
 
 def test_a_contact_that_was_passed_over_is_found():
