@@ -61,6 +61,8 @@ COVERAGE ?=
 # What is compiled can't be traced: some tests of the kernels run again without compilation. Those of
 # all else trace it as they run anyway, in `test`; both together are the coverage.
 COVER := --cov --cov-report= --cov-fail-under=0
+with_coverage = $(if $(COVERAGE),COVERAGE_FILE=.coverage.$(1) $(PYTEST) $(COVER),\
+	rm -f .coverage.$(1) && $(PYTEST))
 
 # Compiling takes minutes. Each variant of the kernels is compiled once, before the tests: workers
 # would do the same at the same time, and coverage makes the compiler slower by half.
@@ -70,12 +72,10 @@ kernels: $(READY)
 	$(COMPILE)
 
 # Processor time: a busy machine fails nobody. Coverage makes a test up to seven times dearer, where
-# Python does the work, and the dearest takes 20 s with it: CI, which measures coverage, fails a test
-# over 25 s, so that it too sees one that runs away. Without coverage none of an older run may stay:
+# Python does the work, and the dearest takes 20 s with it: with coverage a test over 25 s fails. Without coverage none of an older run may stay:
 # `coverage` would take it for this run's.
 test: kernels  ## fast tests, compiled; one that takes over 5 s fails; COVERAGE=1 measures it too
-	$(if $(COVERAGE),COVERAGE_FILE=.coverage.compiled $(PYTEST) $(COVER) --cpu-limit 25,\
-		rm -f .coverage.compiled && $(PYTEST) --cpu-limit 5)
+	$(call with_coverage,compiled) --cpu-limit $(if $(COVERAGE),25,5)
 
 test-slow: kernels  ## the tests that take long
 	$(PYTEST) -m slow --cpu-limit inf
@@ -84,12 +84,11 @@ test-slow: kernels  ## the tests that take long
 # the files left out compare shots with other codes and with themselves, which the kernels' own tests
 # run as well. Each file's tests share what they load.
 test-nojit: $(READY)  ## tests that run every line of the kernels, without compilation
-	NUMBA_DISABLE_JIT=1 COVERAGE_FILE=.coverage.interpreted $(PYTEST) $(COVER) \
+	export NUMBA_DISABLE_JIT=1; $(call with_coverage,interpreted) \
 		--dist loadfile -m "not slow and not compiled" tests/engine \
 		$(addprefix --ignore tests/engine/,test_determinism.py test_simulate_oracle.py)
 
-# The fast tests then run with coverage, also as a part of `make check`.
-check coverage: COVERAGE := 1
+coverage: COVERAGE := 1
 
 coverage: test test-nojit  ## coverage of both runs
 	$(BIN)/coverage combine --keep --quiet .coverage.compiled .coverage.interpreted
@@ -118,7 +117,7 @@ types: $(READY)  ## mypy, strict
 imports: $(READY)  ## the direction of imports between the packages
 	$(BIN)/lint-imports
 
-check: lint types imports coverage stress test-slow test-boundscheck  ## all that CI runs
+check: lint types imports test test-nojit stress test-slow test-boundscheck  ## all checks, but coverage
 
 # Run where no file of the checkout is imported by accident: what the wheel lacks fails here.
 WHEEL := $(OUT)/wheel
