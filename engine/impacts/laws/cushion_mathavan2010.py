@@ -68,7 +68,7 @@ def mathavan2010(impact: CushionImpact, laws: Laws) -> CushionBounce:
     speeds = vn + abs(impact.vt) + radius * (abs(impact.wn) + abs(impact.wt) + abs(impact.wz))
     if vn < _LEAST or vn < _GRAZING * speeds:
         vn = -laws.cushion_restitution * vn
-        return CushionBounce(vn, impact.vt, impact.wn, impact.wt, impact.wz)
+        return CushionBounce(vn, impact.vt, impact.wn, impact.wt, impact.wz, 0.0)
     # theta is the angle at which the centre sees the nose above n; across t, the slip at the nose
     # is towards the cushion and down.
     sine = (laws.cushion_height - impact.radius) / impact.radius
@@ -107,4 +107,5 @@ def mathavan2010(impact: CushionImpact, laws: Laws) -> CushionBounce:
         impact.wn + turn * (friction.t - sine * friction.along),
         impact.wt + turn * (friction.across - friction.n),
         impact.wz + turn * (cosine * friction.along),
+        0.0,  # the cloth took it while the impact lasted
     )
