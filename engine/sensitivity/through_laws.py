@@ -27,8 +27,8 @@ from engine.sensitivity.state import (
 )
 
 _STEP = 2.0**-14
-"""Of a central difference, over the largest speed: its error is some 1e-8 of the derivative, and 1e-5
-where a law integrates, whose own error of 1e-9 it divides."""
+"""Of a central difference, over the largest speed: its error is some 1e-8 of the derivative, or
+1e-5 where a law integrates, whose own error of 1e-9 it divides."""
 
 
 @kernel
