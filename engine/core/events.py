@@ -14,7 +14,7 @@ Record = Literal["rest", "events", "trajectory"]
 RECORDS: tuple[Record, ...] = ("rest", "events", "trajectory")
 
 EVENT_DTYPE = np.dtype([("t", np.float64), ("kind", np.uint8), ("a", np.int32), ("b", np.int32)])
-"""One event: time [s]; `EventKind`; first ball; second ball, or cushion index, or -1."""
+"""One event: time [s]; `EventKind`; first ball; second ball, or an obstacle's index, or -1."""
 
 Events = NDArray[np.void]
 
@@ -26,6 +26,7 @@ class EventKind(enum.IntEnum):
     BALL_CUSHION = 1
     SLIDE_TO_ROLL = 2
     ROLL_TO_REST = 3
+    BALL_GONE = 4
 
     @property
     def label(self) -> str:

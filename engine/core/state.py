@@ -87,7 +87,7 @@ class BallRow(_Row):
     bx: float  # angular acceleration [rad/s^2], as wx and wy
     by: float
     bz: float  # what a contact step adds to the decay of wz
-    phase: float  # RESTING, SLIDING or ROLLING
+    phase: float  # RESTING, SLIDING, ROLLING or GONE
     own_time: float  # next event that needs no second ball [s]; inf: none
     radius: float  # [m]
     mass: float  # [kg]
@@ -113,7 +113,7 @@ class ObstacleRow(_Row):
     nx: float  # the line's unit normal into the table; the segment's other end [m]
     ny: float
     radius: float  # of the disc, or of the nose around a segment [m]
-    law: float  # the place of its law in `registry.CUSHION_LAWS`
+    law: float  # the place of its law in `registry.CUSHION_LAWS`, or TAKES_OUT
     index: float  # what events call it: a cushion's index in `engine.scene.CUSHIONS`
 
 
@@ -157,6 +157,7 @@ CLOTH = 20
 RESTING = 0.0  # the centre; it may spin about the vertical
 SLIDING = 1.0
 ROLLING = 2.0
+GONE = 3.0  # it left the run where it is, and nothing meets it
 
 
 class Laws(NamedTuple):
@@ -187,6 +188,9 @@ class Laws(NamedTuple):
 
 
 MOST_OBSTACLES = 62  # those that a ball is held off are bits of a number
+
+TAKES_OUT = -1.0
+"""In place of a law: a ball that touches the obstacle leaves the run."""
 
 # Values of `ObstacleRow.kind`.
 LINE = 0.0
@@ -370,7 +374,8 @@ PENDING_VERDICT = 12  # IMPACT or PRESSED: see `scheduling.contact_time`
 CELL_MOVES = 13
 UNSOUND = 14  # of RUN_NOT_FINITE: the ball with it, or FREE where none is to blame
 NO_ROOM = 15  # 1: more balls touch at once than `Balls.hits`, or `Contacts`, has room for
-COUNTERS = 16
+BALLS_GONE = 16
+COUNTERS = 17
 
 # Places in the array of instants, float64 [s].
 NOW = 0

@@ -12,6 +12,7 @@ from engine.core.kernel import kernel
 from engine.core.state import (
     BALL_BALL,
     BALL_CUSHION,
+    BALLS_GONE,
     DEGREE,
     FIRST,
     FREE,
@@ -24,6 +25,7 @@ from engine.core.state import (
     PENDING_VERDICT,
     SECOND,
     SLIDING,
+    TAKES_OUT,
     UNSOLVED_JOINT_IMPACTS,
     Balls,
     Cells,
@@ -34,6 +36,7 @@ from engine.core.state import (
 from engine.event_loop.record import (
     BALL_BALL_EVENT,
     BALL_CUSHION_EVENT,
+    BALL_GONE_EVENT,
     SLIDE_TO_ROLL_EVENT,
     note_event,
     note_rest,
@@ -48,7 +51,7 @@ from engine.motion.geometry import (
     tie_rounding,
 )
 from engine.motion.obstacles import facing
-from engine.motion.on_cloth import come_to_rest, mark, start_rolling
+from engine.motion.on_cloth import come_to_rest, leave, mark, start_rolling
 from engine.motion.pieces import advance
 from engine.resting_contact.step import end_step
 from engine.scheduling.contact_time import PRESSED
@@ -147,6 +150,12 @@ def _resolve_own(
         mark(balls, i)
     elif kind >= OWN_CUSHION:
         cushion = kind - OWN_CUSHION
+        if laws.obstacles[cushion].law == TAKES_OUT:
+            log.counters[BALLS_GONE] += 1
+            note_event(BALL_GONE_EVENT, i, _index(laws, cushion), t, log)
+            leave(balls, i)
+            mark(balls, i)
+            return 0
         partner = _pressed_against(balls, laws, cells, i, cushion, t)
         if partner != i:
             if contacts is None:
@@ -187,6 +196,8 @@ def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) ->
     ball = balls.state[i]
     ox, oy, _ = facing(laws, cushion, ball.x, ball.y)
     for other in range(len(laws.obstacles)):
+        if laws.obstacles[other].law == TAKES_OUT:
+            continue
         nx, ny, distance = facing(laws, other, ball.x, ball.y)
         if abs(nx * ox + ny * oy) > _ALONG:
             continue

@@ -1,7 +1,9 @@
 """One impact: two balls, or a ball and a cushion, by the law that the scene chose.
 
 Here the state is turned into the frame of the contact and back; what the impact does is the law's
-(`impacts.laws`).
+(`impacts.laws`). Its impulse up turns a ball. Whether it moves one, too, is decided here, by the
+ball's phase: each that there is has the ball on the cloth, which takes it. A phase in the air would
+add it to the ball's vertical velocity, after `_push_apart` and in `bounce`.
 """
 
 from __future__ import annotations

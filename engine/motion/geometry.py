@@ -8,9 +8,12 @@ from engine.core.kernel import kernel
 from engine.core.state import (
     AFTER,
     COLUMN,
+    GONE,
     NOWHERE,
+    O_LAW,
     ROW,
     SLIDING,
+    TAKES_OUT,
     Balls,
     Cells,
     Laws,
@@ -118,6 +121,8 @@ def in_contact(gap: float, rate: float, tolerance: float, pull: float) -> bool:
 def obstacle_in_contact(balls: Balls, i: int, laws: Laws, k: int) -> bool:
     """Whether ball i counts as in contact with an obstacle, at its epoch."""
     ball = balls.state[i]
+    if ball.phase == GONE or laws.obstacles[k, O_LAW] == TAKES_OUT:
+        return False
     nx, ny, distance = facing(laws, k, ball.x, ball.y)
     gap = distance - ball.radius
     rate = nx * ball.vx + ny * ball.vy
@@ -131,6 +136,8 @@ def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
     Friction pulls two balls together with what the cloth can give both, and stops one that was
     struck at rest with as much again.
     """
+    if balls.state[i].phase == GONE or balls.state[j].phase == GONE:
+        return False
     rx, ry, vx, vy, _, _ = relative_motion(balls, i, j, t)
     distance = math.sqrt(rx * rx + ry * ry)
     gap = distance - (balls.state[i].radius + balls.state[j].radius)

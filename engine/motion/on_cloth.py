@@ -6,6 +6,7 @@ import math
 
 from engine.core.kernel import kernel
 from engine.core.state import (
+    GONE,
     OWN_CUSHION,
     OWN_LOOK,
     OWN_NONE,
@@ -67,6 +68,15 @@ def start_rolling(balls: Balls, i: int, t: float) -> None:
     balls.state[i].phase = ROLLING
     turn_about_vertical(balls, i, s)
     balls.state[i].epoch = t
+
+
+@kernel
+def leave(balls: Balls, i: int) -> None:
+    """Take ball i out of the run where it is, with all its energy."""
+    ball = balls.state[i]
+    ball.vx, ball.vy = 0.0, 0.0
+    ball.wx, ball.wy, ball.wz = 0.0, 0.0, 0.0
+    ball.phase = GONE
 
 
 @kernel
@@ -148,7 +158,8 @@ def _start_roll(balls: Balls, i: int) -> float:
     deceleration = balls.state[i].roll_slowing
     balls.state[i].ax, balls.state[i].ay = friction_against(vx, vy, deceleration)
     if vx == 0.0 and vy == 0.0:
-        balls.state[i].phase = RESTING
+        if balls.state[i].phase != GONE:
+            balls.state[i].phase = RESTING
         balls.state[i].own_time = math.inf
         balls.own_kind[i] = OWN_NONE
         return _NO_MOTION

@@ -6,8 +6,10 @@ Everybody else asks here. What a piece is made of is in `core.state.BallRow`, it
 
 from __future__ import annotations
 
+import math
+
 from engine.core.kernel import kernel
-from engine.core.state import SLIDING, Balls
+from engine.core.state import GONE, SLIDING, Balls
 from engine.motion import polynomial
 
 way = kernel(inline=True)(polynomial.way)
@@ -28,6 +30,13 @@ def velocity(balls: Balls, i: int, t: float) -> tuple[float, float]:
     ball = balls.state[i]
     s = t - ball.epoch
     return speed(ball.vx, ball.ax, s), speed(ball.vy, ball.ay, s)
+
+
+@kernel(inline=True)
+def meets_until(balls: Balls, i: int) -> float:
+    """Return until when ball i may meet others on its piece [s]; one that is gone never does."""
+    until: float = -math.inf if balls.state[i].phase == GONE else balls.state[i].own_time
+    return until
 
 
 @kernel

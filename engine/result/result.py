@@ -309,7 +309,7 @@ def event_dict(event: Any) -> dict[str, Any]:
     """Return one event as plain values: b is a ball index, a cushion's name, or None."""
     kind = EventKind(int(event["kind"]))
     b: int | str | None = int(event["b"])
-    if kind is EventKind.BALL_CUSHION:
+    if kind in (EventKind.BALL_CUSHION, EventKind.BALL_GONE):
         index = int(event["b"])
         b = CUSHIONS[index] if index < len(CUSHIONS) else f"obstacle-{index}"
     elif kind is not EventKind.BALL_BALL:

@@ -220,9 +220,10 @@ class Run:
         }
 
     def work(self) -> dict[str, int]:
-        """Machine-independent counters of what the run did."""
+        """Machine-independent counters of what the run did; that of balls gone if there are any."""
         counters = self._counters.tolist()
-        return {
+        gone = counters[s.BALLS_GONE]
+        return ({"balls_gone": gone} if gone else {}) | {
             "events": counters[s.EVENTS],
             "bounds": counters[s.BOUNDS],
             "advancement_steps": counters[s.ADVANCEMENTS],

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from engine.errors import UnsupportedSceneError
+from engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS, LawEntry
 from engine.scene.model import Scene
 from engine.scene.parts import CUSHIONS
 
@@ -52,20 +53,8 @@ EXACT = Capability("exact")
 Capabilities = Mapping[Feature, Capability]
 
 
-# By the names of the registry. The frictional ball law is the plain one: what it needs are
-# restitution and friction, features of their own.
-BALL_LAW_FEATURES = {"frictional": None, "mathavan2014": Feature.MATHAVAN_BALL}
-CUSHION_LAW_FEATURES = {
-    "mirror": Feature.MIRROR_CUSHION,
-    "restitution": Feature.CUSHION_RESTITUTION,
-    "frictional": Feature.FRICTIONAL_CUSHION,
-    "han2005": Feature.HAN_CUSHION,
-    "mathavan2010": Feature.MATHAVAN_CUSHION,
-}
-
-
 _LATER = Capability("none", "not in this version of the engine")
-_INTEGRATED = Capability("approximate", "integrated to a relative accuracy of 1e-9 of the speeds")
+_INTEGRATED = Capability("approximate", "integrated to a accuracy of 1e-7 of the speeds")
 
 CAPABILITIES: Capabilities = {
     **dict.fromkeys(Feature, EXACT),
@@ -98,13 +87,17 @@ def scene_features(scene: Scene) -> tuple[Feature, ...]:
         Feature.AIR_DRAG: physics.air_drag > 0.0,
         Feature.FLIGHT: physics.airborne,
     }
-    if several and (law := BALL_LAW_FEATURES[physics.ball_impact]):
-        needed[law] = True
+    if several:
+        needed |= _needed_by(BALL_LAWS, physics.ball_impact)
     if table is not None and table.cushions:
-        needed[CUSHION_LAW_FEATURES[physics.cushion]] = True
+        needed |= _needed_by(CUSHION_LAWS, physics.cushion)
         tangential = physics.cushion_tangential_restitution < 1.0
         needed[Feature.CUSHION_TANGENTIAL] = physics.cushion == "restitution" and tangential
     return tuple(feature for feature in Feature if needed.get(feature, False))
+
+
+def _needed_by(laws: tuple[LawEntry, ...], name: str) -> dict[Feature, bool]:
+    return {Feature[law.feature]: True for law in laws if law.name == name and law.feature}
 
 
 def _has_friction_of_its_own(scene: Scene) -> bool:

@@ -45,7 +45,7 @@ from engine.core.state import (
 )
 from engine.motion.crossings import first_crossing, first_meeting
 from engine.motion.geometry import tie_rounding
-from engine.motion.pieces import place, speed, velocity, way
+from engine.motion.pieces import meets_until, place, speed, velocity, way
 from engine.scheduling.contact_time import IMPACT, NOT_YET, PRESSED, touch
 from engine.scheduling.ties import (
     comes_before,
@@ -87,7 +87,7 @@ def _track(balls: Balls, pairs: Pairs, i: int) -> None:
     pairs.track[at + TRACK_AY] = balls.state[i].ay
     pairs.track[at + TRACK_EPOCH] = balls.state[i].epoch
     pairs.track[at + TRACK_RADIUS] = balls.state[i].radius
-    pairs.track[at + TRACK_OWN_TIME] = balls.state[i].own_time
+    pairs.track[at + TRACK_OWN_TIME] = meets_until(balls, i)
 
 
 @kernel(inline=True)
@@ -98,7 +98,7 @@ def _update_ball(
     n = len(balls.own_kind)
     (x, y), (vx, vy) = place(balls, i, t), velocity(balls, i, t)
     ax, ay = balls.state[i].ax, balls.state[i].ay
-    radius, own_time = balls.state[i].radius, balls.state[i].own_time
+    radius, own_time = balls.state[i].radius, meets_until(balls, i)
     for block in range(0, n, LANES):
         track = pairs.track[block * TRACKS : (block + LANES) * TRACKS]
         row = pairs.bound[i * n + block : i * n + min(block + LANES, n)]

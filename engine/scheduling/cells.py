@@ -38,7 +38,7 @@ from engine.core.state import (
     IntArray,
     Laws,
 )
-from engine.motion.pieces import relative_motion
+from engine.motion.pieces import meets_until, relative_motion
 from engine.scheduling.contact_time import NOT_YET, first_bound, holds, time_to_bound, touch
 from engine.scheduling.grid import cell_number, settle, step_on, time_in_cell
 from engine.scheduling.priority_queue import enter_instant, first_due
@@ -76,7 +76,7 @@ def update_in_cells(
 def next_bound(balls: Balls, laws: Laws, i: int, j: int, t: float, counters: IntArray) -> float:
     """Return a bound, past the instant t [s], of when i and j touch; or t if they do then."""
     counters[BOUNDS] += 1
-    end = min(balls.state[i].own_time, balls.state[j].own_time)
+    end = min(meets_until(balls, i), meets_until(balls, j))
     bound = first_bound(balls, laws, i, j)
     bound = bound if bound <= end else math.inf
     return bound if bound > t else _later_bound(balls, i, j, bound, t, end, counters)
@@ -191,7 +191,7 @@ def _meet_ball(
         if gap > 0.0 and gap + s * (rate + 0.5 * min(pull, 0.0) * s) > 0.0:
             return
     counters[BOUNDS] += 1
-    end = min(balls.state[i].own_time, balls.state[j].own_time)
+    end = min(meets_until(balls, i), meets_until(balls, j))
     reach = balls.state[i].radius + balls.state[j].radius
     bound = start + time_to_bound(laws, rx, ry, vx, vy, rate, pull, reach)
     bound = bound if bound <= end else math.inf

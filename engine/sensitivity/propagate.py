@@ -47,6 +47,7 @@ from engine.sensitivity.through_impacts import pass_cushion, pass_impact
 
 _BALL_BALL = int(EventKind.BALL_BALL)
 _BALL_CUSHION = int(EventKind.BALL_CUSHION)
+_BALL_GONE = int(EventKind.BALL_GONE)
 
 
 @kernel(entry=True)
@@ -54,8 +55,9 @@ def run_tangent(run: Tangents) -> None:
     """Carry the perturbations at the first knot of each ball to all others.
 
     Contract: no allocation. Where none of first order exists, `run.tangent` isn't finite from there
-    on: where a ball has two collisions at one instant, whose order a perturbation would decide; and
-    where a knot comes from sustained contact, whose forces aren't in the log.
+    on: where a ball leaves the run; where it has two collisions at one instant, whose order a
+    perturbation would decide; and where a knot comes from sustained contact, whose forces aren't in
+    the log.
     """
     for ball in range(len(run.at)):
         run.at[ball] = run.first[ball]
@@ -101,7 +103,7 @@ def _pass_event(run: Tangents, e: int) -> None:
     apart = _reach(run, i, t) and run.due[i] < 2
     if kind == _BALL_BALL:
         apart = _reach(run, j, t) and run.due[j] < 2 and apart
-    if not apart:
+    if not apart or kind == _BALL_GONE:
         _give_up_event(run, e)
         return
     arrive(run, i, t, 0)

@@ -1,4 +1,7 @@
-"""What an impact does to perturbations of the balls that it changes: the derivative of its law."""
+"""What an impact does to perturbations of the balls that it changes: the derivative of its law.
+
+That is a central difference, of every law (`sensitivity.through_laws`).
+"""
 
 from __future__ import annotations
 
@@ -14,14 +17,9 @@ from engine.core.state import (
     X,
     Y,
 )
-from engine.impacts.laws.ball_frictional import STICKING, contact_slip, length
 from engine.impacts.laws.dispatch import (
-    FRICTIONAL_BALLS,
-    MIRROR_CUSHION,
-    RESTITUTION_CUSHION,
     ball_law,
 )
-from engine.impacts.laws.friction_curve import friction_coefficient, friction_slope
 from engine.impacts.laws.interface import BallImpact
 from engine.motion.obstacles import facing, row_of
 from engine.sensitivity.between_events import shift_before
@@ -32,9 +30,6 @@ from engine.sensitivity.state import (
     A_WT,
     A_WZ,
     B_VN,
-    B_VT,
-    B_WT,
-    B_WZ,
     DVX,
     DVY,
     DWX,
@@ -183,18 +178,12 @@ def _see(
 
 @kernel(inline=True)
 def _pass_law(run: Tangents, impact: BallImpact, i: int, j: int, nx: float, ny: float) -> None:
-    """Change the perturbations of balls i and j by what the law gives.
-
-    One law has a derivative that is written out. That of every other is a central difference.
-    """
+    """Change the perturbations of balls i and j by what the law gives."""
     impulse = ball_law(impact, run.laws)
-    if run.laws.ball_law == FRICTIONAL_BALLS:
-        _pass_frictional(run, impact)
-    else:
-        put_ball_law(run, impact)
-        _apply_law(run, LAW_OUT, LAW_IN)
-        _rub_cloth(run, i, 0, nx, ny, impulse.a_cloth_n, impulse.a_cloth_t)
-        _rub_cloth(run, j, 1, nx, ny, impulse.b_cloth_n, impulse.b_cloth_t)
+    put_ball_law(run, impact)
+    _apply_law(run, LAW_OUT, LAW_IN)
+    _rub_cloth(run, i, 0, nx, ny, impulse.a_cloth_n, impulse.a_cloth_t)
+    _rub_cloth(run, j, 1, nx, ny, impulse.b_cloth_n, impulse.b_cloth_t)
     total = run.state[i, MASS] + run.state[j, MASS]
     to_i, to_j = run.state[j, MASS] / total, run.state[i, MASS] / total
     turn_i, turn_j = 2.5 * to_i / run.state[i, RADIUS], 2.5 * to_j / run.state[j, RADIUS]
@@ -266,82 +255,10 @@ def _apply_law(run: Tangents, rows: int, columns: int) -> None:
 
 
 @kernel(inline=True)
-def _pass_frictional(run: Tangents, impact: BallImpact) -> None:
-    """Put at GIVEN what the law `ball_frictional` makes of what is at SEEN.
-
-    With N the normal impulse, s = |S| the slip and mu its coefficient, the friction is q S, where
-    q = min(mu N / s, 2/7): dq = q (dN / N + mu' ds / mu - ds / s) where the balls slip on.
-    """
-    laws = run.laws
-    factor = 1.0 + laws.ball_restitution
-    if not laws.rubs:
-        _give_normal(run.lanes, run.work, factor)
-        return
-    normal = factor * (impact.a_vn - impact.b_vn)
-    slip_along, slip_up = contact_slip(impact)
-    slip = length(slip_along, slip_up)
-    mu = friction_coefficient(laws, slip)
-    part, by_slip, by_normal = STICKING, 0.0, 0.0
-    if mu == 0.0:
-        part = 0.0
-    elif slip > 0.0 and mu * normal / slip < STICKING:
-        part = mu * normal / slip
-        by_slip = part * (friction_slope(laws, slip) / mu - 1.0 / slip) / slip
-        by_normal = part / normal
-    _give_frictional(
-        run.lanes,
-        run.work,
-        factor,
-        impact.a_radius,
-        impact.b_radius,
-        slip_along,
-        slip_up,
-        part,
-        by_slip,
-        by_normal,
-    )
-
-
-@kernel(inline=True)
-def _give_normal(lanes: int, work: FloatArray, factor: float) -> None:
-    for lane in range(lanes):
-        approach = work[SEEN + A_VN * LANES + lane] - work[SEEN + B_VN * LANES + lane]
-        work[GIVEN + lane] = factor * approach
-        work[GIVEN + LANES + lane] = 0.0
-        work[GIVEN + 2 * LANES + lane] = 0.0
-
-
-@kernel(inline=True)
-def _give_frictional(
-    lanes: int,
-    work: FloatArray,
-    factor: float,
-    a_radius: float,
-    b_radius: float,
-    slip_along: float,
-    slip_up: float,
-    part: float,
-    by_slip: float,
-    by_normal: float,
-) -> None:
-    for lane in range(lanes):
-        at = SEEN + lane
-        d_normal = factor * (work[at + A_VN * LANES] - work[at + B_VN * LANES])
-        d_along = work[at + A_VT * LANES] - work[at + B_VT * LANES]
-        d_along += a_radius * work[at + A_WZ * LANES] + b_radius * work[at + B_WZ * LANES]
-        d_up = -a_radius * work[at + A_WT * LANES] - b_radius * work[at + B_WT * LANES]
-        d_part = by_slip * (slip_along * d_along + slip_up * d_up) + by_normal * d_normal
-        work[GIVEN + lane] = d_normal
-        work[GIVEN + LANES + lane] = part * d_along + d_part * slip_along
-        work[GIVEN + 2 * LANES + lane] = part * d_up + d_part * slip_up
-
-
-@kernel(inline=True)
 def pass_cushion(run: Tangents, ball: int, cushion: int) -> None:
     """Take the perturbation of a ball, in the first row, through its impact with a cushion.
 
-    Contract: as `pass_impact`. The derivative of a law is a central difference, but of the two that
-    multiply the velocity.
+    Contract: as `pass_impact`.
     """
     row = row_of(run.laws, cushion)
     law = int(run.laws.obstacles[row].law)
@@ -356,10 +273,6 @@ def pass_cushion(run: Tangents, ball: int, cushion: int) -> None:
         work[TAU + lane] = by_x * work[DX + lane] + by_y * work[DY + lane]
         work[THETA + lane] = 0.0
     shift_before(run, 0)
-    if law in (MIRROR_CUSHION, RESTITUTION_CUSHION):
-        e, f = -run.laws.cushion_restitution, run.laws.cushion_tangential
-        _multiply(run.lanes, work, e * nx * nx + f * ny * ny, f * nx * nx + e * ny * ny)
-        return
     put_cushion_law(run, ball, law, nx, ny)
     _see(run.lanes, work, THETA, SEEN, nx, ny, 0.0, 0.0, 0.0, 0.0)
     _apply_law(run, B_VN, B_VN)
@@ -371,10 +284,3 @@ def pass_cushion(run: Tangents, ball: int, cushion: int) -> None:
         work[DWX + lane] = nx * wn - ny * wt
         work[DWY + lane] = ny * wn + nx * wt
         work[DWZ + lane] = work[GIVEN + A_WZ * LANES + lane]
-
-
-@kernel(inline=True)
-def _multiply(lanes: int, row: FloatArray, by_x: float, by_y: float) -> None:
-    for lane in range(lanes):
-        row[DVX + lane] *= by_x
-        row[DVY + lane] *= by_y

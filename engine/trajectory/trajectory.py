@@ -62,6 +62,8 @@ class Phase(enum.IntEnum):
     """Its lowest point slips over the cloth."""
     ROLLING = int(state.ROLLING)
     """Its lowest point does not slip; it may spin about the vertical, too."""
+    GONE = int(state.GONE)
+    """It left the run, and stays where it did."""
 
 
 @dataclass(frozen=True, eq=False)

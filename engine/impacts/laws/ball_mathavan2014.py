@@ -6,60 +6,22 @@ balls on a rough surface", Sports Engineering 17, doi 10.1007/s12283-014-0158-y.
 Friction between the balls presses one of them on the cloth, the one whose surface goes up against
 the other's; the cloth's friction then acts on that ball while the impact lasts. The other ball is
 lifted, and its vertical velocity counts in the slip between the balls. Which ball is pressed can't
-change during an impact: the vertical slip shrinks in proportion to itself. So the equations
-(`_mathavan2014_steps`) are written once, for b as the pressed ball.
+change during an impact: the vertical slip shrinks in proportion to itself. So the equations are
+written once, for b as the pressed ball.
 """
 
 from __future__ import annotations
 
-import math
-
 from engine.core.kernel import kernel
 from engine.core.state import Laws
-from engine.impacts.laws._mathavan2014_steps import (
-    ACCURACY,
-    STEP_ROUNDING,
-    Contact,
-    Course,
-    cloth_rates,
-    normal_rate,
-    rubbed,
-    slip_of,
-    speed_of,
-    take_step,
-)
 from engine.impacts.laws.ball_frictional import contact_slip, frictional, length
 from engine.impacts.laws.friction_curve import friction_coefficient
+from engine.impacts.laws.impulse_integrator import follow
 from engine.impacts.laws.interface import BallImpact, BallImpulse
-
-STUCK = 1e-10
-"""Slip between the balls, in the units of `ACCURACY`, that counts as ended."""
-
-ROLLS = 16.0 * ACCURACY
-"""Slip on the cloth, in these units too, that counts as none: the error of a few steps."""
-
-ROLLING_ROUNDING = 2.0**-48
-"""Slip on the cloth, in units of the ball's own speeds, that is the rounding of a rolling ball."""
+from engine.impacts.laws.two_contacts import Model, Slips
 
 NEGLIGIBLE = 2.0**-56
 """Approach in units of all the speeds, or friction, so small that rounding hides the cloth."""
-
-LONGEST_STEP = 0.5
-"""Of the variable `fade`, in units of itself: it never gets to zero."""
-
-LONGEST_LANDING = 0.1
-"""The same for the last step, which is taken in the speed and could overshoot the slip's end."""
-
-MOST_STEPS = 1000
-"""A bound on the work of a phase that no impact reaches: one of pool balls takes about 10 steps, or
-100 where the slip ends, and the worst of 55 000 random ones with any coefficients took 480. Beyond
-it the result is NaN, which fails the run."""
-
-MOST_LANDINGS = 4
-"""Last steps of a phase, each of which corrects the one before; three reach rounding."""
-
-ROUNDING = 2.0**-51
-"""Speed, in units of the approach, that is the rounding of a speed."""
 
 
 @kernel
@@ -77,7 +39,7 @@ def mathavan2014(impact: BallImpact, laws: Laws) -> BallImpulse:
     Returns
     -------
     BallImpulse
-        Within 1e-9 of the speed of approach, and of the rounding of the other speeds.
+        Within 1e-7 of the speed of approach, and of the rounding of the other speeds.
 
     Notes
     -----
@@ -149,140 +111,50 @@ def _turned(impact: BallImpact) -> BallImpact:
 
 @kernel
 def _press_b(impact: BallImpact, friction: float, restitution: float) -> BallImpulse:
-    """Return the impulses of an impact in which b is the pressed ball."""
+    """Return the impulses of an impact in which b is the pressed ball.
+
+    Across the cloth's plane, the slip of a's surface over b's is down. b alone is moved along by
+    the cloth, and a alone is moved up.
+    """
     approach = impact.a_vn - impact.b_vn
     slip_along, slip_up = contact_slip(impact)
+    # Of b in the change of the relative velocity: the reduced mass over b's mass.
     share = impact.a_mass / (impact.a_mass + impact.b_mass)
     turning_n, turning_t = impact.b_radius * impact.b_wn, impact.b_radius * impact.b_wt
     own = abs(impact.b_vn) + abs(impact.b_vt) + abs(turning_n) + abs(turning_t)
-    slip = length(slip_along, slip_up)
-    reach = min(friction * (1.0 + restitution), slip / approach)
-    contact = Contact(
-        slip_along / approach,
+    start = Slips(
         -slip_up / approach,
+        slip_along / approach,
         (impact.b_vn - turning_t) / approach,
         (impact.b_vt + turning_n) / approach,
-        share,
-        2.5 + impact.b_mass / (impact.a_mass + impact.b_mass),  # both turn, and a rises
-        friction,
-        impact.b_cloth * share,
-        restitution,
-        reach,
-        ACCURACY * reach + STEP_ROUNDING * ((slip + own) / approach),
-        ROLLS * reach + ROLLING_ROUNDING * (own / approach),
+        0.0,
     )
-    course = _collide(contact)
-    along, down = rubbed(course, contact)
+    model = Model(
+        friction=friction,
+        cloth_friction=impact.b_cloth * share,
+        load=0.0,
+        load_across=-1.0,
+        restitution=restitution,
+        speed=-1.0,
+        speed_across=0.0,
+        speed_cloth=-1.0,
+        push_across=0.0,
+        push_n=share,
+        across=3.5 - share,
+        across_cloth=-2.5,
+        along_cloth=-1.0,
+        n_across=-2.5 * share,
+        t_along=-share,
+        start=start,
+    )
+    speeds = (abs(slip_along) + abs(slip_up) + own) / approach
+    done = follow(model, speeds)
     return BallImpulse(
-        approach * course.normal,
-        approach * along,
-        -approach * down,
+        approach * (done.normal + max(done.speed, 0.0)),  # to the rounding of its end
+        -approach * done.friction.along,
+        approach * done.friction.across,
         0.0,
         0.0,
-        approach * course.cloth_n,
-        approach * course.cloth_t,
-    )
-
-
-@kernel
-def _collide(contact: Contact) -> Course:
-    """Return where the course ends: after compression, then restitution."""
-    start = Course(1.0, 0.0, contact.slip_along, contact.slip_down, 0.0, 0.0, 0.0)
-    course = start
-    wanted = -1.0  # compression
-    for _ in range(2):
-        start, course = course, _run_phase(course, wanted, contact)
-        wanted = contact.restitution * contact.restitution * _work(start, course)
-    return course
-
-
-@kernel
-def _run_phase(start: Course, wanted: float, contact: Contact) -> Course:
-    """Return where a phase ends, see `_left`.
-
-    Notes
-    -----
-    Steps in `fade`, except the last, which are taken in the speed so that they end where they
-    should. Once the slip between the balls has ended, only the normal impulse is left, in closed
-    form.
-    """
-    course = start
-    longest = LONGEST_STEP
-    landings = 0
-    for _ in range(MOST_STEPS):
-        if slip_of(course) <= STUCK * contact.reach:
-            course = _stuck(course)
-            break
-        gain = 1.0 + cloth_rates(course, contact)[0]
-        left = _left(start, course, wanted, gain)
-        if abs(left) <= ROUNDING or landings == MOST_LANDINGS:
-            break
-        whole = -left / (gain * normal_rate(course, contact) * course.fade)
-        landing = abs(whole) <= min(longest, LONGEST_LANDING)
-        part = whole if landing else max(-longest, min(longest, 0.9 * whole))
-        step = -left if landing else -part * course.fade
-        trial, error = take_step(course, contact, step, landing)
-        longest = min(abs(part) * _growth(error), LONGEST_STEP)
-        if error <= 1.0:
-            course = trial
-            landings += landing
-    else:
-        return _pushed(course, math.nan)
-    return _pushed(course, _left(start, course, wanted, 1.0))
-
-
-@kernel
-def _left(start: Course, course: Course, wanted: float, gain: float) -> float:
-    """Return by how much the speed of approach has to fall until the phase ends.
-
-    Compression (`wanted` negative) ends when the balls don't approach; restitution, when the normal
-    force has returned the wanted work. That goes with the square of the speed, but for what the
-    cloth does to it meanwhile, which `gain`, the fall of the speed per normal impulse, foresees.
-    """
-    speed = speed_of(course)
-    if wanted < 0.0:
-        return speed
-    missing = wanted + _work(start, course)
-    return speed + math.sqrt(max(speed * speed + 2.0 * gain * missing, 0.0))
-
-
-@kernel
-def _work(before: Course, after: Course) -> float:
-    """Return the work that the normal force stored from one point of the course to another.
-
-    It is the integral of the speed of approach, 1 - normal - cloth_n, over the normal impulse.
-    """
-    normal = after.normal - before.normal
-    mean = 1.0 - 0.5 * (before.normal + after.normal)
-    return mean * normal - (after.cloth_work - before.cloth_work)
-
-
-@kernel
-def _growth(error: float) -> float:
-    """Return about 0.9 error^(-1/5), by square roots, between 1/5 and 5: the next step's factor."""
-    if not error < 1e4:
-        return 0.2
-    eighth = math.sqrt(math.sqrt(math.sqrt(max(error, 1e-4))))
-    return min(max(0.9 / (eighth * math.sqrt(eighth)), 0.2), 5.0)
-
-
-@kernel
-def _pushed(course: Course, normal: float) -> Course:
-    """Return the course with more normal impulse, and nothing else."""
-    return Course(
-        course.fade,
-        course.normal + normal,
-        course.along,
-        course.down,
-        course.cloth_n,
-        course.cloth_t,
-        course.cloth_work + course.cloth_n * normal,
-    )
-
-
-@kernel
-def _stuck(course: Course) -> Course:
-    """Return the course without slip between the balls."""
-    return Course(
-        course.fade, course.normal, 0.0, 0.0, course.cloth_n, course.cloth_t, course.cloth_work
+        approach * done.friction.n,
+        approach * done.friction.t,
     )

@@ -38,7 +38,7 @@ def han2005(impact: CushionImpact, laws: Laws) -> CushionBounce:
     Han's equations, with the print's errors put right: the normal impulse whose friction mu just
     ends the slip s is |s| / (mu A), with A = 7 / (2 m); the sign of c in equation 14; the second
     factor of the impulse along n in equation 21, which is a cosine. As there, the vertical impulse
-    turns the ball and its vertical velocity is dropped: the cloth holds the ball.
+    turns the ball; of its vertical velocity a ball on the cloth keeps nothing.
 
     Energy: in free space the impact loses it, because the closing speed at the nose is multiplied
     by -e and the friction, at most what stops the slip, works against it. Dropping the vertical
@@ -105,4 +105,5 @@ def _bounce_off_nose(impact: CushionImpact, laws: Laws, sine: float) -> CushionB
         impact.wn - turn * (along * sine),
         impact.wt + turn * down,
         impact.wz + turn * (along * cosine),
+        -(1.0 + e) * (sine * cosine * impact.vn) - down * cosine,
     )

@@ -34,4 +34,5 @@ def restitution(impact: CushionImpact, laws: Laws) -> CushionBounce:
         impact.wn,
         impact.wt,
         impact.wz,
+        0.0,
     )

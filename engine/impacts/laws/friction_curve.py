@@ -46,14 +46,6 @@ def friction_coefficient(laws: Laws, slip_speed: float) -> float:
 
 
 @kernel
-def friction_slope(laws: Laws, slip_speed: float) -> float:
-    """Return the derivative of `friction_coefficient` by the slip speed [s/m]."""
-    if laws.speed_dependent:
-        return -_DECAY * (alciatore_friction(slip_speed) - _LEAST)
-    return 0.0
-
-
-@kernel
 def alciatore_friction(slip_speed: float) -> float:
     """Return the coefficient of friction between balls, 9.951e-3 + 0.108 exp(-1.088 v).
 

@@ -1,8 +1,10 @@
 """The one signature of the laws of ball-ball impacts, and the one of ball-cushion impacts.
 
-Both work in a right-handed frame that stands on the cloth: n, the unit normal of the contact; t =
-z x n, along the contact; z up. A law sees numbers in that frame and knows of no table, no time and
-no other ball.
+Both work in a right-handed frame in space: n, the unit normal of the contact; t = z x n, along the
+contact; and up, n x t, which is z as long as the contact is between balls on the cloth, or with a
+cushion. A law sees numbers in that frame and knows of no table, no time and no other ball. It
+returns impulses along all three. Whether an impulse up moves a ball isn't the law's business but
+that of the ball's phase: see `impacts.impact`.
 
     ball law     (BallImpact, Laws) -> BallImpulse
     cushion law  (CushionImpact, Laws) -> CushionBounce
@@ -45,9 +47,9 @@ class BallImpulse(NamedTuple):
     """What the impact does.
 
     The impulse on b through the contact, and its opposite on a, over the reduced mass [m/s]; it
-    turns the balls as well as moves them, and what would lift a ball is left to the cloth. And the
-    impulse of the cloth on each ball during the impact, over the ball's own mass [m/s], which acts
-    at the ball's lowest point; 0 where the law leaves the cloth out.
+    turns the balls as well as moves them. And the impulse of the cloth on each ball during the
+    impact, over the ball's own mass [m/s], which acts at the ball's lowest point; 0 where the law
+    leaves the cloth out.
     """
 
     normal: float  # along n, never negative
@@ -73,10 +75,15 @@ class CushionImpact(NamedTuple):
 
 
 class CushionBounce(NamedTuple):
-    """The ball's velocity [m/s] and angular velocity [rad/s] after; vn <= 0."""
+    """The ball's velocity [m/s] and angular velocity [rad/s] after; vn <= 0.
+
+    `up` is the impulse of the cushion along z, over the mass [m/s], less what the law itself lets
+    the cloth take of it.
+    """
 
     vn: float
     vt: float
     wn: float
     wt: float
     wz: float
+    up: float

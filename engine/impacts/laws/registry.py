@@ -1,6 +1,7 @@
-"""The names of the impact laws, what each uses, and where it comes from; this needs no compiler.
+"""The impact laws: their names, their kernels, what each uses, and where it comes from.
 
-A law's place in its tuple is its code in `dispatch`.
+A law is a file beside this one, and a line here. This needs no compiler: kernels are named only. A
+law's place in its tuple is its code in `dispatch`.
 """
 
 from __future__ import annotations
@@ -9,11 +10,14 @@ from typing import NamedTuple
 
 
 class LawEntry(NamedTuple):
-    """One law: its name in a scene, the fields of `Physics` that it uses, and its source."""
+    """One law: its name in a scene, its kernel, the fields of `Physics` it uses, its source."""
 
     name: str
+    kernel: str  # its module in this folder, and its name there
     uses: tuple[str, ...]
     source: str
+    feature: str | None = None
+    """What other engines must be able to do for it: a name of `engine.scene.features.Feature`."""
     limits: tuple[tuple[str, float], ...] = ()
     """Fields that it uses, each with the largest value up to which it describes balls."""
     turns: bool = False
@@ -28,13 +32,16 @@ class LawEntry(NamedTuple):
 BALL_LAWS = (
     LawEntry(
         "frictional",
+        "ball_frictional.frictional",
         ("ball_restitution", "ball_friction"),
         "restitution and Coulomb friction (Wallace and Schroeder 1988; Alciatore, proof A.14)",
     ),
     LawEntry(
         "mathavan2014",
+        "ball_mathavan2014.mathavan2014",
         ("ball_restitution", "ball_friction", "sliding_friction"),
         "integrated over the impulse, with the friction of the cloth (Mathavan et al. 2014)",
+        feature="MATHAVAN_BALL",
         # Far above, the pressed ball could jam between the other and the cloth, and wouldn't stay
         # on it. Below 5/7 the cloth can't keep the ball from slipping however strongly it is
         # pressed: so its slip passes through zero, and it never rolls during an impact.
@@ -45,28 +52,42 @@ BALL_LAWS = (
 )
 
 CUSHION_LAWS = (
-    LawEntry("mirror", (), "the normal velocity changes sign (the paper, section 4.2)"),
+    LawEntry(
+        "mirror",
+        "cushion_restitution.restitution",  # with both factors 1
+        (),
+        "the normal velocity changes sign (the paper, section 4.2)",
+        feature="MIRROR_CUSHION",
+    ),
     LawEntry(
         "restitution",
+        "cushion_restitution.restitution",
         ("cushion_restitution", "cushion_tangential_restitution"),
         "factors on the normal and the tangential velocity; spin untouched",
+        feature="CUSHION_RESTITUTION",
     ),
     LawEntry(
         "frictional",
+        "cushion_han2005.frictional",
         ("cushion_restitution", "cushion_friction"),
         "restitution and Coulomb friction at the height of the ball's centre",
+        feature="FRICTIONAL_CUSHION",
         turns=True,
     ),
     LawEntry(
         "han2005",
+        "cushion_han2005.han2005",
         ("cushion_restitution", "cushion_friction", "cushion_height"),
         "restitution and Coulomb friction at the height of the nose (Han 2005)",
+        feature="HAN_CUSHION",
         turns=True,
     ),
     LawEntry(
         "mathavan2010",
+        "cushion_mathavan2010.mathavan2010",
         ("cushion_restitution", "cushion_friction", "cushion_height", "sliding_friction"),
         "integrated over the impulse, with the friction of the cloth (Mathavan et al. 2010)",
+        feature="MATHAVAN_CUSHION",
         turns=True,
         integrated=True,
     ),

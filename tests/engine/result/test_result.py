@@ -51,6 +51,7 @@ def test_kinds_have_the_names_of_files_and_reports():
         "ball-cushion",
         "slide-to-roll",
         "roll-to-rest",
+        "ball-gone",
     ]
 
 

@@ -12,8 +12,7 @@ from shots import R, ball, scene_of
 from transforms import shuffled
 
 from engine import GhostballError, Scene, simulate
-from engine.impacts.laws.registry import BALL_LAWS
-from engine.sensitivity import LANES, PARTS, QUALITY, ROUNDING, TangentMap, tangent_map, tangent_of
+from engine.sensitivity import QUALITY, ROUNDING, tangent_of
 from reference_adapters.certified import certify
 from validation.library import find_scene
 
@@ -212,23 +211,6 @@ def test_the_numbering_of_the_balls_does_not_matter(name):
         assert np.array_equal(other.rest_positions, result.rest_positions[order])
         assert other.sensitivity(times) == pytest.approx(base[:, order], rel=1e-9)
         assert other.horizon() == pytest.approx(result.horizon(), rel=1e-9)
-
-
-def test_a_law_without_a_derivative_of_its_own_has_that_of_differences():
-    """A law of a code that nobody knows: a derivative that is written out is not its own."""
-    result = recorded(find_scene("throw-slip"))
-    known = result.tangent(_directions(result.scene, 2))
-    events = result.events
-    start = np.zeros((2, PARTS, LANES))
-    start[:, :, :2] = _directions(result.scene, 2).transpose(1, 2, 0)
-    arrays = tangent_map._arrays(result.scene, result.trajectory, events, 0.0)
-    unknown = arrays._replace(laws=arrays.laws._replace(ball_law=len(BALL_LAWS)))
-    unknown.tangent.reshape(-1, 7 * LANES)[unknown.first[:-1]] = start.reshape(2, -1)
-    tangent_map.run_tangent(unknown)
-    found = TangentMap(2, result.trajectory.t_end, (unknown,)).sample([result.rest_time])
-    expected = known.sample([result.rest_time])
-    assert not np.array_equal(found, expected)
-    assert found == pytest.approx(expected, rel=1e-6, abs=1e-6)
 
 
 def test_what_was_recorded_must_be_of_the_scene():

@@ -85,7 +85,7 @@ def test_without_the_cloth_s_friction_the_normal_impulse_is_that_of_restitution(
     for e in (0.0, 0.5, 1.0):
         p = mathavan2014(i, laws(e, 0.06))
         assert p.normal == pytest.approx((1.0 + e) * i.a_vn, rel=4.0 * EPS)
-        assert p[3:] == (0.0, 0.0, 0.0, 0.0)
+        assert p[3:] == pytest.approx((0.0, 0.0, 0.0, 0.0), abs=2.0 * EPS)
 
 
 def test_a_speed_dependent_coefficient_is_that_of_the_slip_before():
@@ -213,14 +213,14 @@ ODD_BALL = (0.02, 0.4, 0.35)
 def test_the_integration_agrees_with_the_naive_one(i: BallImpact, e: float, mu: float):
     """Fails if an equation differs, or the integration is less accurate than it says."""
     p = mathavan2014(i, laws(e, mu))
-    assert p == pytest.approx(naive(i, e, mu), abs=1e-9 * (i.a_vn - i.b_vn), rel=0.0)
+    assert p == pytest.approx(naive(i, e, mu), abs=1e-7 * (i.a_vn - i.b_vn), rel=0.0)
 
 
 @given(i=impacts, e=restitutions, mu=frictions)
 def test_the_cloth_rubs_one_ball_no_more_than_it_is_pressed(i: BallImpact, e: float, mu):
     """The total is bounded by the coefficient times the vertical impulse on that ball."""
     p = mathavan2014(i, laws(e, mu))
-    rounding = 1e-9 * (i.a_vn - i.b_vn) + 8.0 * EPS * (abs(p.up) + R * (abs(i.a_wt) + abs(i.b_wt)))
+    rounding = 1e-7 * (i.a_vn - i.b_vn) + 8.0 * EPS * (abs(p.up) + R * (abs(i.a_wt) + abs(i.b_wt)))
     on_a, on_b = math.hypot(p.a_cloth_n, p.a_cloth_t), math.hypot(p.b_cloth_n, p.b_cloth_t)
     share_b = i.a_mass / (i.a_mass + i.b_mass)
     assert on_a <= i.a_cloth * (1.0 - share_b) * max(p.up, 0.0) + rounding

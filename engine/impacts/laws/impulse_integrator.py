@@ -1,0 +1,305 @@
+"""Follows an impact during which two contacts rub through its normal impulse.
+
+A slip turns the faster the shorter it is, and one that is held by friction is stiff: so the method
+is implicit, and where a contact begins or ends to slip, steps get short by themselves.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from engine.core.kernel import kernel
+from engine.impacts.laws.two_contacts import (
+    TURNS,
+    Held,
+    Model,
+    Outcome,
+    Slips,
+    drift_of,
+    held_of,
+    length,
+    outcome_of,
+    per_slip,
+    plus,
+    rates_of,
+    speed_of,
+    speed_rate_of,
+)
+
+STILL = 4e-9
+"""A slip below this is held, by friction in proportion to it: so a contact sticks, yields and slips
+without anybody having to decide it. A held contact creeps by less than this."""
+
+_STEP_ERROR = 1e-9  # of a short slip in one step, as estimated
+_LONG = 16.0  # by what part of itself a long one may err more
+_ROUNDING = 2.0**-44  # of all speeds together: added to both
+_TURNED = 1e-8  # compression ends below this; the work then errs by the square of it
+_RETURNED = 1e-9  # of the work to be returned, that needn't be
+_WORK_ROUNDING = 1e-15  # of what was stored: as a speed, 3e-8 where all else is 0
+_FIRST_STEP = 1e-3
+_STANDS = 1e-2  # a rate of the speed of approach below this is none, where both contacts hold
+# Most impacts take 20 to 200 steps. Where a contact stays at the limit of what it can hold, it may
+# yield and be held in turns: then a longer slip is held. Beyond all steps the outcome is NaN, which
+# fails the run.
+_WIDEN_AFTER = 500
+_MOST_STEPS = 10_000
+
+
+class _Matrix(NamedTuple):
+    """A matrix of 2 by 2 numbers, row by row."""
+
+    a: float
+    b: float
+    c: float
+    d: float
+
+
+class _Solver(NamedTuple):
+    """1 minus h gamma times the Jacobian, in blocks of the two contacts, ready to be solved."""
+
+    schur: _Matrix  # inverse of what the contact's block leaves
+    upper: _Matrix  # the upper right block times the inverse of the lower right one
+    lower: _Matrix
+    last: _Matrix  # the inverse of the lower right block
+
+
+@kernel
+def _times(m: _Matrix, other: _Matrix) -> _Matrix:
+    return _Matrix(
+        m.a * other.a + m.b * other.c,
+        m.a * other.b + m.b * other.d,
+        m.c * other.a + m.d * other.c,
+        m.c * other.b + m.d * other.d,
+    )
+
+
+@kernel
+def _inverse(m: _Matrix) -> _Matrix:
+    over = 1.0 / (m.a * m.d - m.b * m.c)
+    return _Matrix(over * m.d, -over * m.b, -over * m.c, over * m.a)
+
+
+@kernel
+def _stiffness(x: float, y: float, grip: float, held: bool, still: float) -> _Matrix:
+    """Return the derivative by the slip (x, y) of friction -grip (x, y) against it."""
+    over = per_slip(x, y, held, still)
+    grip *= over
+    if held:
+        return _Matrix(-grip, 0.0, 0.0, -grip)
+    x, y = over * x, over * y
+    return _Matrix(-grip * y * y, grip * x * y, grip * x * y, -grip * x * x)
+
+
+@kernel
+def _solver(change: Slips, h: float, held: Held, model: Model) -> _Solver:
+    """Return 1 - h J; J is the derivative of the rates by the slips."""
+    slips = plus(model.start, 1.0, change)
+    share = -model.friction * per_slip(slips.across, slips.along, held.contact, held.still)
+    load = max(model.load + model.load_across * share * slips.across, 0.0)
+    grip = h * model.cloth_friction * load
+    f = _stiffness(slips.across, slips.along, h * model.friction, held.contact, held.still)
+    g = _stiffness(slips.n, slips.t, grip, held.cloth, held.still)
+    # The contact's friction loads the cloth, whose friction goes with the load.
+    grip = model.cloth_friction * model.load_across if load > 0.0 else 0.0
+    grip *= per_slip(slips.n, slips.t, held.cloth, held.still)
+    n, t = -grip * slips.n, -grip * slips.t
+    loaded = _Matrix(n * f.a, n * f.b, t * f.a, t * f.b)
+    across, along = model.across_cloth, model.along_cloth
+    first = _Matrix(
+        1.0 - model.across * f.a - across * loaded.a,
+        -model.across * f.b - across * loaded.b,
+        -TURNS * f.c - along * loaded.c,
+        1.0 - TURNS * f.d - along * loaded.d,
+    )
+    lower = _Matrix(
+        -model.n_across * f.a - TURNS * loaded.a,
+        -model.n_across * f.b - TURNS * loaded.b,
+        -model.t_along * f.c - TURNS * loaded.c,
+        -model.t_along * f.d - TURNS * loaded.d,
+    )
+    last = _inverse(_Matrix(1.0 - TURNS * g.a, -TURNS * g.b, -TURNS * g.c, 1.0 - TURNS * g.d))
+    upper = _times(_Matrix(-across * g.a, -across * g.b, -along * g.c, -along * g.d), last)
+    less = _times(upper, lower)
+    schur = _inverse(
+        _Matrix(first.a - less.a, first.b - less.b, first.c - less.c, first.d - less.d)
+    )
+    return _Solver(schur, upper, lower, last)
+
+
+_GAMMA = 0.25
+
+
+@kernel
+def _stage(at: Slips, of: Slips, h: float, solver: _Solver, held: Held, model: Model) -> Slips:
+    """Return gamma (h rates + of), solved with 1 minus the Jacobian."""
+    r = plus(of, h, rates_of(at, held, model))
+    schur, upper, lower, last = solver
+    x, y = r.across - (upper.a * r.n + upper.b * r.t), r.along - (upper.c * r.n + upper.d * r.t)
+    x, y = schur.a * x + schur.b * y, schur.c * x + schur.d * y
+    n, t = r.n - (lower.a * x + lower.b * y), r.t - (lower.c * x + lower.d * y)
+    n, t = last.a * n + last.b * t, last.c * n + last.d * t
+    x, y, n, t = _GAMMA * x, _GAMMA * y, _GAMMA * n, _GAMMA * t
+    work = _GAMMA * (r.work + h * speed_of(Slips(x, y, n, t, 0.0), model))
+    return Slips(x, y, n, t, work)
+
+
+@kernel
+def _step(change: Slips, h: float, held: Held, model: Model) -> tuple[Slips, float]:
+    """Return the slips after an impulse h, and an estimate of their error.
+
+    Rosenbrock method of order 4, and 3 for the estimate, stiffly accurate: RODAS (Hairer and Wanner
+    1996, Solving ordinary differential equations II, section IV.7). Near its end a slip turns the
+    faster the shorter it is, and one that is held is stiff by 1 / `STILL`.
+    """
+    solver = _solver(change, _GAMMA * h, held, model)
+    none = Slips(0.0, 0.0, 0.0, 0.0, 0.0)
+    a = _stage(change, none, h, solver, held, model)
+    at = plus(change, 1.544, a)
+    b = _stage(at, plus(none, -5.6688, a), h, solver, held, model)
+    at = plus(plus(change, 0.9466785280815826, a), 0.2557011698983284, b)
+    of = plus(plus(none, -2.430093356833875, a), -0.2063599157091915, b)
+    c = _stage(at, of, h, solver, held, model)
+    at = plus(plus(change, 3.314825187068521, a), 2.896124015972201, b)
+    at = plus(at, 0.9986419139977817, c)
+    of = plus(plus(none, -0.1073529058151375, a), -9.594562251023355, b)
+    d = _stage(at, plus(of, -20.47028614809616, c), h, solver, held, model)
+    at = plus(plus(change, 1.221224509226641, a), 6.019134481288629, b)
+    at = plus(plus(at, 12.53708332932087, c), -0.6878860361058950, d)
+    of = plus(plus(none, 7.496443313967647, a), -10.24680431464352, b)
+    of = plus(plus(of, -33.99990352819905, c), 11.70890893206160, d)
+    e = _stage(at, of, h, solver, held, model)
+    at = plus(at, 1.0, e)
+    of = plus(plus(none, 8.083246795921522, a), -7.981132988064893, b)
+    of = plus(plus(of, -31.52159432874371, c), 16.31930543123136, d)
+    error = _stage(at, plus(of, -6.058818238834054, e), h, solver, held, model)
+    end = plus(at, 1.0, error)
+    slips = plus(model.start, 1.0, end)
+    contact, cloth = length(slips.across, slips.along), length(slips.n, slips.t)
+    size = max(
+        length(error.across, error.along) / (1.0 + _LONG * contact),
+        length(error.n, error.t) / (1.0 + _LONG * cloth),
+        abs(error.work) / (1.0 + _LONG * (contact + cloth)),
+    )
+    return end, size
+
+
+@kernel
+def _missed(change: Slips, end: Slips, h: float, held: Held, model: Model) -> float:
+    """Return how far a slip came that a step couldn't see.
+
+    One that was held, and is not at the end; or one that passed through 0, where friction reverses.
+    """
+    now = held_of(end, held.still, model)
+    rates = rates_of(end, now, model)
+    slips, ends = plus(model.start, 1.0, change), plus(model.start, 1.0, end)
+    missed = 0.0
+    if not now.contact:
+        if held.contact:
+            missed = h * length(rates.across, rates.along)
+        elif slips.across * ends.across + slips.along * ends.along < 0.0:
+            missed = length(ends.across, ends.along)
+    if not now.cloth:
+        if held.cloth:
+            missed = max(missed, h * length(rates.n, rates.t))
+        elif slips.n * ends.n + slips.t * ends.t < 0.0:
+            missed = max(missed, length(ends.n, ends.t))
+    return missed
+
+
+@kernel
+def _until_still(change: Slips, held: Held, model: Model) -> float:
+    """Return the impulse after which a slip has nearly ended, were the rates constant."""
+    slips, rates = plus(model.start, 1.0, change), rates_of(change, held, model)
+    until = math.inf
+    closing = -(slips.across * rates.across + slips.along * rates.along)
+    if closing > 0.0 and not held.contact:
+        until = (slips.across * slips.across + slips.along * slips.along) / closing
+    closing = -(slips.n * rates.n + slips.t * rates.t)
+    if closing > 0.0 and not held.cloth:
+        until = min(until, (slips.n * slips.n + slips.t * slips.t) / closing)
+    return 0.999 * until
+
+
+@kernel
+def follow(model: Model, speeds: float) -> Outcome:
+    """Return the impulses of an impact.
+
+    Parameters
+    ----------
+    model : Model
+    speeds : float
+        Sum of all speeds, to whose rounding the outcome is known.
+
+    Returns
+    -------
+    Outcome
+        Within 1e-7, and the rounding of `speeds`.
+
+    Notes
+    -----
+    Compression ends when the speed of approach is 0, and the rebound when the normal force has
+    returned e^2 of the work that it stored, the integral of that speed (Stronge). The rebound also
+    ends where the ball is driven back, and either where both contacts hold the ball and it doesn't
+    move: then it is jammed.
+
+    Contract: no allocation; a bounded number of steps. Mirrored (`along` and `t`), the outcome is
+    mirrored to the bit.
+    """
+    rounding = _ROUNDING * speeds
+    still, allowed = STILL + rounding, _STEP_ERROR + rounding
+    change = Slips(0.0, 0.0, 0.0, 0.0, 0.0)
+    p, speed, work, slack = 0.0, 1.0, 0.0, 0.0
+    rebound, drift = False, drift_of(model)
+    held = held_of(change, still, model)
+    rate = speed_rate_of(change, held, model)
+    free = _FIRST_STEP
+    for step in range(1, _MOST_STEPS):
+        if step % _WIDEN_AFTER == 0:
+            still *= 2.0
+        until = min(_until_still(change, held, model), _reach(speed, rate, work, rebound))
+        h = min(free, until)
+        end, error = _step(change, h, held, model)
+        growth = 0.8 * math.sqrt(math.sqrt(allowed / max(error, 1e-3 * allowed)))
+        missed = _missed(change, end, h, held, model)
+        if not (error <= allowed and missed <= still):
+            free = h * max(0.1 * growth, min(growth, 0.5 * still / max(missed, 1e-3 * still)))
+            continue
+        now = 1.0 + drift * (p + h) + speed_of(end, model)
+        if rebound and now > _TURNED and speed >= -_TURNED:
+            return outcome_of(change, p, speed, model)
+        if (now > _TURNED) if rebound else (now < -_TURNED):
+            free = h * (speed / (speed - now))
+            continue
+        held_then = held_of(end, still, model)
+        then = speed_rate_of(end, held_then, model)
+        done = h * (1.0 + drift * (p + 0.5 * h)) + (end.work - change.work)
+        if rebound and work + done < -slack:
+            free = h * (work / -done)
+            continue
+        free = max(h * growth, free if h < free else 0.0)
+        change, p, speed, work, rate = end, p + h, now, work + done, then
+        held = held_then
+        if speed <= _TURNED and not rebound:
+            rebound = True
+            slack = _WORK_ROUNDING * (1.0 + work)
+            work *= model.restitution * model.restitution
+            slack += _RETURNED * work
+        driven_back = rebound and speed >= -_TURNED and rate >= 0.0
+        if (
+            (rebound and work <= slack)
+            or driven_back
+            or (held.contact and held.cloth and rate > -_STANDS)
+        ):
+            return outcome_of(change, p, speed, model)
+    return Outcome(math.nan, math.nan, Slips(math.nan, math.nan, math.nan, math.nan, math.nan))
+
+
+@kernel
+def _reach(speed: float, rate: float, work: float, rebound: bool) -> float:
+    """Return the impulse to the end of the phase, were the rate of the speed constant."""
+    if not rebound:
+        return max(-speed / rate, 1e-12) if rate < 0.0 else math.inf
+    away = max(-speed, 0.0)
+    square = away * away - 2.0 * rate * work
+    return 2.0 * work / (away + math.sqrt(square)) if square > 0.0 else -speed / rate

@@ -1,0 +1,108 @@
+"""Adding a law takes a file and a line of the registry, and nothing else knows of it.
+
+Broken by: a list of laws anywhere else, a derivative that a law must bring.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import engine
+
+CUSHION = '''"""A cushion that halves what comes along it, and gives side spin back reversed."""
+
+from engine.core.kernel import kernel
+from engine.impacts.laws.interface import CushionBounce
+
+
+@kernel
+def felt(impact, laws):
+    vn = -laws.cushion_restitution * impact.vn
+    return CushionBounce(vn, 0.5 * impact.vt, impact.wn, impact.wt, -impact.wz, 0.0)
+'''
+CUSHION_LINE = '    LawEntry("felt", "cushion_felt.felt", ("cushion_restitution",), "made up"),\n'
+
+BALL = '''"""Balls of putty: half of their approach is left over, and stays."""
+
+from engine.core.kernel import kernel
+from engine.impacts.laws.interface import BallImpulse
+
+
+@kernel
+def putty(impact, laws):
+    return BallImpulse(impact.a_vn - impact.b_vn, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+'''
+BALL_LINE = '    LawEntry("putty", "ball_putty.putty", (), "made up"),\n'
+
+SHOT = """
+import json
+import numpy as np
+from engine import Ball, Physics, Scene, Table, simulate
+
+fields = dict(preset="pool", motion="sliding", sliding_friction=0.0, rolling_friction=0.0,
+              spinning_friction_rate=0.0, ball_friction=0.0)
+ball = dict(radius=0.03, mass=0.17)
+wall = simulate(
+    Scene(
+        name="wall",
+        balls=(Ball(id="a", position=(1.0, 0.5), velocity=(1.0, 0.4),
+                    angular_velocity=(0.0, 0.0, 7.0), **ball),),
+        table=Table(length=2.0, width=1.0),
+        physics=Physics(cushion="felt", cushion_restitution=0.5, **fields),
+        t_max=1.2,
+    ),
+    record="trajectory",
+)
+pair = simulate(
+    Scene(
+        name="pair",
+        balls=(Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0), **ball),
+               Ball(id="b", position=(0.56, 0.0), **ball)),
+        physics=Physics(ball_impact="putty", **fields),
+        t_max=1.0,
+    ),
+    record="trajectory",
+)
+grown = [float(np.max(shot.sensitivity([1.0]))) for shot in (wall, pair)]
+after = wall.sample([1.1])
+print(json.dumps([after.velocities[0, 0].tolist(), after.angular_velocities[0, 0].tolist(),
+                  pair.rest_positions.tolist(), grown]))
+"""
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """A copy of the engine with both laws."""
+    source = Path(engine.__file__).parent
+    shutil.copytree(source, tmp_path / "engine", ignore=shutil.ignore_patterns("__pycache__"))
+    laws = tmp_path / "engine/impacts/laws"
+    (laws / "cushion_felt.py").write_text(CUSHION)
+    (laws / "ball_putty.py").write_text(BALL)
+    balls, cushions = (laws / "registry.py").read_text().split("\nCUSHION_LAWS = (\n")
+    balls = balls.removesuffix(")\n") + BALL_LINE + ")\n"
+    cushions = cushions.replace("\n)\n", "\n" + CUSHION_LINE + ")\n", 1)
+    (laws / "registry.py").write_text(balls + "\nCUSHION_LAWS = (\n" + cushions)
+    return tmp_path
+
+
+def test_a_law_is_a_file_and_a_line_of_the_registry(copy):
+    done = subprocess.run(
+        [sys.executable, "-c", SHOT],
+        env={**os.environ, "PYTHONPATH": str(copy), "NUMBA_DISABLE_JIT": "1"},
+        cwd=copy,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    velocity, spin, places, grown = json.loads(done.stdout)
+    assert velocity[:2] == pytest.approx([-0.5, 0.2], abs=1e-12)
+    assert spin[2] == pytest.approx(-7.0)
+    # They touch at 0.5 s, and go on together at half the speed.
+    assert [place[0] for place in places] == pytest.approx([0.75, 0.81])
+    assert all(1.0 < growth < 100.0 for growth in grown)

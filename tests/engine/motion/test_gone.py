@@ -1,0 +1,108 @@
+"""A ball leaves the run at an obstacle that takes it out: no scene has one yet, a row does.
+
+Broken by: a scheduler or a contact step that still sees the ball, an energy that stays.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shots import R, ball, scene_of
+
+from engine import EventKind, Result, Scene, Status, Table, simulate
+from engine.core.state import DISC, LINE, TAKES_OUT
+from engine.result.result import event_dict
+from engine.running import from_scene, skips
+from engine.trajectory import Phase
+
+HOLE = (DISC, 0.5, 0.0, 0.0, 0.0, 0.05, TAKES_OUT, 4)
+WAY = 0.5 - 0.05 - R
+"""To where a ball that comes along x touches it [m]."""
+
+
+@pytest.fixture(params=["all pairs", "cells"])
+def played(request, monkeypatch):
+    """Play a scene with this hole in the cloth, with either scheduler."""
+    own = from_scene.obstacles_of
+    if request.param == "cells":
+        monkeypatch.setattr(skips, "MOST_PAIRED", 0)
+
+    def play(scene: Scene, hole=HOLE) -> Result:
+        monkeypatch.setattr(
+            from_scene, "obstacles_of", lambda *given: np.vstack([own(*given), np.array([hole])])
+        )
+        return simulate(scene, record="trajectory")
+
+    return play
+
+
+def gone(result: Result) -> list[tuple[float, int, int]]:
+    kept = result.events[result.events["kind"] == EventKind.BALL_GONE]
+    return [(float(t), int(a), int(b)) for t, _, a, b in kept.tolist()]
+
+
+def test_a_ball_leaves_where_it_touches_with_all_its_energy(played):
+    still = ball((0.0, 1.0), (0.4, 0.0))
+    scene = scene_of(
+        ball((0.0, 0.0), (2.0, 0.0), angular_velocity=(0.0, 0.0, 30.0)), still,
+        motion="sliding", sliding_friction=0.0, rolling_friction=0.0,
+        spinning_friction_rate=0.0, t_max=1.0,
+    )  # fmt: skip
+    result = played(scene)
+    ((t, which, at),) = gone(result)
+    assert (which, at) == (0, 4)
+    assert t == pytest.approx(WAY / 2.0, rel=1e-12)
+    assert result.rest_positions[0, :2] == pytest.approx([WAY, 0.0], abs=1e-12)
+    before, after = result.sample([0.5 * t, 0.9]), result.sample([0.9])
+    assert before.angular_velocities[0, 0, 2] == 30.0
+    assert not np.any(after.velocities[0, 0])
+    assert not np.any(after.angular_velocities[0, 0])
+    assert result.phases([0.0, 0.9])[:, 0].tolist() == [Phase.SLIDING, Phase.GONE]
+    alone = simulate(scene_of(still, **scene.physics.model_dump(), t_max=1.0), record="trajectory")
+    assert result.energy([0.9]).total == pytest.approx(alone.energy([0.9]).total)
+    assert result.work["balls_gone"] == 1
+    assert event_dict(result.events[-1])["b"] == "obstacle-4"
+    assert np.all(np.isinf(result.sensitivity([0.9])[:, 0]))
+
+
+def test_no_ball_meets_one_that_is_gone(played):
+    """One comes the same way, into the hole too; another passes where the first left the run."""
+    across = ball((WAY - R, -1.0), (0.0, 1.2))
+    balls = [ball((0.0, 0.0), (2.0, 0.0)), ball((-0.5, 0.0), (2.0, 0.0)), across]
+    result = played(scene_of(*balls, rolling_friction=0.0, t_max=1.0))
+    assert [which for _, which, _ in gone(result)] == [0, 1]
+    assert result.collision_counts == {"ball-ball": 0, "ball-cushion": 0}
+    assert result.rest_positions[2, :2] == pytest.approx([WAY - R, 0.2], abs=1e-9)
+    assert result.status is Status.T_MAX
+
+
+def test_a_run_ends_when_all_others_rest(played):
+    result = played(scene_of(ball((0.0, 0.0), (2.0, 0.0)), ball((0.0, 1.0), (0.3, 0.0))))
+    assert result.status is Status.REST
+    assert len(gone(result)) == 1
+
+
+def test_a_ball_in_a_line_of_touching_ones_leaves_without_the_others(played):
+    """They are pushed over a line that takes them out, the first of them first."""
+    line = (LINE, 0.5, 0.0, -1.0, 0.0, 0.0, TAKES_OUT, 4)
+    row = [ball((2.0 * R * k, 0.0)) for k in range(3)]
+    shot = [*row, ball((-0.3, 0.0), (2.0, 0.0))]
+    result = played(
+        scene_of(*shot, motion="sliding", ball_restitution=0.2, rolling_friction=0.01), line
+    )
+    left = [which for _, which, _ in gone(result)]
+    assert left[0] == 2
+    assert result.status is Status.REST
+    inside = [k for k in range(4) if k not in left]
+    assert all(result.rest_positions[k, 0] < 0.5 - R for k in inside)
+    assert all(result.rest_positions[k, 0] == pytest.approx(0.5 - R, abs=1e-9) for k in left)
+
+
+def test_what_takes_a_ball_out_is_no_side_of_a_corner(played):
+    """The ball meets it and a cushion at one instant: it bounces off the cushion, and is gone."""
+    table = Table(length=1.0, width=1.0, cushions=("top",))
+    scene = scene_of(ball((0.3, 0.3), (1.0, 1.0)), table=table, rolling_friction=0.0, t_max=2.0)
+    result = played(scene, (LINE, 1.0, 0.0, -1.0, 0.0, 0.0, TAKES_OUT, 4))
+    assert result.collision_counts["ball-cushion"] == 1
+    assert len(gone(result)) == 1
+    assert result.rest_positions[0, :2] == pytest.approx([1.0 - R, 1.0 - R])
