@@ -187,14 +187,7 @@ class Pairs(NamedTuple):
     least: FloatArray  # (n,) least bound of the row
     next: FloatArray  # (n,) the less of that and the ball's own next event
     track: FloatArray  # copies of what bounds need: see `TRACKS`
-    looked_at: BoolArray | None  # (LOOKED_AT,) what is looked at all the same: `look_again`
 
-
-# Places in `Pairs.looked_at`.
-UNDISTURBED = 0
-RECEDING = 1
-OUT_OF_REACH = 2
-LOOKED_AT = 3
 
 # `Pairs.track` holds, for each block of LANES balls, TRACKS rows of LANES numbers: constant
 # distances, from which the compiler sees that rows don't overlap, and that it may vectorise.

@@ -39,7 +39,6 @@ def enter(
     least: FloatArray,
     next_event: FloatArray,
     track: FloatArray,
-    looked_at: BoolArray | None,
     cells: Cells | None,
     contacts: Contacts | None,
     clock: FloatArray,
@@ -61,7 +60,7 @@ def enter(
     numbers = laws_from(laws, obstacles, integrated)
     log = Log(clock, counters, time, what, ball, motion)
     if cells is None:
-        pairs = Pairs(bound, least, next_event, track, looked_at)
+        pairs = Pairs(bound, least, next_event, track)
         status = run(balls, numbers, pairs, None, contacts, log, limit)
     else:
         status = run(balls, numbers, None, cells, contacts, log, limit)

@@ -13,7 +13,6 @@ from engine.core.state import Balls, Cells, Contacts, IntArray, Laws, Pairs
 from engine.scheduling.all_pairs import earliest_of_pairs, touching_pairs, update_pairs
 from engine.scheduling.cells import earliest_in_cells, update_in_cells
 from engine.scheduling.contacts_in_cells import touching_in_cells
-from engine.scheduling.look_again import look_again
 
 
 @kernel(inline=True)
@@ -29,7 +28,6 @@ def update_balls(
     """Bound anew every pair of the balls in `balls.touched`, whose motion changed at t [s]."""
     if pairs is not None:
         update_pairs(balls, laws, pairs, contacts, t, counters)
-        look_again(balls, laws, pairs, pairs.looked_at, contacts, t, counters)
     if cells is not None:
         update_in_cells(balls, laws, cells, contacts, t, counters)
 

@@ -40,9 +40,9 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "late cushion",
         "motion/on_cloth.py",
-        "            balls.own_kind[i] = OWN_CUSHION + cushion\n"
+        "            balls.own_kind[i] = OWN_CUSHION + k if touches else OWN_LOOK\n"
         "    balls.state[i].own_time = balls.state[i].epoch + duration",
-        "            balls.own_kind[i] = OWN_CUSHION + cushion\n"
+        "            balls.own_kind[i] = OWN_CUSHION + k if touches else OWN_LOOK\n"
         "    late = 1e-9 if balls.own_kind[i] >= OWN_CUSHION else 0.0\n"
         "    balls.state[i].own_time = balls.state[i].epoch + duration + late",
         "A ball meets a cushion a nanosecond late.",
@@ -239,14 +239,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     # What a run says of itself.
     Mutation(
         "NaN unseen",
-        "event_loop/loop.py",
+        "event_loop/record.py",
         "    return bool(abs((place + spin) + (pull + balls.state[i].bz)) < math.inf)",
         "    return True",
         "A motion that is no number any more goes on.",
     ),
     Mutation(
         "stops too soon",
-        "event_loop/loop.py",
+        "event_loop/finish.py",
         "    if status == RUN_T_MAX:\n        t = laws.t_max\n",
         "    if status == RUN_T_MAX:\n        t = (1.0 - 1e-9) * laws.t_max\n",
         "A run ends a part in a billion before its time.",
