@@ -344,12 +344,10 @@ UNSOLVED_STEPS = 7
 UNSOLVED_JOINT_IMPACTS = 8
 LOGGED_EVENTS = 9
 LOGGED_MOTIONS = 10
-PENDING = 11  # pairs in `Balls.hits` that are found, and not resolved yet
-PENDING_VERDICT = 12  # IMPACT or PRESSED: see `scheduling.contact_time`
-CELL_MOVES = 13
-UNSOUND = 14  # of RUN_NOT_FINITE: the ball with it, or FREE where none is to blame
-NO_ROOM = 15  # 1: more balls touch at once than `Balls.hits`, or `Contacts`, has room for
-COUNTERS = 16
+CELL_MOVES = 11
+UNSOUND = 12  # of RUN_NOT_FINITE: the ball with it, or FREE where none is to blame
+NO_ROOM = 13  # 1: more balls touch at once than `Balls.hits`, or `Contacts`, has room for
+COUNTERS = 14
 
 # Places in the array of instants, float64 [s].
 NOW = 0
