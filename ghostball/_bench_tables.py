@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from engine.running.skips import Skip
+from engine.running.skips import BUILT_IN, Skip
 from reports.style import format_quantity, format_time
 from validation.bench import (
     AccuracyMeasurement,
@@ -176,7 +176,7 @@ def _skips_summary(measured: SkipsMeasurement) -> Table:
         )
         table.add_row(
             skip,
-            f"{len(rows)} of {len(measured.unused)}",
+            "not measured" if skip in BUILT_IN else f"{len(rows)} of {len(measured.unused)}",
             *(str(verdicts.count(name)) for name in ("same bits", "rounding", "differs")),
             f"{median(r.seconds_off / r.seconds_on for r in rows):.2f}" if rows else "",
             f"{off / on:.2f}" if on else "",

@@ -205,14 +205,7 @@ class Pairs(NamedTuple):
     least: FloatArray  # (n,) least bound of the row
     next: FloatArray  # (n,) the less of that and the ball's own next event
     track: FloatArray  # copies of what bounds need: see `TRACKS`
-    looked_at: BoolArray | None  # (LOOKED_AT,) what is looked at all the same: `look_again`
 
-
-# Places in `Pairs.looked_at`.
-UNDISTURBED = 0
-RECEDING = 1
-OUT_OF_REACH = 2
-LOOKED_AT = 3
 
 # `Pairs.track` holds, for each block of LANES balls, TRACKS rows of LANES numbers: constant
 # distances, from which the compiler sees that rows don't overlap, and that it may vectorise.
@@ -369,13 +362,11 @@ UNSOLVED_STEPS = 7
 UNSOLVED_JOINT_IMPACTS = 8
 LOGGED_EVENTS = 9
 LOGGED_MOTIONS = 10
-PENDING = 11  # pairs in `Balls.hits` that are found, and not resolved yet
-PENDING_VERDICT = 12  # IMPACT or PRESSED: see `scheduling.contact_time`
-CELL_MOVES = 13
-UNSOUND = 14  # of RUN_NOT_FINITE: the ball with it, or FREE where none is to blame
-NO_ROOM = 15  # 1: more balls touch at once than `Balls.hits`, or `Contacts`, has room for
-BALLS_GONE = 16
-COUNTERS = 17
+CELL_MOVES = 11
+UNSOUND = 12  # of RUN_NOT_FINITE: the ball with it, or FREE where none is to blame
+NO_ROOM = 13  # 1: more balls touch at once than `Balls.hits`, or `Contacts`, has room for
+BALLS_GONE = 14
+COUNTERS = 15
 
 # Places in the array of instants, float64 [s].
 NOW = 0

@@ -44,7 +44,6 @@ def enter(
     least: FloatArray,
     next_event: FloatArray,
     track: FloatArray,
-    looked_at: BoolArray | None,
     cells: Cells | None,
     contacts: Contacts | None,
     clock: FloatArray,
@@ -67,7 +66,7 @@ def enter(
     numbers = laws_from(laws, lines, integrated)
     log = Log(clock, counters, time, what, ball, motion)
     if cells is None:
-        pairs = Pairs(bound, least, next_event, track, looked_at)
+        pairs = Pairs(bound, least, next_event, track)
         status = run(balls, numbers, pairs, None, contacts, log, limit)
     else:
         status = run(balls, numbers, None, cells, contacts, log, limit)

@@ -10,7 +10,6 @@ from engine.core.state import (
     EVENTS,
     NO_ROOM,
     NOW,
-    PENDING,
     RUN_EVENT_LIMIT,
     RUN_GOES_ON,
     RUN_LOG_FULL,
@@ -28,7 +27,8 @@ from engine.core.state import (
 )
 from engine.event_loop.record import is_full
 from engine.motion.geometry import at_rest
-from engine.scheduling.scheduler import earliest, touching, update_balls
+from engine.scheduling.due_pairs import Event, own_event, touching
+from engine.scheduling.scheduler import earliest, update
 
 _MOST_IN_VAIN = 64
 """Bounds, for each pair, that may come to nothing before an event. A shot needs 1 or 2 in all; a
@@ -44,28 +44,25 @@ def find(
     contacts: Contacts | None,
     log: Log,
     limit: int,
-) -> tuple[int, float, int]:
-    """Return RUN_GOES_ON, the instant of the next event [s] and whose own event it is, or -1.
-
-    Where it is -1, PENDING pairs in `balls.hits` touch then. Or return why the run ends here.
-    """
-    update_balls(balls, laws, pairs, cells, contacts, log.clock[NOW], log.counters)
+) -> tuple[int, Event]:
+    """Return RUN_GOES_ON and the next event; or why the run ends before it."""
+    update(balls, laws, pairs, cells, contacts, log.clock[NOW], log.counters)
     _unmark(balls)
     in_vain = 0
     while True:
         t, single, row = earliest(balls, laws, pairs, cells, contacts, log.counters)
         status = _status_at(balls, laws, t, single, row, log, limit)
-        if status != RUN_GOES_ON or single >= 0 or log.counters[PENDING] > 0:
-            return status, t, single
-        t = touching(balls, laws, pairs, cells, contacts, t, row, log.counters)
+        if status != RUN_GOES_ON or single >= 0:
+            return status, own_event(t, single)
+        event = touching(balls, laws, pairs, cells, contacts, t, row, log.counters)
         if log.counters[NO_ROOM] > 0:
-            return RUN_NO_ROOM, t, -1
-        if t < math.inf:
-            return RUN_GOES_ON, t, -1
+            return RUN_NO_ROOM, event
+        if event.t < math.inf:
+            return RUN_GOES_ON, event
         in_vain += 1
         if in_vain > _MOST_IN_VAIN * (len(balls.own_kind) + 32) ** 2:
             log.counters[UNSOUND] = row
-            return RUN_NOT_FINITE, t, -1
+            return RUN_NOT_FINITE, event
 
 
 @kernel(inline=True)

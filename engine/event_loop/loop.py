@@ -6,7 +6,6 @@ from engine.core.kernel import kernel
 from engine.core.state import (
     FREE,
     NOW,
-    PENDING,
     RUN_CONTACTS,
     RUN_GOES_ON,
     UNSOUND,
@@ -53,12 +52,12 @@ def run(
         status = record(balls, contacts, t, log)
         if status != RUN_GOES_ON:
             return status
-        status, t, ball = find(balls, laws, pairs, cells, contacts, log, limit)
+        status, event = find(balls, laws, pairs, cells, contacts, log, limit)
         if status != RUN_GOES_ON:
             return status
-        advance_to(balls, contacts, ball, t, log)
-        held = resolve(balls, laws, cells, contacts, ball, t, log)
+        advance_to(balls, contacts, event)
+        held = resolve(balls, laws, cells, contacts, event, log)
         if held == NEEDS_CONTACTS:
             return RUN_CONTACTS
-        log.counters[PENDING] = 0
+        t = event.t
         log.clock[NOW] = t

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from engine.core.kernel import kernel
 from engine.core.state import (
+    ADVANCEMENTS,
     BALL_BALL,
     BALL_CUSHION,
     BALLS_GONE,
@@ -21,8 +22,6 @@ from engine.core.state import (
     OWN_LOOK,
     OWN_REST,
     OWN_ROLL,
-    PENDING,
-    PENDING_VERDICT,
     SECOND,
     SLIDING,
     TAKES_OUT,
@@ -55,6 +54,7 @@ from engine.motion.on_cloth import come_to_rest, leave, mark, start_rolling
 from engine.motion.pieces import advance
 from engine.resting_contact.step import end_step
 from engine.scheduling.contact_time import PRESSED
+from engine.scheduling.due_pairs import Event
 
 NEEDS_CONTACTS = -1
 
@@ -63,14 +63,15 @@ _ALONG = 1.0 - 2.0**-20
 
 
 @kernel(inline=True)
-def advance_to(balls: Balls, contacts: Contacts | None, ball: int, t: float, log: Log) -> None:
-    """Move the balls of an event to its instant t [s]: `ball`, or those of the PENDING pairs.
+def advance_to(balls: Balls, contacts: Contacts | None, event: Event) -> None:
+    """Move the balls of an event to its instant: but not pairs that are to be held together.
 
     A ball that stops, or stops sliding, is moved there without cancelling digits.
     """
+    ball, t = event.ball, event.t
     if ball < 0:
-        if log.counters[PENDING_VERDICT] != PRESSED:
-            for c in range(log.counters[PENDING]):
+        if event.verdict != PRESSED:
+            for c in range(event.pairs):
                 advance(balls, balls.hits[c, FIRST], t)
                 advance(balls, balls.hits[c, SECOND], t)
         return
@@ -97,17 +98,16 @@ def resolve(
     laws: Laws,
     cells: Cells | None,
     contacts: Contacts | None,
-    ball: int,
-    t: float,
+    event: Event,
     log: Log,
 ) -> int:
-    """Resolve an event whose balls are at its instant t; mark every ball whose motion it changes.
+    """Resolve an event whose balls are at its instant; mark every ball whose motion it changes.
 
     Return how many contacts in `balls.hits` are to be held, or NEEDS_CONTACTS.
     """
-    if ball < 0:
-        return _resolve_contacts(balls, laws, contacts, t, log)
-    return _resolve_own(balls, laws, cells, contacts, ball, t, log)
+    if event.ball < 0:
+        return _resolve_contacts(balls, laws, contacts, event, log)
+    return _resolve_own(balls, laws, cells, contacts, event.ball, event.t, log)
 
 
 @kernel
@@ -235,21 +235,24 @@ def _pressed_against(
 
 @kernel(inline=True)
 def _resolve_contacts(
-    balls: Balls, laws: Laws, contacts: Contacts | None, t: float, log: Log
+    balls: Balls, laws: Laws, contacts: Contacts | None, event: Event, log: Log
 ) -> int:
-    """Collide the PENDING pairs of `balls.hits` at the instant t, or leave them to be held.
+    """Collide the pairs of `balls.hits` that touch now, or leave them to be held.
 
     A pair of which neither ball has another impact now follows the scene's law; others collide
     together. Return how many contacts in `balls.hits` are to be held.
     """
-    count = log.counters[PENDING]
-    if log.counters[PENDING_VERDICT] == PRESSED:
-        return NEEDS_CONTACTS if contacts is None else count
+    count, t = event.pairs, event.t
     if contacts is None:
+        if event.verdict == PRESSED:
+            return NEEDS_CONTACTS
         for c in range(count):
             for other in range(c):
                 if _share_ball(balls, c, other):
                     return NEEDS_CONTACTS
+    log.counters[ADVANCEMENTS] += event.judged
+    if event.verdict == PRESSED:
+        return count
     for c in range(count):
         a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
         mark(balls, a)

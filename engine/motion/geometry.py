@@ -10,7 +10,6 @@ from engine.core.state import (
     COLUMN,
     GONE,
     NOWHERE,
-    O_LAW,
     ROW,
     SLIDING,
     TAKES_OUT,
@@ -121,7 +120,7 @@ def in_contact(gap: float, rate: float, tolerance: float, pull: float) -> bool:
 def obstacle_in_contact(balls: Balls, i: int, laws: Laws, k: int) -> bool:
     """Whether ball i counts as in contact with an obstacle, at its epoch."""
     ball = balls.state[i]
-    if ball.phase == GONE or laws.obstacles[k, O_LAW] == TAKES_OUT:
+    if ball.phase == GONE or laws.obstacles[k].law == TAKES_OUT:
         return False
     nx, ny, distance = facing(laws, k, ball.x, ball.y)
     gap = distance - ball.radius

@@ -15,7 +15,7 @@ from engine.core.kernel import compiling
 from engine.core.tolerances import position_rounding
 from engine.event_loop.entry import enter
 from engine.running.from_scene import contacts_of, layout_of, log_of
-from engine.running.skips import MATRIX_SKIPS, Skip
+from engine.running.skips import Skip
 from engine.running.variants import Variant, still_scene, variant_of
 from engine.scene import Scene
 from engine.trajectory import ExactTrajectory, Samples
@@ -44,8 +44,7 @@ _MOTION = {
 def warm_up(variant: Variant) -> None:
     """Compile a variant of the kernels, or load it, so that no run's `wall_time` includes that."""
     with compiling(variant.name("shots")):
-        off = MATRIX_SKIPS | {Skip.FAR_CELLS} if variant.looks_again else frozenset()
-        run = Run(still_scene(variant), True, off)
+        run = Run(still_scene(variant), True)
         run.contacts = contacts_of(run.size) if variant.contacts else None
         run.go(1)
         if run.status is Status.INTERRUPTED:
@@ -104,7 +103,6 @@ class Run:
             pairs.least.copy(),
             pairs.next.copy(),
             np.empty_like(pairs.track),
-            pairs.looked_at,
             layout.cells and s.Cells._make(array.copy() for array in layout.cells),
         )
         self.contacts = contacts_of(n) if Skip.CONTACTS in off else None

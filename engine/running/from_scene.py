@@ -39,7 +39,6 @@ from engine.core.state import (
     WX,
     WZ,
     Balls,
-    BoolArray,
     Cells,
     Contacts,
     FloatArray,
@@ -51,7 +50,6 @@ from engine.core.state import (
 )
 from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
 from engine.running.skips import (
-    MATRIX_SKIPS,
     Skip,
     balls_rub,
     is_integrated,
@@ -116,13 +114,12 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
     radii, laws = scene.radii, laws_of(scene, off)
     radii.flags.writeable = False
     many = uses_cells(scene, off)
-    pairs = pairs_of(0 if many else len(scene.balls))
     layout = Layout(
         balls=balls_of(scene),
         laws=np.array(laws[:-2], dtype=np.float64),
         obstacles=laws.obstacles,
         integrated=laws.integrated,
-        pairs=pairs._replace(looked_at=looked_at(off)),
+        pairs=pairs_of(0 if many else len(scene.balls)),
         cells=cells_of(scene) if many else None,
         radii=radii,
         smallest_radius=float(np.min(radii)),
@@ -161,13 +158,6 @@ def balls_of(scene: Scene) -> Balls:
         np.zeros((_most_pairs(n) + 1, 2), dtype=np.int32),
         np.zeros(n, dtype=np.int32),
     )
-
-
-def looked_at(off: frozenset[Skip]) -> BoolArray | None:
-    """Return what `Pairs.looked_at` holds; None where every skip of pairs is in use."""
-    if not off & MATRIX_SKIPS:
-        return None
-    return np.array([Skip.UNDISTURBED in off, Skip.RECEDING in off, Skip.OUT_OF_REACH in off])
 
 
 def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
@@ -228,7 +218,6 @@ def pairs_of(n: int) -> Pairs:
         least=np.full(n, np.inf),
         next=np.full(n, np.inf),
         track=np.zeros(blocks * TRACKS * LANES),
-        looked_at=None,
     )
 
 

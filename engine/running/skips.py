@@ -4,6 +4,10 @@ A skip saves work and changes nothing: with any of them off, a shot comes out th
 but for `ADVANCEMENT`: contact times come from another formula and agree to within rounding, after
 which impacts that graze, or that tie but for it, may go another way.
 `ghostball bench skips` measures and compares each.
+
+Those in `BUILT_IN` are how a scheduler works, so that the engine can't do without them. That they
+miss no contact is shown from outside: `tests/support/oracle.py` predicts every pair anew at every
+event, and the stress suite looks for balls that overlap in what the engine recorded.
 """
 
 from __future__ import annotations
@@ -60,9 +64,8 @@ _LEAVES_OUT = {
     Skip.RECORDS: "the log of events and motions, and what is made of one, such as orientations",
 }
 
-MATRIX_SKIPS = frozenset((Skip.UNDISTURBED, Skip.RECEDING, Skip.OUT_OF_REACH))
-"""Skips that can be switched off only where every pair has a bound: far cells then are looked at,
-too."""
+BUILT_IN = frozenset((Skip.UNDISTURBED, Skip.RECEDING, Skip.OUT_OF_REACH))
+"""Skips that can't be switched off."""
 
 
 @dataclass(frozen=True)
@@ -102,12 +105,13 @@ def explain_skips(
 
 
 def chosen_skips(names: Iterable[str], scene: Scene | None = None) -> frozenset[Skip]:
-    """Return the skips that `names` switch off, and those that must be off with them.
+    """Return the skips that `names` switch off.
 
     Raises
     ------
     GhostballError
-        Where a name is none of a skip; or where the scene has too many balls for what is asked.
+        Where a name is none of a skip, or of one that can't be switched off; or where the scene has
+        too many balls for what is asked.
     """
     if isinstance(names, str) or not isinstance(names, Iterable):
         raise GhostballError(f"`no_skip` must be a collection of names, got {names!r}. {_known()}")
@@ -117,8 +121,11 @@ def chosen_skips(names: Iterable[str], scene: Scene | None = None) -> frozenset[
             chosen.add(Skip(name))
         except ValueError:
             raise GhostballError(f"`no_skip` must name skips, got {name!r}. {_known()}") from None
-    if chosen & MATRIX_SKIPS:
-        chosen.add(Skip.FAR_CELLS)
+    if chosen & BUILT_IN:
+        raise GhostballError(
+            f"`no_skip` can't switch off {', '.join(sorted(chosen & BUILT_IN))}: without it the "
+            f"engine finds no contact. It can: {', '.join(s for s in Skip if s not in BUILT_IN)}"
+        )
     if scene is not None and Skip.FAR_CELLS in chosen and len(scene.balls) > MOST_IN_MATRIX:
         raise GhostballError(
             f"`no_skip` must leave {Skip.FAR_CELLS} alone with more than {MOST_IN_MATRIX} balls, "
@@ -162,7 +169,7 @@ def uses_cells(scene: Scene, off: Collection[Skip] = ()) -> bool:
 def _use_of(skip: Skip, scene: Scene, record: str, off: Collection[Skip]) -> tuple[bool, str]:
     """Return whether a skip that isn't switched off is used, and why."""
     n = len(scene.balls)
-    if skip in MATRIX_SKIPS:
+    if skip in BUILT_IN:
         return n > 1, f"{n} balls" if n > 1 else "there is one ball"
     if skip is Skip.FAR_CELLS:
         if uses_cells(scene, off):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from engine.running import skips
-from engine.running.skips import MATRIX_SKIPS, Skip, is_integrated, uses_cells
+from engine.running.skips import Skip, is_integrated, uses_cells
 from engine.scene import Ball, Physics, Scene
 
 
@@ -15,13 +15,11 @@ class Variant(NamedTuple):
     cells: bool  # the scheduler for many balls, else the one for few
     integrated: bool  # the laws that integrate over the impact
     contacts: bool  # joint impacts and sustained contact
-    looks_again: bool = False  # pairs that would be passed over, too: see `skips`
 
     def name(self, what: str) -> str:
         """Return how a message calls the kernels of `what`."""
         extras = ["contacts"] * self.contacts + ["cells"] * self.cells
         extras += ["integrated laws"] * self.integrated
-        extras += ["skips off"] * self.looks_again
         return what + " with " * bool(extras) + ", ".join(extras)
 
 
@@ -31,7 +29,6 @@ def variant_of(scene: Scene, contacts: bool, off: frozenset[Skip] = frozenset())
         uses_cells(scene, off),
         is_integrated(scene) or Skip.INTEGRATED_LAWS in off,
         contacts or Skip.CONTACTS in off,
-        bool(off & MATRIX_SKIPS),
     )
 
 

@@ -17,15 +17,12 @@ import math
 
 from engine.core.kernel import kernel
 from engine.core.state import (
-    ADVANCEMENTS,
     BOUNDS,
     FREE,
     LANES,
     NEXT,
     NOWHERE,
     PARTNER,
-    PENDING,
-    PENDING_VERDICT,
     TRACK_AX,
     TRACK_AY,
     TRACK_EPOCH,
@@ -44,22 +41,12 @@ from engine.core.state import (
     Pairs,
 )
 from engine.motion.crossings import first_crossing, first_meeting
-from engine.motion.geometry import tie_rounding
 from engine.motion.pieces import meets_until, place, speed, velocity, way
-from engine.scheduling.contact_time import IMPACT, NOT_YET, PRESSED, touch
-from engine.scheduling.ties import (
-    comes_before,
-    hand_over,
-    has_room,
-    is_listed,
-    list_hit,
-    takes_precedence,
-    when_tied,
-)
+from engine.scheduling.ties import takes_precedence
 
 
 @kernel(inline=True)
-def update_pairs(
+def update(
     balls: Balls,
     laws: Laws,
     pairs: Pairs,
@@ -218,8 +205,8 @@ def _least(values: FloatArray) -> float:
 
 
 @kernel(inline=True)
-def earliest_of_pairs(balls: Balls, pairs: Pairs) -> tuple[float, int, int]:
-    """Return the next instant and whose it is, as `scheduling.scheduler.earliest`.
+def earliest(balls: Balls, pairs: Pairs) -> tuple[float, int, int]:
+    """As `scheduling.scheduler.earliest`.
 
     Of several own events at one instant, one coming to rest: so a ball that has all but stopped is
     at rest before its neighbours are looked at again. Of two that touch each other and meet a
@@ -251,53 +238,54 @@ def _places(values: FloatArray, value: float) -> tuple[int, int]:
 
 
 @kernel(inline=True)
-def touching_pairs(
-    balls: Balls, laws: Laws, pairs: Pairs, t: float, row: int, counters: IntArray
-) -> float:
-    """Judge every pair whose bound is the instant t [s], as `scheduling.scheduler.touching`."""
-    n = len(balls.own_kind)
-    if row >= 0:
-        other, ties = _places(pairs.bound[row * n : row * n + n], t)
-        if ties == 1:
-            return _follow(balls, laws, pairs, row, other, t, counters)
-    return t if _touching_several(balls, laws, pairs, t, counters) else math.inf
+def set_aside(balls: Balls, pairs: Pairs, i: int, j: int) -> float:
+    """As `scheduling.scheduler.set_aside`: row i is as if it hadn't the pair."""
+    pairs.bound[i * len(pairs.least) + j] = math.inf
+    rescan(balls, pairs, i)
+    return _least(pairs.next)
 
 
 @kernel(inline=True)
-def _follow(
-    balls: Balls, laws: Laws, pairs: Pairs, i: int, j: int, t: float, counters: IntArray
-) -> float:
-    """Advance one pair from its bound t [s] until it touches, or something else comes first."""
-    n = len(balls.own_kind)
-    own_time = balls.state[i].own_time
-    pairs.bound[i * n + j] = math.inf
-    others = _least(pairs.bound[i * n : i * n + n])
-    pairs.next[i] = min(others, own_time)
-    until = min(_least(pairs.next), laws.t_max)
-    end = min(own_time, balls.state[j].own_time)
-    verdict, bound, speed = NOT_YET, t, 0.0
-    while True:
-        counters[ADVANCEMENTS] += 1
-        verdict, bound, speed = touch(balls, i, j, t, 0.0)
-        if verdict != NOT_YET:
-            break
-        bound = bound if bound <= end else math.inf
-        if not bound < until:
-            break
-        t = bound
-    pairs.bound[i * n + j] = bound
-    pairs.least[i] = min(others, bound)
-    pairs.next[i] = min(others, bound, own_time)
-    if verdict == NOT_YET:
-        return math.inf
-    list_hit(balls, 0, i, j)
-    counters[PENDING] = 1
-    counters[PENDING_VERDICT] = verdict
-    if verdict == IMPACT and laws.simultaneous:
-        after = t + tie_rounding(balls, i, j, t) / speed
-        if others <= after or _until(pairs.least, after) > 1:
-            hand_over(balls, _join_ties(balls, pairs, t, speed, 1, counters), 0, counters)
-    return t
+def put_bound(pairs: Pairs, i: int, j: int, bound: float) -> None:
+    """As `scheduling.scheduler.put_bound`."""
+    pairs.bound[i * len(pairs.least) + j] = bound
+    pairs.least[i] = min(pairs.least[i], bound)
+    pairs.next[i] = min(pairs.next[i], bound)
+
+
+@kernel(inline=True)
+def next_due(pairs: Pairs, t: float, start: int) -> int:
+    """As `scheduling.scheduler.next_due`."""
+    for i in range(start, len(pairs.least)):
+        if pairs.least[i] <= t:
+            return i
+    return NOWHERE
+
+
+@kernel(inline=True)
+def list_due(balls: Balls, pairs: Pairs, i: int, t: float) -> int:
+    """As `scheduling.scheduler.list_due`; a pair is listed once."""
+    n = len(pairs.least)
+    other, ties = _places(pairs.bound[i * n : i * n + n], t)
+    balls.near[0] = other
+    return 1 if ties == 1 else _list_several(balls, pairs, i, t)
+
+
+@kernel
+def _list_several(balls: Balls, pairs: Pairs, i: int, t: float) -> int:
+    """`list_due`, where there is another than one."""
+    count, n = 0, len(pairs.least)
+    for j in range(n):
+        if pairs.bound[i * n + j] <= t:
+            balls.near[count] = j
+            count += 1
+    return count
+
+
+@kernel(inline=True)
+def more_due(pairs: Pairs, until: float) -> bool:
+    """As `scheduling.scheduler.more_due`; true where a listed pair isn't set aside."""
+    return _until(pairs.least, until) > 0
 
 
 @kernel
@@ -309,69 +297,9 @@ def _until(values: FloatArray, last: float) -> int:
     return count
 
 
-@kernel
-def _touching_several(balls: Balls, laws: Laws, pairs: Pairs, t: float, counters: IntArray) -> bool:
-    """Judge all pairs whose bound is the instant t [s], as `touching_pairs`; whether one touches.
-
-    Notes
-    -----
-    Of sequential impacts the fastest first, then by place. For impacts at one instant that feed
-    each other (a plastic hit on a frozen line) then die out like a relaxation of the whole line,
-    not of its end over and over.
-    """
-    count, pressed, fastest = 0, 0, 0.0
-    n = len(balls.own_kind)
-    for i in range(n):
-        if pairs.least[i] > t:
-            continue
-        for j in range(n):
-            if pairs.bound[i * n + j] > t:
-                continue
-            counters[ADVANCEMENTS] += 1
-            verdict, bound, speed = touch(balls, i, j, t, 0.0)
-            if verdict == NOT_YET:
-                own = min(balls.state[i].own_time, balls.state[j].own_time)
-                pairs.bound[i * n + j] = bound if bound <= own else math.inf
-            elif not has_room(balls, count, pressed, counters):
-                return True
-            elif verdict == PRESSED:
-                # From the other end, out of the way of impacts.
-                pressed += 1
-                list_hit(balls, balls.hits.shape[0] - pressed, i, j)
-            elif laws.simultaneous or comes_before(balls, count, speed, fastest, i, j, t):
-                count = count + 1 if laws.simultaneous else 1
-                fastest = max(speed, fastest)
-                list_hit(balls, count - 1, i, j)
-        rescan(balls, pairs, i)
-    if count > 0 and laws.simultaneous:
-        count = _join_ties(balls, pairs, t, fastest, count, counters)
-    return hand_over(balls, count, pressed, counters)
-
-
-@kernel
-def _join_ties(
-    balls: Balls, pairs: Pairs, t: float, speed: float, listed: int, counters: IntArray
-) -> int:
-    """List also the pairs that share a ball with a listed one, and touch too but for rounding.
-
-    Which of the gaps closes first is then noise: a symmetric hit on two touching balls would be
-    resolved one after the other where coordinates are rounded. Return how many are listed now.
-    """
-    until = when_tied(balls, listed, t, speed)
-    count = listed
-    n = len(balls.own_kind)
-    for i in range(n):
-        if pairs.least[i] > until:
-            continue
-        for j in range(n):
-            if not t < pairs.bound[i * n + j] <= until:
-                continue
-            if not (is_listed(balls, listed, i) or is_listed(balls, listed, j)):
-                continue
-            verdict, _, _ = touch(balls, i, j, t, tie_rounding(balls, i, j, t))
-            if verdict == IMPACT:
-                if not has_room(balls, count, 0, counters):
-                    return count
-                list_hit(balls, count, i, j)
-                count += 1
-    return count
+@kernel(inline=True)
+def bound_of(pairs: Pairs, i: int, j: int) -> float:
+    """As `scheduling.scheduler.bound_of`: the pair is in one of two rows."""
+    n = len(pairs.least)
+    bound: float = min(pairs.bound[i * n + j], pairs.bound[j * n + i])
+    return bound

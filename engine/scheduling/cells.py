@@ -23,6 +23,7 @@ from engine.core.state import (
     BOUNDS,
     CELL_MOVES,
     COLUMN,
+    FIRST,
     LEAST,
     LEAVES,
     MATE,
@@ -30,6 +31,7 @@ from engine.core.state import (
     NOWHERE,
     OTHERS,
     ROW,
+    SECOND,
     STAMP,
     WAY,
     Balls,
@@ -38,20 +40,19 @@ from engine.core.state import (
     IntArray,
     Laws,
 )
+from engine.motion.geometry import list_near
 from engine.motion.pieces import meets_until, relative_motion
 from engine.scheduling.contact_time import NOT_YET, first_bound, holds, time_to_bound, touch
 from engine.scheduling.grid import cell_number, settle, step_on, time_in_cell
-from engine.scheduling.priority_queue import enter_instant, first_due
-from engine.scheduling.ties import (
-    takes_precedence,
-)
+from engine.scheduling.priority_queue import enter_instant, first_due, least_of_others
+from engine.scheduling.ties import is_listed, takes_precedence
 
 _CLEARLY = 2.0**-30
 """What a bound must be later by, relative to the distance, to be seen without computing it."""
 
 
 @kernel(inline=True)
-def update_in_cells(
+def update(
     balls: Balls,
     laws: Laws,
     cells: Cells,
@@ -73,8 +74,18 @@ def update_in_cells(
 
 
 @kernel(inline=True)
-def next_bound(balls: Balls, laws: Laws, i: int, j: int, t: float, counters: IntArray) -> float:
-    """Return a bound, past the instant t [s], of when i and j touch; or t if they do then."""
+def bound_of(
+    balls: Balls,
+    laws: Laws,
+    contacts: Contacts | None,
+    i: int,
+    j: int,
+    t: float,
+    counters: IntArray,
+) -> float:
+    """As `scheduling.scheduler.bound_of`, found anew: t if they touch then, or a later one."""
+    if contacts is not None and holds(contacts, i, j):
+        return math.inf
     counters[BOUNDS] += 1
     end = min(meets_until(balls, i), meets_until(balls, j))
     bound = first_bound(balls, laws, i, j)
@@ -214,18 +225,17 @@ def enter_next(balls: Balls, cells: Cells, i: int) -> None:
 
 
 @kernel(inline=True)
-def earliest_in_cells(
+def earliest(
     balls: Balls,
     laws: Laws,
     cells: Cells,
     contacts: Contacts | None,
     counters: IntArray,
 ) -> tuple[float, int, int]:
-    """Return the next instant and whose it is, as `scheduling.scheduler.earliest`.
+    """As `scheduling.scheduler.earliest`.
 
     What concerns no ball's motion is done on the way: balls move to other cells, and slots that a
-    mate left are filled anew. Of several own events at one instant, as
-    `scheduling.all_pairs.earliest`.
+    mate left are filled anew.
     """
     while True:
         t = cells.tree[1]
@@ -279,3 +289,120 @@ def _move_on(
         cell = cell_number(cells, x, y)
         _meet_cell(balls, laws, cells, contacts, i, cell, t, False, counters)
     enter_next(balls, cells, i)
+
+
+@kernel(inline=True)
+def set_aside(balls: Balls, cells: Cells, i: int) -> float:
+    """As `scheduling.scheduler.set_aside`; nothing is moved."""
+    others = min(cells.slot[i, OTHERS], cells.slot[i, LEAVES], balls.state[i].own_time)
+    until: float = min(others, least_of_others(cells.tree, i))
+    return until
+
+
+@kernel(inline=True)
+def put_bound(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells,
+    contacts: Contacts | None,
+    i: int,
+    j: int,
+    bound: float,
+    t: float,
+    counters: IntArray,
+) -> None:
+    """As `scheduling.scheduler.put_bound`: in the slots of both, where they have it."""
+    if _is_moved_on(cells, i, j, bound, t):
+        _advance_slot(balls, laws, cells, contacts, i, bound, t, counters)
+    if _is_moved_on(cells, j, i, bound, t):
+        _advance_slot(balls, laws, cells, contacts, j, bound, t, counters)
+
+
+@kernel(inline=True)
+def _is_moved_on(cells: Cells, i: int, j: int, bound: float, t: float) -> bool:
+    """Whether ball i's slot has a bound with ball j that is due at t, and another than `bound`."""
+    least = cells.slot[i, LEAST]
+    return bool(least <= t and least < bound and cells.link[i, MATE] == j)
+
+
+@kernel
+def _advance_slot(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells,
+    contacts: Contacts | None,
+    i: int,
+    bound: float,
+    t: float,
+    counters: IntArray,
+) -> None:
+    """Move on ball i's slot to its next bound with its mate, if that is still its earliest."""
+    if bound < math.inf and bound <= cells.slot[i, OTHERS]:
+        cells.slot[i, LEAST] = bound
+        enter_next(balls, cells, i)
+    else:
+        refill_slot(balls, laws, cells, contacts, i, t, counters)
+
+
+@kernel(inline=True)
+def next_due(cells: Cells, t: float, start: int) -> int:
+    """As `scheduling.scheduler.next_due`."""
+    return first_due(cells.tree, t, start)
+
+
+@kernel(inline=True)
+def list_due(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells,
+    contacts: Contacts | None,
+    i: int,
+    t: float,
+    counters: IntArray,
+) -> int:
+    """As `scheduling.scheduler.list_due`."""
+    if cells.slot[i, OTHERS] > t:
+        balls.near[0] = cells.link[i, MATE]
+        return 1
+    return _list_several(balls, laws, cells, contacts, i, t, counters)
+
+
+@kernel
+def _list_several(
+    balls: Balls,
+    laws: Laws,
+    cells: Cells,
+    contacts: Contacts | None,
+    i: int,
+    t: float,
+    counters: IntArray,
+) -> int:
+    """`list_due`, where another pair is as early; or the same, met again in another cell."""
+    refill_slot(balls, laws, cells, contacts, i, t, counters)
+    if cells.slot[i, LEAST] > t:
+        return 0
+    if cells.slot[i, OTHERS] > t:
+        balls.near[0] = cells.link[i, MATE]
+        return 1
+    count = 0
+    for c in range(list_near(balls, cells, i)):
+        j = int(balls.near[c])
+        if bound_of(balls, laws, contacts, i, j, t, counters) <= t:
+            balls.near[count] = j
+            count += 1
+    return count
+
+
+@kernel(inline=True)
+def more_due(balls: Balls, cells: Cells, listed: int, t: float, until: float) -> bool:
+    """As `scheduling.scheduler.more_due`."""
+    for c in range(listed):
+        for i in (balls.hits[c, FIRST], balls.hits[c, SECOND]):
+            if t < cells.slot[i, LEAST] <= until or cells.slot[i, OTHERS] <= until:
+                return True
+    i = first_due(cells.tree, until, 0)
+    while i != NOWHERE:
+        if not is_listed(balls, listed, i):
+            return True
+        i = first_due(cells.tree, until, i + 1)
+    return False

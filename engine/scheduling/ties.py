@@ -9,15 +9,12 @@ from engine.core.state import (
     FIRST,
     NO_ROOM,
     OWN_CUSHION,
-    PENDING,
-    PENDING_VERDICT,
     SECOND,
     Balls,
     IntArray,
 )
 from engine.motion.geometry import capture_height, tie_rounding
 from engine.motion.pieces import place, relative_motion
-from engine.scheduling.contact_time import IMPACT, PRESSED
 
 
 @kernel
@@ -110,26 +107,14 @@ def when_tied(balls: Balls, listed: int, t: float, speed: float) -> float:
 
 
 @kernel
-def hand_over(balls: Balls, count: int, pressed: int, counters: IntArray) -> bool:
-    """Note what the loop is to resolve now: impacts, or else pressed pairs, by their indices.
-
-    The former are the first `count` rows of `balls.hits`, the latter the last `pressed`. Return
-    whether there are any.
-    """
-    counters[PENDING_VERDICT] = IMPACT if count > 0 else PRESSED
-    if count == 0:
-        for c in range(pressed):
-            last = balls.hits.shape[0] - 1 - c
-            list_hit(balls, c, balls.hits[last, FIRST], balls.hits[last, SECOND])
-        count = pressed
-    counters[PENDING] = count
+def sort_hits(balls: Balls, count: int) -> None:
+    """Put the first `count` pairs of `balls.hits` in the order of their indices."""
     for c in range(1, count):
         a, b, place = balls.hits[c, FIRST], balls.hits[c, SECOND], c
         while place > 0 and _is_after(balls, place - 1, a, b):
             list_hit(balls, place, balls.hits[place - 1, FIRST], balls.hits[place - 1, SECOND])
             place -= 1
         list_hit(balls, place, a, b)
-    return count > 0
 
 
 @kernel

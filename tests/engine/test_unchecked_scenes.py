@@ -49,7 +49,7 @@ def paths(scene):
     recorded = simulate(SHOT, record="trajectory")
     change = np.ones((1, len(scene.balls), 7))
     yield lambda: simulate(scene)
-    yield lambda: simulate(scene, no_skip=["receding"])
+    yield lambda: simulate(scene, no_skip=["contacts"])
     yield lambda: simulate_many([SHOT, scene])
     yield lambda: simulate_sweep(scene, 1.0, [0.0, 0.1])
     yield lambda: tangent_of(scene, recorded.trajectory, recorded.events, change)
@@ -122,7 +122,7 @@ def test_what_an_engine_lacks_is_said_on_every_path_whatever_was_asked_before():
         for path in (
             lambda: tangent_of(DRAG, recorded.trajectory, recorded.events, change),
             lambda: simulate(DRAG),
-            lambda: simulate(DRAG, no_skip=["receding"]),
+            lambda: simulate(DRAG, no_skip=["contacts"]),
             lambda: simulate_many([DRAG]),
             lambda: simulate_sweep(DRAG, 1.0, 0.0),
         ):

@@ -16,17 +16,15 @@ from engine.running import driver, sweep_driver
 from engine.running.driver import Variant
 from engine.sensitivity import tangent_map
 
-CELLS, INTEGRATED, CONTACTS, LOOKS_AGAIN = range(4)
+CELLS, INTEGRATED, CONTACTS = range(3)
 
 # What tests run; what takes longest comes first.
 SHOTS = [
     {CONTACTS},
     {INTEGRATED, CONTACTS},
     {CELLS, CONTACTS},
-    {CONTACTS, LOOKS_AGAIN},
     {CELLS},
     {INTEGRATED},
-    {LOOKS_AGAIN},
     set(),
 ]
 SWEEPS = [{CONTACTS}, {CELLS}, set()]
@@ -34,13 +32,13 @@ SWEEPS = [{CONTACTS}, {CELLS}, set()]
 # What they run where bounds are checked; the scheduler of sweeps in cells is that of shots.
 if checks_bounds():
     use_whole_kernels()
-    SHOTS = [{INTEGRATED, CONTACTS, *one} for one in (set(), {CELLS}, {LOOKS_AGAIN})]
+    SHOTS = [{INTEGRATED, CONTACTS, *one} for one in (set(), {CELLS})]
     SHOTS.append({INTEGRATED})  # of a test of runs that begin without contacts
     SWEEPS = [{CONTACTS}, set()]
 
 
 def variant_with(parts: set[int]) -> Variant:
-    return Variant(*(part in parts for part in range(4)))
+    return Variant(*(part in parts for part in range(3)))
 
 
 def missing() -> list[tuple[str, set[int]]]:

@@ -1,4 +1,7 @@
-"""Every skip of our engine, off and on: what it saves, and that it changes no bit of the answer."""
+"""The skips of our engine, off and on: what each saves, and that it changes no bit of the answer.
+
+Those that can't be switched off (`engine.running.skips.BUILT_IN`) aren't measured, and it says so.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from engine import Result, Scene
-from engine.running.skips import Skip, explain_skips
+from engine.running.skips import BUILT_IN, Skip, SkipUse, explain_skips
 from validation.bench.measurements import Measurement, measured_where
 from validation.bench.running import run
 from validation.bench.scenes import FRICTIONLESS, FULL_CLOTH, packed_gas
@@ -24,6 +27,8 @@ what the scene makes of that."""
 
 COUNTERS = ("bounds", "advancement_steps", "cell_moves")
 """Work that skips save."""
+
+NOT_MEASURED = "it can't be switched off, so that what it saves isn't measured"
 
 Equality = Literal["same bits", "rounding", "differs"]
 
@@ -48,7 +53,7 @@ class SkipRow(BaseModel):
 
 
 class SkipsMeasurement(Measurement):
-    """What `ghostball bench skips` measured; `unused` has why a skip was never used, by scene."""
+    """What `ghostball bench skips` measured; `unused` has why a skip has no row, by scene."""
 
     kind: Literal["skips"] = "skips"
     rows: tuple[SkipRow, ...]
@@ -78,7 +83,9 @@ def many_balls() -> tuple[Scene, ...]:
 def measure_skips(
     scenes: Sequence[Scene], *, rounds: int, progress: Progress | None = None
 ) -> SkipsMeasurement:
-    """Run every scene with each skip that it uses off and on, in turns, and compare the answers.
+    """Run every scene with each skip off and on that it uses and that can be off, in turns.
+
+    And compare the answers.
 
     Ctrl-C ends it early and keeps the scenes that are done.
 
@@ -101,8 +108,12 @@ def measure_skips(
     try:
         for done, scene in enumerate(scenes, 1):
             uses = explain_skips(scene)
-            rows += _rows(scene, [use.skip for use in uses if use.used], rounds)
-            unused[scene.name] = {use.skip: use.why for use in uses if not use.used}
+            rows += _rows(scene, [use.skip for use in uses if _is_measured(use)], rounds)
+            unused[scene.name] = {
+                use.skip: NOT_MEASURED if use.used else use.why
+                for use in uses
+                if not _is_measured(use)
+            }
             if progress is not None:
                 progress(done, len(scenes), scene.name)
     except KeyboardInterrupt:
@@ -114,6 +125,10 @@ def measure_skips(
         rows=tuple(rows),
         unused=unused,
     )
+
+
+def _is_measured(use: SkipUse) -> bool:
+    return use.used and use.skip not in BUILT_IN
 
 
 def _rows(scene: Scene, skips: Sequence[Skip], rounds: int) -> list[SkipRow]:

@@ -1,0 +1,221 @@
+"""What becomes of bounds that are due: which pairs touch, which hit first, and which together.
+
+One judgement for both schedulers, so that few balls and many come to the same bits. A bound is no
+contact yet: a pair is judged where its balls are at that instant, and where it doesn't touch, it
+has a later bound (conservative advancement).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from engine.core.kernel import kernel
+from engine.core.state import (
+    ADVANCEMENTS,
+    FIRST,
+    NOWHERE,
+    SECOND,
+    Balls,
+    Cells,
+    Contacts,
+    IntArray,
+    Laws,
+    Pairs,
+)
+from engine.motion.geometry import list_near, tie_rounding
+from engine.motion.pieces import meets_until
+from engine.scheduling.contact_time import IMPACT, NOT_YET, PRESSED, touch
+from engine.scheduling.scheduler import (
+    bound_of,
+    list_due,
+    more_due,
+    next_due,
+    put_bound,
+    set_aside,
+)
+from engine.scheduling.ties import (
+    comes_before,
+    has_room,
+    is_pair_listed,
+    list_hit,
+    sort_hits,
+    when_tied,
+)
+
+
+class Event(NamedTuple):
+    """What happens next: one ball's own event, or pairs that touch.
+
+    `judged` isn't counted yet: a run that needs `Contacts` first finds the same event again.
+    """
+
+    t: float  # [s]; inf: nothing does
+    ball: int  # whose own event it is, or -1
+    pairs: int  # how many pairs touch: the first rows of `balls.hits`, by their indices
+    verdict: int  # of these pairs, IMPACT or PRESSED
+    judged: int  # pairs that were found to touch, also those that wait for the fastest
+
+
+@kernel(inline=True)
+def own_event(t: float, ball: int) -> Event:
+    """Return the event that a ball has of its own at the instant t [s]; or none, where it is -1."""
+    return Event(t, ball, 0, NOT_YET, 0)
+
+
+@kernel(inline=True)
+def touching(
+    balls: Balls,
+    laws: Laws,
+    pairs: Pairs | None,
+    cells: Cells | None,
+    contacts: Contacts | None,
+    t: float,
+    row: int,
+    counters: IntArray,
+) -> Event:
+    """Judge every pair whose bound is the instant t [s]; `earliest` returned t and `row`.
+
+    Return the first that touch, if nothing else comes before: all that approach, or the fastest of
+    them where impacts are sequential; or else all that are pressed. Return an event at inf where
+    those bounds have moved on. More than there is room for leave NO_ROOM.
+    """
+    if row >= 0 and list_due(balls, laws, pairs, cells, contacts, row, t, counters) == 1:
+        mate = int(balls.near[0])
+        return _follow(balls, laws, pairs, cells, contacts, row, mate, t, counters)
+    return _judge_several(balls, laws, pairs, cells, contacts, t, counters)
+
+
+@kernel(inline=True)
+def _follow(
+    balls: Balls,
+    laws: Laws,
+    pairs: Pairs | None,
+    cells: Cells | None,
+    contacts: Contacts | None,
+    i: int,
+    j: int,
+    t: float,
+    counters: IntArray,
+) -> Event:
+    """Advance one pair from its bound t [s] until it touches, or something else comes first."""
+    until = min(set_aside(balls, pairs, cells, i, j), laws.t_max)
+    end = min(meets_until(balls, i), meets_until(balls, j))
+    verdict, bound, speed = NOT_YET, t, 0.0
+    while True:
+        verdict, bound, speed = touch(balls, i, j, t, 0.0)
+        if verdict != NOT_YET:
+            break
+        counters[ADVANCEMENTS] += 1
+        bound = bound if bound <= end else math.inf
+        if not bound < until:
+            break
+        t = bound
+    count = 1
+    if verdict != NOT_YET:
+        list_hit(balls, 0, i, j)
+        if verdict == IMPACT and laws.simultaneous:
+            tied = t + tie_rounding(balls, i, j, t) / speed
+            if more_due(balls, pairs, cells, 1, t, tied):
+                count = _join_ties(balls, laws, pairs, cells, contacts, t, tied, 1, counters)
+    put_bound(balls, laws, pairs, cells, contacts, i, j, bound, t, counters)
+    return Event(t if verdict != NOT_YET else math.inf, -1, count, verdict, 1)
+
+
+@kernel
+def _judge_several(
+    balls: Balls,
+    laws: Laws,
+    pairs: Pairs | None,
+    cells: Cells | None,
+    contacts: Contacts | None,
+    t: float,
+    counters: IntArray,
+) -> Event:
+    """Judge all pairs whose bound is the instant t [s], as `touching`.
+
+    Notes
+    -----
+    Of sequential impacts the fastest first, then by place. For impacts at one instant that feed
+    each other (a plastic hit on a frozen line) then die out like a relaxation of the whole line,
+    not of its end over and over.
+    """
+    count, pressed, judged, fastest = 0, 0, 0, 0.0
+    last = balls.hits.shape[0]
+    i = next_due(pairs, cells, t, 0)
+    while i != NOWHERE:
+        for c in range(list_due(balls, laws, pairs, cells, contacts, i, t, counters)):
+            j = int(balls.near[c])
+            if is_pair_listed(balls, 0, count, i, j):
+                continue
+            if is_pair_listed(balls, last - pressed, last, i, j):
+                continue
+            verdict, bound, speed = touch(balls, i, j, t, 0.0)
+            if verdict == NOT_YET:
+                counters[ADVANCEMENTS] += 1
+                end = min(meets_until(balls, i), meets_until(balls, j))
+                bound = bound if bound <= end else math.inf
+                set_aside(balls, pairs, cells, i, j)
+                put_bound(balls, laws, pairs, cells, contacts, i, j, bound, t, counters)
+                continue
+            judged += 1
+            if not has_room(balls, count, pressed, counters):
+                return Event(t, -1, count, IMPACT, judged)
+            if verdict == PRESSED:
+                # From the other end, out of the way of impacts.
+                pressed += 1
+                list_hit(balls, last - pressed, i, j)
+            elif laws.simultaneous or comes_before(balls, count, speed, fastest, i, j, t):
+                count = count + 1 if laws.simultaneous else 1
+                fastest = max(speed, fastest)
+                list_hit(balls, count - 1, i, j)
+        i = next_due(pairs, cells, t, i + 1)
+    if count == 0:
+        for c in range(pressed):
+            list_hit(balls, c, balls.hits[last - 1 - c, FIRST], balls.hits[last - 1 - c, SECOND])
+        sort_hits(balls, pressed)
+        return Event(t if pressed > 0 else math.inf, -1, pressed, PRESSED, judged)
+    sort_hits(balls, count)
+    if laws.simultaneous:
+        tied = when_tied(balls, count, t, fastest)
+        if more_due(balls, pairs, cells, count, t, tied):
+            count = _join_ties(balls, laws, pairs, cells, contacts, t, tied, count, counters)
+    return Event(t, -1, count, IMPACT, judged)
+
+
+@kernel
+def _join_ties(
+    balls: Balls,
+    laws: Laws,
+    pairs: Pairs | None,
+    cells: Cells | None,
+    contacts: Contacts | None,
+    t: float,
+    until: float,
+    listed: int,
+    counters: IntArray,
+) -> int:
+    """List also the pairs that share a ball with a listed one, and touch too but for rounding.
+
+    Their bounds are past the instant t, and no later than `until` [s]. Which of the gaps closes
+    first is then noise: a symmetric hit on two touching balls would be resolved one after the other
+    where coordinates are rounded. Return how many are listed now.
+    """
+    count = listed
+    for c in range(listed):
+        for i in (balls.hits[c, FIRST], balls.hits[c, SECOND]):
+            for k in range(list_near(balls, cells, i)):
+                j = int(balls.near[k])
+                if is_pair_listed(balls, 0, count, i, j):
+                    continue
+                bound = bound_of(balls, laws, pairs, cells, contacts, i, j, t, counters)
+                if not t < bound <= until:
+                    continue
+                verdict, _, _ = touch(balls, i, j, t, tie_rounding(balls, i, j, t))
+                if verdict == IMPACT:
+                    if not has_room(balls, count, 0, counters):
+                        return count
+                    list_hit(balls, count, i, j)
+                    count += 1
+    sort_hits(balls, count)
+    return count
