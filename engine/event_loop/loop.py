@@ -46,18 +46,21 @@ def run(
     ball's motion isn't.
     """
     log.counters[UNSOUND] = FREE
-    t, held = log.clock[NOW], 0
+    begun = False
     while True:
-        predict(balls, laws, cells, contacts, held, t, log.counters)
-        status = record(balls, contacts, t, log)
+        held = 0
+        if begun:
+            status, event = find(balls, laws, pairs, cells, contacts, log, limit)
+            if status != RUN_GOES_ON:
+                return status
+            advance_to(balls, contacts, event)
+            held = resolve(balls, laws, cells, contacts, event, log)
+            if held == NEEDS_CONTACTS:
+                return RUN_CONTACTS
+            log.clock[NOW] = event.t
+        # The first turn is this alone: every ball that is marked begins to move.
+        predict(balls, laws, cells, contacts, held, log.clock[NOW], log.counters)
+        status = record(balls, contacts, log.clock[NOW], log)
         if status != RUN_GOES_ON:
             return status
-        status, event = find(balls, laws, pairs, cells, contacts, log, limit)
-        if status != RUN_GOES_ON:
-            return status
-        advance_to(balls, contacts, event)
-        held = resolve(balls, laws, cells, contacts, event, log)
-        if held == NEEDS_CONTACTS:
-            return RUN_CONTACTS
-        t = event.t
-        log.clock[NOW] = t
+        begun = True
