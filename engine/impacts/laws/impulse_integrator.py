@@ -31,8 +31,8 @@ STILL = 4e-9
 """A slip below this is held, by friction in proportion to it: so a contact sticks, yields and slips
 without anybody having to decide it. A held contact creeps by less than this."""
 
-_STEP_ERROR = 1e-9  # of a short slip in one step, as estimated
-_LONG = 16.0  # by what part of itself a long one may err more
+_STEP_ERROR = 1e-9  # of the slips in one step, as estimated, where one of them is short
+_LONG = 16.0  # how much more per length of the shorter: neither is then near its end
 _ROUNDING = 2.0**-44  # of all speeds together: added to both
 _TURNED = 1e-8  # compression ends below this; the work then errs by the square of it
 _RETURNED = 1e-9  # of the work to be returned, that needn't be
@@ -176,12 +176,9 @@ def _step(change: Slips, h: float, held: Held, model: Model) -> tuple[Slips, flo
     end = plus(at, 1.0, error)
     slips = plus(model.start, 1.0, end)
     contact, cloth = length(slips.across, slips.along), length(slips.n, slips.t)
-    size = max(
-        length(error.across, error.along) / (1.0 + _LONG * contact),
-        length(error.n, error.t) / (1.0 + _LONG * cloth),
-        abs(error.work) / (1.0 + _LONG * (contact + cloth)),
-    )
-    return end, size
+    size = max(length(error.across, error.along), length(error.n, error.t))
+    size = size / (1.0 + _LONG * min(contact, cloth))
+    return end, max(size, abs(error.work) / (1.0 + _LONG * (contact + cloth)))
 
 
 @kernel
