@@ -16,7 +16,7 @@ class Quantity(NamedTuple):
 QUANTITIES: Mapping[str, Quantity] = {
     "kernel": Quantity("s", "the simulation alone"),
     "kernel_mean": Quantity("s", "the same, mean over the scenes"),
-    "kernel_p99": Quantity("s", "the same, which 99 % of the scenes don't exceed"),
+    "kernel_p99": Quantity("s", "the same, 99 % of the scenes take no longer"),
     "kernel_slowest": Quantity("s", "the same of the slowest scene"),
     "call": Quantity("s", "the whole call of simulate()"),
     "call_extra": Quantity("s", "the whole call, over that"),

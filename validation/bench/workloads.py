@@ -202,12 +202,12 @@ def _prepare_racks(size: Size) -> Sampler:
         }
         every = [shot for turn in shots for shot in turn]
         free = [shot for shot in every if shot[0]["contact_steps"] == 0]
+        held = [shot for shot in every if shot[0]["contact_steps"] > 0]
+        for name, some in (("free_call_extra", free), ("contact_call_extra", held)):
+            if some:
+                measured[name] = median(extra for _, _, extra in some)
         if free:
-            measured["free_call_extra"] = median(extra for _, _, extra in free)
             measured["free_per_event"] = median(wall / work["events"] for work, wall, _ in free)
-        if len(free) < len(every):
-            held = (extra for work, _, extra in every if work["contact_steps"] > 0)
-            measured["contact_call_extra"] = median(held)
         return measured
 
     return sample
