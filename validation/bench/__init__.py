@@ -21,9 +21,10 @@ from validation.bench.precision import (
 from validation.bench.racks import RACKS, RacksMeasurement, measure_racks
 from validation.bench.running import BenchError
 from validation.bench.scaling import TINY, WIDE, measure_scaling
+from validation.bench.sizes import FULL, QUICK
 from validation.bench.skips import SkipRow, SkipsMeasurement, many_balls, measure_skips
 from validation.bench.targets import TARGETS, Target, chosen_workloads
-from validation.bench.workloads import FULL, QUICK, WORKLOADS
+from validation.bench.workloads import WORKLOADS
 
 __all__ = [
     "DEFAULT_PEERS",

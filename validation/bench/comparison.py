@@ -18,9 +18,9 @@ from validation.bench.peer_engines import (
 )
 from validation.bench.running import run, until
 from validation.bench.scenes import FULL_CLOTH, ROLLING, table_gas
+from validation.bench.sizes import Size, break_scenes, gas_scene, rack_scenes
 from validation.bench.targets import TIMES_QUICKER, target_of
 from validation.bench.timing import Clock, Sampler, Samples, Task
-from validation.bench.workloads import Size, break_scenes, gas_scene, rack_scenes
 
 OUR_RUNS = 5
 """Runs of ours beside each of a peer, whose median counts: they are so much shorter."""

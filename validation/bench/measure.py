@@ -9,9 +9,10 @@ from validation.bench.comparison import comparisons
 from validation.bench.measurements import Row, TargetsMeasurement, measured_where, spread_fields
 from validation.bench.peer_engines import Peer
 from validation.bench.quantities import QUANTITIES
+from validation.bench.sizes import FULL, Size
 from validation.bench.targets import target_of
 from validation.bench.timing import Clock, Progress, Samples, take_turns
-from validation.bench.workloads import FULL, Size, Workload
+from validation.bench.workloads import Workload
 
 
 def measure_targets(

@@ -13,27 +13,20 @@ import numpy as np
 
 from engine import EventKind, Physics, Scene, simulate_sweep
 from validation.bench.processes import sample_cold_start, sample_start
-from validation.bench.running import after, bytes_per_ball, collision_rate, run, until
+from validation.bench.running import bytes_per_ball, run, until
 from validation.bench.scenes import (
-    FRICTIONLESS,
     FULL_CLOTH,
     ROLLING,
     packed_gas,
-    racked_break,
     random_rack,
     table_gas,
 )
+from validation.bench.sizes import PACKING, Size, break_scenes, gas_scene, rack_scenes
 from validation.bench.timing import Clock, Figures, Sampler, Task
 from validation.library import find_scene
 
-PACKING = 0.6
-"""Of the elastic gases: the part of the area that balls cover."""
-
 CLOTH_PACKING = 0.3
 """Of the balls on cloth, which run until all of them rest."""
-
-MELTING = 20.0
-"""Collisions of each ball after which nothing is left of the lattice of the start."""
 
 SHIPPED = (
     "break-16",
@@ -63,48 +56,6 @@ AROUND = 1e-6
 
 
 @dataclass(frozen=True)
-class Size:
-    """How much work a sample is; the small one shows that all of it runs, and times nothing.
-
-    Attributes
-    ----------
-    racks : int
-        Random breaks.
-    mixed_racks : int
-        Random racks, loose and frozen ones.
-    gas_time : float [s]
-        For how long 16 balls bounce on a table.
-    gas_collisions : float
-        Collisions of each ball of a packed gas in one sample.
-    most_balls : int
-        More are never placed.
-    shots : int
-    runs : int
-        Of a shipped scene in one sample.
-    """
-
-    racks: int = 100
-    mixed_racks: int = 1_000
-    gas_time: float = 500.0
-    gas_collisions: float = 20.0
-    most_balls: int = 100_000
-    shots: int = 100_000
-    runs: int = 15
-
-
-FULL = Size()
-QUICK = Size(
-    racks=2,
-    mixed_racks=5,
-    gas_time=2.0,
-    gas_collisions=2.0,
-    most_balls=20,
-    shots=20,
-    runs=1,
-)
-
-
-@dataclass(frozen=True)
 class Workload:
     """One workload: its name, what it is, how a sample of it is prepared.
 
@@ -125,24 +76,6 @@ class Workload:
     def task(self, size: Size) -> Task:
         """Return it as something to be measured by turns."""
         return Task(self.name, partial(self.prepare, size), self.most)
-
-
-def break_scenes(physics: dict[str, Any], size: Size) -> tuple[Scene, ...]:
-    """Return the random racks that breaks are measured on; the same ones each time."""
-    return tuple(racked_break(seed, physics) for seed in range(size.racks))
-
-
-def rack_scenes(size: Size) -> tuple[Scene, ...]:
-    """Return random racks, half of them loose and half frozen; the same ones each time."""
-    return tuple(random_rack(number) for number in range(size.mixed_racks))
-
-
-def gas_scene(count: int, size: Size) -> Scene:
-    """Return a melted elastic gas that runs for a sample's number of collisions."""
-    each = 1.0 / collision_rate(PACKING)  # seconds between two collisions of a ball
-    melting = min(MELTING, size.gas_collisions) * each
-    gas = packed_gas(min(count, size.most_balls), PACKING, FRICTIONLESS, t_max=melting)
-    return until(after(gas), size.gas_collisions * each)
 
 
 def shipped_scene(name: str) -> Scene:

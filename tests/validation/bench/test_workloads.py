@@ -3,8 +3,9 @@
 import pytest
 
 from validation.bench.quantities import QUANTITIES
+from validation.bench.sizes import QUICK
 from validation.bench.targets import TARGETS
-from validation.bench.workloads import QUICK, WORKLOADS, shipped_scene
+from validation.bench.workloads import WORKLOADS, shipped_scene
 
 IN_PROCESS = [load for load in WORKLOADS if not load.name.endswith("start")]
 
