@@ -147,9 +147,10 @@ def racks(
     peers: Peers = None,
     peer_python: PeerPython = None,
 ) -> None:
-    """Measure the time of each of 1000 random racks, half of them loose and half frozen.
+    """Measure the time of each of 1000 random racks, half frozen.
 
-    All of pool's physics, the cue ball at 4 to 12 m/s. Peers play the first 100 of them, once.
+    The other half is loose by up to 1 mm; all of pool's physics, the cue ball at 4 to 12 m/s. Peers
+    play the first 100 of them, once.
     """
     from ghostball._bench_tables import racks_tables  # noqa: PLC0415
     from validation import bench  # noqa: PLC0415

@@ -26,7 +26,9 @@ QUANTITIES: Mapping[str, Quantity] = {
     ),
     "contact_call_extra": Quantity("s", "the same, shots with contact steps"),
     "per_event": Quantity("s", "the simulation alone, per event"),
-    "free_per_event": Quantity("s", "the simulation alone, per event, shots without contact steps"),
+    "free_per_event": Quantity(
+        "s", "the simulation alone, per event, shots without contact steps or joint impacts"
+    ),
     "per_contact_step": Quantity("s", "the simulation alone, per contact step"),
     "per_joint_impact": Quantity("s", "the simulation alone, per joint impact"),
     "events_extra": Quantity("1", 'what record="events" adds to it, a part of it'),

@@ -139,8 +139,9 @@ def _prepare_racks(size: Size) -> Sampler:
         for name, some in (("free_call_extra", free), ("contact_call_extra", held)):
             if some:
                 measured[name] = median(extra for _, _, extra in some)
-        if free:
-            measured["free_per_event"] = median(wall / work["events"] for work, wall, _ in free)
+        bare = [wall / work["events"] for work, wall, _ in free if work["joint_impacts"] == 0]
+        if bare:
+            measured["free_per_event"] = median(bare)
         return measured
 
     return sample
