@@ -139,6 +139,35 @@ def scaling(
 
 @app.command()
 @command
+def racks(
+    repeats: Repeats = 5,
+    quick: Quick = False,
+    out: Out = None,
+    store: Store = False,
+    peers: Peers = None,
+    peer_python: PeerPython = None,
+) -> None:
+    """Measure the time of each of 1000 random racks, half frozen.
+
+    The other half is loose by up to 1 mm; all of pool's physics, the cue ball at 4 to 12 m/s. Peers
+    play the first 100 of them, once.
+    """
+    from ghostball._bench_tables import racks_tables  # noqa: PLC0415
+    from validation import bench  # noqa: PLC0415
+
+    with _peers(peers, peer_python) as compared:
+        paths = _paths("racks", out, store, part=quick)
+        measure = partial(
+            bench.measure_racks,
+            compared,
+            rounds=1 if quick else repeats,
+            racks=2 if quick else bench.RACKS,
+        )
+        _measured(measure, racks_tables, paths)
+
+
+@app.command()
+@command
 def skips(
     scenes: Annotated[
         list[str] | None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from statistics import median
 
 from rich import box
@@ -17,6 +18,7 @@ from validation.bench import (
     AccuracyMeasurement,
     AttributionMeasurement,
     PeerRow,
+    RacksMeasurement,
     Row,
     ScalingMeasurement,
     SkipRow,
@@ -25,9 +27,9 @@ from validation.bench import (
 )
 from validation.bench.accuracy import Distribution
 from validation.bench.measurements import Point
+from validation.bench.quantities import QUANTITIES
 from validation.bench.skips import COUNTERS
 from validation.bench.targets import Target, target_of
-from validation.bench.workloads import MEANINGS
 
 QUICK_SAYS = "A trial at tiny sizes (--quick): these times mean nothing, and no target is judged."
 OUTCOMES = {"absent": "absent", "not-representable": "can't", "failed": "failed"}
@@ -74,6 +76,23 @@ def _points(title: str, along: str, points: Sequence[Point]) -> Table:
         cells = [found.get((place, *column)) for column in columns]
         table.add_row(f"{place}", *(format_time(p.per_event) if p else "" for p in cells))
     return table
+
+
+def racks_tables(measured: RacksMeasurement) -> RenderableType:
+    """Return each engine's figures over the racks, or why it has none."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("engine", no_wrap=True)
+    for heading in ("racks", "median", "mean", "99 %", "slowest"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("why not")
+    for one in measured.engines:
+        figures = asdict(one.figures).values() if one.figures else [None] * 4
+        times = (format_time(seconds) for seconds in figures)
+        outcome = OUTCOMES.get(one.outcome, "")
+        said = f"{outcome}: {one.detail}" if outcome else ""
+        name = escape(f"{one.engine} {one.version}".strip())
+        table.add_row(name, str(len(one.seconds)), *times, escape(said))
+    return Group(Text(QUICK_SAYS, style="yellow"), table) if measured.quick else table
 
 
 def skips_tables(measured: SkipsMeasurement) -> RenderableType:
@@ -213,7 +232,7 @@ def _ours(rows: Sequence[Row]) -> Table:
             verdict = verdict_text(target, row.median, row.met)
         table.add_row(
             escape(row.workload) if row.workload != before else "",
-            MEANINGS[row.quantity],
+            QUANTITIES[row.quantity].meaning,
             *(format_quantity(value, row.unit) for value in (row.median, row.least, row.greatest)),
             limit,
             verdict,

@@ -546,8 +546,8 @@ def history(
         str,
         typer.Argument(
             metavar="KIND",
-            help="Which measurement: targets, scaling, skips, accuracy, attribution, precision or "
-            "stress.",
+            help="Which measurement: targets, scaling, racks, skips, accuracy, attribution, "
+            "precision or stress.",
         ),
     ] = "targets",
     quantity: Annotated[

@@ -15,6 +15,7 @@ from reports.figures.summary import accuracy_errors, draw_accuracy_on, draw_verd
 from reports.paper_figures import PAPER_FIGURES
 from reports.physics_figures import PHYSICS_FIGURES
 from reports.precision_figure import draw_precision_or_committed
+from reports.racks_figure import draw_racks_or_committed
 from reports.scaling_figure import draw_scaling_or_committed
 from reports.shots import Shot, load_shot
 from validation.store import ResultsFolder
@@ -88,6 +89,7 @@ GALLERY: dict[str, Callable[[ResultsFolder], Figure | None]] = {
 OPTIONAL: dict[str, Callable[[ResultsFolder], Figure | None]] = {
     "chaos": draw_chaos,
     "scaling": draw_scaling_or_committed,
+    "racks": draw_racks_or_committed,
     "precision": draw_precision_or_committed,
 }
 """Pictures of measurements, which results need not have."""

@@ -13,6 +13,7 @@ from validation.bench import (
     AccuracyMeasurement,
     AttributionMeasurement,
     PrecisionMeasurement,
+    RacksMeasurement,
     ScalingMeasurement,
     SkipsMeasurement,
     TargetsMeasurement,
@@ -105,6 +106,7 @@ def test_peers_are_beside_it_and_an_absent_one_is_listed(bench, monkeypatch):
         (["--store", "--only", "break*"], ["`--store`", "--only"]),
         (["scaling", "--store", "--quick"], ["`--store`", "--quick"]),
         (["scaling", "--repeats", "0"], ["--repeats"]),
+        (["racks", "--store", "--quick"], ["`--store`", "--quick"]),
         (["nonsense"], ["nonsense"]),
         (["--quick", "scaling"], ["after `scaling`", "ghostball bench scaling --help"]),
         (["--repeats", "3", "scaling"], ["after `scaling`"]),
@@ -114,7 +116,7 @@ def test_bad_input_is_refused(bench, arguments, parts):
     assert refused(bench(*arguments), *parts)
 
 
-@pytest.mark.parametrize("command", [[], ["scaling"]])
+@pytest.mark.parametrize("command", [[], ["scaling"], ["racks"]])
 def test_a_file_that_is_not_ours_is_refused_before_measuring(bench, tmp_path, command):
     path = tmp_path / "notes.json"
     path.write_text("{}")
@@ -175,6 +177,20 @@ def test_scaling_prints_both_tables_and_writes(bench, tmp_path, monkeypatch):
     assert "gone, gas: absent; get it" in result.stdout
     stored = measurements.load(tmp_path / "scaling.json", ScalingMeasurement)
     assert len(stored.by_balls) == 2 * 2 * 2
+    assert all(fake.closed for fake in fakes)
+
+
+def test_racks_prints_its_figures_and_who_could_not_and_writes(bench, tmp_path, monkeypatch):
+    fakes = [FakePeer("fake", seconds=0.25), FakePeer("gone", error=PeerAbsentError("get it"))]
+    monkeypatch.setattr("validation.bench.make_peers", lambda *_: fakes)
+    result = bench("racks", "--quick", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert "these times mean nothing" in result.stdout
+    (line,) = (line for line in result.stdout.splitlines() if line.strip().startswith("fake"))
+    assert line.split() == ["fake", "1.0", "2", *["250", "ms"] * 4]
+    assert "absent: get it" in result.stdout
+    stored = measurements.load(tmp_path / "racks.json", RacksMeasurement)
+    assert [len(one.seconds) for one in stored.engines] == [2, 2, 0]
     assert all(fake.closed for fake in fakes)
 
 

@@ -18,11 +18,13 @@ from validation.bench.precision import (
     PrecisionMeasurement,
     measure_precision,
 )
+from validation.bench.racks import RACKS, RacksMeasurement, measure_racks
 from validation.bench.running import BenchError
 from validation.bench.scaling import TINY, WIDE, measure_scaling
+from validation.bench.sizes import FULL, QUICK
 from validation.bench.skips import SkipRow, SkipsMeasurement, many_balls, measure_skips
 from validation.bench.targets import TARGETS, Target, chosen_workloads
-from validation.bench.workloads import FULL, QUICK, WORKLOADS
+from validation.bench.workloads import WORKLOADS
 
 __all__ = [
     "DEFAULT_PEERS",
@@ -31,6 +33,7 @@ __all__ = [
     "PRECISION_ENGINES",
     "QUICK",
     "QUICK_SCENES",
+    "RACKS",
     "TARGETS",
     "TINY",
     "WIDE",
@@ -41,6 +44,7 @@ __all__ = [
     "Measurement",
     "PeerRow",
     "PrecisionMeasurement",
+    "RacksMeasurement",
     "Row",
     "ScalingMeasurement",
     "SkipRow",
@@ -53,6 +57,7 @@ __all__ = [
     "measure_accuracy",
     "measure_attribution",
     "measure_precision",
+    "measure_racks",
     "measure_scaling",
     "measure_skips",
     "measure_targets",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from pydantic import BaseModel, Field
@@ -13,6 +13,7 @@ from validation.bench.accuracy import AccuracyMeasurement
 from validation.bench.attribution import AttributionMeasurement
 from validation.bench.measurements import ScalingMeasurement, TargetsMeasurement
 from validation.bench.precision import PrecisionMeasurement
+from validation.bench.racks import RacksMeasurement
 from validation.bench.skips import COUNTERS, SkipsMeasurement
 
 
@@ -66,6 +67,13 @@ def _scaling(measured: ScalingMeasurement) -> Pairs:
         for point in points:
             name = f"{point.engine}/{point.physics}/{along}={getattr(point, along):g}"
             yield name, Observed(point.per_event, "s", point.least, point.greatest)
+
+
+def _racks(measured: RacksMeasurement) -> Pairs:
+    for one in measured.engines:
+        figures = asdict(one.figures) if one.figures else {}
+        for name, seconds in figures.items():
+            yield f"{one.engine}/{name}", Observed(seconds, "s")
 
 
 def _skips(measured: SkipsMeasurement) -> Pairs:
@@ -153,6 +161,7 @@ def _stress(measured: _Stress) -> Pairs:
 _READERS: Mapping[str, tuple[type[BaseModel], Callable[[Any], Pairs]]] = {
     "targets": (TargetsMeasurement, _targets),
     "scaling": (ScalingMeasurement, _scaling),
+    "racks": (RacksMeasurement, _racks),
     "skips": (SkipsMeasurement, _skips),
     "accuracy": (AccuracyMeasurement, _accuracy),
     "attribution": (AttributionMeasurement, _attribution),

@@ -121,10 +121,6 @@ class _Graded:
     time_errors: list[float]
     faults: tuple[str, ...]
 
-    @property
-    def name(self) -> str:
-        return f"shot {self.number}"
-
     def row(self) -> ShotRow:
         """Return it with its scene."""
         return ShotRow(
@@ -212,7 +208,7 @@ def measure_accuracy(
     numbers = shot_numbers(shots, first, jobs)
     compile_kernels((random_shot(number) for number in numbers[:_VARIED]), jobs)
     tally = _Tally()
-    interrupted = run_each(numbers, jobs, _grade_shot, tally.add, progress)
+    interrupted = run_each(numbers, jobs, _grade_shot, tally.add, "shot {}".format, progress)
     return tally.measurement(first, interrupted=interrupted)
 
 

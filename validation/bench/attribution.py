@@ -85,11 +85,6 @@ class AttributedShot(BaseModel):
     true_model: float | None = None
 
     @property
-    def name(self) -> str:
-        """Which shot it is, and on what."""
-        return f"shot {self.number} on {self.engine}"
-
-    @property
     def covered(self) -> bool | None:
         """Whether the true size lies within the bound; None where no number is given."""
         if self.model is None or self.uncertainty is None or self.true_model is None:
@@ -217,7 +212,7 @@ def measure_attribution(
     ]
     compile_kernels([pool_shot(first)], jobs)
     rows: list[AttributedShot] = []
-    interrupted = run_each(tasks, jobs, _attributed, rows.append, progress)
+    interrupted = run_each(tasks, jobs, _attributed, rows.append, _name, progress)
     order = [subject.engine for subject in SUBJECTS]
     rows.sort(key=lambda row: (row.number, order.index(row.engine)))
     return AttributionMeasurement(
@@ -229,6 +224,11 @@ def measure_attribution(
         engines=tuple(Coverage.of(name, rows) for name in order),
         rows=tuple(rows),
     )
+
+
+def _name(task: tuple[int, Subject]) -> str:
+    number, subject = task
+    return f"shot {number} on {subject.engine}"
 
 
 def _attributed(task: tuple[int, Subject]) -> AttributedShot:

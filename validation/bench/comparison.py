@@ -18,15 +18,16 @@ from validation.bench.peer_engines import (
 )
 from validation.bench.running import run, until
 from validation.bench.scenes import FULL_CLOTH, ROLLING, table_gas
+from validation.bench.sizes import Size, break_scenes, gas_scene, rack_scenes
 from validation.bench.targets import TIMES_QUICKER, target_of
 from validation.bench.timing import Clock, Sampler, Samples, Task
-from validation.bench.workloads import Size, break_scenes, gas_scene
 
 OUR_RUNS = 5
 """Runs of ours beside each of a peer, whose median counts: they are so much shorter."""
 
 COMPARED: Mapping[str, Callable[[Size], Sequence[Scene]]] = {
     "break-pool": lambda size: break_scenes(FULL_CLOTH, size)[:10],
+    "racks": lambda size: rack_scenes(size)[:10],
     "break-paper": lambda size: break_scenes(ROLLING, size)[:10],
     "gas-16": lambda size: [table_gas(16, min(10.0, size.gas_time))],
     "gas-1000": lambda size: [_shorter(gas_scene(1_000, size))],

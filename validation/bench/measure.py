@@ -8,9 +8,11 @@ from collections.abc import Iterator, Sequence
 from validation.bench.comparison import comparisons
 from validation.bench.measurements import Row, TargetsMeasurement, measured_where, spread_fields
 from validation.bench.peer_engines import Peer
+from validation.bench.quantities import QUANTITIES
+from validation.bench.sizes import FULL, Size
 from validation.bench.targets import target_of
 from validation.bench.timing import Clock, Progress, Samples, take_turns
-from validation.bench.workloads import FULL, UNITS, Size, Workload
+from validation.bench.workloads import Workload
 
 
 def measure_targets(
@@ -58,7 +60,7 @@ def _rows(load: Workload, samples: Samples, size: Size) -> Iterator[Row]:
             workload=load.name,
             title=load.title,
             quantity=quantity,
-            unit=UNITS[quantity],
+            unit=QUANTITIES[quantity].unit,
             **spread_fields(spread),
             target=target.limit if target else None,
             target_kind=target.kind if target else None,

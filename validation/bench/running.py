@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Sequence
 from contextlib import closing
-from typing import Never, Protocol, TypeVar
+from functools import partial
+from typing import Never, TypeVar
 
 from engine import GhostballError, Record, Result, Scene, Status, simulate
 from engine.scene import POOL_BALL_RADIUS
@@ -14,21 +15,11 @@ from validation.bench.timing import Progress
 from validation.worker import run_tasks
 
 T = TypeVar("T")
+R = TypeVar("R")
 
 
 class BenchError(GhostballError):
     """A measurement that can't be made, stored or read."""
-
-
-class Named(Protocol):
-    """What came of a task, which says of which."""
-
-    @property
-    def name(self) -> str:
-        """Which task it was, for people."""
-
-
-N = TypeVar("N", bound=Named)
 
 
 def shot_numbers(shots: int, first: int, jobs: int) -> range:
@@ -48,30 +39,37 @@ def shot_numbers(shots: int, first: int, jobs: int) -> range:
 def run_each(
     tasks: Sequence[T],
     jobs: int,
-    work: Callable[[T], N],
-    take: Callable[[N], object],
+    work: Callable[[T], R],
+    take: Callable[[R], object],
+    name: Callable[[T], str],
     progress: Progress | None,
 ) -> bool:
     """Do tasks in processes, and hand on what each gives; return whether Ctrl-C ended it early.
+
+    `name` says what a task is, for people.
 
     Raises
     ------
     BenchError
         Where a process dies.
     """
+
+    def died(task: T, reason: str) -> Never:
+        raise BenchError(f"the measurement of {name(task)}: {reason}")
+
     try:
-        with closing(run_tasks(tasks, jobs, work, _died)) as answers:
-            for done, answer in enumerate(answers, start=1):
+        with closing(run_tasks(tasks, jobs, partial(_with_task, work), died)) as answers:
+            for done, (task, answer) in enumerate(answers, start=1):
                 take(answer)
                 if progress is not None:
-                    progress(done, len(tasks), answer.name)
+                    progress(done, len(tasks), name(task))
     except KeyboardInterrupt:
         return True
     return False
 
 
-def _died(task: object, reason: str) -> Never:
-    raise BenchError(f"the measurement of {task}: {reason}")
+def _with_task(work: Callable[[T], R], task: T) -> tuple[T, R]:
+    return task, work(task)
 
 
 def run(scene: Scene, *, record: Record = "rest", no_skip: Collection[str] = ()) -> Result:

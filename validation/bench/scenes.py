@@ -25,6 +25,10 @@ ROLLING: dict[str, Any] = {"preset": "paper"}
 SLOWEST_BREAK, FASTEST_BREAK = 8.0, 10.0  # [m/s]
 NARROWEST_GAP, WIDEST_GAP = 1e-5, 1e-4  # [m]
 
+SLOWEST_RACK, FASTEST_RACK = 4.0, 12.0  # [m/s]
+LOOSEST = 1e-3
+"""The widest gap of a loose rack [m]."""
+
 
 def racked_break(seed: int, physics: dict[str, Any]) -> Scene:
     """Return a break of 15 racked balls, without spin, on a pool table without pockets.
@@ -39,17 +43,42 @@ def racked_break(seed: int, physics: dict[str, Any]) -> Scene:
         Fields of `Physics`.
     """
     chance = random.Random(seed)
-    speed = chance.uniform(SLOWEST_BREAK, FASTEST_BREAK)
+    cue = _cue_ball(chance, (SLOWEST_BREAK, FASTEST_BREAK), physics)
+    gap = math.exp(chance.uniform(math.log(NARROWEST_GAP), math.log(WIDEST_GAP)))
+    return _racked(f"break-{seed}", cue, gap, physics)
+
+
+def random_rack(number: int) -> Scene:
+    """Return a break with all of pool's physics, of a loose rack or of a frozen one.
+
+    Parameters
+    ----------
+    number : int
+        Even: a loose rack, its gap uniform in 0 to 1 mm, one for the whole rack. Odd: a frozen
+        rack, whose neighbours touch to a rounding, as in the shipped `frozen-break`. The cue ball
+        is that of `racked_break`, but at 4 to 12 m/s.
+    """
+    chance = random.Random(number)
+    cue = _cue_ball(chance, (SLOWEST_RACK, FASTEST_RACK), FULL_CLOTH)
+    gap = 0.0 if number % 2 else chance.uniform(0.0, LOOSEST)
+    return _racked(f"rack-{number}", cue, gap, FULL_CLOTH)
+
+
+def _cue_ball(chance: random.Random, speeds: tuple[float, float], physics: dict[str, Any]) -> Ball:
+    speed = chance.uniform(*speeds)
     aim = chance.uniform(-0.01, 0.01)
     offset = chance.uniform(-0.5, 0.5) * POOL_BALL_RADIUS
-    gap = math.exp(chance.uniform(math.log(NARROWEST_GAP), math.log(WIDEST_GAP)))
-    middle = POOL_TABLE.width / 2.0
-    cue = Ball(
+    return Ball(
         id="cue",
-        position=(0.25 * POOL_TABLE.length, middle + offset),
+        position=(0.25 * POOL_TABLE.length, POOL_TABLE.width / 2.0 + offset),
         velocity=(speed * math.cos(aim), speed * math.sin(aim)),
         angular_velocity=(0.0, 0.0, 0.0) if physics.get("preset") == "pool" else None,
     )
+
+
+def _racked(name: str, cue: Ball, gap: float, physics: dict[str, Any]) -> Scene:
+    """Return a cue ball and a rack of 15 whose neighbours are `gap` [m] apart."""
+    middle = POOL_TABLE.width / 2.0
     spacing = 2.0 * POOL_BALL_RADIUS + gap
     rack = [
         Ball(
@@ -62,9 +91,7 @@ def racked_break(seed: int, physics: dict[str, Any]) -> Scene:
         for row in range(5)
         for place in range(row + 1)
     ]
-    return Scene(
-        name=f"break-{seed}", table=POOL_TABLE, balls=(cue, *rack), physics=Physics(**physics)
-    )
+    return Scene(name=name, table=POOL_TABLE, balls=(cue, *rack), physics=Physics(**physics))
 
 
 def table_gas(count: int, t_max: float, seed: int = 0) -> Scene:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from statistics import median
+from statistics import mean, median
 
 Clock = Callable[[], float]
 """Returns seconds since some instant; `time.perf_counter`, or a fake one in tests."""
@@ -30,6 +31,29 @@ class Spread:
     def of(cls, values: Sequence[float]) -> Spread:
         """Return the spread of at least one value."""
         return cls(median(values), min(values), max(values), len(values))
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What is told of the times of many scenes: whoever runs them all pays the mean.
+
+    Attributes
+    ----------
+    median, mean, p99, slowest : float
+        `p99` is the least of the values that 99 % of them don't exceed.
+    """
+
+    median: float
+    mean: float
+    p99: float
+    slowest: float
+
+    @classmethod
+    def of(cls, values: Sequence[float]) -> Figures:
+        """Return the figures of at least one value."""
+        ordered = sorted(values)
+        p99 = ordered[math.ceil(0.99 * len(ordered)) - 1]
+        return cls(median(ordered), mean(ordered), p99, ordered[-1])
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from statistics import mean, median
@@ -11,28 +11,22 @@ from typing import Any
 
 import numpy as np
 
-from engine import Scene, simulate_sweep
+from engine import EventKind, Physics, Scene, simulate_sweep
 from validation.bench.processes import sample_cold_start, sample_start
-from validation.bench.running import after, bytes_per_ball, collision_rate, run, until
+from validation.bench.running import bytes_per_ball, run, until
 from validation.bench.scenes import (
-    FRICTIONLESS,
     FULL_CLOTH,
     ROLLING,
     packed_gas,
-    racked_break,
+    random_rack,
     table_gas,
 )
-from validation.bench.timing import Clock, Sampler, Task
+from validation.bench.sizes import PACKING, Size, break_scenes, gas_scene, rack_scenes
+from validation.bench.timing import Clock, Figures, Sampler, Task
 from validation.library import find_scene
-
-PACKING = 0.6
-"""Of the elastic gases: the part of the area that balls cover."""
 
 CLOTH_PACKING = 0.3
 """Of the balls on cloth, which run until all of them rest."""
-
-MELTING = 20.0
-"""Collisions of each ball after which nothing is left of the lattice of the start."""
 
 SHIPPED = (
     "break-16",
@@ -49,71 +43,16 @@ SHIPPED = (
 SWEPT = "half-ball-cut"
 """The shipped scene of two balls that the sweep shoots."""
 
-UNITS = {
-    "kernel": "s",
-    "kernel_mean": "s",
-    "kernel_slowest": "s",
-    "call": "s",
-    "call_extra": "s",
-    "first_call_extra": "s",
-    "per_event": "s",
-    "events_extra": "1",
-    "collisions_per_second": "1/s",
-    "bytes_per_ball": "B",
-    "shots_per_second": "1/s",
-    "two_threads": "1",
-    "first_shot": "s",
-    "import": "s",
-}
-"""Every quantity, with its unit."""
+PASSES = 3
+"""How often racks are run in one sample: of each the median counts, so that a moment in which the
+machine does something else isn't taken for a slow rack."""
 
-MEANINGS = {
-    "kernel": "the simulation alone",
-    "kernel_mean": "the same, mean over the scenes",
-    "kernel_slowest": "the same of the slowest scene",
-    "call": "the whole call of simulate()",
-    "call_extra": "the whole call, over that",
-    "first_call_extra": "the same of a scene that is run for the first time",
-    "per_event": "the simulation alone, per event",
-    "events_extra": 'what record="events" adds to it, a part of it',
-    "collisions_per_second": "impacts of two balls in a second",
-    "bytes_per_ball": "arrays of the kernels, per ball",
-    "shots_per_second": "shots in a second, one thread",
-    "two_threads": "shots in a second, two threads over one",
-    "first_shot": "from the start of the process to the end of a shot",
-    "import": "`import engine` in a new process",
-}
+PUSHED = (0.001, 0.4)
+"""From when to when a ball's topspin pushes another [s]: without an event, by contact steps only.
+It begins with the first step, which finds who touches whom."""
 
-
-@dataclass(frozen=True)
-class Size:
-    """How much work a sample is; the small one shows that all of it runs, and times nothing.
-
-    Attributes
-    ----------
-    racks : int
-        Random breaks.
-    gas_time : float [s]
-        For how long 16 balls bounce on a table.
-    gas_collisions : float
-        Collisions of each ball of a packed gas in one sample.
-    most_balls : int
-        More are never placed.
-    shots : int
-    runs : int
-        Of a shipped scene in one sample.
-    """
-
-    racks: int = 100
-    gas_time: float = 500.0
-    gas_collisions: float = 20.0
-    most_balls: int = 100_000
-    shots: int = 100_000
-    runs: int = 15
-
-
-FULL = Size()
-QUICK = Size(racks=2, gas_time=2.0, gas_collisions=2.0, most_balls=20, shots=20, runs=1)
+AROUND = 1e-6
+"""How long before, and after, its first impact the run of a frozen rack ends [s]."""
 
 
 @dataclass(frozen=True)
@@ -137,19 +76,6 @@ class Workload:
     def task(self, size: Size) -> Task:
         """Return it as something to be measured by turns."""
         return Task(self.name, partial(self.prepare, size), self.most)
-
-
-def break_scenes(physics: dict[str, Any], size: Size) -> tuple[Scene, ...]:
-    """Return the random racks that breaks are measured on; the same ones each time."""
-    return tuple(racked_break(seed, physics) for seed in range(size.racks))
-
-
-def gas_scene(count: int, size: Size) -> Scene:
-    """Return a melted elastic gas that runs for a sample's number of collisions."""
-    each = 1.0 / collision_rate(PACKING)  # seconds between two collisions of a ball
-    melting = min(MELTING, size.gas_collisions) * each
-    gas = packed_gas(min(count, size.most_balls), PACKING, FRICTIONLESS, t_max=melting)
-    return until(after(gas), size.gas_collisions * each)
 
 
 def shipped_scene(name: str) -> Scene:
@@ -192,6 +118,73 @@ def _first_extra(scene: Scene, clock: Clock) -> float:
     began = clock()
     wall = run(fresh).wall_time
     return clock() - began - wall
+
+
+def _prepare_racks(size: Size) -> Sampler:
+    scenes = _warm(rack_scenes(size))
+
+    def sample(clock: Clock) -> dict[str, float]:
+        shots = [[_called(scene, clock) for scene in scenes] for _ in range(PASSES)]
+        walls = [median(wall for _, wall, _ in turns) for turns in zip(*shots, strict=True)]
+        figures = Figures.of(walls)
+        measured = {
+            "kernel": figures.median,
+            "kernel_mean": figures.mean,
+            "kernel_p99": figures.p99,
+            "kernel_slowest": figures.slowest,
+        }
+        every = [shot for turn in shots for shot in turn]
+        free = [shot for shot in every if shot[0]["contact_steps"] == 0]
+        held = [shot for shot in every if shot[0]["contact_steps"] > 0]
+        for name, some in (("free_call_extra", free), ("contact_call_extra", held)):
+            if some:
+                measured[name] = median(extra for _, _, extra in some)
+        bare = [wall / work["events"] for work, wall, _ in free if work["joint_impacts"] == 0]
+        if bare:
+            measured["free_per_event"] = median(bare)
+        return measured
+
+    return sample
+
+
+def _called(scene: Scene, clock: Clock) -> tuple[Mapping[str, int], float, float]:
+    """Run a scene; return its work, the time of the kernel, and what the call took over it."""
+    began = clock()
+    result = run(scene)
+    took = clock() - began
+    return result.work, result.wall_time, took - result.wall_time
+
+
+def _prepare_contact_steps(size: Size) -> Sampler:
+    pushed = find_scene("push")
+    scene = Scene(
+        name="push", table=pushed.table, balls=pushed.balls, physics=Physics(preset="pool")
+    )
+    return _per("contact_steps", "per_contact_step", scene, PUSHED, size)
+
+
+def _prepare_joint_impacts(size: Size) -> Sampler:
+    scene = random_rack(1)
+    events = run(scene, record="events").events
+    assert events is not None
+    (first,) = events["t"][events["kind"] == EventKind.BALL_BALL][:1].tolist()
+    return _per("joint_impacts", "per_joint_impact", scene, (first - AROUND, first + AROUND), size)
+
+
+def _per(
+    counter: str, quantity: str, scene: Scene, ends: tuple[float, float], size: Size
+) -> Sampler:
+    """Sample the time of one piece of work: the difference of two runs over that of a counter."""
+    shorter, longer = _warm([until(scene, end) for end in ends])
+    count = run(longer).work[counter] - run(shorter).work[counter]
+
+    def wall(part: Scene) -> float:
+        return median(run(part).wall_time for _ in range(size.runs))
+
+    def sample(_: Clock) -> dict[str, float]:
+        return {quantity: (wall(longer) - wall(shorter)) / count}
+
+    return sample
 
 
 def _prepare_recorded_breaks(size: Size) -> Sampler:
@@ -325,6 +318,17 @@ WORKLOADS: tuple[Workload, ...] = (
         "break-paper",
         "break of 16 with the paper's physics, random racks",
         partial(_prepare_breaks, ROLLING),
+    ),
+    Workload(
+        "racks",
+        "random racks with all of pool's physics, half of them loose and half frozen",
+        _prepare_racks,
+    ),
+    Workload(
+        "contact-step", "a ball that pushes another, all of pool's physics", _prepare_contact_steps
+    ),
+    Workload(
+        "joint-impact", "the first impact of a frozen rack of 15, with all", _prepare_joint_impacts
     ),
     Workload("gas-16", "elastic gas of 16 balls on a pool table", _prepare_table_gas),
     _gas(1_000),

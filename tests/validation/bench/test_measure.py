@@ -7,7 +7,8 @@ from validation.bench import measure
 from validation.bench.measure import measure_targets
 from validation.bench.peer_engines import PeerAbsentError, PeerCannotError, PeerFailedError
 from validation.bench.scenes import table_gas
-from validation.bench.workloads import FULL, QUICK, Workload
+from validation.bench.sizes import FULL, QUICK
+from validation.bench.workloads import Workload
 
 
 def load_of(name, **values):

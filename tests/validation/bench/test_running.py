@@ -7,7 +7,7 @@ import pytest
 
 from engine import Status
 from engine.running.from_scene import layout_of
-from validation.bench import running
+from validation.bench import measure_accuracy, measure_attribution, running
 from validation.bench.running import BenchError
 from validation.bench.scenes import FRICTIONLESS, packed_gas, table_gas
 
@@ -29,6 +29,19 @@ def test_a_run_that_broke_off_is_no_measurement(monkeypatch):
     ended(monkeypatch, Status.FAILED)
     with pytest.raises(BenchError, match='scene "table-gas" did not end by itself'):
         running.run(table_gas(2, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("measure", "name"),
+    [(measure_accuracy, "shot 17"), (measure_attribution, "shot 17 on pymunk")],
+)
+def test_a_process_that_dies_names_the_measurement(measure, name, monkeypatch):
+    def dying(tasks, jobs, work, died):
+        yield died(tasks[0], "its process ended with signal 9")
+
+    monkeypatch.setattr(running, "run_tasks", dying)
+    with pytest.raises(BenchError, match=f"^the measurement of {name}: its process ended"):
+        measure(1, first=17, jobs=1)
 
 
 def test_a_lattice_is_elsewhere_after_a_while_and_keeps_its_energy():

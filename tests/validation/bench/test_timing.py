@@ -2,7 +2,7 @@
 
 import pytest
 
-from validation.bench.timing import Samples, Spread, Task, take_turns
+from validation.bench.timing import Figures, Samples, Spread, Task, take_turns
 
 
 def task_of(name, log, most=None, interrupt_at=None):
@@ -67,3 +67,10 @@ def test_progress_ends_at_what_was_planned():
     assert [done for done, _, _ in seen] == list(range(1, 7))
     assert {planned for _, planned, _ in seen} == {6}
     assert seen[0][2] == "preparing a"
+
+
+@pytest.mark.parametrize(("count", "p99"), [(1, 1.0), (99, 99.0), (100, 99.0), (1000, 990.0)])
+def test_the_99th_percentile_is_exceeded_by_1_percent_at_most(count, p99):
+    figures = Figures.of([float(value) for value in range(count, 0, -1)])
+    middle = (count + 1) / 2.0
+    assert figures == Figures(median=middle, mean=middle, p99=p99, slowest=float(count))

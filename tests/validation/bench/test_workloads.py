@@ -2,8 +2,10 @@
 
 import pytest
 
+from validation.bench.quantities import QUANTITIES
+from validation.bench.sizes import QUICK
 from validation.bench.targets import TARGETS
-from validation.bench.workloads import QUICK, UNITS, WORKLOADS, shipped_scene
+from validation.bench.workloads import WORKLOADS, shipped_scene
 
 IN_PROCESS = [load for load in WORKLOADS if not load.name.endswith("start")]
 
@@ -23,7 +25,7 @@ def ticking():
 def test_a_sample_has_a_value_for_each_target(load, monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: 2)
     sample = load.prepare(QUICK)(ticking())
-    assert sample.keys() <= UNITS.keys()
+    assert sample.keys() <= QUANTITIES.keys()
     wanted = {t.quantity for t in TARGETS if t.workload == load.name and not t.peer}
     assert wanted <= sample.keys()
 
