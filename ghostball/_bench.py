@@ -29,7 +29,7 @@ app = typer.Typer(
 )
 
 ROUNDS = 15
-"""Rounds of the targets: some three minutes without peers."""
+"""Rounds of the targets: some six minutes without peers, three of which compile."""
 
 Only = Annotated[
     str | None,
