@@ -220,8 +220,7 @@ class Run:
     def work(self) -> dict[str, int]:
         """Machine-independent counters of what the run did; that of balls gone if there are any."""
         counters = self._counters.tolist()
-        gone = counters[s.BALLS_GONE]
-        return ({"balls_gone": gone} if gone else {}) | {
+        work = {
             "events": counters[s.EVENTS],
             "bounds": counters[s.BOUNDS],
             "advancement_steps": counters[s.ADVANCEMENTS],
@@ -231,6 +230,9 @@ class Run:
             "contact_steps": counters[s.CONTACT_STEPS],
             "unsolved_contact_steps": counters[s.UNSOLVED_STEPS],
         }
+        if counters[s.BALLS_GONE]:
+            work["balls_gone"] = counters[s.BALLS_GONE]
+        return work
 
     def events(self) -> Events | None:
         """Return the event log, or None where none was kept."""
