@@ -32,6 +32,7 @@ def enter(
     touched: Int32Array,
     hits: Int32Array,
     near: Int32Array,
+    higher: FloatArray | None,
     laws: FloatArray,
     obstacles: FloatArray,
     integrated: int | None,
@@ -56,7 +57,7 @@ def enter(
     It is over, too, where `limit` is reached and `last` is true.
     """
     rows = state.view(BALL)[:, 0] if COMPILED else rows_of(state)
-    balls = Balls(rows, own_kind, changed, touched, hits, near)
+    balls = Balls(rows, own_kind, changed, touched, hits, near, higher)
     numbers = laws_from(laws, obstacles, integrated)
     log = Log(clock, counters, time, what, ball, motion)
     if cells is None:

@@ -79,7 +79,9 @@ def sweep(
     """
     laws = laws_from(numbers, obstacles, integrated)
     rows = room.state.view(BALL)[:, 0] if COMPILED else rows_of(room.state)
-    balls = Balls(rows, room.own_kind, room.changed, room.touched, room.hits, room.near)
+    balls = Balls(
+        rows, room.own_kind, room.changed, room.touched, room.hits, room.near, room.higher
+    )
     for m in range(len(which)):
         k = which[m]
         _clear(balls, log)
