@@ -19,9 +19,10 @@ BoolArray = NDArray[np.bool_]
 class Balls(NamedTuple):
     """State of n balls, each at its own epoch; and what the event at hand does to them.
 
-    The centre moves as x + vx s + ax s^2 / 2, s the time since `epoch`, until `own_time`, when the
-    ball's own next event changes its motion. While it slides, its angular velocity changes at a
-    constant rate; while it rolls, the velocity gives it; about the vertical it always decays.
+    The centre moves as x + vx s + ax s^2 / 2, s the time since `epoch`, and what `higher` adds,
+    until `own_time`, when the ball's own next event changes its motion. While it slides, its
+    angular velocity changes at a constant rate; while it rolls, the velocity gives it; about the
+    vertical it always decays.
     m is enough for all pairs that can touch at once, and one cushion.
 
     One array for all numbers, because a kernel call passes every array of a named tuple as several
@@ -40,6 +41,13 @@ class Balls(NamedTuple):
     touched: Int32Array  # (n + 1,) how many of those there are, then which
     hits: Int32Array  # (m, 2) FIRST, SECOND: the pairs that hit now, or contacts to be held
     near: Int32Array  # (n,) room for a ball's neighbours
+    higher: FloatArray | None  # (n, HIGHER + 2 k): what pieces of a degree above 2 have beyond it
+
+
+# Columns of `Balls.higher`: first how fast the acceleration may change along x and along y [m/s^3],
+# as long as the piece lasts, which then has an end. From HIGHER on, for x and for y, what goes with
+# the third power of the time since `epoch` [m/s^3], with the fourth, and so on.
+HIGHER = 2
 
 
 class _Row:
@@ -243,7 +251,7 @@ AFTER = 0  # the next ball in the same cell, or NOWHERE
 BEFORE = 1  # the one before
 COLUMN = 2  # of the ball's cell, from 1 on; 0 before the run begins
 ROW = 3
-WAY = 4  # on which side it will leave: 0 ... 3 is left, right, down, up
+WAY = 4  # on which side it will leave: 0 ... 3 is left, right, down, up; NOWHERE: look again then
 MATE = 5  # the other ball of the earliest bound; NOWHERE: not known any more
 MATE_STAMP = 6  # and its stamp then
 STAMP = 7  # how often the ball's motion has changed
@@ -342,7 +350,7 @@ class Log(NamedTuple):
     time: FloatArray  # (m,) [s]
     what: IntArray  # (3, m): rows WHAT_KIND (EventKind), WHAT_A, WHAT_B
     ball: IntArray  # (k,)
-    motion: FloatArray  # (k, KNOT): the first columns of `Balls.state`
+    motion: FloatArray  # (k, KNOT ...): the first columns of `Balls.state`, and powers of `higher`
 
 
 WHAT_KIND = 0

@@ -37,6 +37,7 @@ def enter(
     touched: Int32Array,
     hits: Int32Array,
     near: Int32Array,
+    higher: FloatArray | None,
     laws: FloatArray,
     obstacles: FloatArray,
     integrated: int | None,
@@ -61,7 +62,7 @@ def enter(
     It is over, too, where `limit` is reached and `last` is true.
     """
     rows = state.view(BALL)[:, 0] if COMPILED else rows_of(state, BallRow)
-    balls = Balls(rows, own_kind, changed, touched, hits, near)
+    balls = Balls(rows, own_kind, changed, touched, hits, near, higher)
     lines = obstacles.view(OBSTACLE)[:, 0] if COMPILED else rows_of(obstacles, ObstacleRow)
     numbers = laws_from(laws, lines, integrated)
     log = Log(clock, counters, time, what, ball, motion)

@@ -15,6 +15,8 @@ from engine.core.state import (
     EPOCH,
     EVENTS,
     FREE,
+    HIGHER,
+    KNOT,
     LAST_EVENT,
     LOGGED_EVENTS,
     LOGGED_MOTIONS,
@@ -34,6 +36,7 @@ from engine.core.state import (
     WZ,
     Balls,
     Contacts,
+    FloatArray,
     Log,
     X,
     Y,
@@ -118,7 +121,15 @@ def note_motion(balls: Balls, i: int, log: Log) -> None:
         log.motion[row, BY] = ball.by
         log.motion[row, BZ] = ball.bz
         log.motion[row, PHASE] = ball.phase
+        _note_higher(balls.higher, i, log.motion, row)
         log.counters[LOGGED_MOTIONS] = row + 1
+
+
+@kernel(inline=True)
+def _note_higher(higher: FloatArray | None, i: int, motion: FloatArray, row: int) -> None:
+    if higher is not None:
+        for k in range(HIGHER, higher.shape[1]):
+            motion[row, KNOT + k - HIGHER] = higher[i, k]
 
 
 @kernel(inline=True)

@@ -83,7 +83,9 @@ def sweep(
     lines = obstacles.view(OBSTACLE)[:, 0] if COMPILED else rows_of(obstacles, ObstacleRow)
     laws = laws_from(numbers, lines, integrated)
     rows = room.state.view(BALL)[:, 0] if COMPILED else rows_of(room.state, BallRow)
-    balls = Balls(rows, room.own_kind, room.changed, room.touched, room.hits, room.near)
+    balls = Balls(
+        rows, room.own_kind, room.changed, room.touched, room.hits, room.near, room.higher
+    )
     for m in range(len(which)):
         k = which[m]
         _clear(balls, log)

@@ -15,8 +15,9 @@ from engine.core.state import (
     Balls,
     Laws,
 )
-from engine.core.tolerances import GAP_ROUNDING, TIME_ROUNDING
+from engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS, TIME_ROUNDING
 from engine.motion.crossings import first_crossing
+from engine.motion.pieces import bend
 
 
 @kernel(inline=True)
@@ -52,14 +53,17 @@ def row_of(laws: Laws, index: int) -> int:
 
 
 @kernel(inline=True)
-def time_to_obstacle(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, bool]:
+def time_to_obstacle(
+    balls: Balls, i: int, laws: Laws, k: int, duration: float
+) -> tuple[float, bool]:
     """Return in how long ball i may touch obstacle k [s], inf for never; and whether it will then.
 
-    From its epoch, as it moves until its own next event. A line is touched then; anything else must
-    be looked at again, until it touches but for rounding.
+    From its epoch, as it moves for a duration [s]. A line is touched then, by a ball whose motion
+    is a quadratic; anything else must be looked at again, until it touches but for rounding.
     """
     ball = balls.state[i]
-    if laws.obstacles[k].kind == LINE:
+    bent = bend(balls, i, duration, 1.0, 1.0) > 0.0
+    if laws.obstacles[k].kind == LINE and not bent:
         nx, ny = laws.obstacles[k].nx, laws.obstacles[k].ny
         rate, pull = nx * ball.vx + ny * ball.vy, nx * ball.ax + ny * ball.ay
         if rate >= 0.0 and pull >= 0.0:
@@ -68,18 +72,21 @@ def time_to_obstacle(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, b
         gap = max(away - ball.radius, 0.0)
         # Without pull the root is that of a line: the same number, without a square root.
         return gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull), True
-    return _time_to_look(balls, i, laws, k)
+    return _time_to_look(balls, i, laws, k, duration)
 
 
 @kernel
-def _time_to_look(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, bool]:
+def _time_to_look(balls: Balls, i: int, laws: Laws, k: int, duration: float) -> tuple[float, bool]:
     """`time_to_obstacle`, where it is a bound but for a ball that touches."""
     ball = balls.state[i]
     nx, ny, away = facing(laws, k, ball.x, ball.y)
     gap = max(away - ball.radius, 0.0)
-    rate, pull = nx * ball.vx + ny * ball.vy, nx * ball.ax + ny * ball.ay
+    rate = nx * ball.vx + ny * ball.vy
+    pull = nx * ball.ax + ny * ball.ay - bend(balls, i, duration, nx, ny)
     if rate >= 0.0 and pull >= 0.0:
         return math.inf, False
     s = first_crossing(gap, rate, pull)
-    near = gap <= GAP_ROUNDING * ball.radius or not s > TIME_ROUNDING * ball.epoch
+    # Nearer than its coordinates can tell, it would be looked at for ever.
+    rounding = GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * (abs(ball.x) + abs(ball.y))
+    near = gap <= rounding or not s > TIME_ROUNDING * ball.epoch
     return s, near and rate < 0.0

@@ -20,7 +20,7 @@ from engine.core.state import (
 )
 from engine.core.tolerances import SLIP_ROUNDING, TIME_ROUNDING
 from engine.motion.obstacles import time_to_obstacle
-from engine.motion.pieces import turn_about_vertical
+from engine.motion.pieces import straighten, turn_about_vertical
 
 _NO_MOTION = -1.0  # in place of a duration
 
@@ -138,6 +138,7 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
     (7 mu_s g); rolling is straight and ends after |v| / (mu_r g).
     """
     balls.state[i].bz = 0.0
+    straighten(balls, i)
     duration = _start_slide(balls, i) if balls.state[i].phase == SLIDING else _NO_MOTION
     if duration == _NO_MOTION:
         duration = _start_roll(balls, i)
@@ -206,7 +207,7 @@ def predict_obstacles(balls: Balls, i: int, laws: Laws, duration: float, held: i
     for k in range(len(laws.obstacles)):
         if held >> k & 1:
             continue
-        s, touches = time_to_obstacle(balls, i, laws, k)
+        s, touches = time_to_obstacle(balls, i, laws, k, duration)
         if s < duration:
             duration = s
             balls.own_kind[i] = OWN_CUSHION + k if touches else OWN_LOOK

@@ -51,7 +51,7 @@ from engine.core.state import (
 from engine.core.tolerances import EPS, TIME_ROUNDING
 from engine.motion.geometry import at_rest, grip
 from engine.motion.on_cloth import loosen, mark, predict_again, predict_obstacles, speed_of
-from engine.motion.pieces import advance
+from engine.motion.pieces import advance, straighten
 from engine.resting_contact.capture import stop_approach
 from engine.resting_contact.cloth_response import keep_still, settle, stopping, time_to_change
 from engine.resting_contact.forces import solve
@@ -196,6 +196,7 @@ def _press(
         k = contacts.member[m]
         balls.state[k].ax = contacts.motion[k, NEW_AX]
         balls.state[k].ay = contacts.motion[k, NEW_AY]
+        straighten(balls, k)
         if laws.slides:
             if contacts.motion[k, SLIPS] == 1.0:
                 loosen(balls, k)

@@ -96,6 +96,7 @@ class Run:
             balls.touched.copy(),
             np.empty_like(balls.hits),
             np.empty_like(balls.near),
+            None if balls.higher is None else balls.higher.copy(),
             layout.laws,
             layout.obstacles,
             layout.integrated,
@@ -106,7 +107,8 @@ class Run:
             layout.cells and s.Cells._make(array.copy() for array in layout.cells),
         )
         self.contacts = contacts_of(n) if Skip.CONTACTS in off else None
-        self._log = log_of(_FIRST_LOG if keep_log else 0, n)
+        knot = s.KNOT if balls.higher is None else s.KNOT + balls.higher.shape[1] - s.HIGHER
+        self._log = log_of(_FIRST_LOG if keep_log else 0, n, knot)
         self._clock, self._counters = self._log.clock, self._log.counters
         self._logs: list[s.Log] = []
         self._end = np.empty((3, n, 3))
@@ -197,7 +199,8 @@ class Run:
     def _start_new_log(self) -> None:
         """Keep the full log and go on in one twice as large."""
         full = self._trimmed_log()
-        larger = log_of(2 * len(self._log.time), len(self._state))
+        knot = self._log.motion.shape[1]
+        larger = log_of(2 * len(self._log.time), len(self._state), knot)
         larger = larger._replace(clock=self._clock, counters=self._counters)
         # In this order an interrupt in between loses nothing and repeats nothing: an empty new log
         # first, then the full one is kept.

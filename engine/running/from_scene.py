@@ -157,6 +157,7 @@ def balls_of(scene: Scene) -> Balls:
         np.concatenate(([n], np.arange(n))).astype(np.int32),
         np.zeros((_most_pairs(n) + 1, 2), dtype=np.int32),
         np.zeros(n, dtype=np.int32),
+        None,
     )
 
 
@@ -279,8 +280,11 @@ def _most_pairs(n: int) -> int:
     return min(n * (n - 1) // 2, 3 * n)
 
 
-def log_of(capacity: int, n: int) -> Log:
-    """Room for `capacity` events of n balls: most change two balls, one may change all."""
+def log_of(capacity: int, n: int, knot: int = KNOT) -> Log:
+    """Room for `capacity` events of n balls: most change two balls, one may change all.
+
+    `knot` is how many numbers say how a ball moves on.
+    """
     motions = 2 * capacity + n if capacity else 0
     return Log(
         np.zeros(CLOCKS),
@@ -288,5 +292,5 @@ def log_of(capacity: int, n: int) -> Log:
         np.empty(capacity),
         np.empty((3, capacity), dtype=np.int64),
         np.empty(motions, dtype=np.int64),
-        np.empty((motions, KNOT)),
+        np.empty((motions, knot)),
     )

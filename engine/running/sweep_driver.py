@@ -77,7 +77,7 @@ def shots_of(k: int, n: int) -> Shots:
 def _room(layout: Layout, with_contacts: bool) -> tuple[Any, ...]:
     """Room for a thread to work in: the last arguments of `sweep`."""
     n = len(layout.radii)
-    balls = s.Balls._make(np.empty_like(array) for array in layout.balls)
+    balls = s.Balls._make(None if array is None else np.empty_like(array) for array in layout.balls)
     pairs = s.Pairs._make(np.empty_like(array) for array in layout.pairs)
     cells = layout.cells and s.Cells._make(array.copy() for array in layout.cells)
     contacts = contacts_of(n) if with_contacts else None

@@ -42,6 +42,7 @@ from engine.core.state import (
 )
 from engine.motion.crossings import first_crossing, first_meeting
 from engine.motion.pieces import meets_until, place, speed, velocity, way
+from engine.scheduling.contact_time import first_bound
 from engine.scheduling.ties import takes_precedence
 
 
@@ -83,16 +84,7 @@ def _update_ball(
 ) -> None:
     """Bound anew every pair of ball i; its row takes them over from the others' rows."""
     n = len(balls.own_kind)
-    (x, y), (vx, vy) = place(balls, i, t), velocity(balls, i, t)
-    ax, ay = balls.state[i].ax, balls.state[i].ay
-    radius, own_time = balls.state[i].radius, meets_until(balls, i)
-    for block in range(0, n, LANES):
-        track = pairs.track[block * TRACKS : (block + LANES) * TRACKS]
-        row = pairs.bound[i * n + block : i * n + min(block + LANES, n)]
-        if laws.uniform:
-            _meet_block(track, row, t, x, y, vx, vy, radius, own_time)
-        else:
-            _bound_block(track, row, t, x, y, vx, vy, ax, ay, radius, own_time)
+    _bound_row(balls.higher, balls, laws, pairs, i, t)
     pairs.bound[i * n + i] = math.inf
     if contacts is not None and contacts.cluster[i] != FREE:
         row = contacts.first_held[i]
@@ -107,6 +99,31 @@ def _update_ball(
             if was <= pairs.least[j]:
                 rescan(balls, pairs, j)
     rescan(balls, pairs, i)
+
+
+@kernel(inline=True)
+def _bound_row(
+    higher: FloatArray | None, balls: Balls, laws: Laws, pairs: Pairs, i: int, t: float
+) -> None:
+    """Put in row i when, at the soonest, ball i touches each of the others after the instant t."""
+    n = len(balls.own_kind)
+    radius, own_time = balls.state[i].radius, meets_until(balls, i)
+    if higher is not None:
+        for j in range(n):
+            if j != i:
+                bound = first_bound(balls, laws, i, j, t)
+                until = min(own_time, meets_until(balls, j))
+                pairs.bound[i * n + j] = bound if bound <= until else math.inf
+        return
+    (x, y), (vx, vy) = place(balls, i, t), velocity(balls, i, t)
+    ax, ay = balls.state[i].ax, balls.state[i].ay
+    for block in range(0, n, LANES):
+        track = pairs.track[block * TRACKS : (block + LANES) * TRACKS]
+        row = pairs.bound[i * n + block : i * n + min(block + LANES, n)]
+        if laws.uniform:
+            _meet_block(track, row, t, x, y, vx, vy, radius, own_time)
+        else:
+            _bound_block(track, row, t, x, y, vx, vy, ax, ay, radius, own_time)
 
 
 @kernel

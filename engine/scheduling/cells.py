@@ -41,7 +41,7 @@ from engine.core.state import (
     Laws,
 )
 from engine.motion.geometry import list_near
-from engine.motion.pieces import meets_until, relative_motion
+from engine.motion.pieces import meets_until, relative_bend, relative_motion
 from engine.scheduling.contact_time import NOT_YET, first_bound, holds, time_to_bound, touch
 from engine.scheduling.grid import cell_number, settle, step_on, time_in_cell
 from engine.scheduling.priority_queue import enter_instant, first_due, least_of_others
@@ -88,7 +88,8 @@ def bound_of(
         return math.inf
     counters[BOUNDS] += 1
     end = min(meets_until(balls, i), meets_until(balls, j))
-    bound = first_bound(balls, laws, i, j)
+    start = max(balls.state[i].epoch, balls.state[j].epoch)
+    bound = first_bound(balls, laws, i, j, start)
     bound = bound if bound <= end else math.inf
     return bound if bound > t else _later_bound(balls, i, j, bound, t, end, counters)
 
@@ -191,7 +192,8 @@ def _meet_ball(
     """
     start = max(balls.state[i].epoch, balls.state[j].epoch)
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
-    rate, pull = rx * vx + ry * vy, rx * ax + ry * ay
+    rate = rx * vx + ry * vy
+    pull = rx * ax + ry * ay - relative_bend(balls, i, j, start, rx, ry)
     if rate >= 0.0 and pull >= 0.0:
         return
     others = cells.slot[i, OTHERS]
@@ -277,7 +279,14 @@ def _move_on(
     t: float,
     counters: IntArray,
 ) -> None:
-    """Move ball i to the next cell on its way, at t [s]; there it meets the balls of three more."""
+    """Move ball i to the next cell on its way, at t [s]; there it meets the balls of three more.
+
+    Where it is only said that it can't leave before t, see when it does from there.
+    """
+    if cells.link[i, WAY] == NOWHERE:
+        cells.slot[i, LEAVES] = time_in_cell(balls, cells, i, t)
+        enter_next(balls, cells, i)
+        return
     counters[CELL_MOVES] += 1
     way = cells.link[i, WAY]
     step_on(cells, i)

@@ -16,7 +16,7 @@ from engine.core.state import (
 from engine.core.tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
 from engine.motion.crossings import first_crossing, first_meeting
 from engine.motion.geometry import at_rest, capture_height, negligible_hop
-from engine.motion.pieces import relative_motion, velocity
+from engine.motion.pieces import acceleration, relative_bend, relative_motion, velocity
 
 NOT_YET = 0
 """The bound moved on; the pair doesn't touch at this instant."""
@@ -27,16 +27,16 @@ PRESSED = 2
 
 
 @kernel(inline=True)
-def first_bound(balls: Balls, laws: Laws, i: int, j: int) -> float:
-    """Return the first bound of when the pair touches [s], or inf.
+def first_bound(balls: Balls, laws: Laws, i: int, j: int, start: float) -> float:
+    """Return the first bound of when the pair touches [s], from the instant `start` on; or inf.
 
-    From the instant at which the later of the two changed its motion. To the bit what
+    Where that is when the later of the two changed its motion, it is to the bit what
     `scheduling.all_pairs` has in its rows, which are this without branches.
     """
-    start = max(balls.state[i].epoch, balls.state[j].epoch)
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
     reach = balls.state[i].radius + balls.state[j].radius
-    rate, pull = rx * vx + ry * vy, rx * ax + ry * ay
+    rate = rx * vx + ry * vy
+    pull = rx * ax + ry * ay - relative_bend(balls, i, j, start, rx, ry)
     bound: float = start + time_to_bound(laws, rx, ry, vx, vy, rate, pull, reach)
     return bound
 
@@ -54,7 +54,8 @@ def time_to_bound(
 ) -> float:
     """Return in how long a pair may touch at the soonest [s], from its relative motion; or inf.
 
-    `rate` is r . v, `pull` is r . a: over the distance, how the projected gap changes.
+    `rate` is r . v, `pull` is r . a less what the bends may take from it: over the distance, how
+    the projected gap changes.
     """
     if laws.uniform:
         met: float = first_meeting(rx, ry, vx, vy, reach)
@@ -87,7 +88,8 @@ def touch(balls: Balls, i: int, j: int, t: float, slack: float) -> tuple[int, fl
     gap = distance - reach
     rate = (rx * vx + ry * vy) / distance
     pull = (rx * ax + ry * ay) / distance
-    s = first_crossing(gap, rate, pull)
+    bent = relative_bend(balls, i, j, t, rx / distance, ry / distance)
+    s = first_crossing(gap, rate, pull - bent)
     progress = s > TIME_ROUNDING * t
     if gap > max(GAP_ROUNDING * reach, slack) and progress:
         return NOT_YET, t + s, 0.0
@@ -96,7 +98,7 @@ def touch(balls: Balls, i: int, j: int, t: float, slack: float) -> tuple[int, fl
     noise = APPROACH_ROUNDING * (_speed(balls, i, t) + _speed(balls, j, t))
     across = max(vx * vx + vy * vy - rate * rate, 0.0)
     opening = across / distance + pull
-    pulled = opening < -APPROACH_ROUNDING * (_pull(balls, i) + _pull(balls, j))
+    pulled = opening < -APPROACH_ROUNDING * (_pull(balls, i, t) + _pull(balls, j, t))
     if rate < -noise:
         # A rebound that slow ends within `CAPTURE_HEIGHT`, where friction pulls the balls together
         # again; the cloth also stops one that was struck at rest.
@@ -109,21 +111,26 @@ def touch(balls: Balls, i: int, j: int, t: float, slack: float) -> tuple[int, fl
         return NOT_YET, t + s, 0.0
     if pulled:
         return PRESSED, t, 0.0
-    s = _next_approach(distance * max(opening, 0.0), vx, vy, ax, ay)
+    bent = relative_bend(balls, i, j, t, 1.0, 1.0)
+    s = _next_approach(distance * max(opening, 0.0), vx, vy, ax, ay, distance, bent)
     return (NOT_YET, t + s, 0.0) if s > TIME_ROUNDING * t else (PRESSED, t, 0.0)
 
 
 @kernel
-def _next_approach(opening: float, vx: float, vy: float, ax: float, ay: float) -> float:
+def _next_approach(
+    opening: float, vx: float, vy: float, ax: float, ay: float, distance: float, bend: float
+) -> float:
     """Return when a touching pair that neither approaches nor recedes can approach next [s].
 
     With r . v = 0, half the rate of |r|^2 is s (A + B s + C s^2), A = v^2 + r . a = `opening`,
-    B = 3/2 v . a, C = a^2 / 2: the pair opens while that is positive.
+    B = 3/2 v . a, C = a^2 / 2: the pair opens while that is positive. An acceleration that is off
+    by up to b = `bend` takes no more than |r| b from A, 3/2 |v| b from B, (|a| + b / 2) b from C.
     """
-    linear = 1.5 * (vx * ax + vy * ay)
-    quadratic = 0.5 * (ax * ax + ay * ay)
+    linear = 1.5 * (vx * ax + vy * ay) - 1.5 * (abs(vx) + abs(vy)) * bend
+    quadratic = 0.5 * (ax * ax + ay * ay) - (abs(ax) + abs(ay) + 0.5 * bend) * bend
+    opening = max(opening - distance * bend, 0.0)
     discriminant = linear * linear - 4.0 * quadratic * opening
-    if linear >= 0.0 or discriminant < 0.0:
+    if (linear >= 0.0 and quadratic >= 0.0) or discriminant < 0.0:
         return math.inf
     return 2.0 * opening / (math.sqrt(discriminant) - linear)
 
@@ -136,9 +143,10 @@ def _stopping(balls: Balls, i: int) -> float:
 
 
 @kernel
-def _pull(balls: Balls, i: int) -> float:
-    """Size of the acceleration of ball i [m/s^2], in the 1-norm."""
-    size: float = abs(balls.state[i].ax) + abs(balls.state[i].ay)
+def _pull(balls: Balls, i: int, t: float) -> float:
+    """Size of the acceleration of ball i at the instant t [m/s^2], in the 1-norm."""
+    ax, ay = acceleration(balls, i, t)
+    size: float = abs(ax) + abs(ay)
     return size
 
 

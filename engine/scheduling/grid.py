@@ -21,7 +21,11 @@ from engine.core.state import (
     Cells,
 )
 from engine.motion.crossings import first_crossing
-from engine.motion.pieces import place, velocity
+from engine.motion.pieces import acceleration, bend, place, velocity
+
+_LATE = 2.0**-24
+"""How far beyond its cell's side a ball may be whose motion bends, in units of that: less than the
+room that a cell has, which is larger than the largest ball."""
 
 
 @kernel(inline=True)
@@ -81,23 +85,32 @@ def time_in_cell(balls: Balls, cells: Cells, i: int, t: float) -> float:
     column, row = cells.link[i, COLUMN], cells.link[i, ROW]
     (x, y), (vx, vy) = place(balls, i, t), velocity(balls, i, t)
     x, y = x - cells.frame[0], y - cells.frame[1]
-    ax, ay = balls.state[i].ax, balls.state[i].ay
+    ax, ay = acceleration(balls, i, t)
+    left = balls.state[i].own_time - t
+    bx, by = bend(balls, i, left, 1.0, 0.0), bend(balls, i, left, 0.0, 1.0)
+    # Where the motion bends, it is a bound: of a side a little farther away, so that the ball gets
+    # there in a few looks, and is beyond its own side when it leaves.
+    nearer = -_LATE * side if bx + by > 0.0 else 0.0
     # Left, right, down, up: there is no way out of the outermost.
     least, way = math.inf, 0
     if column > 1:
-        least = _time_to(x - (column - 1) * side, vx, ax)
+        least = _time_to(x - (column - 1) * side - nearer, vx, ax - bx)
     if column < cells.size[0]:
-        leaves = _time_to(column * side - x, -vx, -ax)
+        leaves = _time_to(column * side - x - nearer, -vx, -ax - bx)
         if leaves < least:
             least, way = leaves, 1
     if row > 1:
-        leaves = _time_to(y - (row - 1) * side, vy, ay)
+        leaves = _time_to(y - (row - 1) * side - nearer, vy, ay - by)
         if leaves < least:
             least, way = leaves, 2
     if row < cells.size[1]:
-        leaves = _time_to(row * side - y, -vy, -ay)
+        leaves = _time_to(row * side - y - nearer, -vy, -ay - by)
         if leaves < least:
             least, way = leaves, 3
+    if nearer < 0.0:
+        gaps = (x - (column - 1) * side, column * side - x, y - (row - 1) * side, row * side - y)
+        if gaps[way] > 0.5 * nearer:
+            way = NOWHERE
     cells.link[i, WAY] = way
     return t + least
 

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core import state
-from engine.motion.polynomial import speed, way
+from engine.errors import GhostballError
+from engine.motion.polynomial import speed, tail, way
 from engine.scene import Scene, rolling_angular_velocity
 from engine.trajectory.orientation import orientation_at, pieces_of
 
@@ -73,11 +74,12 @@ class ExactTrajectory:
     Attributes
     ----------
     radii : (n,) float64 [m]
-    knots : n arrays (k_i, 14) float64
+    knots : n arrays (k_i, 14 + 2 m) float64
         For each ball, from each time on: time [s]; x, y [m]; vx, vy [m/s]; ax, ay [m/s^2]; angular
         velocity wx, wy, wz [rad/s]; its rate of change bx, by, and what is added to the decay of
         wz, bz [rad/s^2]; `Phase`. Where the ball rolls or rests, wx, wy, bx and by mean nothing:
-        the velocity gives them.
+        the velocity gives them. Of motions of a higher degree than 2, what goes along x and along y
+        with the third power of the time since [m/s^3], with the fourth, and so on.
     t_end : float [s]
     spin_decelerations : (n,) float64 [rad/s^2]
         By which each ball's wz decays to 0, in every phase.
@@ -98,6 +100,10 @@ class ExactTrajectory:
             r, v, a = knot[:, 1:3], knot[:, 3:5], knot[:, 5:7]
             positions[:, i, :2] = r + way(v, a, s)
             velocities[:, i, :2] = speed(v, a, s)
+            powers = knot[:, state.KNOT :].T
+            for axis in range(min(len(powers), 2)):
+                positions[:, i, axis] += tail(powers, axis, s[:, 0], 0)
+                velocities[:, i, axis] += tail(powers, axis, s[:, 0], 1)
             spins[:, i] = rolling_angular_velocity(velocities[:, i], self.radii[i])
             slides = knot[:, state.PHASE] == Phase.SLIDING
             w, b = knot[slides, 7:9], knot[slides, 10:12]
@@ -151,7 +157,8 @@ class ExactTrajectory:
         Raises
         ------
         GhostballError
-            Where a ball turns too far to be followed.
+            Where a ball turns too far to be followed; or where a motion is of a higher degree
+            than 2, of which the turn isn't known.
 
         Notes
         -----
@@ -163,6 +170,11 @@ class ExactTrajectory:
         t = np.clip(times, 0.0, self.t_end)
         result = np.empty((len(t), len(self.knots), 4))
         for i, knots in enumerate(self.knots):
+            if np.any(knots[:, state.KNOT :]):
+                raise GhostballError(
+                    f"the orientation of ball {i} isn't known: its motion is of a degree above 2. "
+                    "Sample its positions and velocities"
+                )
             pieces = pieces_of(
                 knots, float(self.radii[i]), float(self.spin_decelerations[i]), self.t_end
             )

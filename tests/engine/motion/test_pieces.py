@@ -1,0 +1,231 @@
+"""A motion of the fourth degree, made up in this file: every scheduler finds all of its contacts.
+
+It curves, and its pieces end after a time of their own. What it should come to is simulated beside
+it, with all pairs at every event, and the roots of polynomials of the eighth degree by numpy. The
+kernels run interpreted here: compiled ones would keep the motion that they were compiled with.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from invariants import fingerprint
+from shots import R, ball, scene_of
+
+from engine import EventKind, GhostballError, Scene, Table, simulate, simulate_sweep
+from engine.core.kernel import COMPILED
+from engine.core.state import DISC, OWN_LOOK, ROLLING
+from engine.event_loop import predict
+from engine.motion.on_cloth import predict_motion, predict_obstacles
+from engine.running import from_scene, skips
+
+LASTS = 0.07
+"""How long a piece lasts [s]."""
+
+NOSE = (0.55, 0.33, 0.06)
+"""Centre and radius of a nose [m]."""
+
+made_up = pytest.mark.skipif(COMPILED, reason="a motion of a test's own needs interpreted kernels")
+
+
+def powers(vx: float, vy: float) -> np.ndarray:
+    """Return the coefficients of a piece, (5, 2), that begins at the origin with this velocity."""
+    v, across = np.array([vx, vy]), np.array([-vy, vx])
+    return np.array([0.0 * v, v, -0.4 * v + 1.5 * across, 6.0 * across, -30.0 * v - 20.0 * across])
+
+
+class Motion:
+    """What stands for `predict_motion`: it needs to remember only when a ball's piece will end."""
+
+    def __init__(self) -> None:
+        self.ends: dict[int, float] = {}
+
+    def __call__(self, balls, i, laws) -> None:
+        ball = balls.state[i]
+        looked = balls.own_kind[i] == OWN_LOOK and ball.epoch == ball.own_time
+        if ball.vx == 0.0 and ball.vy == 0.0:
+            predict_motion(balls, i, laws)
+            return
+        # An end that the clock can't tell from now has come.
+        if not (looked and ball.epoch < self.ends.get(i, 0.0) - 1e-12):
+            _, _, second, third, fourth = powers(ball.vx, ball.vy)
+            ball.phase = ROLLING
+            ball.ax, ball.ay = 2.0 * second
+            balls.higher[i, :2] = 6.0 * np.abs(third) + 24.0 * np.abs(fourth) * LASTS
+            balls.higher[i, 2:4], balls.higher[i, 4:6] = third, fourth
+            self.ends[i] = ball.epoch + LASTS
+        balls.own_kind[i] = OWN_LOOK
+        predict_obstacles(balls, i, laws, self.ends[i] - ball.epoch, 0)
+
+
+@pytest.fixture
+def moves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let balls move so, past a nose on the table."""
+    laid, obstacles = from_scene.balls_of, from_scene.obstacles_of
+
+    def balls_of(scene):
+        return laid(scene)._replace(higher=np.zeros((len(scene.balls), 6)))
+
+    def obstacles_of(*given):
+        x, y, radius = NOSE
+        return np.vstack([obstacles(*given), (DISC, x, y, 0.0, 0.0, radius, 0.0, 4)])
+
+    monkeypatch.setattr(from_scene, "balls_of", balls_of)
+    monkeypatch.setattr(from_scene, "obstacles_of", obstacles_of)
+    monkeypatch.setattr(predict, "predict_motion", Motion())
+
+
+def crowd(seed: int, count: int = 10) -> Scene:
+    chance = np.random.default_rng(seed)
+    balls: list[dict[str, object]] = []
+    while len(balls) < count:
+        place = chance.uniform([R, R], [1.1 - R, 0.7 - R]).tolist()
+        clear = all(math.dist(place, other["position"]) > 2.02 * R for other in balls)
+        if clear and math.dist(place, NOSE[:2]) > 1.01 * (R + NOSE[2]):
+            velocity = 2.0 * chance.normal(size=2) if len(balls) % 3 else np.zeros(2)
+            balls.append(ball(place, velocity.tolist()))
+    return scene_of(*balls, table=Table(length=1.1, width=0.7), t_max=0.8)
+
+
+class Piece:
+    """A ball's motion from an instant: a polynomial by numpy."""
+
+    def __init__(self, t: float, place: np.ndarray, velocity: np.ndarray) -> None:
+        self.start, self.end = t, t + LASTS if velocity.any() else math.inf
+        self.powers = powers(*velocity)
+        self.powers[0] = place
+
+    def at(self, t: float) -> np.ndarray:
+        """Return the powers as they are when the time counts from t on."""
+        d = t - self.start
+        return np.array(
+            [
+                sum(math.comb(m, k) * self.powers[m] * d ** (m - k) for m in range(k, 5))
+                for k in range(5)
+            ]
+        )
+
+
+def first_entry(gap: np.ndarray, reach: float) -> float:
+    """Return when |gap(s)| falls to `reach` [s]: the least root at which it does."""
+    square = np.polymul(gap[::-1, 0], gap[::-1, 0])
+    square = np.polyadd(square, np.polymul(gap[::-1, 1], gap[::-1, 1]))
+    square = np.polyadd(square, [-reach * reach])
+    roots = np.roots(square)
+    real = np.sort(roots[np.abs(roots.imag) < 1e-7].real)
+    falls = real[(real > -1e-9) & (np.polyval(np.polyder(square), real) < 0.0)]
+    return float(falls[0]) if len(falls) else math.inf
+
+
+def simulated(scene: Scene):
+    """Return the events (t, a, b), b a ball or -1 minus an obstacle, and all pieces."""
+    n, t_max = len(scene.balls), scene.t_max
+    pieces = [
+        Piece(0.0, r[:2], v[:2]) for r, v in zip(scene.positions, scene.velocities, strict=True)
+    ]
+    cushions = [((1, 0), 0.0), ((-1, 0), -1.1), ((0, 1), 0.0), ((0, -1), -0.7)]
+    events, history, now = [], list(enumerate(pieces)), 0.0
+    while True:
+        moved = [piece.at(now) for piece in pieces]
+        due = [(piece.end - now, i, None) for i, piece in enumerate(pieces)]
+        for i in range(n):
+            for j in range(i + 1, n):
+                due.append((first_entry(moved[j] - moved[i], 2.0 * R), i, j))
+            from_nose = moved[i].copy()
+            from_nose[0] -= NOSE[:2]
+            due.append((first_entry(from_nose, R + NOSE[2]), i, -5))
+            for k, (normal, offset) in enumerate(cushions):
+                gap = moved[i] @ normal
+                gap[0] -= offset + R
+                roots = np.roots(gap[::-1]) if gap[1:].any() else np.array([])
+                real = np.sort(roots[np.abs(roots.imag) < 1e-7].real)
+                rates = np.polyval(np.polyder(gap[::-1]), real)
+                falls = real[(real > -1e-9) & (rates < 0.0)]
+                due.append((float(falls[0]) if len(falls) else math.inf, i, -1 - k))
+        s, i, j = min(due, key=lambda one: one[0])
+        now += max(s, 0.0)
+        if now > t_max:
+            return events, history
+        place_i, vi = pieces[i].at(now)[:2]
+        if j is None:
+            changed = [(i, place_i, vi)]
+        elif j >= 0:
+            q = pieces[j].at(now)
+            normal = (q[0] - place_i) / np.linalg.norm(q[0] - place_i)
+            passed = normal * (normal @ (q[1] - vi))
+            changed = [(i, place_i, vi + passed), (j, q[0], q[1] - passed)]
+            events.append((now, i, j))
+        else:
+            normal = np.array(cushions[-1 - j][0] if j > -5 else place_i - NOSE[:2], dtype=float)
+            normal /= np.linalg.norm(normal)
+            changed = [(i, place_i, vi - 2.0 * (normal @ vi) * normal)]
+            events.append((now, i, j))
+        for k, place, velocity in changed:
+            pieces[k] = Piece(now, place, velocity)
+            history.append((k, pieces[k]))
+
+
+@cache
+def _simulated(seed: int):
+    return simulated(crowd(seed))
+
+
+@made_up
+@pytest.mark.parametrize("many", [False, True], ids=["all pairs", "cells"])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_motion_of_the_fourth_degree_misses_no_contact(moves, monkeypatch, seed, many):
+    if many:
+        monkeypatch.setattr(skips, "MOST_PAIRED", 0)
+    scene = crowd(seed)
+    expected, history = _simulated(seed)
+    result = simulate(scene, record="trajectory")
+    kinds = result.events["kind"]
+    hit = result.events[(kinds == EventKind.BALL_BALL) | (kinds == EventKind.BALL_CUSHION)]
+    cushion = hit["kind"] == EventKind.BALL_CUSHION
+    found = list(zip(hit["a"], np.where(cushion, -1 - hit["b"], hit["b"]), strict=True))
+    assert found == [(i, j) for _, i, j in expected]
+    assert len(found) > 10
+    assert np.any(cushion)
+    np.testing.assert_allclose(hit["t"], [t for t, _, _ in expected], atol=1e-9)
+    assert result.work["cell_moves"] > 0 or not many
+    for t in np.linspace(0.0, scene.t_max, 40):
+        states = result.sample([t])
+        for k in range(len(scene.balls)):
+            piece = [one for who, one in history if who == k and one.start <= t][-1].at(t)
+            np.testing.assert_allclose(states.positions[0, k, :2], piece[0], atol=1e-8)
+            np.testing.assert_allclose(states.velocities[0, k, :2], piece[1], atol=1e-6)
+    with pytest.raises(GhostballError, match="isn't known: its motion is of a degree above 2"):
+        result.trajectory.orientation(np.array([0.1]))
+
+
+@made_up
+def test_few_and_many_balls_come_to_the_same_contacts_and_a_sweep_to_the_same_end(
+    moves, monkeypatch
+):
+    scene = crowd(5)
+    few = simulate(scene, record="events")
+    vx, vy = scene.balls[1].velocity[:2]
+    angle = math.atan2(vy, vx)
+    monkeypatch.setattr(predict, "predict_motion", Motion())
+    batch = simulate_sweep(scene, math.hypot(vx, vy), [angle], ball=1)
+    np.testing.assert_allclose(batch.rest_positions[0], few.rest_positions, atol=1e-7)
+
+
+@pytest.mark.parametrize("many", [False, True], ids=["all pairs", "cells"])
+@(pytest.mark.slow if COMPILED else pytest.mark.filterwarnings("error"))
+def test_room_for_higher_powers_that_are_all_zero_changes_no_bit(monkeypatch, many):
+    """Here compiled kernels have all that a motion of a higher degree needs."""
+    if many:
+        monkeypatch.setattr(skips, "MOST_PAIRED", 0)
+    scene = crowd(3)
+    kept = simulate(scene.model_copy(), record="events")
+    laid = from_scene.balls_of
+    monkeypatch.setattr(
+        from_scene,
+        "balls_of",
+        lambda scene: laid(scene)._replace(higher=np.zeros((len(scene.balls), 8))),
+    )
+    assert fingerprint(simulate(scene.model_copy(), record="events")) == fingerprint(kept)
