@@ -397,6 +397,16 @@ CAUGHT_BY_TESTS: Final[tuple[tuple[Mutation, str], ...]] = (
     ),
     (
         Mutation(
+            "bend ignored",
+            "motion/pieces.py",
+            "    return rate * max(duration, 0.0) if rate > 0.0 else 0.0",
+            "    return 0.0 * rate * duration",
+            "Bounds take a motion of a higher degree for a quadratic.",
+        ),
+        "tests/engine/motion/test_pieces.py::test_a_motion_of_the_fourth_degree_misses_no_contact",
+    ),
+    (
+        Mutation(
             "cushion before rest",
             "scheduling/ties.py",
             "        return bool(balls.own_kind[i] < balls.own_kind[j])",
