@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from typing import Final
 
 from validation.stress.families import (
-    bad_input,
     cradles,
     extremes,
     faults,
@@ -39,7 +38,6 @@ _MODULES: Final = (
     reversal,
     storms,
     tunnelling,
-    bad_input,
     faults,
     graded,
 )
