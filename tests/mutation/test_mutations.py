@@ -1,0 +1,88 @@
+"""Every planted bug is caught, by what it says; a copy without one passes all of that."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from mutants import SOURCES, Mutation, faults_on, planted
+from mutations import MUTATIONS
+
+ROOT = Path(__file__).parents[2]
+
+BY_TRIALS = [one for one in MUTATIONS if not one.caught_by.startswith("tests/")]
+BY_TESTS = [one for one in MUTATIONS if one.caught_by.startswith("tests/")]
+
+
+def test_names_are_unique():
+    assert len({one.name for one in MUTATIONS}) == len(MUTATIONS) > 40
+
+
+def test_every_mutation_fits(tmp_path):
+    for mutation in MUTATIONS:
+        copy = tmp_path / mutation.package / mutation.file
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_bytes((SOURCES / mutation.package / mutation.file).read_bytes())
+        mutation.apply(tmp_path)
+        compile(copy.read_text("utf-8"), mutation.file, "exec")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mutation", BY_TRIALS, ids=lambda one: one.name)
+def test_a_bug_is_caught_by_its_trial(mutation: Mutation):
+    with planted(mutation) as folder:
+        found = faults_on(folder, [mutation.caught_by])
+    assert found[mutation.caught_by], f"survived, though {mutation.what}"
+
+
+@pytest.mark.slow
+def test_without_a_bug_no_trial_breaks():
+    trials = list(dict.fromkeys(one.caught_by for one in BY_TRIALS))
+    with planted() as folder:
+        assert faults_on(folder, trials) == dict.fromkeys(trials, ())
+
+
+def run_on(folder: Path, *tests: str) -> subprocess.CompletedProcess[str]:
+    """Run tests of this checkout on a copy of the engine.
+
+    With interpreted kernels, but where they call one or two of them a million times.
+    """
+    interpreted = not any("test_all_pairs.py" in test for test in tests)
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join([str(folder), *filter(None, sys.path)]),
+        "NUMBA_DISABLE_JIT": str(int(interpreted)),
+        "GHOSTBALL_CACHE_DIR": str(folder),
+    }
+    check = f"import engine; assert engine.__file__.startswith({str(folder)!r})"
+    run = f"import pytest, sys; {check}; sys.exit(pytest.main(sys.argv[1:]))"
+    options = ["-q", "-n", "0", "-p", "no:cacheprovider", "--rootdir", str(ROOT)]
+    options += ["-c", str(ROOT / "pyproject.toml")]
+    return subprocess.run(
+        [sys.executable, "-c", run, *options, *(str(ROOT / test) for test in tests)],
+        cwd=folder,  # which python looks into first
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.checkout
+@pytest.mark.parametrize("mutation", BY_TESTS, ids=lambda one: one.name)
+def test_a_bug_fails_its_test(mutation: Mutation):
+    with planted(mutation) as folder:
+        done = run_on(folder, mutation.caught_by)
+    assert done.returncode == 1, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.checkout
+def test_without_a_bug_every_test_passes():
+    with planted() as folder:
+        for test in dict.fromkeys(one.caught_by for one in BY_TESTS):
+            done = run_on(folder, test)
+            assert done.returncode == 0, done.stdout + done.stderr
