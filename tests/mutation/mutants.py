@@ -26,7 +26,7 @@ from multiprocessing.context import ForkServerContext
 from pathlib import Path
 from unittest.mock import patch
 
-from probe import PROCESSOR_LIMIT, try_all
+from probe import try_all
 
 import engine
 
@@ -36,8 +36,11 @@ SOURCES = Path(engine.__file__).parent.parent
 START_LIMIT = 120.0
 """How long the process of a copy may take to start [s]: minutes pass on a busy machine."""
 
-TIME_LIMIT = 60.0
-"""How long a trial may take [s]."""
+TIME_LIMIT = 600.0
+"""How long a trial may take [s], where it doesn't use the processor."""
+
+PROCESSOR_LIMIT = 10.0
+"""Processor time [s] after which a trial is ended: four times that of the dearest without a bug."""
 
 OF_OTHERS = ("numba", "pydantic", "mpmath", "flint", "filelock", "lazy_loader", "pytest")
 """What takes longest to import of all that our packages and pytest need."""
@@ -123,7 +126,11 @@ def planted(*mutations: Mutation) -> Iterator[Path]:
 
 
 def faults_on(
-    folder: Path, trials: Sequence[str], time_limit: float = TIME_LIMIT
+    folder: Path,
+    trials: Sequence[str],
+    *,
+    time_limit: float = TIME_LIMIT,
+    processor_limit: float = PROCESSOR_LIMIT,
 ) -> dict[str, tuple[str, ...]]:
     """Try the packages in a folder; return what each trial finds wrong, up to one that ends it.
 
@@ -132,7 +139,7 @@ def faults_on(
     folder : Path
     trials : sequence of str
         Of the quick stress suite, as FAMILY/TRIAL.
-    time_limit : float [s]
+    time_limit, processor_limit : float [s]
         For each of them; the start of the process doesn't count.
 
     Raises
@@ -143,7 +150,8 @@ def faults_on(
     found: dict[str, tuple[str, ...]] = {}
     context = server()
     answers, theirs = context.Pipe(duplex=False)
-    process = context.Process(target=try_all, args=(str(folder), trials, theirs), daemon=True)
+    args = (str(folder), trials, processor_limit, theirs)
+    process = context.Process(target=try_all, args=args, daemon=True)
     process.start()
     theirs.close()
     try:
@@ -162,7 +170,7 @@ def faults_on(
     except EOFError:
         process.join()
         if process.exitcode == -signal.SIGPROF:
-            how = f"no end in {PROCESSOR_LIMIT:g} s of processor time"
+            how = f"no end in {processor_limit:g} s of processor time"
         else:
             how = f"exit code {process.exitcode}"
         return found | {trials[len(found)]: (how,)}

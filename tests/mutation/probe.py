@@ -14,12 +14,13 @@ from pathlib import Path
 MAX_EVENTS = 20_000
 """Events after which a shot of a copy is given up: a bug may make it go on for ever."""
 
-PROCESSOR_LIMIT = 10.0
-"""Processor time [s] after which a trial is ended: ten times that of the dearest without a bug."""
 
-
-def try_all(folder: str, trials: Sequence[str], answers: Connection) -> None:
+def try_all(
+    folder: str, trials: Sequence[str], processor_limit: float, answers: Connection
+) -> None:
     """Send why the packages in a folder can't be imported, "" where they can; then each's faults.
+
+    A trial that takes more time of the processor than the limit [s] ends this process.
 
     Nothing but the bug makes the harness fail where it doesn't in a copy without one, so that a
     trial that can't judge has a fault too.
@@ -36,7 +37,7 @@ def try_all(folder: str, trials: Sequence[str], answers: Connection) -> None:
     for path in trials:
         family, _, name = path.partition("/")
         (trial,) = (one for one in FAMILIES[family].trials("quick") if one.name == name)
-        signal.setitimer(signal.ITIMER_PROF, PROCESSOR_LIMIT)
+        signal.setitimer(signal.ITIMER_PROF, processor_limit)
         found = run_trial(StressTask(family, trial, f"ghostball:max_events={MAX_EVENTS}"))
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         answers.send(found.faults if found.outcome in ("broken", "failed") else ())

@@ -11,6 +11,8 @@ import pytest
 from mutants import SOURCES, Mutation, faults_on, planted
 from mutations import MUTATIONS
 
+from validation.stress import FAMILIES
+
 ROOT = Path(__file__).parents[2]
 
 BY_TRIALS = [one for one in MUTATIONS if not one.caught_by.startswith("tests/")]
@@ -19,6 +21,18 @@ BY_TESTS = [one for one in MUTATIONS if one.caught_by.startswith("tests/")]
 
 def test_names_are_unique():
     assert len({one.name for one in MUTATIONS}) == len(MUTATIONS) > 40
+
+
+def test_what_catches_a_bug_is_there():
+    trials = {
+        f"{family.name}/{trial.name}"
+        for family in FAMILIES.values()
+        for trial in family.trials("quick")
+    }
+    assert {one.caught_by for one in BY_TRIALS} <= trials
+    for one in BY_TESTS:
+        file, _, name = one.caught_by.partition("::")
+        assert f"def {name.partition('[')[0]}(" in (ROOT / file).read_text("utf-8")
 
 
 def test_every_mutation_fits(tmp_path):
@@ -45,12 +59,14 @@ def test_without_a_bug_no_trial_breaks():
         assert faults_on(folder, trials) == dict.fromkeys(trials, ())
 
 
-def run_on(folder: Path, *tests: str) -> subprocess.CompletedProcess[str]:
-    """Run tests of this checkout on a copy of the engine.
+def is_interpreted(test: str) -> bool:
+    """Whether a test runs interpreted kernels: not where it calls one or two a million times."""
+    return "test_all_pairs.py" not in test
 
-    With interpreted kernels, but where they call one or two of them a million times.
-    """
-    interpreted = not any("test_all_pairs.py" in test for test in tests)
+
+def run_on(folder: Path, *tests: str) -> subprocess.CompletedProcess[str]:
+    """Run tests of this checkout on a copy of the engine, all with interpreted kernels or none."""
+    (interpreted,) = {is_interpreted(test) for test in tests}
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join([str(folder), *filter(None, sys.path)]),
         "NUMBA_DISABLE_JIT": str(int(interpreted)),
@@ -81,8 +97,9 @@ def test_a_bug_fails_its_test(mutation: Mutation):
 
 @pytest.mark.slow
 @pytest.mark.checkout
-def test_without_a_bug_every_test_passes():
+@pytest.mark.parametrize("interpreted", [True, False])
+def test_without_a_bug_every_test_passes(interpreted):
+    tests = {one.caught_by for one in BY_TESTS if is_interpreted(one.caught_by) == interpreted}
     with planted() as folder:
-        for test in dict.fromkeys(one.caught_by for one in BY_TESTS):
-            done = run_on(folder, test)
-            assert done.returncode == 0, done.stdout + done.stderr
+        done = run_on(folder, *tests)
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -12,7 +12,6 @@ from typing import Final
 from validation.stress.families import (
     cradles,
     extremes,
-    faults,
     graded,
     grazing,
     long_runs,
@@ -38,7 +37,6 @@ _MODULES: Final = (
     reversal,
     storms,
     tunnelling,
-    faults,
     graded,
 )
 
