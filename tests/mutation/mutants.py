@@ -186,6 +186,7 @@ def server() -> ForkServerContext:
     """Return what starts processes that need not import what others wrote again."""
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(list(OF_OTHERS))
-    with patch.dict(os.environ, NUMBA_DISABLE_JIT="1"):
+    # Numpy with one thread: more of them would not live on in a fork.
+    with patch.dict(os.environ, NUMBA_DISABLE_JIT="1", OPENBLAS_NUM_THREADS="1"):
         forkserver.ensure_running()
     return context
