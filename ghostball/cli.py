@@ -318,37 +318,12 @@ def stress(
     report: Annotated[
         bool, typer.Option(help="Write stress.md and its figures after the run.")
     ] = True,
-    self_test: Annotated[
-        bool,
-        typer.Option(
-            "--self-test",
-            help="Plant bugs in copies of our engine, one at a time, and say which the small "
-            "trials of the quick suite catch; nothing is stored.",
-        ),
-    ] = False,
 ) -> None:
     """Try to break engines; say what each survives, with the worst case of all as a scene.
 
     Exit status 1 where our engine breaks; where it isn't asked, where any engine does; 4 where no
-    engine can be asked any of it. Of a self-test, 1 where a bug isn't caught, or the engine without
-    one breaks.
+    engine can be asked any of it.
     """
-    if self_test:
-        if engines is not None or suite is not StressSuite.QUICK:
-            raise typer.BadParameter(
-                "is about our engine and the quick suite: leave --engines and --suite out",
-                param_hint="--self-test",
-            )
-        if listed or rerun or out is not None:
-            raise typer.BadParameter(
-                "stores nothing and lists nothing: leave --list, --out and --rerun out",
-                param_hint="--self-test",
-            )
-        from ghostball import _self_test  # noqa: PLC0415
-
-        raise typer.Exit(
-            _self_test.run(only or [], jobs=jobs, time_limit=time_limit, as_json=as_json)
-        )
     from ghostball import _stress  # noqa: PLC0415
 
     if listed:

@@ -52,7 +52,7 @@ CODE_ENDINGS = (".py", ".so", ".pyd")
 
 LIBRARIES = (
     *("numpy", "numba", "llvmlite", "pymunk", "cffi", "pybullet"),
-    *("mpmath", "gmpy2", "python-flint", "pydantic", "pydantic-core", "hypothesis"),
+    *("mpmath", "gmpy2", "python-flint", "pydantic", "pydantic-core"),
 )
 """Distributions that compute, or that are beneath one that does. See above for edits of them."""
 

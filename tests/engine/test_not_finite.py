@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from shots import POOL_TABLE, ball, scene_of
 
-from engine import Status
+from engine import Status, simulate
 from engine.core import state as s
 from engine.running.driver import Run
 
 MOTION = ("X", "Y", "VX", "VY", "AX", "AY", "WX", "WY", "WZ", "BX", "BY", "BZ", "EPOCH")
 CONSTANTS = ("RADIUS", "MASS", "ROLL", "SLIDE", "SPIN", "CLOTH", "OWN_TIME")
 NOT_FINITE = [math.nan, math.inf, -math.inf]
+INTEGRATED = {"preset": "pool", "ball_impact": "mathavan2014", "cushion": "mathavan2010"}
+LAWS = ("rolling", "sliding", "integrated")
 
 
 def shot(**physics):
@@ -44,12 +46,30 @@ def test_planted_in_the_midst_of_a_run(name, after, physics):
                 assert np.all(np.isfinite(run.final_state()))
 
 
-def test_the_ball_and_the_instant_are_named():
-    run = Run(shot(), False)
+@pytest.mark.parametrize("physics", [{}, {"preset": "pool"}], ids=["rolling", "sliding"])
+@pytest.mark.parametrize(("i", "name"), [(0, "X"), (0, "VX"), (0, "VY"), (0, "WZ"), (2, "VX")])
+def test_the_ball_and_the_instant_are_named(i, name, physics):
+    run = Run(shot(**physics), False)
     run._enter(1, False)
     now = run._clock[s.NOW]
-    run._state[2, s.VX] = math.nan
-    run.go(1_000)
+    run._state[i, getattr(s, name)] = math.nan
+    with np.errstate(all="ignore"):
+        run.go(1_000)
     assert run.status is Status.FAILED
-    assert run.reason.startswith('`balls[2]` ("b2") has no finite motion (position (nan, ')
-    assert float(run.reason.rpartition("t = ")[2].removesuffix(" s")) >= now
+    assert run.reason.startswith(f'`balls[{i}]` ("b{i}") has no finite motion (')
+    assert now <= float(run.reason.rpartition("t = ")[2].removesuffix(" s")) < math.inf
+
+
+@pytest.mark.compiled  # interpreted, a division by zero raises
+@pytest.mark.parametrize("physics", [{}, {"preset": "pool"}, INTEGRATED], ids=LAWS)
+@pytest.mark.parametrize("speed", [1e10, 1e30, 1e50])
+@pytest.mark.parametrize("t_max", [1e-40, 1.0, 1e50])
+def test_products_that_may_overflow_end_finite_or_failed(t_max, speed, physics):
+    fast = ball((0.3, 0.3), (speed, 0.1 * speed))
+    scene = scene_of(fast, ball((0.5, 0.1)), ball((0.57, 0.1)), t_max=t_max, **physics)
+    result = simulate(scene, record="events")
+    if result.status is Status.FAILED:
+        assert result.reason
+    else:
+        assert all(np.all(np.isfinite(part)) for part in result.final_state)
+        assert math.isfinite(result.rest_time)

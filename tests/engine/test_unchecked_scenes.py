@@ -84,6 +84,57 @@ def test_a_scene_made_without_its_checks_is_refused_on_every_path(scene, says):
         assert says in str(caught.value)
 
 
+FIELDS = [
+    *((field, axis) for field in ("position", "velocity", "angular_velocity") for axis in range(3)),
+    *((field, None) for field in ("radius", "mass")),
+    *((field, None) for field in ("rolling_friction", "sliding_friction")),
+    ("spinning_friction_rate", None),
+]
+"""Numbers of a ball, and the component of those that are vectors."""
+
+NUMBERS_OF_PHYSICS = [field for field, value in Physics() if isinstance(value, float)]
+
+
+def spoilt(scene, value):
+    """Yield the scene with each of its numbers in turn replaced, and the name of that number."""
+    for i in (0, len(scene.balls) - 1):
+        for field, axis in FIELDS:
+            planted = value
+            if axis is not None:
+                vector = list(getattr(scene.balls[i], field) or (0.0, 0.0, 0.0))
+                vector[axis] = value
+                planted = tuple(vector)
+            name = f"balls[{i}].{field}" + ("" if axis is None else f"[{axis}]")
+            yield name, with_ball(scene, i, **{field: planted})
+    for field in NUMBERS_OF_PHYSICS:
+        physics = scene.physics.model_copy(update={field: value})
+        yield f"physics.{field}", scene.model_copy(update={"physics": physics})
+    for field in ("length", "width"):
+        table = scene.table.model_copy(update={field: value})
+        yield f"table.{field}", scene.model_copy(update={"table": table})
+    yield "t_max", scene.model_copy(update={"t_max": value})
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("count", [3, 120])
+@pytest.mark.parametrize(
+    "physics",
+    [{}, {"preset": "pool"}, {"preset": "pool", "ball_impact": "mathavan2014"}],
+    ids=["rolling", "sliding", "integrated"],
+)
+def test_each_number_of_a_scene_that_got_past_its_checks_is_refused_by_name(physics, count, value):
+    others = [ball((0.5 + 0.07 * (k % 15), 0.1 + 0.07 * (k // 15))) for k in range(count - 1)]
+    cue = ball((0.3, 0.3), (1.0, 0.1))
+    scene = scene_of(cue, *others, table=POOL_TABLE, t_max=0.5, **physics)
+    names = set()
+    for name, wrong in spoilt(scene, value):
+        names.add(name)
+        with pytest.raises(SceneError, match="made without its checks") as caught:
+            simulate(wrong, record="trajectory")
+        assert f"`{name}`" in str(caught.value)
+    assert len(names) == 2 * len(FIELDS) + len(NUMBERS_OF_PHYSICS) + 3
+
+
 def test_parts_made_without_their_checks_are_refused_where_they_become_a_scene():
     spoilt = Ball.model_construct(**{**dict(SHOT.balls[1]), "mass": math.nan})
     with pytest.raises(SceneError, match=r"`balls\[1\].mass` must be a finite number"):

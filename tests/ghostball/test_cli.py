@@ -138,7 +138,12 @@ BAD_SCENES = {
         ["shot.toml:11", "`physics.ball_restitution`", "1.3"],
     ),
     "duplicate id": (HEAD + ball() + ball(x="1.0"), ["`balls[1].id`", "unique", '"cue"']),
+    "choice": (HEAD + ball() + '[physics]\nmotion = "never"\n', ["`physics.motion`", "'rolling'"]),
+    "type": (HEAD.replace('"shot"', "3") + ball(), ["shot.toml:2", "`name`", "text in quotes"]),
+    "missing": (HEAD.replace("width = 1.0\n", "") + ball(), ["`table.width` must be given"]),
+    "relation": (HEAD + ball(extra="angular_velocity = [0, 0, 1]\n"), ["that of rolling"]),
     "syntax": ("schema = 1\nname = \n", ["shot.toml:2", "not valid TOML"]),
+    "no text": ("schema = 1\n\0", ["shot.toml:2", "not valid TOML"]),
 }
 
 
@@ -151,8 +156,26 @@ def test_a_bad_scene_is_refused_before_anything_is_written(
     path = tmp_path / "shot.toml"
     path.write_text(text)
     monkeypatch.chdir(tmp_path)
-    assert refused(cli(command, path), "error: ", *parts)
+    result = cli(command, path)
+    assert refused(result, "shot.toml", *parts)
+    assert result.stderr.startswith("error: ")
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_bad_scene_ends_the_process_with_status_2(tmp_path):
+    path = tmp_path / "shot.toml"
+    for text in (None, BAD_SCENES["nan"][0]):
+        if text is not None:
+            path.write_text(text)
+        done = subprocess.run(
+            [sys.executable, "-m", "ghostball", "simulate", str(path)],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr.startswith(f"error: {path}")
+        assert "Traceback" not in done.stderr
 
 
 def test_the_scene_that_the_bad_ones_vary_is_good(cli, tmp_path):

@@ -9,11 +9,11 @@ import sys
 from xml.etree import ElementTree
 
 import pytest
+from faulty_engine import planted
 from typer.testing import CliRunner
 
 from engine import Scene
 from ghostball.cli import app
-from validation.stress.faulty_engine import planted
 
 SHOT = """
 schema = 1

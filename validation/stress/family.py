@@ -24,7 +24,7 @@ class Family:
         Given the suite, yields the trials; those of "quick" are among those of "full", or are
         smaller ones of the same kind. Made anew at each call, always the same.
     ours_alone : bool
-        Whether it is about our engine, or about the harness, and so is tried once for our engine.
+        Whether it is about our engine, and so is tried for our engine alone.
     """
 
     name: str

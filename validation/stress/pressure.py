@@ -57,7 +57,6 @@ class PressureTrial(Trial):
     stepped: int
 
     limit: ClassVar[float] = 400.0
-    small: ClassVar[bool] = False
 
     def run(self, engine: ReferenceEngine) -> Verdict:
         """Mix the gas, then measure block by block.

@@ -15,7 +15,6 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +38,7 @@ from validation.stress.trial import (
     Trial,
     Verdict,
 )
-from validation.unchanged import Code, hash_sources, is_ours
+from validation.unchanged import Code, is_ours
 from validation.worker import run_tasks
 
 DEFAULT_ENGINES: tuple[str, ...] = (
@@ -268,17 +267,13 @@ def _run(
 def _hash_of_all(code: Code) -> str:
     """Return the hash of all that decides what is found; "" where the code can't be told.
 
-    Of the code; and of the shipped scenes with their criteria, and of the commands, which some
-    trials play and run.
+    Of the code; and of the shipped scenes with their criteria, which some trials play.
     """
     if not code.hash:
         return ""
     digest = hashlib.sha256(code.hash.encode())
     for path in sorted(FOLDER.glob("*.toml")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
-    commands = find_spec("ghostball")
-    if commands is not None and commands.origin is not None:
-        digest.update(hash_sources([Path(commands.origin).parent]).encode())
     return digest.hexdigest()
 
 

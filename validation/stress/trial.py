@@ -103,14 +103,10 @@ class Trial(ABC):
         Unique within its family; letters, digits and "-+=.,", for it is part of file names.
     limit : float [s]
         Its process is ended if it takes longer; what it then did is a fault.
-    small : bool
-        Whether interpreted kernels can do it in a second or two: it then takes part in the
-        self-test.
     """
 
     name: str
     limit: ClassVar[float] = 60.0
-    small: ClassVar[bool] = True
 
     @abstractmethod
     def run(self, engine: ReferenceEngine) -> Verdict:
@@ -162,13 +158,6 @@ class SceneTrial(Trial):
 def size(value: float) -> str:
     """Return a number as names of trials and scenes have it: "0", "1e-07"."""
     return f"{value:.0e}".replace("+", "") if value else "0"
-
-
-@dataclass(frozen=True)
-class LongTrial(SceneTrial):
-    """The same of a shot too long for interpreted kernels: the self-test leaves it out."""
-
-    small: ClassVar[bool] = False
 
 
 def play(engine: ReferenceEngine, scene: Scene, record: Record = "trajectory") -> Result | Verdict:

@@ -54,20 +54,6 @@ class TestLawNames:
     def test_impacts_at_one_instant_are_resolved_in_one_of_two_ways(self, impacts):
         assert Physics(impacts=impacts).impacts == impacts
 
-    @pytest.mark.parametrize("value", ["glue", "Mirror", "mirror ", "", 3, None, True, ["mirror"]])
-    @pytest.mark.parametrize(
-        ("field", "names"), [("cushion", CUSHION_LAW_NAMES), ("ball_impact", BALL_LAW_NAMES)]
-    )
-    def test_an_unknown_law_is_refused_with_those_there_are(self, field, names, value):
-        with pytest.raises(SceneError, match=f"`{field}` must be '") as caught:
-            Physics(**{field: value})
-        assert all(f"'{name}'" in str(caught.value) for name in names)
-
-    @pytest.mark.parametrize("value", ["glue", "", 0, None])
-    def test_an_unknown_way_to_resolve_impacts(self, value):
-        with pytest.raises(SceneError, match="`impacts` must be 'simultaneous' or 'sequential'"):
-            Physics(impacts=value)
-
     def test_a_wrong_law_in_a_file_is_told_with_its_line_and_value(self):
         text = 'schema = 1\nname = "a"\n[physics]\nball_impact = "glue"\ncushion = "felt"\n'
         text += '[[balls]]\nid = "a"\nposition = [0, 0]\n'

@@ -11,7 +11,7 @@ import pytest
 from refusals import refusal
 from shots import POOL_TABLE, R, ball, rack, scene_of
 
-from engine import CUSHIONS, Ball, GhostballError, Physics, Scene, SceneError, Table
+from engine import CUSHIONS, Ball, GhostballError, Physics, SceneError, Table
 from engine.scene import rolling_angular_velocity
 
 
@@ -129,84 +129,18 @@ class TestRolls:
 
 
 class TestNumbers:
-    @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-    @pytest.mark.parametrize("field", ["position", "velocity", "radius", "mass"])
-    def test_nan_and_infinity_are_refused_in_a_ball(self, field, value):
-        fields = {"position": (0.1, 0.2), "velocity": (1.0, 0.0)}
-        given = (0.1, value) if field in fields else value
-        message = refusal({**fields, field: given}, t_max=1.0)
-        name = f"{field}[1]" if field in fields else field
-        assert f"`{name}` must be a finite number" in message or "must be greater" in message
-        assert str(value) in message
+    """What is no number as it should be is in `test_mistakes.py`, for every field."""
 
-    @pytest.mark.parametrize("value", [math.nan, math.inf])
-    @pytest.mark.parametrize(
-        "field",
-        ["gravity", "rolling_friction", "ball_restitution", "cushion_height", "air_drag"],
-    )
-    def test_nan_and_infinity_are_refused_in_the_physics(self, field, value):
-        with pytest.raises(SceneError) as caught:
-            Physics(**{field: value})
-        assert f"`{field}`" in str(caught.value)
-        assert str(value) in str(caught.value)
-
-    @pytest.mark.parametrize("value", [0.0, -0.0, -1.0, -math.inf, math.nan, True, "0.1", None])
     @pytest.mark.parametrize("field", ["radius", "mass"])
-    def test_radius_and_mass_are_positive_numbers(self, field, value):
-        message = refusal(ball((0, 0), **{field: value}))
-        assert f"`{field}`" in message
-        assert "must be" in message
-        assert "Give it in" in message
-
-    @pytest.mark.parametrize("value", [-0.01, 1.0000000000000002, 1.3, math.inf, math.nan, False])
-    @pytest.mark.parametrize(
-        "field",
-        [
-            "ball_restitution",
-            "cushion_restitution",
-            "cushion_tangential_restitution",
-            "table_restitution",
-        ],
-    )
-    def test_restitutions_are_between_0_and_1(self, field, value):
-        with pytest.raises(SceneError) as caught:
-            Physics(cushion="restitution", **{field: value})
-        assert f"`{field}` must be" in str(caught.value)
-        assert str(value).lower() in str(caught.value).lower()
-
-    @pytest.mark.parametrize("value", [-0.1, math.nan, math.inf, 1.1e50, True, "0.1"])
-    @pytest.mark.parametrize(
-        "field", ["rolling_friction", "sliding_friction", "spinning_friction_rate"]
-    )
-    def test_frictions_of_a_scene_and_of_a_ball_are_numbers_from_0(self, field, value):
-        for make in (
-            lambda: Physics(**{field: value}),
-            lambda: Ball(id="b", position=(0, 0), **{field: value}),
-        ):
-            with pytest.raises(SceneError, match=f"`{field}` must be") as caught:
-                make()
-            assert str(value).lower() in str(caught.value).lower()
+    def test_what_a_number_is_given_in_is_said(self, field):
+        assert "Give it in" in refusal(ball((0, 0), **{field: 0.0}))
 
     @pytest.mark.parametrize("value", [0.0, 1.0])
     def test_both_ends_of_a_restitution_are_allowed(self, value):
         assert Physics(ball_restitution=value).ball_restitution == value
 
-    @pytest.mark.parametrize("value", [0.0, -2.0, math.inf, math.nan])
-    def test_t_max_is_a_positive_time(self, value):
-        assert "`t_max` must be" in refusal(ball((0, 0)), t_max=value)
-
-    @pytest.mark.parametrize("count", [0, 1, 4])
-    def test_a_position_has_two_or_three_components(self, count):
-        message = refusal({"position": (0.1,) * count})
-        assert f"`position` must have 2 or 3 components, got {count}" in message
-
     def test_whole_numbers_are_numbers(self):
         assert Ball(id="b", position=(1, 2)).position[:2] == (1.0, 2.0)
-
-    @pytest.mark.parametrize("field", ["length", "width"])
-    def test_the_table_has_a_size(self, field):
-        with pytest.raises(SceneError, match=f"`{field}` must be greater than 0, got 0"):
-            Table(**{"length": 1.0, "width": 1.0, field: 0.0})
 
 
 class TestBallsTogether:
@@ -244,10 +178,6 @@ class TestBallsTogether:
         assert "`balls[1]`" in message
         assert "`balls[2]`" in message
 
-    def test_no_balls(self):
-        with pytest.raises(SceneError, match=r"`balls` must have at least 1 item"):
-            Scene(name="none", balls=[])
-
 
 class TestTable:
     @pytest.mark.parametrize(
@@ -257,6 +187,13 @@ class TestTable:
             ("right", (2.53, 0.6)),
             ("bottom", (1.0, 0.0)),
             ("top", (1.0, 1.3)),
+            # By hardly more than rounding, and by far.
+            ("left", (R - 1e-9, 0.6)),
+            ("right", (2.54 - R + 1e-9, 0.6)),
+            ("bottom", (1.0, R - 1e-9)),
+            ("top", (1.0, 1.27 - R + 1e-9)),
+            ("right", (1e6, 0.6)),
+            ("bottom", (1.0, -1e6)),
         ],
     )
     def test_a_ball_outside_the_table(self, cushion, place):
@@ -296,10 +233,6 @@ class TestPhysics:
         assert physics.rolling_friction == 0.005
         assert physics.ball_restitution == 0.95
 
-    def test_an_unknown_preset(self):
-        with pytest.raises(SceneError, match="`preset` must be 'paper' or 'pool', got \"carom\""):
-            Physics(preset="carom")
-
     @pytest.mark.parametrize("value", ["sometimes", -0.1, math.nan])
     def test_ball_friction_is_a_number_or_a_law(self, value):
         with pytest.raises(SceneError, match=r"`ball_friction` must be .*, or must be 'alciatore'"):
@@ -330,12 +263,6 @@ class TestPhysics:
         assert scene_of(rolling).balls[0].angular_velocity == (0.0, 1.0 / R, 0.0)
 
 
-@pytest.mark.parametrize("name", ["", "Break", "a b", "-a", "a/b", "é", "a" * 65, "a\n", 3])
-def test_a_name_is_fit_for_a_file(name):
-    with pytest.raises(SceneError, match="`name` must be"):
-        Scene(name=name, balls=[Ball(id="b", position=(0, 0))])
-
-
 def test_an_unknown_field_suggests_a_known_one():
     with pytest.raises(
         SceneError, match=r"`velocty` is not a known field\. Did you mean `velocity`"
@@ -345,24 +272,6 @@ def test_an_unknown_field_suggests_a_known_one():
 
 class TestMagnitudes:
     """Beyond 1e50 the engine's products would turn infinite without a word: refused here."""
-
-    @pytest.mark.parametrize("value", [1.1e50, -1.1e50, 1e300, 1.5e308, 10**60])
-    @pytest.mark.parametrize("field", ["position", "velocity", "angular_velocity"])
-    def test_vectors_have_a_largest_size(self, field, value):
-        message = refusal(ball((0, 0)) | {field: (0.0, value, 0.0)})
-        bound = "most 1e+50" if value > 0 else "least -1e+50"
-        assert f"`{field}[1]` must be at {bound}, got {value}" in message
-
-    @pytest.mark.parametrize("field", ["radius", "mass"])
-    def test_what_divides_has_a_smallest_size(self, field):
-        # v / R is finite for every speed allowed, and so is a ratio of masses.
-        assert f"`{field}` must be at least 1e-50, got 5e-324" in refusal(
-            ball((0, 0), **{field: 5e-324})
-        )
-        assert f"`{field}` must be at most 1e+50" in refusal(ball((0, 0), **{field: 1e51}))
-
-    def test_a_whole_number_beyond_doubles(self):
-        assert "`mass` must be at most 1e+50 in size" in refusal(ball((0, 0), mass=10**400))
 
     def test_extremes_are_judged_without_a_warning(self):
         corners = [
@@ -387,9 +296,3 @@ class TestMagnitudes:
         # mu g rounds to 0: the engine would see no friction at all.
         weightless = {"rolling_friction": 1e-300, "gravity": 1e-50}
         assert "never come to rest" in refusal(ball((0, 0), (1e-300, 0.0)), **weightless)
-
-
-def test_a_field_may_have_any_name():
-    # Also one that Python's own constructors use.
-    with pytest.raises(SceneError, match="`self` is not a known field"):
-        Ball(**{"id": "b", "position": (0, 0), "self": 1})

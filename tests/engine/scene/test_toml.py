@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from refusals import refusal_of
 from shots import POOL_TABLE, ball, random_break, scene_of
 
 from engine import Ball, Physics, Scene, SceneError, Table
@@ -13,19 +14,53 @@ from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 from engine.scene import json_schema
 from engine.scene.toml import dumps
 
+PLAIN = b'schema = 1\nname = "a"\n[[balls]]\nid = "cue"\nposition = [0.0, 0.0]\n'
+WRONG_BALLS = b"".join(b'[[balls]]\nid = "%d"\nposition = [0, nan]\n' % i for i in range(1_000))
+HEAP = b"".join(b'[[balls]]\nid = "%d"\nposition = [0, 0]\n' % i for i in range(1_000))
 
-def test_loading_what_cannot_be_read(tmp_path):
-    missing = tmp_path / "missing.toml"
-    with pytest.raises(SceneError, match=r"missing\.toml: can't read the scene: No such file"):
-        Scene.load(missing)
-    with pytest.raises(SceneError, match="can't read the scene: Is a directory"):
-        Scene.load(tmp_path)
-    with pytest.raises(SceneError, match=r"can't read the scene: embedded null byte"):
-        Scene.load("a\0b")
-    binary = tmp_path / "binary.toml"
-    binary.write_bytes(b"name = \xff")
-    with pytest.raises(SceneError, match=r"binary\.toml: not UTF-8 text \(byte 7\)"):
-        Scene.load(binary)
+ODD_FILES = {
+    "empty": (b"", "`schema` must be given"),
+    "Latin-1": (PLAIN.replace(b'"cue"', b'"k\xf6"'), "not UTF-8 text (byte 39)"),
+    "half a character": (PLAIN + "# ö".encode()[:-1], "not UTF-8"),
+    "UTF-16": (PLAIN.decode().encode("utf-16"), "not UTF-8"),
+    "byte order mark": (b"\xef\xbb\xbf" + PLAIN, "not valid TOML"),
+    "zeros": (bytes(10_000), "not valid TOML"),
+    "brackets": (b"a = " + b"[" * 100_000, "nested too deeply"),
+    "tables": (PLAIN + b"[" + b"a." * 5_000 + b"a]\n", "not a known field"),
+    "digits": (b"t_max = 1" + b"0" * 5_000 + b"\n" + PLAIN, "digits"),
+    "a long word": (b"x" * 1_000_000, "not valid TOML"),
+    "a mistake 1000 times": (PLAIN + WRONG_BALLS, "980 more mistakes"),
+    "1000 balls at one place": (PLAIN + HEAP, "must not overlap"),
+}
+
+
+def test_the_file_that_the_odd_ones_vary_is_good():
+    assert len(Scene.loads(PLAIN.decode()).balls) == 1
+
+
+@pytest.mark.parametrize("what", ODD_FILES)
+def test_a_file_that_is_no_scene_is_refused_and_none_is_read_for_ever(what, tmp_path):
+    content, says = ODD_FILES[what]
+    path = tmp_path / "odd.toml"
+    path.write_bytes(content)
+    message = refusal_of(lambda: Scene.load(path))
+    assert message.startswith(f"{path}:")
+    assert says in message
+
+
+def test_what_is_no_file_is_refused(tmp_path):
+    for path, says in (
+        (tmp_path / "missing.toml", "can't read the scene: No such file"),
+        (tmp_path, "can't read the scene: Is a directory"),
+        (Path("a\0b"), "can't read the scene: embedded null byte"),
+    ):
+        assert says in refusal_of(lambda path=path: Scene.load(path))
+    assert "missing.toml" in refusal_of(lambda: Scene.load(tmp_path / "missing.toml"))
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="no device without end here")
+def test_a_device_without_end_is_refused():
+    assert "a scene must have at most" in refusal_of(lambda: Scene.load("/dev/zero"))
 
 
 class TestSave:

@@ -8,12 +8,12 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from faulty_engine import planted
 
 import validation.stress.run
 from engine import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
 from validation.library import find_scene
 from validation.stress import StressOutcome, run_stress
-from validation.stress.faulty_engine import planted
 from validation.stress.records import FINDINGS_FILE, Finding, StressFolder, StressRun
 from validation.stress.run import StressTask, run_trial
 from validation.stress.trial import (
@@ -253,7 +253,7 @@ def test_our_engine_may_not_refuse_a_scene(tmp_path, monkeypatch):
 
 
 def test_a_changed_criterion_is_another_code(tmp_path, monkeypatch):
-    """What trials play and run besides the code: shipped scenes, criteria, commands."""
+    """What trials play besides the code: shipped scenes and their criteria."""
     monkeypatch.setattr(validation.stress.run, "FOLDER", tmp_path)
     code = validation.stress.run.Code("abc")
     hashes = [validation.stress.run._hash_of_all(code)]

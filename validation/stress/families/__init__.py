@@ -10,10 +10,8 @@ from collections.abc import Mapping
 from typing import Final
 
 from validation.stress.families import (
-    bad_input,
     cradles,
     extremes,
-    faults,
     graded,
     grazing,
     long_runs,
@@ -39,8 +37,6 @@ _MODULES: Final = (
     reversal,
     storms,
     tunnelling,
-    bad_input,
-    faults,
     graded,
 )
 

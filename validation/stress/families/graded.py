@@ -113,7 +113,6 @@ class ProvedShots(Trial):
     name: str
     first: int
     count: int
-    small: ClassVar[bool] = False
     limit: ClassVar[float] = 300.0
     cached: ClassVar[bool] = False  # there are more than are kept
 
@@ -151,7 +150,6 @@ class ProvedShots(Trial):
 class CalmShots(ProvedShots):
     """The same, where all of them are in `CALM`."""
 
-    small: ClassVar[bool] = True
     cached: ClassVar[bool] = True
 
 

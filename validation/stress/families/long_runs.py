@@ -78,7 +78,6 @@ class GasTrial(Trial):
     unbroken: bool = False
 
     limit: ClassVar[float] = 400.0
-    small: ClassVar[bool] = False
 
     @property
     def _rate(self) -> float:
@@ -218,7 +217,6 @@ class GalperinTrial(Trial):
     stepped: bool
 
     limit: ClassVar[float] = 400.0
-    small: ClassVar[bool] = False
 
     @property
     def scene(self) -> Scene:

@@ -70,7 +70,6 @@ class ReversalTrial(Trial):
     stepped: int
 
     limit: ClassVar[float] = 120.0
-    small: ClassVar[bool] = False
 
     def run(self, engine: ReferenceEngine) -> Verdict:
         """Go there and back, ever farther, until rounding must have lost the way."""

@@ -70,7 +70,6 @@ class Breaks(Trial):
     first: int
     count: int
     limit: ClassVar[float] = 300.0
-    small: ClassVar[bool] = False
 
     def run(self, engine: ReferenceEngine) -> Verdict:
         """Play the breaks and judge each.

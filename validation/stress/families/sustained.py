@@ -17,7 +17,7 @@ from validation.steps import with_setting
 from validation.stress.family import Family
 from validation.stress.rows import RADIUS, Plane, Spin, ball, resting_row
 from validation.stress.sound import Sound
-from validation.stress.trial import LongTrial, Suite, Trial, Verdict
+from validation.stress.trial import SceneTrial, Suite, Trial, Verdict
 
 EVENTS_PER_BALL = 150
 """Beside those of a row that is hit: impacts go to and fro through it until no ball approaches the
@@ -43,7 +43,7 @@ followed for minutes."""
 
 
 @dataclass(frozen=True)
-class Pressed(LongTrial):
+class Pressed(SceneTrial):
     """A shot in sustained contact, with a bound of events, and so of landed steps.
 
     Attributes

@@ -1,14 +1,15 @@
-"""The bugs that the self-test plants in copies of our engine: one text of one file each.
+"""The bugs that are planted in copies of our packages, and what catches each.
 
-Each is one that an engine might really have, and most are small: what they leave wrong is a part in
-a billion, or shows in one kind of shot alone.
+Each is one text of one file, such as an engine might really have, and most are small: what they
+leave wrong is a part in a billion, or shows in one kind of shot alone. It is caught by
+a trial of the stress suite, as FAMILY/TRIAL, or by a fast test.
 """
 
 from __future__ import annotations
 
 from typing import Final
 
-from validation.mutants import Mutation
+from mutants import Mutation
 
 MUTATIONS: Final[tuple[Mutation, ...]] = (
     # When things happen.
@@ -18,6 +19,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "(discriminant >= 0.0) & (closing | (acceleration < 0.0))",
         "(discriminant >= 0.0) & closing",
         "A gap that opens at first, and is pulled closed later, is never seen to close.",
+        "near-degenerate/rolling-slowed-more-by-1e-03-met",
     ),
     Mutation(
         "naive root",
@@ -29,6 +31,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    return s if meets else math.inf\n\n\n"
         "@kernel(inline=True)\ndef first_meeting",
         "The quadratic is solved by the formula of the schoolbook, which cancels digits.",
+        "extremes/speed-rolling-1e+04",
     ),
     Mutation(
         "late contact",
@@ -36,6 +39,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        bound = t + first_crossing(gap, rate, pull)\n",
         "        bound = t + first_crossing(gap, rate, pull) + 1e-9\n",
         "Two balls on the cloth collide a nanosecond late.",
+        "graded/head-on",
     ),
     Mutation(
         "late cushion",
@@ -46,6 +50,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    late = 1e-9 if balls.own_kind[i] >= OWN_CUSHION else 0.0\n"
         "    balls.state[i].own_time = balls.state[i].epoch + duration + late",
         "A ball meets a cushion a nanosecond late.",
+        "graded/wall-bounce",
     ),
     Mutation(
         "late roll",
@@ -54,6 +59,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    duration: float = (1.0 + 1e-9) * size / (3.5 * friction) if friction > 0.0 "
         "else math.inf",
         "A slide turns into rolling late, by a part in a billion.",
+        "graded/sliding-swerve",
     ),
     Mutation(
         "stale prediction",
@@ -62,6 +68,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        if m == 0 or t == 0.0:\n"
         "            _update_ball(balls, laws, pairs, contacts, balls.touched[1 + m], t)\n",
         "The second ball of an impact keeps the predictions of before.",
+        "cradles/1-into-2-gap-0",
     ),
     Mutation(
         "stale slot",
@@ -70,6 +77,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        i = balls.touched[m]\n",
         "        i = balls.touched[m]\n        if m > 1 and t > 0.0:\n            continue\n",
         "Among many balls, the second ball of an impact keeps the predictions of before.",
+        "graded/crowd-elastic-0",
     ),
     Mutation(
         "neighbours missed",
@@ -77,6 +85,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        for x in range(-1, 2):\n            cell = cell_number",
         "        for x in range(-1, 1):\n            cell = cell_number",
         "Among many balls, those in the three cells to the right are overlooked.",
+        "graded/crowd-elastic-0",
     ),
     Mutation(
         "slow ties first",
@@ -84,6 +93,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        return bool(speed > fastest)",
         "        return bool(listed == 0 or speed < fastest)",
         "Of impacts at one instant, resolved one by one, the slowest is the first.",
+        "graded/tie-uneven-sequential-1",
     ),
     Mutation(
         "ties mirrored",
@@ -91,6 +101,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    return bool(x > first_x or (x == first_x and y > first_y))",
         "    return bool(x > first_x or (x == first_x and y < first_y))",
         "Of impacts as fast at one instant, resolved one by one, the last by place is the first.",
+        "graded/tie-symmetric-sequential-1",
     ),
     Mutation(
         "ties torn apart",
@@ -98,6 +109,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        if contacts.motion[a, DEGREE] == 1.0 and contacts.motion[b, DEGREE] == 1.0:",
         "        if contacts.motion[a, DEGREE] >= 1.0:",
         "A ball that hits two at once hits one, then the other.",
+        "graded/three-ball-symmetric-end",
     ),
     # What an impact does.
     Mutation(
@@ -106,6 +118,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "-(1.0 + laws.ball_restitution) * (nx * vx + ny * vy)",
         "-(1.0 + 1.01 * laws.ball_restitution) * (nx * vx + ny * vy)",
         "Balls that only roll part 1 % too fast.",
+        "near-degenerate/elastic-slower-by-1e-01-at-0-turned-0",
     ),
     Mutation(
         "restitution - 1e-6",
@@ -113,6 +126,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "(1.0 + laws.ball_restitution) * (impact.a_vn - impact.b_vn)",
         "(1.0 + (1.0 - 1e-6) * laws.ball_restitution) * (impact.a_vn - impact.b_vn)",
         "Balls that slide part too slowly, by a part in a million.",
+        "extremes/speed-sliding-1e+04",
     ),
     Mutation(
         "energy leak",
@@ -122,6 +136,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    balls.state[j].vx *= 1.0 - 5e-10\n"
         "    balls.state[j].vy *= 1.0 - 5e-10\n",
         "Each impact takes a billionth of a ball's energy.",
+        "near-degenerate/elastic-slower-by-1e-01-at-0-turned-0",
     ),
     Mutation(
         "masses ignored",
@@ -129,6 +144,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        to_j = exchange * (balls.state[i].mass / total)",
         "        to_j = 0.5 * exchange",
         "Two balls share an impulse as if they weighed the same.",
+        "graded/galperin-1",
     ),
     Mutation(
         "pushed apart",
@@ -138,6 +154,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    balls.state[i].x -= 1e-9 * nx\n"
         "    balls.state[i].y -= 1e-9 * ny\n",
         "A collision moves a ball by a nanometre.",
+        "near-degenerate/elastic-slower-by-1e-01-at-0-turned-0",
     ),
     Mutation(
         "wrong grip",
@@ -145,6 +162,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "STICKING = 2.0 / 7.0",
         "STICKING = 2.0 / 5.0",
         "Friction between balls ends more of their slip than there is.",
+        "graded/throw-stick",
     ),
     Mutation(
         "gears the wrong way",
@@ -152,6 +170,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "impact.a_radius * impact.a_wz + impact.b_radius * impact.b_wz",
         "impact.a_radius * impact.a_wz - impact.b_radius * impact.b_wz",
         "The other ball's spin counts with the wrong sign.",
+        "graded/pool-break-9",
     ),
     Mutation(
         "plastic ties",
@@ -159,6 +178,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    scale(contacts, count, 1.0 + restitution)",
         "    scale(contacts, count, 1.0)",
         "Impacts of one ball with two at once have no restitution.",
+        "tunnelling/energy-of-elastic-break",
     ),
     Mutation(
         "cushion swapped",
@@ -168,6 +188,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        -laws.cushion_tangential * impact.vn,\n"
         "        laws.cushion_restitution * impact.vt,",
         "A cushion's restitutions along and across its nose are swapped.",
+        "tunnelling/energy-of-bounces",
     ),
     Mutation(
         "cushion spins the wrong way",
@@ -175,6 +196,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        impact.wz + turn * (along * cosine),",
         "        impact.wz - turn * (along * cosine),",
         "What a cushion's friction turns the ball by has the wrong sign.",
+        "graded/pool-break-9",
     ),
     Mutation(
         "half a corner",
@@ -184,6 +206,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    if nx * balls.state[i].vx + ny * balls.state[i].vy < -math.inf:\n"
         "        bounce(balls, i, second, laws)",
         "A ball that runs into a corner bounces off one cushion only.",
+        "graded/corner-exact-end",
     ),
     # What the cloth does.
     Mutation(
@@ -192,6 +215,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "balls.state[i].bx = 2.5 * ay / radius",
         "balls.state[i].bx = -2.5 * ay / radius",
         "The cloth turns a sliding ball about x the wrong way.",
+        "near-degenerate/sliding-slower-by-1e-01-at-1e-04-turned-0",
     ),
     Mutation(
         "sliding friction / 2",
@@ -199,6 +223,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "state[:, SLIDE] = state[:, CLOTH] * gravity if slides else 0.0",
         "state[:, SLIDE] = 0.5 * state[:, CLOTH] * gravity if slides else 0.0",
         "The cloth slows a sliding ball by half of what it should.",
+        "extremes/speed-sliding-1e+04",
     ),
     Mutation(
         "rolling friction * 2",
@@ -206,6 +231,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "state[:, ROLL] = scene.rolling_frictions * gravity",
         "state[:, ROLL] = 2.0 * scene.rolling_frictions * gravity",
         "The cloth slows a rolling ball by twice what it should.",
+        "graded/stop",
     ),
     Mutation(
         "spin for ever",
@@ -213,6 +239,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "state[:, SPIN] = scene.spinning_friction_rates",
         "state[:, SPIN] = 0.0 * scene.spinning_friction_rates",
         "The cloth doesn't slow a spin about the vertical.",
+        "extremes/radius-ratio-sliding-1e-06",
     ),
     # Contact that lasts.
     Mutation(
@@ -221,6 +248,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        change = max(-force, -2.0 * excess / (answer * duration * duration))",
         "        change = max(0.0, -2.0 * excess / (answer * duration * duration))",
         "The force of a contact never lessens: it goes on pushing when nothing presses any more.",
+        "near-degenerate/rolling-slowed-more-by-1e-09-met",
     ),
     Mutation(
         "contact pushes one ball",
@@ -228,6 +256,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        contacts.motion[b, LOAD_X] += fx\n",
         "        contacts.motion[b, LOAD_X] += 0.5 * fx\n",
         "Of two balls pressed together, one feels along x only half of the force.",
+        "near-degenerate/rolling-slowed-more-by-1e-09-met",
     ),
     Mutation(
         "pressed balls lose energy",
@@ -235,6 +264,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "            balls.state[k].vx += gained(contacts, count, k, PUSH_X)",
         "            balls.state[k].vx += 2.0 * gained(contacts, count, k, PUSH_X)",
         "Where balls start to press each other, what ends their approach acts twice along x.",
+        "graded/push-end",
     ),
     # What a run says of itself.
     Mutation(
@@ -243,6 +273,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    return bool(abs((place + spin) + (pull + balls.state[i].bz)) < math.inf)",
         "    return True",
         "A motion that is no number any more goes on.",
+        "tests/engine/test_not_finite.py::test_the_ball_and_the_instant_are_named[0-X-rolling]",
     ),
     Mutation(
         "stops too soon",
@@ -250,6 +281,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    if status == RUN_T_MAX:\n        t = laws.t_max\n",
         "    if status == RUN_T_MAX:\n        t = (1.0 - 1e-9) * laws.t_max\n",
         "A run ends a part in a billion before its time.",
+        "near-degenerate/elastic-slower-by-1e-01-at-0-turned-0",
     ),
     # What grading must not lean on: the engine's account of itself.
     *(
@@ -259,6 +291,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
             "        result[order] = total * math.sqrt(",
             f"        result[order] = {factor}.0 * total * math.sqrt(",
             f"Rounding is said to displace balls {factor} times as far as it does.",
+            "near-degenerate/elastic-slower-by-1e-01-at-0-turned-0",
         )
         for factor in (30, 1000)
     ),
@@ -268,6 +301,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    limit = tolerance / error\n    for times in",
         "    limit = tolerance / error\n    return 0.1\n    for times in",
         "Every shot is said to be predictable for a tenth of a second.",
+        "graded/stop",
     ),
     Mutation(
         "capture height * 1000",
@@ -275,6 +309,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "CAPTURE_HEIGHT = 2.0**-18",
         "CAPTURE_HEIGHT = 1000.0 * 2.0**-18",
         "Hops of 0.2 mm are taken for a contact.",
+        "extremes/radius-ratio-rolling-1e+06",
     ),
     # The truth: proofs.
     Mutation(
@@ -283,6 +318,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "            if len(self.events) >= max_events:",
         "            if len(self.events) >= min(max_events, 1):",
         "Every proof ends after one event.",
+        "near-degenerate/elastic-slower-by-1e-01-at-0-turned-0",
         "reference_adapters",
     ),
     Mutation(
@@ -291,6 +327,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "(a.radius * a.wz + b.radius * b.wz)",
         "(a.radius * a.wz - b.radius * b.wz)",
         "In proofs the other ball's spin counts with the wrong sign.",
+        "graded/pool-break-9",
         "reference_adapters",
     ),
     Mutation(
@@ -299,6 +336,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "self.duration = 2 * length(self.ux, self.uy) / (7 * constants.sliding)",
         "self.duration = (2 + arb(1e-9)) * length(self.ux, self.uy) / (7 * constants.sliding)",
         "In proofs a slide lasts longer by a part in two billion.",
+        "graded/sliding-swerve",
         "reference_adapters",
     ),
     Mutation(
@@ -308,6 +346,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "            if line is None or (cushion == 3 and body.order > 0):\n"
         "                continue",
         "In proofs a ball that was hit passes through the top cushion.",
+        "extremes/speed-bounces-1e-09",
         "reference_adapters",
     ),
     # The truth: closed forms.
@@ -317,6 +356,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "wz + turn * py * cos,",
         "wz - turn * py * cos,",
         "In closed forms a cushion's friction turns the ball the wrong way.",
+        "graded/closed-forms",
         "validation",
     ),
     Mutation(
@@ -325,6 +365,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "size = min(friction * push, 2 * speed / 7)",
         "size = (1 + mp.mpf(10) ** -9) * min(friction * push, 2 * speed / 7)",
         "In closed forms friction between balls is too large by a part in a billion.",
+        "graded/closed-forms",
         "validation",
     ),
     Mutation(
@@ -334,6 +375,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        if collision is not None and self.collisions:\n"
         "            self.collisions.append(collision)",
         "A closed form leaves the first collision out of its sequence.",
+        "graded/closed-forms",
         "validation",
     ),
     # Where balls differ much in size.
@@ -343,6 +385,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    side = 2.0 * float(np.max(scene.radii)) * (1.0 + _CELL_ROOM)",
         "    side = 2.0 * float(np.mean(scene.radii)) * (1.0 + _CELL_ROOM)",
         "Among many balls, a cell is as wide as the mean ball, not as the largest.",
+        "extremes/crowd-40",
     ),
     Mutation(
         "culled by the mean ball",
@@ -350,35 +393,29 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "frame=np.array([*low, side, 2.0 * float(np.max(scene.radii))])",
         "frame=np.array([*low, side, 2.0 * float(np.mean(scene.radii))])",
         "Among many balls, a pair is passed over as if both were of the mean size.",
+        "extremes/crowd-40",
     ),
-)
-"""In the order in which they are planted; names are unique."""
-
-CAUGHT_BY_TESTS: Final[tuple[tuple[Mutation, str], ...]] = (
-    (
-        Mutation(
-            "second part of a sweep",
-            "running/sweep_driver.py",
-            "            parts = np.array_split(pending, -(-len(pending) // _SHARE))\n",
-            "            parts = np.array_split(pending, -(-len(pending) // _SHARE))\n"
-            "            for part in parts[1:]:\n"
-            "                shots.velocity[part] *= 1.0 + 2.0**-52\n",
-            "Of a sweep of more than 256 shots, those after the first part are off by an ulp.",
-        ),
+    # Caught by no trial, but by a fast test.
+    Mutation(
+        "second part of a sweep",
+        "running/sweep_driver.py",
+        "            parts = np.array_split(pending, -(-len(pending) // _SHARE))\n",
+        "            parts = np.array_split(pending, -(-len(pending) // _SHARE))\n"
+        "            for part in parts[1:]:\n"
+        "                shots.velocity[part] *= 1.0 + 2.0**-52\n",
+        "Of a sweep of more than 256 shots, those after the first part are off by an ulp.",
         "tests/engine/test_batch.py::test_every_part_of_a_long_sweep_is_as_shot_by_shot",
     ),
     *(
-        (
-            Mutation(
-                f"dropped bound, {name}",
-                "scheduling/all_pairs.py",
-                head + "        until = own_time_j if own_time_j < own_time else own_time\n"
-                "        bounds[j] = bound if bound <= until else math.inf\n" + tail,
-                head + "        until = own_time_j if own_time_j < own_time else own_time\n"
-                "        lost = bound < math.inf and (bound * 1e7) % 1e5 < 1.0\n"
-                "        bounds[j] = math.inf if lost or bound > until else bound\n" + tail,
-                f"One in 100 000 bounds of {name} balls is dropped.",
-            ),
+        Mutation(
+            f"dropped bound, {name}",
+            "scheduling/all_pairs.py",
+            head + "        until = own_time_j if own_time_j < own_time else own_time\n"
+            "        bounds[j] = bound if bound <= until else math.inf\n" + tail,
+            head + "        until = own_time_j if own_time_j < own_time else own_time\n"
+            "        lost = bound < math.inf and (bound * 1e7) % 1e5 < 1.0\n"
+            "        bounds[j] = math.inf if lost or bound > until else bound\n" + tail,
+            f"One in 100 000 bounds of {name} balls is dropped.",
             f"tests/engine/scheduling/test_all_pairs.py::test_no_bound_of_a_pair_is_missing[{name}]",
         )
         for name, head, tail in (
@@ -395,26 +432,21 @@ CAUGHT_BY_TESTS: Final[tuple[tuple[Mutation, str], ...]] = (
             ),
         )
     ),
-    (
-        Mutation(
-            "bend ignored",
-            "motion/pieces.py",
-            "    return rate * max(duration, 0.0) if rate > 0.0 else 0.0",
-            "    return 0.0 * rate * duration",
-            "Bounds take a motion of a higher degree for a quadratic.",
-        ),
+    Mutation(
+        "bend ignored",
+        "motion/pieces.py",
+        "    return rate * max(duration, 0.0) if rate > 0.0 else 0.0",
+        "    return 0.0 * rate * duration",
+        "Bounds take a motion of a higher degree for a quadratic.",
         "tests/engine/motion/test_pieces.py::test_a_motion_of_the_fourth_degree_misses_no_contact",
     ),
-    (
-        Mutation(
-            "cushion before rest",
-            "scheduling/ties.py",
-            "        return bool(balls.own_kind[i] < balls.own_kind[j])",
-            "        return bool(balls.own_kind[i] > balls.own_kind[j])",
-            "Of a rest and a cushion at one instant, the cushion comes first.",
-        ),
+    Mutation(
+        "cushion before rest",
+        "scheduling/ties.py",
+        "        return bool(balls.own_kind[i] < balls.own_kind[j])",
+        "        return bool(balls.own_kind[i] > balls.own_kind[j])",
+        "Of a rest and a cushion at one instant, the cushion comes first.",
         "tests/engine/scheduling/test_cells.py"
         "::test_of_own_events_of_one_instant_a_rest_comes_before_a_cushion",
     ),
 )
-"""Bugs that no small trial shows, each with the fast test that does."""

@@ -1,0 +1,216 @@
+"""Faults around a run: engines that crash or hang, a kill, a full disk. The harness goes on.
+
+Commands are run for real, in processes of their own, beside an engine that fails as it is told.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+from faulty_engine import FaultyEngine, planted
+
+from validation.ensembles import Ensembles
+from validation.files import ResultsError
+from validation.store import ResultsFolder
+from validation.stress import StressFolder
+
+TIME_LIMIT = 8.0
+"""Seconds that an engine gets: hundreds of times what these shots take."""
+
+PATIENCE = 240.0
+"""Seconds after which a command that should have ended hangs."""
+
+FILE_SIZE = 24 * 1024
+"""Bytes past which no file can be written, where the disk is full: room for a few results."""
+
+SAYS = {
+    "raise": "RuntimeError: lost the balls",
+    "exit": "SystemExit: 0",
+    "die": "exit code 7",
+    "abort": "exit code -9",
+    "hang": "took longer than",
+    "deaf": "took longer than",
+    "freeze": "took longer than",
+    "garbage": "ValueError",
+    "give-up": "lost the cue",
+    "miscount": "got -3",
+}
+"""What is said of each fault."""
+
+SOUND = {"validate": "ran", "stress": "survived"}
+"""Outcome where nothing failed."""
+
+FAILED = {"validate": "failed", "stress": "broken"}
+"""Outcome where the engine did."""
+
+SCENE = """\
+schema = 1
+name = "{name}"
+[[balls]]
+id = "cue"
+position = [0.0, 0.0]
+velocity = [0.1, 0.0]
+"""
+
+TRIALS = [f"rolling-{kind}-{depth}" for depth in ("1e-01", "1e-04") for kind in ("hit", "miss")]
+
+COMMANDS = pytest.mark.parametrize("command", ["validate", "stress"])
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """Work in an empty folder, where every process finds the faulty engine as an installed one."""
+    path = [str(planted(tmp_path / "site")), *filter(None, sys.path)]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path))
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    return tmp_path / "here"
+
+
+class Asked:
+    """A command that tries `count` scenes, or trials (4 at most), on each of some engines."""
+
+    def __init__(self, command, engines, count=1, jobs=1):
+        self.command = command
+        if command == "validate":
+            names = [f"roll-{k}" for k in range(count)]
+            for name in names:
+                with open(f"{name}.toml", "w") as file:
+                    file.write(SCENE.format(name=name))
+            given = [f"{name}.toml" for name in names]
+        else:
+            names = TRIALS[:count]
+            given = [f"grazing/{name}" for name in names]
+        self.results = {(name, label) for name in names for label in engines}
+        self.arguments = [command, *given, "--engines", ",".join(engines), "--jobs", str(jobs)]
+        self.arguments += ["--time-limit", f"{TIME_LIMIT:g}", "--out", "out", "--no-report"]
+
+    def start(self, *more, first=""):
+        """Start the command; `first` is Python to be run before it."""
+        program = f"{first}\nfrom ghostball.cli import main\nmain()"
+        return subprocess.Popen(
+            [sys.executable, "-c", program, *self.arguments, *more],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    def run(self, *more, first=""):
+        """Run the command to its end; return its exit status and what it says."""
+        with self.start(*more, first=first) as process:
+            try:
+                _, errors = process.communicate(timeout=PATIENCE)
+            finally:
+                process.kill()
+        assert "Traceback" not in errors
+        return process.returncode, errors
+
+    def outcomes(self):
+        """Return outcome and reason of what there is a result of: scene or trial, and engine."""
+        if self.command == "validate":
+            cases = ResultsFolder.load("out").cases
+            return {(one.scene, one.label): (one.outcome, one.reason) for one in cases}
+        findings = StressFolder.load("out").findings
+        return {(one.trial, one.label): (one.outcome, "; ".join(one.faults)) for one in findings}
+
+    def count(self):
+        """Return how many results there are by now."""
+        try:
+            return len(self.outcomes())
+        except ResultsError:
+            return 0
+
+    def assert_outcomes(self, found):
+        """Assert that each engine fails as it is told, and is said to; and that no other does."""
+        for (name, label), (outcome, reason) in found.items():
+            does = label.partition("does=")[2]
+            expected = FAILED if does else SOUND
+            assert outcome == expected[self.command], (name, label, reason)
+            assert SAYS.get(does, "") in reason
+
+    def assert_goes_on(self, least):
+        """Assert that what was cut short holds so many results, and a next run does the rest."""
+        left = self.outcomes()
+        assert len(left) >= least
+        self.assert_outcomes(left)
+        status, errors = self.run()
+        assert status == 0, errors
+        assert ("taken over" in errors or "are known" in errors) == bool(left)
+        found = self.outcomes()
+        assert set(found) == self.results
+        self.assert_outcomes(found)
+
+
+def test_every_fault_has_its_words():
+    ways = set(FaultyEngine.Settings.model_fields["does"].annotation.__args__)
+    # One stops early and one prints, which are outcomes of their own; so is a motion that can't be
+    # sampled, which only commands that ask for one come to (`test_faulty_engines.py`).
+    assert ways == {"none", "stop", "print", "lose-motion", "cut-motion", *SAYS}
+
+
+FEW = ("die", "hang")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("command", "jobs", "ways"),
+    [("validate", 2, SAYS), ("validate", 1, FEW), ("stress", 2, SAYS), ("stress", 1, FEW)],
+)
+@pytest.mark.usefixtures("here")
+def test_an_engine_that_crashes_or_hangs_costs_its_own_results_alone(command, jobs, ways):
+    faulty = [f"faulty:does={way}" for way in ways]
+    asked = Asked(command, ["faulty", *faulty, "ghostball"], jobs=jobs)
+    status, errors = asked.run()
+    # A suite fails by any engine that does; a stress run asks for our engine.
+    assert status == (1 if command == "validate" else 0), errors
+    found = asked.outcomes()
+    assert set(found) == asked.results
+    asked.assert_outcomes(found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", ["die", "hang"])
+@pytest.mark.usefixtures("here")
+def test_a_perturbed_shot_that_dies_or_hangs_costs_itself_and_is_said_to(way):
+    label = f"faulty:does={way}"
+    status, errors = Asked("validate", ["ghostball", label]).run("--ensemble", "2")
+    assert status == 1, errors
+    members = Ensembles.load("out").of("roll-0")
+    assert members["ghostball"].failed == {}
+    reasons = members[label].failed.values()
+    assert len(reasons) == 2
+    assert all(SAYS[way] in reason for reason in reasons)
+
+
+@pytest.mark.slow
+@COMMANDS
+@pytest.mark.usefixtures("here")
+def test_a_run_that_is_killed_leaves_its_results_and_a_next_one_goes_on_from_there(command):
+    asked = Asked(command, ["ghostball", "faulty:slow=0.5"], count=2)
+    with asked.start() as process:
+        deadline = time.monotonic() + PATIENCE
+        while (there := asked.count()) < 2 and process.poll() is None:
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        process.kill()  # it alone: what it had started ends by itself, without a word
+        _, errors = process.communicate(timeout=PATIENCE)
+    assert "Traceback" not in errors
+    asked.assert_goes_on(least=there)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="limits of files are POSIX")
+@COMMANDS
+@pytest.mark.usefixtures("here")
+def test_a_full_disk_is_said_and_a_next_run_goes_on_from_there(command):
+    asked = Asked(command, ["ghostball", *(f"faulty:slow={k}e-9" for k in range(1, 9))], count=4)
+    limit = f"({FILE_SIZE}, {FILE_SIZE})"
+    full = f"import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, {limit})"
+    status, errors = asked.run(first=full)
+    assert status in (2, 3), errors
+    assert "can't" in errors
+    asked.assert_goes_on(least=1)

@@ -1,0 +1,105 @@
+"""Every planted bug is caught, by what it says; a copy without one passes all of that."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from mutants import SOURCES, Mutation, faults_on, planted
+from mutations import MUTATIONS
+
+from validation.stress import FAMILIES
+
+ROOT = Path(__file__).parents[2]
+
+BY_TRIALS = [one for one in MUTATIONS if not one.caught_by.startswith("tests/")]
+BY_TESTS = [one for one in MUTATIONS if one.caught_by.startswith("tests/")]
+
+
+def test_names_are_unique():
+    assert len({one.name for one in MUTATIONS}) == len(MUTATIONS) > 40
+
+
+def test_what_catches_a_bug_is_there():
+    trials = {
+        f"{family.name}/{trial.name}"
+        for family in FAMILIES.values()
+        for trial in family.trials("quick")
+    }
+    assert {one.caught_by for one in BY_TRIALS} <= trials
+    for one in BY_TESTS:
+        file, _, name = one.caught_by.partition("::")
+        assert f"def {name.partition('[')[0]}(" in (ROOT / file).read_text("utf-8")
+
+
+def test_every_mutation_fits(tmp_path):
+    for mutation in MUTATIONS:
+        copy = tmp_path / mutation.package / mutation.file
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_bytes((SOURCES / mutation.package / mutation.file).read_bytes())
+        mutation.apply(tmp_path)
+        compile(copy.read_text("utf-8"), mutation.file, "exec")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mutation", BY_TRIALS, ids=lambda one: one.name)
+def test_a_bug_is_caught_by_its_trial(mutation: Mutation):
+    with planted(mutation) as folder:
+        found = faults_on(folder, [mutation.caught_by])
+    assert found[mutation.caught_by], f"survived, though {mutation.what}"
+
+
+@pytest.mark.slow
+def test_without_a_bug_no_trial_breaks():
+    trials = list(dict.fromkeys(one.caught_by for one in BY_TRIALS))
+    with planted() as folder:
+        assert faults_on(folder, trials) == dict.fromkeys(trials, ())
+
+
+def is_interpreted(test: str) -> bool:
+    """Whether a test runs interpreted kernels: not where it calls one or two a million times."""
+    return "test_all_pairs.py" not in test
+
+
+def run_on(folder: Path, *tests: str) -> subprocess.CompletedProcess[str]:
+    """Run tests of this checkout on a copy of the engine, all with interpreted kernels or none."""
+    (interpreted,) = {is_interpreted(test) for test in tests}
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join([str(folder), *filter(None, sys.path)]),
+        "NUMBA_DISABLE_JIT": str(int(interpreted)),
+        "GHOSTBALL_CACHE_DIR": str(folder),
+    }
+    check = f"import engine; assert engine.__file__.startswith({str(folder)!r})"
+    run = f"import pytest, sys; {check}; sys.exit(pytest.main(sys.argv[1:]))"
+    options = ["-q", "-n", "0", "-p", "no:cacheprovider", "--rootdir", str(ROOT)]
+    options += ["-c", str(ROOT / "pyproject.toml")]
+    return subprocess.run(
+        [sys.executable, "-c", run, *options, *(str(ROOT / test) for test in tests)],
+        cwd=folder,  # which python looks into first
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.checkout
+@pytest.mark.parametrize("mutation", BY_TESTS, ids=lambda one: one.name)
+def test_a_bug_fails_its_test(mutation: Mutation):
+    with planted(mutation) as folder:
+        done = run_on(folder, mutation.caught_by)
+    assert done.returncode == 1, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.checkout
+@pytest.mark.parametrize("interpreted", [True, False])
+def test_without_a_bug_every_test_passes(interpreted):
+    tests = {one.caught_by for one in BY_TESTS if is_interpreted(one.caught_by) == interpreted}
+    with planted() as folder:
+        done = run_on(folder, *tests)
+    assert done.returncode == 0, done.stdout + done.stderr
