@@ -18,7 +18,9 @@ def _chosen(name: str, entries: tuple[LawEntry, ...]) -> Any:
     is written here from the registry, so that no law is forgotten, nor needs a line in this file.
     The compiler leaves out what follows `is not None` where the type of an argument is None.
     """
-    lines, kernels = [f"def {name}(impact, laws, law, integrated):"], {}
+    # The compiler's cache asks for the module that a function is of.
+    kernels: dict[str, Any] = {"__name__": __name__}
+    lines = [f"def {name}(impact, laws, law, integrated):"]
     for code, entry in enumerate(entries):
         module, _, function = entry.kernel.partition(".")
         call = f"{module}_{function}"

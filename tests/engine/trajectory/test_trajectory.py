@@ -102,7 +102,8 @@ def slip_of(samples: Samples) -> np.ndarray:
 
 
 def test_the_phases_are_those_of_the_kernels():
-    assert [float(phase) for phase in Phase] == [state.RESTING, state.SLIDING, state.ROLLING]
+    kernels = [state.RESTING, state.SLIDING, state.ROLLING, state.GONE]
+    assert [float(phase) for phase in Phase] == kernels
 
 
 def test_a_slide_is_sampled_from_its_closed_form():
