@@ -196,14 +196,11 @@ def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) ->
     ball = balls.state[i]
     ox, oy, _ = facing(laws, cushion, ball.x, ball.y)
     for other in range(len(laws.obstacles)):
-        if laws.obstacles[other].law == TAKES_OUT:
-            continue
         nx, ny, distance = facing(laws, other, ball.x, ball.y)
-        if abs(nx * ox + ny * oy) > _ALONG:
+        if not nx * ball.vx + ny * ball.vy < 0.0 or abs(nx * ox + ny * oy) > _ALONG:
             continue
-        gap = distance - ball.radius
-        approaching = nx * ball.vx + ny * ball.vy < 0.0
-        if gap <= tie_rounding(balls, i, i, t) and approaching:
+        met = distance - ball.radius <= tie_rounding(balls, i, i, t)
+        if met and laws.obstacles[other].law != TAKES_OUT:
             return other
     return -1
 
