@@ -156,10 +156,10 @@ KNOT = 14
 OWN_TIME = 14
 RADIUS = 15
 MASS = 16
-ROLL = 17
-SLIDE = 18
-SPIN = 19
-CLOTH = 20
+ROLL_SLOWING = 17
+SLIDE_SLOWING = 18
+SPIN_SLOWING = 19
+CLOTH_FRICTION = 20
 
 # Values of `PHASE`.
 RESTING = 0.0  # the centre; it may spin about the vertical
@@ -242,7 +242,7 @@ class Cells(NamedTuple):
     size: IntArray  # (2,) columns, rows; without the border
     first: Int32Array  # ((columns + 2) (rows + 2),) a ball in the cell, or NOWHERE
     link: Int32Array  # (n, 8): columns AFTER ... STAMP below
-    slot: FloatArray  # (n, 3): columns LEAVES ... OTHERS below
+    slot: FloatArray  # (n, 3): columns LEAVES ... SECOND_BOUND below
     tree: FloatArray  # (2 p,) p >= n, a power of 2: leaves p + i are the balls' next instants [s]
 
 
@@ -260,7 +260,7 @@ LINK_COLUMNS = 8
 # Columns of `Cells.slot`.
 LEAVES = 0  # when the ball leaves its cell [s]
 LEAST = 1  # its earliest bound [s]
-OTHERS = 2  # no other pair of the ball touches before that [s], unless the other's slot has it
+SECOND_BOUND = 2  # [s] lower bound of all its pairs but that with MATE and those in others' slots
 SLOT_COLUMNS = 3
 
 

@@ -30,9 +30,9 @@ from engine.motion.geometry import at_rest
 from engine.scheduling.due_pairs import Event, own_event, touching
 from engine.scheduling.scheduler import earliest, update
 
-_MOST_IN_VAIN = 64
-"""Bounds, for each pair, that may come to nothing before an event. A shot needs 1 or 2 in all; a
-number that is NaN where nobody looks must not keep the loop busy for ever."""
+_MAX_FRUITLESS_BOUNDS = 64
+"""A run fails after so many bounds for each pair without an event: a guard against an endless loop,
+which a number that is NaN where nobody looks could cause. A shot needs 1 or 2 in all."""
 
 
 @kernel(inline=True)
@@ -60,7 +60,7 @@ def find(
         if event.t < math.inf:
             return RUN_GOES_ON, event
         in_vain += 1
-        if in_vain > _MOST_IN_VAIN * (len(balls.own_kind) + 32) ** 2:
+        if in_vain > _MAX_FRUITLESS_BOUNDS * (len(balls.own_kind) + 32) ** 2:
             log.counters[UNSOUND] = row
             return RUN_NOT_FINITE, event
 

@@ -1,1 +1,1 @@
-"""Balls that friction holds together: who they are, their forces, the steps they move in."""
+"""Resting contact: islands of balls that friction holds together, their forces, their steps."""

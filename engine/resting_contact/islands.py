@@ -1,4 +1,4 @@
-"""Clusters: which balls press each other, and where they touch each other and cushions."""
+"""Islands: which balls press each other, and where they touch each other and cushions."""
 
 from __future__ import annotations
 

@@ -255,7 +255,7 @@ class Run:
         order = np.argsort(log.ball, kind="stable")
         ends = np.cumsum(np.bincount(log.ball, minlength=len(self._state)))
         knots = np.split(log.motion[order], ends[:-1])
-        spin_decelerations = self._state[:, s.SPIN].copy()
+        spin_decelerations = self._state[:, s.SPIN_SLOWING].copy()
         return ExactTrajectory(self._layout.radii, tuple(knots), self.t_end, spin_decelerations)
 
     def _trimmed_log(self) -> s.Log:

@@ -11,7 +11,7 @@ import numpy as np
 
 from engine.core.state import (
     CLOCKS,
-    CLOTH,
+    CLOTH_FRICTION,
     COUNTERS,
     FORCE_COLUMNS,
     FREE,
@@ -26,12 +26,12 @@ from engine.core.state import (
     OWN_TIME,
     PHASE,
     RADIUS,
-    ROLL,
+    ROLL_SLOWING,
     ROLLING,
-    SLIDE,
+    SLIDE_SLOWING,
     SLIDING,
     SLOT_COLUMNS,
-    SPIN,
+    SPIN_SLOWING,
     STATE_COLUMNS,
     TRACKS,
     VX,
@@ -144,11 +144,11 @@ def balls_of(scene: Scene) -> Balls:
     state[:, RADIUS] = scene.radii
     state[:, MASS] = scene.masses
     gravity = scene.physics.gravity
-    state[:, ROLL] = scene.rolling_frictions * gravity
-    state[:, CLOTH] = scene.sliding_frictions
+    state[:, ROLL_SLOWING] = scene.rolling_frictions * gravity
+    state[:, CLOTH_FRICTION] = scene.sliding_frictions
     slides = scene.physics.motion == "sliding"
-    state[:, SLIDE] = state[:, CLOTH] * gravity if slides else 0.0
-    state[:, SPIN] = scene.spinning_friction_rates
+    state[:, SLIDE_SLOWING] = state[:, CLOTH_FRICTION] * gravity if slides else 0.0
+    state[:, SPIN_SLOWING] = scene.spinning_friction_rates
     state[:, PHASE] = np.where(scene.rolls, ROLLING, SLIDING) if slides else ROLLING
     return Balls(
         state,

@@ -1,1 +1,1 @@
-"""What comes next: bounds of every pair for few balls, a grid of cells for many."""
+"""What comes next: times of impact of every pair for few balls, a broad phase by cells for many."""

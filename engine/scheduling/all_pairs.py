@@ -1,4 +1,4 @@
-"""When the next two balls touch: lazy lower bounds of the contact time of every pair.
+"""Few balls: a lower bound of the time of impact of every pair, computed when it is needed.
 
 Contact needs the relative motion, projected on today's line of centres, to have closed the gap: the
 first root of a quadratic, never later than the first entering root of the true quartic. So a pair

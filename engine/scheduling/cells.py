@@ -1,4 +1,4 @@
-"""When the next two balls touch, among many: bounds with neighbours only, in a grid of cells.
+"""Many balls: a broad phase by cells bounds the times of impact with neighbours only.
 
 The other scheduler, `scheduling.all_pairs`, keeps a bound for every pair. Here (`scheduling.grid`)
 a ball only meets those in its own cell and the eight around it; when it moves into another, it
@@ -29,9 +29,9 @@ from engine.core.state import (
     MATE,
     MATE_STAMP,
     NOWHERE,
-    OTHERS,
     ROW,
     SECOND,
+    SECOND_BOUND,
     STAMP,
     WAY,
     Balls,
@@ -47,7 +47,7 @@ from engine.scheduling.grid import cell_number, settle, step_on, time_in_cell
 from engine.scheduling.priority_queue import enter_instant, first_due, least_of_others
 from engine.scheduling.ties import is_listed, takes_precedence
 
-_CLEARLY = 2.0**-30
+_REJECT_MARGIN = 2.0**-30
 """What a bound must be later by, relative to the distance, to be seen without computing it."""
 
 
@@ -124,7 +124,7 @@ def _fill_slot(
     Where it shares, pairs with balls that changed too and come later are left to those.
     """
     cells.slot[i, LEAST] = math.inf
-    cells.slot[i, OTHERS] = math.inf
+    cells.slot[i, SECOND_BOUND] = math.inf
     cells.link[i, MATE] = NOWHERE
     column, row = cells.link[i, COLUMN], cells.link[i, ROW]
     for y in range(-1, 2):
@@ -185,10 +185,11 @@ def _meet_ball(
     move uniformly, of (d^2 - D^2) / 2 + b s + v^2 s^2 / 2. Both lie above the same with c = (d^2 -
     D^2) / 2, which is (d - D)(d + D) / 2 <= d (d - D), with the largest diameter for D, and without
     what bends up. Where that is positive at first and when the second of the others is due, it was
-    so in between, being straight or bending down: no root yet. `_CLEARLY` d^2 covers the rounding
+    so in between, being straight or bending down: no root yet. `_REJECT_MARGIN` d^2 covers rounding
     of the sum, while |b| s is below 2^20 d^2 or so; a larger one has long been negative.
 
-    A pair that is left out comes no sooner than `OTHERS`, which stays a bound for all but the mate.
+    A pair that is left out comes no sooner than `SECOND_BOUND`, which stays a bound for all but the
+    mate.
     """
     start = max(balls.state[i].epoch, balls.state[j].epoch)
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
@@ -196,11 +197,11 @@ def _meet_ball(
     pull = rx * ax + ry * ay - relative_bend(balls, i, j, start, rx, ry)
     if rate >= 0.0 and pull >= 0.0:
         return
-    others = cells.slot[i, OTHERS]
+    others = cells.slot[i, SECOND_BOUND]
     square = rx * rx + ry * ry
     if others < math.inf:
         s = others - start
-        gap = 0.5 * (square - cells.frame[3] * cells.frame[3]) - _CLEARLY * square
+        gap = 0.5 * (square - cells.frame[3] * cells.frame[3]) - _REJECT_MARGIN * square
         if gap > 0.0 and gap + s * (rate + 0.5 * min(pull, 0.0) * s) > 0.0:
             return
     counters[BOUNDS] += 1
@@ -211,12 +212,12 @@ def _meet_ball(
     if bound <= t:
         bound = _later_bound(balls, i, j, bound, t, end, counters)
     if bound < cells.slot[i, LEAST]:
-        cells.slot[i, OTHERS] = cells.slot[i, LEAST]
+        cells.slot[i, SECOND_BOUND] = cells.slot[i, LEAST]
         cells.slot[i, LEAST] = bound
         cells.link[i, MATE] = j
         cells.link[i, MATE_STAMP] = cells.link[j, STAMP]
     elif bound < others:
-        cells.slot[i, OTHERS] = bound
+        cells.slot[i, SECOND_BOUND] = bound
 
 
 @kernel(inline=True)
@@ -245,7 +246,7 @@ def earliest(
             return t, -1, -1
         single, settled = NOWHERE, True
         first = first_due(cells.tree, t, 0)
-        only = cells.slot[first, OTHERS] > t
+        only = cells.slot[first, SECOND_BOUND] > t
         i = first
         while i != NOWHERE:
             only = only and i == first
@@ -259,8 +260,8 @@ def earliest(
                 _fill_slot(balls, laws, cells, contacts, i, t, False, counters)
                 settled = False
             elif cells.link[cells.link[i, MATE], STAMP] != cells.link[i, MATE_STAMP]:
-                # Nothing with the others is due before `OTHERS`; often an event comes sooner.
-                cells.slot[i, LEAST] = cells.slot[i, OTHERS]
+                # Nothing with the others is due before `SECOND_BOUND`; often an event comes sooner.
+                cells.slot[i, LEAST] = cells.slot[i, SECOND_BOUND]
                 cells.link[i, MATE] = NOWHERE
                 enter_next(balls, cells, i)
                 settled = False
@@ -303,7 +304,7 @@ def _move_on(
 @kernel(inline=True)
 def set_aside(balls: Balls, cells: Cells, i: int) -> float:
     """As `scheduling.scheduler.set_aside`; nothing is moved."""
-    others = min(cells.slot[i, OTHERS], cells.slot[i, LEAVES], balls.state[i].own_time)
+    others = min(cells.slot[i, SECOND_BOUND], cells.slot[i, LEAVES], balls.state[i].own_time)
     until: float = min(others, least_of_others(cells.tree, i))
     return until
 
@@ -346,7 +347,7 @@ def _advance_slot(
     counters: IntArray,
 ) -> None:
     """Move on ball i's slot to its next bound with its mate, if that is still its earliest."""
-    if bound < math.inf and bound <= cells.slot[i, OTHERS]:
+    if bound < math.inf and bound <= cells.slot[i, SECOND_BOUND]:
         cells.slot[i, LEAST] = bound
         enter_next(balls, cells, i)
     else:
@@ -370,7 +371,7 @@ def list_due(
     counters: IntArray,
 ) -> int:
     """As `scheduling.scheduler.list_due`."""
-    if cells.slot[i, OTHERS] > t:
+    if cells.slot[i, SECOND_BOUND] > t:
         balls.near[0] = cells.link[i, MATE]
         return 1
     return _list_several(balls, laws, cells, contacts, i, t, counters)
@@ -390,7 +391,7 @@ def _list_several(
     refill_slot(balls, laws, cells, contacts, i, t, counters)
     if cells.slot[i, LEAST] > t:
         return 0
-    if cells.slot[i, OTHERS] > t:
+    if cells.slot[i, SECOND_BOUND] > t:
         balls.near[0] = cells.link[i, MATE]
         return 1
     count = 0
@@ -407,7 +408,7 @@ def more_due(balls: Balls, cells: Cells, listed: int, t: float, until: float) ->
     """As `scheduling.scheduler.more_due`."""
     for c in range(listed):
         for i in (balls.hits[c, FIRST], balls.hits[c, SECOND]):
-            if t < cells.slot[i, LEAST] <= until or cells.slot[i, OTHERS] <= until:
+            if t < cells.slot[i, LEAST] <= until or cells.slot[i, SECOND_BOUND] <= until:
                 return True
     i = first_due(cells.tree, until, 0)
     while i != NOWHERE:

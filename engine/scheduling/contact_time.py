@@ -1,4 +1,4 @@
-"""When two balls touch: judged at an instant, from where and how fast they are then."""
+"""The time of impact of two balls: judged at an instant, from where and how fast they are then."""
 
 from __future__ import annotations
 

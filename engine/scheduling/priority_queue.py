@@ -1,4 +1,4 @@
-"""A tournament of all balls' next instants: the earliest at the root, found by going down."""
+"""A priority queue of all balls' next instants: a tournament, with the earliest at its root."""
 
 from __future__ import annotations
 

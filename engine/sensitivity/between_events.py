@@ -15,10 +15,10 @@ from engine.core.state import (
     PHASE,
     RADIUS,
     RESTING,
-    ROLL,
-    SLIDE,
+    ROLL_SLOWING,
+    SLIDE_SLOWING,
     SLIDING,
-    SPIN,
+    SPIN_SLOWING,
     VX,
     VY,
     WX,
@@ -74,14 +74,14 @@ def carry(run: Tangents, ball: int, k: int, t: float, row: FloatArray) -> None:
     radius = run.state[ball, RADIUS]
     dx, dy = run.knots[k, VX], run.knots[k, VY]
     slides = run.knots[k, PHASE] == SLIDING
-    slowing, lever = run.state[ball, ROLL], 0.0
+    slowing, lever = run.state[ball, ROLL_SLOWING], 0.0
     if slides:
         dx, dy = dx - radius * run.knots[k, WY], dy + radius * run.knots[k, WX]
-        slowing, lever = run.state[ball, SLIDE], radius
+        slowing, lever = run.state[ball, SLIDE_SLOWING], radius
     size2 = dx * dx + dy * dy
     over = -slowing / (size2 * math.sqrt(size2)) if size2 > 0.0 else 0.0
     _go_on(run.lanes, row, s, over * dy * dy, -over * dx * dy, over * dx * dx, lever, 1.0 / radius)
-    rate = run.state[ball, SPIN]
+    rate = run.state[ball, SPIN_SLOWING]
     if run.laws.slides and rate > 0.0 and abs(run.knots[k, WZ]) <= s * rate:
         for lane in range(run.lanes):
             row[DWZ + lane] = 0.0
@@ -150,7 +150,7 @@ def arrive(run: Tangents, ball: int, t: float, place: int) -> None:
         run.motion[place, PRE_BY] = run.knots[k, AX] * over
         run.motion[place, PRE_WX] = -vy * over
         run.motion[place, PRE_WY] = vx * over
-    spin, rate = run.knots[k, WZ], run.state[ball, SPIN]
+    spin, rate = run.knots[k, WZ], run.state[ball, SPIN_SLOWING]
     left = max(abs(spin) - s * rate, 0.0)
     run.motion[place, PRE_WZ] = left if spin > 0.0 else -left
     slowing = rate if left > 0.0 else 0.0
@@ -223,7 +223,7 @@ def depart(run: Tangents, ball: int, t: float, place: int, rows: int) -> None:
     phase = run.knots[k, PHASE]
     if phase != SLIDING and run.laws.slides:
         _end_slip(run.lanes, row, run.state[ball, RADIUS])
-    if phase == RESTING and run.state[ball, ROLL] > 0.0:
+    if phase == RESTING and run.state[ball, ROLL_SLOWING] > 0.0:
         for lane in range(run.lanes):
             row[DVX + lane] = 0.0
             row[DVY + lane] = 0.0
@@ -233,7 +233,7 @@ def depart(run: Tangents, ball: int, t: float, place: int, rows: int) -> None:
     if run.laws.slides:
         bx = run.knots[k, BX] if phase == SLIDING else 0.0
         by = run.knots[k, BY] if phase == SLIDING else 0.0
-        bz = run.state[ball, SPIN] if run.knots[k, WZ] != 0.0 else 0.0
+        bz = run.state[ball, SPIN_SLOWING] if run.knots[k, WZ] != 0.0 else 0.0
         bz = -bz if run.knots[k, WZ] > 0.0 else bz
         _shift_turning(run.lanes, run.work[place * ROW :], at, -1.0, bx, by, bz)
     if run.rounding > 0.0:
@@ -280,7 +280,7 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: i
         spin = max(spin, abs(run.motion[other, PRE_WZ]))
     x = x if speed_x > 0.0 else 0.0
     y = y if speed_y > 0.0 else 0.0
-    if run.knots[k, PHASE] == RESTING and run.state[ball, ROLL] > 0.0:
+    if run.knots[k, PHASE] == RESTING and run.state[ball, ROLL_SLOWING] > 0.0:
         speed_x, speed_y = 0.0, 0.0
     if not slides:
         turn_x, turn_y = 0.0, 0.0

@@ -20,8 +20,8 @@ from engine.core.state import (
     EPOCH,
     PHASE,
     RADIUS,
-    ROLL,
-    SLIDE,
+    ROLL_SLOWING,
+    SLIDE_SLOWING,
     SLIDING,
     VX,
     VY,
@@ -161,9 +161,9 @@ def _pass_own_end(run: Tangents, ball: int) -> None:
     at the ball's last knot.
     """
     k = run.at[ball]
-    dx, dy, lever, rate = run.knots[k, VX], run.knots[k, VY], 0.0, run.state[ball, ROLL]
+    dx, dy, lever, rate = run.knots[k, VX], run.knots[k, VY], 0.0, run.state[ball, ROLL_SLOWING]
     if run.knots[k, PHASE] == SLIDING:
-        lever, rate = run.state[ball, RADIUS], 3.5 * run.state[ball, SLIDE]
+        lever, rate = run.state[ball, RADIUS], 3.5 * run.state[ball, SLIDE_SLOWING]
         dx, dy = dx - lever * run.knots[k, WY], dy + lever * run.knots[k, WX]
     over = 1.0 / (rate * math.sqrt(dx * dx + dy * dy))
     start = run.tangent[k * ROW : (k + 1) * ROW]

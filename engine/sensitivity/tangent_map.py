@@ -23,7 +23,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.core.events import EVENT_DTYPE, EventKind, Events
 from engine.core.kernel import COMPILED, compiling
-from engine.core.state import KNOT, OBSTACLE, PHASE, RESTING, ROLL, ObstacleRow, X, Y, rows_of
+from engine.core.state import (
+    KNOT,
+    OBSTACLE,
+    PHASE,
+    RESTING,
+    ROLL_SLOWING,
+    ObstacleRow,
+    X,
+    Y,
+    rows_of,
+)
 from engine.errors import GhostballError
 from engine.running.from_scene import laws_of, layout_of
 from engine.running.skips import is_integrated
@@ -235,7 +245,7 @@ def _run(
     warm_up(scene)
     run = _arrays(scene, trajectory, events, rounding, signs)
     # A ball that rests stops again at once, where the cloth slows it.
-    rests = (run.knots[run.first[:-1], PHASE] == RESTING) & (run.state[:, ROLL] > 0.0)
+    rests = (run.knots[run.first[:-1], PHASE] == RESTING) & (run.state[:, ROLL_SLOWING] > 0.0)
     start[rests, s.DVX // s.LANES : s.DVY // s.LANES + 1] = 0.0
     run.tangent.reshape(-1, s.ROW)[run.first[:-1]] = start.reshape(-1, s.ROW)
     with _growing():

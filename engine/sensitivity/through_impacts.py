@@ -9,7 +9,7 @@ import math
 
 from engine.core.kernel import kernel
 from engine.core.state import (
-    CLOTH,
+    CLOTH_FRICTION,
     LINE,
     MASS,
     RADIUS,
@@ -139,7 +139,7 @@ def _seen_along(run: Tangents, i: int, j: int, nx: float, ny: float) -> BallImpa
         motion[0, PRE_WZ],
         state[i, RADIUS],
         state[i, MASS],
-        state[i, CLOTH],
+        state[i, CLOTH_FRICTION],
         nx * motion[1, PRE_VX] + ny * motion[1, PRE_VY],
         nx * motion[1, PRE_VY] - ny * motion[1, PRE_VX],
         nx * motion[1, PRE_WX] + ny * motion[1, PRE_WY],
@@ -147,7 +147,7 @@ def _seen_along(run: Tangents, i: int, j: int, nx: float, ny: float) -> BallImpa
         motion[1, PRE_WZ],
         state[j, RADIUS],
         state[j, MASS],
-        state[j, CLOTH],
+        state[j, CLOTH_FRICTION],
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from engine.core.kernel import kernel
-from engine.core.state import CLOTH, MASS, RADIUS
+from engine.core.state import CLOTH_FRICTION, MASS, RADIUS
 from engine.impacts.laws.dispatch import ball_law, cushion_law
 from engine.impacts.laws.interface import BallImpact, CushionImpact
 from engine.sensitivity.state import (
@@ -90,7 +90,7 @@ def put_cushion_law(run: Tangents, ball: int, law: int, nx: float, ny: float) ->
         motion[0, PRE_WZ],
         state[ball, RADIUS],
         state[ball, MASS],
-        state[ball, CLOTH],
+        state[ball, CLOTH_FRICTION],
     )
     speed = max(
         abs(impact.vn) + abs(impact.vt),
