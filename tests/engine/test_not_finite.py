@@ -13,7 +13,9 @@ from engine.core import state as s
 from engine.running.driver import Run
 
 MOTION = ("X", "Y", "VX", "VY", "AX", "AY", "WX", "WY", "WZ", "BX", "BY", "BZ", "EPOCH")
-CONSTANTS = ("RADIUS", "MASS", "ROLL", "SLIDE", "SPIN", "CLOTH", "OWN_TIME")
+CONSTANTS = (
+    "RADIUS", "MASS", "ROLL_SLOWING", "SLIDE_SLOWING", "SPIN_SLOWING", "CLOTH_FRICTION", "OWN_TIME",
+)  # fmt: skip
 NOT_FINITE = [math.nan, math.inf, -math.inf]
 INTEGRATED = {"preset": "pool", "ball_impact": "mathavan2014", "cushion": "mathavan2010"}
 LAWS = ("rolling", "sliding", "integrated")
