@@ -194,7 +194,11 @@ def test_ctrl_c_in_a_terminal_is_for_the_parent_alone(tmp_path):
     ):
         assert [workers.readline() for _ in range(2)] == [b"at work\n"] * 2
         os.killpg(parent.pid, signal.SIGINT)
-        rest, errors = parent.communicate(timeout=60.0)
+        try:
+            rest, errors = parent.communicate(timeout=60.0)
+        except subprocess.TimeoutExpired:
+            os.killpg(parent.pid, signal.SIGKILL)  # else this test would wait for the tasks' end
+            raise
         assert workers.read() == b""  # nothing more until they, who hold the other end, are gone
     assert (rest, errors) == (b"interrupted\n", b"")
     assert parent.returncode == 130
