@@ -1,6 +1,8 @@
 """Work in several processes: a crash costs one task, an interrupt leaves no process behind.
 
-A task that hangs costs no more than itself either, where it has a limit of time.
+A task that hangs costs no more than itself either, where it has a limit of time. Processes, limits
+and crashes are pebble's; each process is a pool of its own there, since those of one pool share
+pipes, which one that dies in the midst of its answer leaves unusable for all.
 
 Nothing of what the tasks do is imported here: a process imports what its own tasks need.
 """
@@ -10,26 +12,28 @@ from __future__ import annotations
 import faulthandler
 import multiprocessing
 import os
+import pickle
 import signal
 import tempfile
 import threading
 import time
+import traceback
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import closing, contextmanager, suppress
+from concurrent.futures import FIRST_COMPLETED, Future, wait as wait_for
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from functools import partial
+from itertools import islice
 from multiprocessing import resource_tracker
-from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnProcess
-from typing import IO, Generic, TypeVar
+from multiprocessing.connection import wait as wait_for_any
+from multiprocessing.context import SpawnContext, SpawnProcess
+from typing import Any, Generic, TypeVar
+
+from pebble import ProcessPool
 
 from reference_adapters.output import captured, divert, flush, text_of
 
 T = TypeVar("T")
 R = TypeVar("R")
-
-_JOIN_TIMEOUT = 5.0
-"""Seconds that a terminated worker gets before it is killed."""
 
 _START_LIMIT = 300.0
 """Seconds that a process gets to start and import, where tasks have a limit of time."""
@@ -41,22 +45,11 @@ Ctrl-C that comes between Python's last look for it and the wait, or that anothe
 is seen only when the wait ends.
 """
 
-_ORPHANED = 1
-"""Exit code of a process whose parent is gone."""
+_JOIN_TIMEOUT = 5.0
+"""Seconds that a process whose end pebble has seen gets until its exit code is known."""
 
-# Not fork: pybullet's and numba's threads and locks don't survive it.
-_CONTEXT = multiprocessing.get_context("spawn")
-
-
-@dataclass(eq=False)
-class _Worker(Generic[T]):
-    process: SpawnProcess
-    connection: Connection
-    path: str  # of the file that it prints into
-    output: IO[bytes]
-    task: T | None = None
-    started: bool = False  # it has imported what it needs
-    deadline: float | None = None  # of the task, in seconds of the monotonic clock
+_FAILED = 1
+"""Exit code of a process whose task raised what it must not, and of one whose parent is gone."""
 
 
 def limit_of(seconds: float | None) -> Callable[[object], float] | None:
@@ -95,8 +88,7 @@ def run_tasks(
         task gives is yielded; it is dropped otherwise.
     prepare : callable, optional
         What another process does first, such as importing what tasks need: no task's limit of time
-        runs meanwhile. What it is made of is found before that process can divert what is printed:
-        it should name what it imports.
+        runs meanwhile.
 
     Notes
     -----
@@ -110,156 +102,198 @@ def run_tasks(
                 printed(task, output.text)
             yield given
         return
-    pool = _Pool(jobs, work, died, limit, printed, prepare)
     queue = iter(tasks)
+    processes: list[Process[T]] = []
+
+    def free() -> Process[T]:
+        for process in [one for one in processes if not one.is_busy]:
+            if process.is_alive:
+                return process
+            # It died since its last task, of what that left behind: the next one isn't to blame.
+            process.close()
+            processes.remove(process)
+        processes.append(Process(work, prepare))
+        return processes[-1]
+
     try:
         while True:
-            pool.hand_out(queue)
-            if not pool.is_busy:
+            idle = jobs - sum(process.is_busy for process in processes)
+            for task in islice(queue, idle):
+                free().give(task, None if limit is None else limit(task))
+            busy = [process for process in processes if process.is_busy]
+            if not busy:
                 return
-            yield from pool.collect()
+            wait_for([process.future for process in busy], _WAKE, FIRST_COMPLETED)
+            for process in busy:
+                answer = process.answer()
+                if answer is None:
+                    continue
+                if answer.reason:
+                    process.close()
+                    processes.remove(process)
+                if answer.printed and printed is not None:
+                    printed(process.task, answer.printed)
+                yield died(process.task, answer.reason) if answer.reason else answer.given()
     finally:
-        pool.close()
+        for process in processes:
+            process.stop()
+        for process in processes:
+            process.close()
 
 
-class _Pool(Generic[T, R]):
-    """Processes, each at one task or waiting for one."""
+@dataclass(frozen=True)
+class Answer:
+    """What came of a task: what it gave, pickled, or why its process died; and what it printed."""
+
+    pickled: bytes
+    reason: str
+    printed: str
+
+    def given(self) -> Any:
+        """Return what the task gave."""
+        return pickle.loads(self.pickled)
+
+
+class Process(Generic[T]):
+    """Another process, which does one task after another until it is closed, or dies.
+
+    Attributes
+    ----------
+    task
+        The last one that it was given.
+    future : Future
+        Done when that task is, or the process has ended.
+    is_busy : bool
+        Whether that task has had no answer yet.
+    """
+
+    task: T
+    future: Future[bytes]
+    is_busy = False
 
     def __init__(
-        self,
-        jobs: int,
-        work: Callable[[T], R],
-        died: Callable[[T, str], R],
-        limit: Callable[[T], float] | None,
-        printed: Callable[[T, str], None] | None,
-        prepare: Callable[[], object] | None,
+        self, work: Callable[[T], object], prepare: Callable[[], object] | None = None
     ) -> None:
-        self._jobs = jobs
-        self._serve = partial(_serve, work, prepare)
-        self._died = died
-        self._limit = limit
-        self._printed = printed
-        self._workers: list[_Worker[T]] = []
+        self._work = work
+        file, self._path = tempfile.mkstemp(prefix="ghostball-")
+        self._output = os.fdopen(file, "r+b", buffering=0)
+        self._started = _StartedOnce()
+        self._pool = ProcessPool(
+            max_workers=1,
+            initializer=_begin,
+            initargs=(self._path, pickle.dumps((work, prepare))),
+            context=self._started,
+        )
 
     @property
-    def is_busy(self) -> bool:
-        return any(worker.task is not None for worker in self._workers)
+    def is_alive(self) -> bool:
+        """Whether it can be given a task."""
+        return self._started.process is not None and self._started.process.is_alive()
 
-    def hand_out(self, queue: Iterator[T]) -> None:
-        """Give every idle process a task, starting processes up to their number."""
-        while True:
-            idle = next((worker for worker in self._workers if worker.task is None), None)
-            if idle is None and len(self._workers) == self._jobs:
-                return
-            task = next(queue, None)
-            if task is None:
-                return
-            if idle is None or not self._sent(idle, task):
-                fresh = self._started()
-                with suppress(ConnectionError):  # it died at once: `collect` reports the task
-                    self._give(fresh, task)
+    def give(self, task: T, limit: float | None) -> None:
+        """Let it do a task, within so many seconds; the one before must have been answered."""
+        self.task, self._limit = task, limit
+        os.ftruncate(self._output.fileno(), 0)  # of the task before
+        given = pickle.dumps((self._work, task))
+        with _interrupts_held():  # the first task starts the process
+            self.future = self._pool.schedule(_do, (given,), timeout=limit)
+        self._given, self.is_busy = time.monotonic(), True
 
-    def _sent(self, idle: _Worker[T], task: T) -> bool:
-        """Give an idle process a task; whether it was alive to take it."""
-        # It may have died since its last task, of what that left behind: this one isn't to blame.
-        if idle.process.is_alive():
-            try:
-                self._give(idle, task)
-            except ConnectionError:
-                pass
-            else:
-                return True
-        self._workers.remove(idle)
-        _bury(idle)
-        return False
+    def answer(self) -> Answer | None:
+        """Return what came of the task; None while it is being done."""
+        pickled, reason = b"", ""
+        if self.future.done():
+            error = self.future.exception()
+            if error is None:
+                pickled = self.future.result()
+            elif isinstance(error, TimeoutError):
+                reason = f"it took longer than {self._limit:g} s, and was ended"
+            else:  # of pebble, which sees the end of the process or of a pipe, whichever is first
+                self._process.join(_JOIN_TIMEOUT)
+                reason = f"the process running it died (exit code {self._process.exitcode})"
+        else:
+            waited = time.monotonic() - self._given
+            if self._limit is None or self.future.running() or waited < _START_LIMIT:
+                return None
+            reason = f"its process did not start within {_START_LIMIT:g} s"
+        self.is_busy = False
+        return Answer(pickled, reason, text_of(self._output))
 
-    def _started(self) -> _Worker[T]:
-        worker: _Worker[T] = _start(self._serve)
-        self._workers.append(worker)
-        return worker
-
-    def _give(self, worker: _Worker[T], task: T) -> None:
-        worker.task = task
-        self._begin(worker)
-        os.ftruncate(worker.output.fileno(), 0)  # of the task before
-        worker.connection.send(task)
-
-    def collect(self) -> Iterator[R]:
-        """Wait until something happens, and yield what tasks gave that have ended."""
-        busy = [worker for worker in self._workers if worker.task is not None]
-        ready = wait([worker.connection for worker in busy], self._patience(busy))
-        for worker in busy:
-            assert worker.task is not None
-            # Asked again: while what others gave was taken, this one may have answered too.
-            if worker.connection not in ready and not worker.connection.poll():
-                if worker.deadline is not None and time.monotonic() >= worker.deadline:
-                    assert self._limit is not None
-                    yield self._give_up(
-                        worker,
-                        f"it took longer than {self._limit(worker.task):g} s, and was ended"
-                        if worker.started
-                        else f"its process did not start within {_START_LIMIT:g} s",
-                    )
-                continue
-            try:
-                message = worker.connection.recv()
-            except (EOFError, OSError):  # OSError: killed in the midst of an answer
-                worker.process.join(_JOIN_TIMEOUT)
-                code = worker.process.exitcode
-                yield self._give_up(worker, f"the process running it died (exit code {code})")
-                continue
-            if not worker.started:
-                worker.started = True
-                self._begin(worker)
-            else:
-                self._tell_printed(worker)
-                worker.task = worker.deadline = None
-                yield message
+    def stop(self) -> None:
+        """Have it end, whatever it does, without waiting for that."""
+        self._pool.stop()
 
     def close(self) -> None:
-        """End all processes, whatever they do."""
-        for worker in self._workers:
-            worker.process.terminate()
-        for worker in self._workers:
-            _bury(worker)
+        """End it, whatever it does: it is gone then, with all that was made for it."""
+        self._pool.stop()
+        self._pool.join()
+        self._output.close()
+        with suppress(OSError):
+            os.unlink(self._path)
 
-    def _begin(self, worker: _Worker[T]) -> None:
-        """Let the time of a task run, or, until its process has started, that of the start."""
-        if self._limit is not None and worker.task is not None:
-            limit = self._limit(worker.task) if worker.started else _START_LIMIT
-            worker.deadline = time.monotonic() + limit
-
-    def _patience(self, busy: list[_Worker[T]]) -> float:
-        """Return the time to wait at most: until the first deadline, where one comes soon."""
-        deadlines = [worker.deadline for worker in busy if worker.deadline is not None]
-        return max(0.0, min([_WAKE, *(at - time.monotonic() for at in deadlines)]))
-
-    def _give_up(self, worker: _Worker[T], reason: str) -> R:
-        task = worker.task
-        assert task is not None
-        self._workers.remove(worker)
-        worker.process.terminate()
-        worker.process.join(_JOIN_TIMEOUT)
-        self._tell_printed(worker)
-        _bury(worker)
-        return self._died(task, reason)
-
-    def _tell_printed(self, worker: _Worker[T]) -> None:
-        """Hand on what a worker's task printed, where it did and somebody asks."""
-        if self._printed is not None and worker.task is not None:
-            text = text_of(worker.output)
-            if text:
-                self._printed(worker.task, text)
+    @property
+    def _process(self) -> SpawnProcess:
+        assert self._started.process is not None
+        return self._started.process
 
 
-def _start(serve: Callable[[Connection, str], None]) -> _Worker[T]:
-    ours, theirs = _CONTEXT.Pipe()
-    file, path = tempfile.mkstemp(prefix="ghostball-")
-    process = _CONTEXT.Process(target=serve, args=(theirs, path), daemon=True)
-    with _interrupts_held():
-        process.start()
-    theirs.close()  # so that `recv` ends when the process does
-    return _Worker(process, ours, path, os.fdopen(file, "r+b", buffering=0))
+class _StartedOnce(SpawnContext):
+    """Starts a process for pebble, and none in the place of one that is lost.
+
+    Not fork: pybullet's and numba's threads and locks don't survive it.
+    """
+
+    process: SpawnProcess | None = None
+
+    def Process(self, **given: Any) -> SpawnProcess:  # type: ignore[override]  # noqa: N802
+        """Return the process, to be started."""
+        if self.process is not None:
+            raise OSError("the process is lost")  # pebble then gives the pool up
+        self.process = SpawnProcess(**given)
+        return self.process
+
+    def RLock(self) -> Any:  # noqa: N802
+        """Return a lock of the pipes, which no other process uses.
+
+        A real one is a file, which would outlive a parent that is killed.
+        """
+        return _NoLock()
+
+
+class _NoLock:
+    """Does what a lock does where there is nobody to be locked out."""
+
+    def acquire(self, **_: object) -> bool:
+        """Return that it was acquired."""
+        return True
+
+    def release(self) -> None:
+        """Do nothing."""
+
+
+def _begin(output: str, pickled: bytes) -> None:
+    """Prepare this process for tasks, in a process of its own."""
+    divert(output)
+    faulthandler.enable(all_threads=False)  # a crash then says where, into what is printed
+    # Pebble's answer to it would wait until native code that hangs returns.
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    _, prepare = pickle.loads(pickled)  # and import what the work needs
+    if prepare is not None:
+        prepare()
+
+
+def _do(pickled: bytes) -> bytes:
+    """Do a task, and return what it gives, pickled: what can't be read costs pebble its pool."""
+    try:
+        work, task = pickle.loads(pickled)
+        given = pickle.dumps(work(task))
+    except BaseException:
+        traceback.print_exc()
+        flush()
+        os._exit(_FAILED)
+    flush()
+    return given
 
 
 @contextmanager
@@ -281,58 +315,9 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _bury(worker: _Worker[T]) -> None:
-    worker.process.join(_JOIN_TIMEOUT)
-    if worker.process.is_alive():
-        worker.process.kill()
-        worker.process.join()
-    worker.connection.close()
-    worker.output.close()
-    with suppress(OSError):
-        os.unlink(worker.path)
-
-
-def _serve(
-    work: Callable[[T], R],
-    prepare: Callable[[], object] | None,
-    connection: Connection,
-    output: str,
-) -> None:
-    """Do tasks until the other end closes: the body of a worker process."""
-    divert(output)
-    faulthandler.enable(all_threads=False)  # a crash then says where, into what is printed
-    # Ctrl-C reaches the whole group; the parent alone decides what happens then. POSIX workers
-    # are deaf already, see `_interrupts_held`.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    if prepare is not None:
-        prepare()
-    with closing(connection):
-        if not _told(connection, "started"):
-            return
-        while True:
-            try:
-                task = connection.recv()
-            except (EOFError, ConnectionError):
-                return
-            given = work(task)
-            flush()
-            if not _told(connection, given):
-                return
-
-
-def _told(connection: Connection, message: object) -> bool:
-    """Send a message; whether anyone is there to get it."""
-    try:
-        connection.send(message)
-    except ConnectionError:  # the parent was killed, and has nobody left to tell of it
-        return False
-    return True
-
-
 def _end_with_parent() -> None:
     """End this process once its parent is gone, also in the midst of a task that hangs."""
     parent = multiprocessing.parent_process()
     assert parent is not None
-    wait([parent.sentinel])
-    os._exit(_ORPHANED)
+    wait_for_any([parent.sentinel])
+    os._exit(_FAILED)

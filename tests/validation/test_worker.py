@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import multiprocessing
 import os
 import signal
@@ -10,9 +11,12 @@ import sys
 import threading
 import time
 from contextlib import closing
+from itertools import count
+from multiprocessing import resource_tracker
 from pathlib import Path
 
 import pytest
+from pebble import CONSTS
 
 import validation.worker
 from validation.worker import limit_of, run_tasks
@@ -33,6 +37,8 @@ def work(task: str) -> str:
     if word == "later":  # dies once it is idle
         signal.signal(signal.SIGALRM, lambda *_: os._exit(9))
         signal.setitimer(signal.ITIMER_REAL, 0.05)
+    if word == "raise":
+        raise ValueError(rest)
     if word == "half":  # is killed in the midst of its answer
         os.write(_answers(), b"\x00\x00\x10\x00half")
         os._exit(3)
@@ -40,12 +46,14 @@ def work(task: str) -> str:
 
 
 def _answers() -> int:
-    """Return the pipe of this worker process: the only one that is a socket."""
+    """Return the pipe that this process answers through: the only one of its own to write into."""
     return next(
         fd
         for fd in range(3, 64)
         if os.path.exists(f"/proc/self/fd/{fd}")
-        and os.readlink(f"/proc/self/fd/{fd}").startswith("socket:")
+        and os.readlink(f"/proc/self/fd/{fd}").startswith("pipe:")
+        and fcntl.fcntl(fd, fcntl.F_GETFL) & os.O_ACCMODE == os.O_WRONLY
+        and fd != resource_tracker.getfd()
     )
 
 
@@ -53,8 +61,8 @@ def died(task: str, reason: str) -> str:
     return f"{task}: {reason}"
 
 
-def results(tasks, jobs=1, limit=LIMIT) -> list[str]:
-    with closing(run_tasks(tasks, jobs, work, died, limit)) as found:
+def results(tasks, jobs=1, limit=LIMIT, printed=None) -> list[str]:
+    with closing(run_tasks(tasks, jobs, work, died, limit, printed)) as found:
         got = list(found)
     assert multiprocessing.active_children() == []
     return got
@@ -73,6 +81,34 @@ def test_with_a_limit_one_job_is_another_process_and_a_crash_costs_its_task():
     ]
 
 
+def test_a_process_that_ends_as_if_all_were_well_has_died_too():
+    # Without a limit of time nothing else would end the wait for it.
+    found = results(["die 0", "a", "b"], jobs=2, limit=None)
+    assert sorted(found) == ["die 0: the process running it died (exit code 0)", "done a", "done b"]
+
+
+def test_what_raises_costs_its_task_and_says_where():
+    heard: list[str] = []
+    found = results(["raise no luck", "a"], printed=lambda _, text: heard.append(text))
+    assert found == ["raise no luck: the process running it died (exit code 1)", "done a"]
+    assert heard[0].endswith("ValueError: no luck")
+    assert "in work" in heard[0]
+
+
+def test_tasks_are_taken_as_processes_become_free():
+    taken: list[int] = []
+
+    def endless():
+        for number in count():
+            taken.append(number)
+            yield f"{number}"
+
+    with closing(run_tasks(endless(), 2, work, died)) as found:
+        for number in range(5):
+            next(found)
+            assert len(taken) <= number + 2 + 1  # those before, those at work, the one given
+
+
 def test_a_hang_is_ended_and_a_task_may_have_a_limit_of_its_own():
     def limit(task: str) -> float:
         return 0.3 if task == "sleep 600" else 60.0
@@ -85,7 +121,7 @@ def test_a_hang_is_ended_and_a_task_may_have_a_limit_of_its_own():
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 def test_one_that_ignores_its_end_is_killed(monkeypatch):
-    monkeypatch.setattr(validation.worker, "_JOIN_TIMEOUT", 0.2)
+    monkeypatch.setattr(CONSTS, "term_timeout", 0.2)
     found = results(["deaf", "a"], limit=lambda task: 0.3 if task == "deaf" else 60.0)
     assert found == ["deaf: it took longer than 0.3 s, and was ended", "done a"]
 
@@ -109,7 +145,7 @@ def test_a_process_that_dies_in_the_midst_of_its_answer_costs_its_task():
 
 
 def test_a_process_that_cannot_start_costs_a_task_each(monkeypatch):
-    monkeypatch.setattr(validation.worker, "_serve", _never)
+    monkeypatch.setattr(validation.worker, "_begin", _never)
     assert results(["a", "b"]) == [
         "a: the process running it died (exit code 5)",
         "b: the process running it died (exit code 5)",
@@ -117,7 +153,7 @@ def test_a_process_that_cannot_start_costs_a_task_each(monkeypatch):
 
 
 def test_a_process_that_never_starts_is_given_up(monkeypatch):
-    monkeypatch.setattr(validation.worker, "_serve", _hangs)
+    monkeypatch.setattr(validation.worker, "_begin", _hangs)
     monkeypatch.setattr(validation.worker, "_START_LIMIT", 0.3)
     assert results(["a"]) == ["a: its process did not start within 0.3 s"]
 
@@ -250,13 +286,13 @@ def work(said):
         time.sleep(600.0)
 
 
-def close_late(pool):  # so that a worker that answers has the time to say so
+def stop_late(process):  # so that a worker that answers has the time to say so
     time.sleep(0.3)
-    close(pool)
+    stop(process)
 
 
 if __name__ == "__main__":
-    close, validation.worker._Pool.close = validation.worker._Pool.close, close_late
+    stop, validation.worker.Process.stop = validation.worker.Process.stop, stop_late
     try:
         list(run_tasks(sys.argv[1:] * 2, 2, work, print))
     except KeyboardInterrupt:
