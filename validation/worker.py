@@ -26,7 +26,7 @@ from itertools import islice
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait as wait_for_any
 from multiprocessing.context import SpawnContext, SpawnProcess
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 from pebble import ProcessPool
 
@@ -35,10 +35,10 @@ from reference_adapters.output import captured, divert, flush, text_of
 T = TypeVar("T")
 R = TypeVar("R")
 
-_START_LIMIT = 300.0
+START_LIMIT = 300.0
 """Seconds that a process gets to start and import, where tasks have a limit of time."""
 
-_WAKE = 1.0
+WAKE = 1.0
 """Seconds that we wait at a time.
 
 Ctrl-C that comes between Python's last look for it and the wait, or that another thread is given,
@@ -102,38 +102,41 @@ def run_tasks(
                 printed(task, output.text)
             yield given
         return
+    first = pickle.dumps((work, prepare))
     queue = iter(tasks)
-    processes: list[Process[T]] = []
+    processes: list[Process] = []
+    doing: dict[Process, T] = {}
 
-    def free() -> Process[T]:
-        for process in [one for one in processes if not one.is_busy]:
+    def free() -> Process:
+        for process in [one for one in processes if one not in doing]:
             if process.is_alive:
                 return process
             # It died since its last task, of what that left behind: the next one isn't to blame.
             process.close()
             processes.remove(process)
-        processes.append(Process(work, prepare))
+        processes.append(Process(first, START_LIMIT))
         return processes[-1]
 
     try:
         while True:
-            idle = jobs - sum(process.is_busy for process in processes)
-            for task in islice(queue, idle):
-                free().give(task, None if limit is None else limit(task))
-            busy = [process for process in processes if process.is_busy]
-            if not busy:
+            for task in islice(queue, jobs - len(doing)):
+                process = free()
+                process.give(pickle.dumps((work, task)), None if limit is None else limit(task))
+                doing[process] = task
+            if not doing:
                 return
-            wait_for([process.future for process in busy], _WAKE, FIRST_COMPLETED)
-            for process in busy:
+            wait_for([process.future for process in doing], WAKE, FIRST_COMPLETED)
+            for process, task in tuple(doing.items()):
                 answer = process.answer()
                 if answer is None:
                     continue
                 if answer.reason:
                     process.close()
                     processes.remove(process)
+                del doing[process]
                 if answer.printed and printed is not None:
-                    printed(process.task, answer.printed)
-                yield died(process.task, answer.reason) if answer.reason else answer.given()
+                    printed(task, answer.printed)
+                yield died(task, answer.reason) if answer.reason else answer.given()
     finally:
         for process in processes:
             process.stop()
@@ -154,34 +157,33 @@ class Answer:
         return pickle.loads(self.pickled)
 
 
-class Process(Generic[T]):
+class Process:
     """Another process, which does one task after another until it is closed, or dies.
+
+    Parameters
+    ----------
+    first : bytes
+        What does its tasks, and what it does before; pickled, as all that it is given.
+    start_limit : float [s]
+        How long it may take to start, where the first task has a limit of time.
 
     Attributes
     ----------
-    task
-        The last one that it was given.
     future : Future
-        Done when that task is, or the process has ended.
-    is_busy : bool
-        Whether that task has had no answer yet.
+        Done when the task is that it was given last, or the process has ended.
     """
 
-    task: T
     future: Future[bytes]
-    is_busy = False
 
-    def __init__(
-        self, work: Callable[[T], object], prepare: Callable[[], object] | None = None
-    ) -> None:
-        self._work = work
+    def __init__(self, first: bytes, start_limit: float) -> None:
+        self._start_limit = start_limit
         file, self._path = tempfile.mkstemp(prefix="ghostball-")
         self._output = os.fdopen(file, "r+b", buffering=0)
         self._started = _StartedOnce()
         self._pool = ProcessPool(
             max_workers=1,
             initializer=_begin,
-            initargs=(self._path, pickle.dumps((work, prepare))),
+            initargs=(self._path, first),
             context=self._started,
         )
 
@@ -190,14 +192,12 @@ class Process(Generic[T]):
         """Whether it can be given a task."""
         return self._started.process is not None and self._started.process.is_alive()
 
-    def give(self, task: T, limit: float | None) -> None:
+    def give(self, pickled: bytes, limit: float | None) -> None:
         """Let it do a task, within so many seconds; the one before must have been answered."""
-        self.task, self._limit = task, limit
         os.ftruncate(self._output.fileno(), 0)  # of the task before
-        given = pickle.dumps((self._work, task))
         with _interrupts_held():  # the first task starts the process
-            self.future = self._pool.schedule(_do, (given,), timeout=limit)
-        self._given, self.is_busy = time.monotonic(), True
+            self.future = self._pool.schedule(_do, (pickled,), timeout=limit)
+        self._limit, self._given = limit, time.monotonic()
 
     def answer(self) -> Answer | None:
         """Return what came of the task; None while it is being done."""
@@ -213,10 +213,9 @@ class Process(Generic[T]):
                 reason = f"the process running it died (exit code {self._process.exitcode})"
         else:
             waited = time.monotonic() - self._given
-            if self._limit is None or self.future.running() or waited < _START_LIMIT:
+            if self._limit is None or self.future.running() or waited < self._start_limit:
                 return None
-            reason = f"its process did not start within {_START_LIMIT:g} s"
-        self.is_busy = False
+            reason = f"its process did not start within {self._start_limit:g} s"
         return Answer(pickled, reason, text_of(self._output))
 
     def stop(self) -> None:

@@ -154,7 +154,7 @@ def test_a_process_that_cannot_start_costs_a_task_each(monkeypatch):
 
 def test_a_process_that_never_starts_is_given_up(monkeypatch):
     monkeypatch.setattr(validation.worker, "_begin", _hangs)
-    monkeypatch.setattr(validation.worker, "_START_LIMIT", 0.3)
+    monkeypatch.setattr(validation.worker, "START_LIMIT", 0.3)
     assert results(["a"]) == ["a: its process did not start within 0.3 s"]
 
 
