@@ -26,11 +26,14 @@ from itertools import islice
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait as wait_for_any
 from multiprocessing.context import SpawnContext, SpawnProcess
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pebble import ProcessPool
 
 from reference_adapters.output import captured, divert, flush, text_of
+
+if TYPE_CHECKING:
+    from validation.cluster import Cluster
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -59,14 +62,14 @@ def limit_of(seconds: float | None) -> Callable[[object], float] | None:
 
 def run_tasks(
     tasks: Iterable[T],
-    jobs: int,
+    jobs: int | Cluster,
     work: Callable[[T], R],
     died: Callable[[T, str], R],
     limit: Callable[[T], float] | None = None,
     printed: Callable[[T, str], None] | None = None,
     prepare: Callable[[], object] | None = None,
 ) -> Generator[R]:
-    """Do tasks in `jobs` processes; yield what each gives.
+    """Do tasks in other processes; yield what each gives.
 
     In this very process where `jobs` is 1 and there is no limit. Nothing that a task prints reaches
     our own standard output or, from another process, standard error.
@@ -75,7 +78,8 @@ def run_tasks(
     ----------
     tasks : iterable
         Taken one by one, as processes become free.
-    jobs : int
+    jobs : int or Cluster
+        Processes of this machine, or a cluster, which does as many tasks at once as it can.
     work : callable
         Does a task; a function of a module, for other processes must find it.
     died : callable
@@ -94,6 +98,9 @@ def run_tasks(
     -----
     Close the generator to stop early: its processes are gone when `close` returns.
     """
+    if not isinstance(jobs, int):
+        yield from jobs.run_tasks(tasks, work, died, limit, printed, prepare)
+        return
     if jobs == 1 and limit is None:
         for task in tasks:
             with captured() as output:

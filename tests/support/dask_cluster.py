@@ -1,0 +1,85 @@
+"""A Dask cluster of processes on this machine, which tests may kill."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+
+PATIENCE = 60.0
+"""Seconds that a scheduler or a worker gets to start or to end."""
+
+
+class DaskCluster:
+    """A scheduler and workers, each a process and the leader of its group.
+
+    Attributes
+    ----------
+    address : str
+        Of the scheduler.
+    scheduler, workers : Popen
+    """
+
+    def __init__(self, folder: Path, ending: ExitStack, **config: str) -> None:
+        self._folder, self._ending, self._config = folder, ending, config
+        self.workers: list[subprocess.Popen[bytes]] = []
+        self.scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", "0")
+        self.address = self._said("Scheduler at:").split()[-1]
+
+    def add_worker(self, *options: str, **variables: str) -> subprocess.Popen[bytes]:
+        """Start a worker of one thread, and return it once it is at the scheduler's service."""
+        given = ("--nthreads", "1", "--host", "127.0.0.1", "--local-directory", str(self._folder))
+        self.workers.append(self._start("worker", self.address, *given, *options, **variables))
+        self._said("Registered to:")
+        return self.workers[-1]
+
+    def _start(self, kind: str, *options: str, **variables: str) -> subprocess.Popen[bytes]:
+        self._log = self._folder / f"{kind}-{len(self.workers)}.log"
+        config = {f"DASK_DISTRIBUTED__{name}": value for name, value in self._config.items()}
+        path = os.pathsep.join(filter(None, sys.path))
+        with self._log.open("wb") as log:
+            process = subprocess.Popen(
+                [sys.executable, "-m", f"distributed.cli.dask_{kind}", "--no-dashboard", *options],
+                stdout=log,
+                stderr=log,
+                env=os.environ | {"PYTHONPATH": path} | config | variables,
+                cwd=self._folder,
+                start_new_session=True,
+            )
+        self._ending.callback(kill_group, process)
+        return process
+
+    def _said(self, what: str) -> str:
+        """Wait until the process that was started last has said something; return that line."""
+        deadline = time.monotonic() + PATIENCE
+        while time.monotonic() < deadline:
+            for line in self._log.read_text().splitlines():
+                if what in line:
+                    return line
+            time.sleep(0.05)
+        raise AssertionError(self._log.read_text())
+
+
+def kill_group(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process, and all that it started."""
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+@contextmanager
+def dask_cluster(folder: Path, workers: int = 2, **config: str) -> Iterator[DaskCluster]:
+    """Yield a cluster with workers that nobody starts again; it is gone with the block.
+
+    `config` is of Dask's section `distributed`, as in its variables of the environment.
+    """
+    with ExitStack() as ending:
+        cluster = DaskCluster(folder, ending, **config)
+        for _ in range(workers):
+            cluster.add_worker("--no-nanny")
+        yield cluster
