@@ -16,6 +16,7 @@ from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, say, stdout
 from reports import style
 from reports.markdown_ensembles import effect_text, without_end_text
+from validation.cluster import Cluster
 from validation.ensembles import (
     QUANTITIES,
     REFERENCE,
@@ -67,6 +68,7 @@ def run(
     out: Path,
     *,
     jobs: int,
+    cluster: Cluster | None,
     rerun: bool,
     time_limit: float,
 ) -> ExitStatus:
@@ -89,6 +91,7 @@ def run(
             request.count,
             size=request.size,
             jobs=jobs,
+            cluster=cluster,
             progress=progress,
             reuse=not rerun,
             time_limit=time_limit,

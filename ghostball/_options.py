@@ -74,6 +74,16 @@ ShotLimit = Annotated[
     ),
 ]
 
+ClusterAddress = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        help="The scheduler of a Dask cluster, such as tcp://10.0.0.1:8786, whose workers do it "
+        "instead, each task in a process of its own; they need this very ghostball. --jobs is "
+        "then of what stays here. Needs: pip install 'ghostball[cluster]'.",
+    ),
+]
+
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")]
 
 

@@ -16,6 +16,7 @@ from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, say, stdout
 from reference_adapters import make_engine, split_specs
 from reports import write_stress_report
+from validation.cluster import Cluster
 from validation.stress import (
     DEFAULT_ENGINES,
     FAMILIES,
@@ -84,6 +85,7 @@ def run(
     engines: str | None,
     out: Path,
     jobs: int,
+    cluster: Cluster | None,
     rerun: bool,
     time_limit: float | None,
     as_json: bool,
@@ -106,6 +108,7 @@ def run(
             suite=suite,
             only=only,
             jobs=jobs,
+            cluster=cluster,
             progress=progress,
             reuse=not rerun,
             time_limit=time_limit,

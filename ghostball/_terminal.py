@@ -197,7 +197,10 @@ def _explain(error: Exception) -> ExitStatus:
         if isinstance(error, UnsupportedSceneError):
             hint = ". `ghostball engines` lists which engines can"
         say(f"[bold red]error:[/] {escape(str(error) + hint)}")
-        return ExitStatus.BAD_INPUT
+        from validation.cluster import ClusterLostError  # noqa: PLC0415
+
+        lost = isinstance(error, ClusterLostError)  # no fault of the input
+        return ExitStatus.HARNESS_FAILED if lost else ExitStatus.BAD_INPUT
     if isinstance(error, OSError) and error.errno in DISK_ERRORS:
         where = error.filename or "standard output"
         say(

@@ -15,6 +15,7 @@ from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, say_printed, stdout, worst
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
+from validation.cluster import Cluster
 from validation.criteria import SUFFIX
 from validation.environment import describe_environment
 from validation.junit import write_junit
@@ -51,6 +52,7 @@ def run(
     rerun: bool,
     junit: Path | None,
     jobs: int,
+    cluster: Cluster | None,
     time_limit: float,
     report: bool,
     figures: bool,
@@ -93,6 +95,7 @@ def run(
             specs,
             out,
             jobs=jobs,
+            cluster=cluster,
             progress=progress,
             criteria=criteria,
             metrics=patterns,
@@ -126,7 +129,14 @@ def run(
             console.print(changed, soft_wrap=True)
         if request is not None:
             status = _ensembles.run(
-                request, scenes, specs, out, jobs=jobs, rerun=rerun, time_limit=time_limit
+                request,
+                scenes,
+                specs,
+                out,
+                jobs=jobs,
+                cluster=cluster,
+                rerun=rerun,
+                time_limit=time_limit,
             )
             if status is ExitStatus.INTERRUPTED:  # that was said
                 return status

@@ -11,6 +11,7 @@ from ghostball import _bench
 from ghostball._options import (
     AsJson,
     BaselineFolder,
+    ClusterAddress,
     EngineSpec,
     Figures,
     RecordChoice,
@@ -158,6 +159,7 @@ def validate(
         Path | None, typer.Option(metavar="FILE", help="Write the verdicts as JUnit XML.")
     ] = None,
     jobs: Annotated[int, jobs_option("run and draw scenes; run times are cleanest with 1")] = 1,
+    cluster: ClusterAddress = None,
     time_limit: Annotated[
         float,
         typer.Option(
@@ -194,6 +196,7 @@ def validate(
     end of a shot; 4 where no limit covers what was run, so that nothing was judged.
     """
     from ghostball._validate import run  # noqa: PLC0415
+    from validation.cluster import cluster_at  # noqa: PLC0415
 
     if scenes and suite is not None:
         raise typer.BadParameter("scenes and --suite exclude each other", param_hint="--suite")
@@ -206,8 +209,8 @@ def validate(
             "needs --ensemble K: how many times each scene is perturbed",
             param_hint="--ensemble-size",
         )
-    raise typer.Exit(
-        run(
+    with cluster_at(cluster) as there:
+        status = run(
             scenes or [],
             suite=(suite or SuiteChoice.FULL).value,
             engines=engines,
@@ -216,13 +219,14 @@ def validate(
             rerun=rerun,
             junit=junit,
             jobs=jobs,
+            cluster=there,
             time_limit=time_limit,
             report=report,
             figures=figures,
             ensemble=ensemble,
             ensemble_size=ensemble_size,
         )
-    )
+    raise typer.Exit(status)
 
 
 @app.command()
@@ -295,6 +299,7 @@ def stress(
         ),
     ] = None,
     jobs: Annotated[int, jobs_option("try")] = 2,
+    cluster: ClusterAddress = None,
     rerun: Annotated[
         bool, typer.Option("--rerun", help="Try everything, also what is known already.")
     ] = False,
@@ -325,23 +330,25 @@ def stress(
     engine can be asked any of it.
     """
     from ghostball import _stress  # noqa: PLC0415
+    from validation.cluster import cluster_at  # noqa: PLC0415
 
     if listed:
         _stress.show_list(only or [], suite=suite.value, as_json=as_json)
         return
-    raise typer.Exit(
-        _stress.run(
+    with cluster_at(cluster) as there:
+        status = _stress.run(
             only or [],
             suite=suite.value,
             engines=engines,
             out=Path(f"out/stress-{suite.value}") if out is None else out,
             jobs=jobs,
+            cluster=there,
             rerun=rerun,
             time_limit=time_limit,
             as_json=as_json,
             report=report,
         )
-    )
+    raise typer.Exit(status)
 
 
 @app.command()

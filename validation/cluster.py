@@ -8,6 +8,7 @@ ended, be it that the run was interrupted or killed.
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import math
 import multiprocessing
@@ -16,7 +17,7 @@ import platform
 import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import wait as wait_for
+from concurrent.futures import ThreadPoolExecutor, wait as wait_for
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 R = TypeVar("R")
 
-CONNECT_LIMIT = 20.0
+CONNECT_LIMIT = 10.0
 """Seconds after which a scheduler that doesn't answer can't be reached."""
 
 PATIENCE = 60.0
@@ -59,19 +60,22 @@ class ClusterLostError(ClusterError):
 
 
 @contextmanager
-def cluster_at(address: str) -> Iterator[Cluster]:
+def cluster_at(address: str | None) -> Iterator[Cluster | None]:
     """Connect with the scheduler of a Dask cluster for as long as the block runs.
 
     Parameters
     ----------
-    address : str
-        Such as tcp://10.0.0.1:8786.
+    address : str or None
+        Such as tcp://10.0.0.1:8786; None for no cluster.
 
     Raises
     ------
     ClusterError
         Where Dask isn't installed, or nothing answers there.
     """
+    if address is None:
+        yield None
+        return
     try:
         from distributed import Client  # noqa: PLC0415 - optional, and takes half a second
     except ImportError:
@@ -84,10 +88,15 @@ def cluster_at(address: str) -> Iterator[Cluster]:
     logger.setLevel(logging.CRITICAL)
     try:
         try:
+            with ThreadPoolExecutor(1) as thread:  # there may be an event loop in this one
+                found = thread.submit(asyncio.run, _what_answers(address)).result()
+            if found != "Scheduler":
+                raise ValueError(f"a {found.lower()} answers")
             client = Client(address, timeout=CONNECT_LIMIT, set_as_default=False)
         except Exception as error:
+            why = str(error) or f"no answer within {CONNECT_LIMIT:g} s"
             raise ClusterError(
-                f"no Dask scheduler can be reached at {address!r}: {error}. Give the address that "
+                f"no Dask scheduler can be reached at {address!r}: {why}. Give the address that "
                 "`dask scheduler` prints, such as tcp://10.0.0.1:8786"
             ) from error
         try:
@@ -97,6 +106,16 @@ def cluster_at(address: str) -> Iterator[Cluster]:
                 client.close(timeout=WAKE)
     finally:
         logger.setLevel(level)
+
+
+async def _what_answers(address: str) -> str:
+    """Return what there is at an address: a client would wait for ever where it is no Dask."""
+    from distributed import Security, rpc  # noqa: PLC0415
+
+    secrets = Security().get_connection_args("client")
+    async with rpc(address, connection_args=secrets, timeout=CONNECT_LIMIT) as there:
+        identity = await asyncio.wait_for(there.identity(), CONNECT_LIMIT)
+    return str(identity["type"])
 
 
 class Cluster:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import closing
+from functools import partial
 
 from engine import GhostballError, Scene
 from engine.compilation import Variants, variants_of
@@ -15,7 +16,7 @@ _LOGGER = logging.getLogger("ghostball.validation")
 
 def compile_kernels(
     scenes: Iterable[Scene], jobs: int, *, tangents: bool = False, contacts_from: int = 2
-) -> None:
+) -> Callable[[], None]:
     """Compile in `jobs` processes what `scenes` need of the kernels, then load it into this one.
 
     Parameters
@@ -24,6 +25,11 @@ def compile_kernels(
     jobs : int
     tangents, contacts_from
         See `engine.compilation.variants_of`.
+
+    Returns
+    -------
+    callable
+        Compiles the same on another machine, where it isn't yet; it can be pickled.
 
     Raises
     ------
@@ -52,6 +58,13 @@ def compile_kernels(
                 _LOGGER.warning("compiling: %d of %d are done", done, total)
     for variants in needed:
         variants.compile()
+    return partial(_compile_missing, needed)
+
+
+def _compile_missing(needed: Iterable[Variants]) -> None:
+    for variants in needed:
+        if not variants.are_compiled:
+            _compile(variants)
 
 
 def _compile(variants: Variants) -> tuple[Variants, str]:

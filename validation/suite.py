@@ -26,6 +26,7 @@ from reference_adapters.registry import (
     parse_spec,
 )
 from validation.case import Case, TruthFailure, blank_record, failed, plain_settings, run_case
+from validation.cluster import Cluster
 from validation.compiling import compile_kernels
 from validation.criteria import (
     SUFFIX,
@@ -172,6 +173,7 @@ def run_suite(
     out: Path,
     *,
     jobs: int = 1,
+    cluster: Cluster | None = None,
     progress: Progress | None = None,
     criteria: Mapping[str, Criteria] | None = None,
     metrics: Sequence[str] | None = None,
@@ -194,6 +196,8 @@ def run_suite(
     jobs : int
         Processes; 1, without a `time_limit`, runs everything in this one, which an engine that
         crashes then ends. Wall times are best taken with 1.
+    cluster : Cluster, optional
+        Where the cases run instead; `jobs` processes then only compile.
     progress : callable, optional
         See `Progress`. Called first with the cases that are taken over.
     criteria : mapping of str to Criteria, optional
@@ -227,13 +231,14 @@ def run_suite(
     check_time_limit(time_limit)
     writer = ResultsWriter(out)
     with writer.reserved():
-        return _run(plan, writer, jobs, progress, reuse, announce, time_limit)
+        return _run(plan, writer, jobs, cluster, progress, reuse, announce, time_limit)
 
 
 def _run(
     plan: _Plan,
     writer: ResultsWriter,
     jobs: int,
+    cluster: Cluster | None,
     progress: Progress | None,
     reuse: bool,
     announce: Announce | None,
@@ -262,8 +267,10 @@ def _run(
         if not rest:
             begin()
         else:
-            compile_kernels(plan.scenes_of(rest), jobs, tangents=True, contacts_from=MANY)
-            with closing(run_cases(plan.cases(rest), jobs, time_limit)) as finished:
+            scenes = plan.scenes_of(rest)
+            compiled = compile_kernels(scenes, jobs, tangents=True, contacts_from=MANY)
+            cases = run_cases(plan.cases(rest), cluster or jobs, time_limit, compiled)
+            with closing(cases) as finished:
                 for ran, motion in finished:
                     if not writer.begun:
                         begin()
@@ -289,9 +296,12 @@ def _run(
 
 
 def run_cases(
-    cases: Iterable[Case], jobs: int, time_limit: float | None = None
+    cases: Iterable[Case],
+    jobs: int | Cluster,
+    time_limit: float | None = None,
+    prepare: Callable[[], object] | None = None,
 ) -> Generator[Finished]:
-    """Run cases in `jobs` processes; yield each as it ends.
+    """Run cases in `jobs` processes, or on a cluster; yield each as it ends.
 
     In this one where `jobs` is 1 and there is no `time_limit` [s] for a case. Parameters and notes
     are those of `validation.worker.run_tasks`; what an engine prints is in its record.
@@ -301,7 +311,7 @@ def run_cases(
     def keep(case: Case, text: str) -> None:
         outputs[case.scene.name, case.label] = text
 
-    finished = run_tasks(cases, jobs, run_case, _died, limit_of(time_limit), printed=keep)
+    finished = run_tasks(cases, jobs, run_case, _died, limit_of(time_limit), keep, prepare)
     with closing(finished):
         for record, motion in finished:
             yield replace(record, printed=outputs.pop((record.scene, record.label), "")), motion

@@ -27,6 +27,7 @@ from engine.result import initial_state
 from engine.trajectory import energy_of
 from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
 from validation.case import plain_settings
+from validation.cluster import Cluster
 from validation.compiling import compile_kernels
 from validation.ensembles.member import MemberResult, MemberTask, died, run_member
 from validation.ensembles.members import EnsembleError, Size, Stream, perturb
@@ -116,6 +117,7 @@ def run_ensembles(
     *,
     size: Size | None = None,
     jobs: int = 1,
+    cluster: Cluster | None = None,
     progress: Progress | None = None,
     reuse: bool = True,
     time_limit: float | None = None,
@@ -134,6 +136,8 @@ def run_ensembles(
     size : Size, optional
     jobs : int
         Processes; 1, without a `time_limit`, runs everything in this one.
+    cluster : Cluster, optional
+        Where the members run instead; `jobs` processes then only compile.
     progress : callable, optional
         See `Progress`.
     reuse : bool
@@ -171,7 +175,7 @@ def run_ensembles(
             tuple(labels),
             describe_environment(),
         )
-        return _Run(run, scenes, out, stored, reuse).go(jobs, progress, time_limit)
+        return _Run(run, scenes, out, stored, reuse).go(jobs, cluster, progress, time_limit)
 
 
 def _check_request(scenes: Sequence[Scene], labels: Sequence[str], count: int, size: Size) -> None:
@@ -289,19 +293,32 @@ class _Run:
                 self._ensembles[record.key] = _Ensemble(record, scene, before)
         self._writer = EnsembleWriter(out, run, of_use.values())
 
-    def go(self, jobs: int, progress: Progress | None, time_limit: float | None) -> EnsembleOutcome:
+    def go(
+        self,
+        jobs: int,
+        cluster: Cluster | None,
+        progress: Progress | None,
+        time_limit: float | None,
+    ) -> EnsembleOutcome:
         """Run what is missing; what is done is written now and then, and at the end."""
         missing = {key: one.missing(self._count) for key, one in self._ensembles.items()}
         planned = self._count * len(self._ensembles)
         done = taken_over = planned - sum(map(len, missing.values()))
         state: EnsembleState = "interrupted"
         written, begun = time.monotonic(), False
+        prepare: Callable[[], None] | None = None
         try:
             if wanted := [self._ensembles[key].scene for key, those in missing.items() if those]:
-                compile_kernels(wanted, jobs)
-            with closing(
-                run_tasks(self._tasks(missing), jobs, run_member, died, limit_of(time_limit))
-            ) as finished:
+                prepare = compile_kernels(wanted, jobs)
+            finished = run_tasks(
+                self._tasks(missing),
+                cluster or jobs,
+                run_member,
+                died,
+                limit_of(time_limit),
+                prepare=prepare,
+            )
+            with closing(finished):
                 for result in finished:
                     key = (result.scene, result.label, result.stream)
                     done += self._ensembles[key].note(result, len(missing[key]))

@@ -25,6 +25,7 @@ from reference_adapters.registry import (
     make_engine,
     parse_spec,
 )
+from validation.cluster import Cluster
 from validation.compiling import compile_kernels
 from validation.environment import describe_environment
 from validation.library import FOLDER
@@ -129,6 +130,7 @@ def run_stress(
     suite: Suite = "quick",
     only: Sequence[str] = (),
     jobs: int = 1,
+    cluster: Cluster | None = None,
     progress: Progress | None = None,
     reuse: bool = True,
     time_limit: float | None = None,
@@ -147,6 +149,8 @@ def run_stress(
     jobs : int
         Processes. Every trial runs in one of them, apart from this one: an engine that crashes or
         hangs costs that trial.
+    cluster : Cluster, optional
+        Where the trials run instead; `jobs` processes then only compile.
     progress : callable, optional
         See `Progress`. Not called for what is taken over.
     reuse : bool
@@ -167,7 +171,7 @@ def run_stress(
     tasks = _plan(labels, suite, only)
     writer = StressWriter(out)
     with writer.reserved():
-        return _run(tasks, tuple(labels), suite, writer, jobs, progress, reuse, time_limit)
+        return _run(tasks, tuple(labels), suite, writer, jobs, cluster, progress, reuse, time_limit)
 
 
 def _plan(labels: Sequence[str], suite: Suite, only: Sequence[str]) -> list[StressTask]:
@@ -206,6 +210,7 @@ def _run(
     suite: Suite,
     writer: StressWriter,
     jobs: int,
+    cluster: Cluster | None,
     progress: Progress | None,
     reuse: bool,
     time_limit: float | None,
@@ -243,11 +248,14 @@ def _run(
             trial = f"{task.family}/{task.trial.name}"
             _LOGGER.warning("engine %s printed in %s, and maybe more: %s", task.label, trial, text)
 
+    prepare: Callable[[], None] | None = None
     try:
         if any(parse_spec(task.label)[0] == OURS for task in rest):
             examples = {id(task.trial): task.trial for task in rest}.values()
-            compile_kernels((scene for trial in examples for scene in trial.examples()), jobs)
-        with closing(run_tasks(rest, jobs, run_trial, _died, limit, printed)) as findings:
+            scenes = (scene for trial in examples for scene in trial.examples())
+            prepare = compile_kernels(scenes, jobs)
+        findings = run_tasks(rest, cluster or jobs, run_trial, _died, limit, printed, prepare)
+        with closing(findings):
             for one in findings:
                 stamped = replace(one, code_hash=code_hash if code.holds() else "")
                 found[stamped.key] = stamped
