@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from itertools import islice
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 from uuid import uuid4
 
 from engine.errors import GhostballError
@@ -145,17 +145,17 @@ class Cluster:
             Where the scheduler ends, or there is no worker for a minute.
         """
         first = pickle.dumps((_first, (versions(), pickle.dumps(prepare))))
-        run = _Run(uuid4().hex, first)
+        run = uuid4().hex
         queue = iter(tasks)
         doing: dict[str, tuple[Future, T]] = {}
         done: SimpleQueue[Future] = SimpleQueue()
         try:
             while True:
                 for task in islice(queue, max(0, self._room() - len(doing))):
-                    pickled = pickle.dumps((work, task))
-                    seconds = None if limit is None else limit(task)
                     key = f"ghostball-{uuid4().hex}"
-                    future = self._client.submit(serve, run, key, pickled, seconds, key=key)
+                    seconds = None if limit is None else limit(task)
+                    job = _Job((run, first, key, pickle.dumps((work, task)), seconds))
+                    future = self._client.submit(pickle.loads, pickle.dumps(job), key=key)
                     doing[key] = future, task
                     future.add_done_callback(done.put)
                 if not doing:
@@ -186,12 +186,12 @@ class Cluster:
         """
         now = time.monotonic()
         if self._client.status != "running":
-            raise self._lost("its scheduler does not answer any more")
+            raise self._lost()
         if now - self._asked >= WAKE:
             try:
                 self._threads, self._asked = sum(self._client.nthreads().values()), now
             except OSError as error:
-                raise self._lost(str(error)) from error
+                raise self._lost() from error
         if self._threads:
             self._alone_since = None
         elif self._alone_since is None:
@@ -205,7 +205,7 @@ class Cluster:
         from distributed import KilledWorker  # noqa: PLC0415
 
         if future.status in ("cancelled", "lost"):
-            raise self._lost("its scheduler does not answer any more")
+            raise self._lost()
         if future.status == "error":
             error = future.exception(timeout=_FETCH_LIMIT)
             if isinstance(error, KilledWorker):
@@ -216,10 +216,12 @@ class Cluster:
                     f"a worker of the cluster at {self._address} has other code: {error}. Install "
                     "the same there"
                 ) from error
+            while error.__cause__ is not None:  # such as what of ours it can't import
+                error = error.__cause__
+            why = " ".join(str(error).split())
             raise ClusterError(
-                f"the cluster at {self._address} can't run ghostball: "
-                f"{type(error).__name__}: {error}. Install the same version of ghostball on its "
-                "scheduler and workers"
+                f"the cluster at {self._address} can't run ghostball: {type(error).__name__}: "
+                f"{why}. Install the same version of ghostball on its workers"
             ) from error
         try:
             answer: Answer = future.result(timeout=_FETCH_LIMIT)
@@ -227,7 +229,7 @@ class Cluster:
             return None
         return answer
 
-    def _lost(self, why: str) -> ClusterLostError:
+    def _lost(self, why: str = "its scheduler does not answer any more") -> ClusterLostError:
         return ClusterLostError(
             f"lost the cluster at {self._address}: {why}. What is done is kept: the same command "
             "goes on from there"
@@ -251,19 +253,17 @@ def versions() -> dict[str, str]:
 
 
 @dataclass(frozen=True)
-class _Run:
-    """What a worker needs for tasks of a run.
+class _Job:
+    """A task as a worker is given it: read by `pickle.loads`, it is done; see `serve`.
 
-    Attributes
-    ----------
-    name : str
-    first : bytes
-        `_first` and what it is given, pickled: a worker only hands tasks on, and where its code is
-        another, it might not be able to read them.
+    So a worker's own part is of the standard library, and one that lacks ghostball, or has another,
+    says so: it would end if it could not read what it is given.
     """
 
-    name: str
-    first: bytes
+    given: tuple[str, bytes, str, bytes, float | None]
+
+    def __reduce__(self) -> Any:
+        return serve, self.given
 
 
 def _first(given: tuple[dict[str, str], bytes]) -> str:
@@ -285,21 +285,33 @@ _IDLE: dict[Process, tuple[str, threading.Timer]] = {}
 """Processes of this worker that have no task: the run that each is of, and what will end it."""
 
 
-def serve(run: _Run, key: str, pickled: bytes, limit: float | None) -> Answer:
+def serve(run: str, first: bytes, key: str, pickled: bytes, limit: float | None) -> Answer:
     """Do a task in a process of this worker.
+
+    Parameters
+    ----------
+    run : str
+        What the run is called: its processes are kept for each other's tasks.
+    first : bytes
+        `_first` and what it is given, pickled: what a new process does before.
+    key : str
+        What Dask calls the task.
+    pickled : bytes
+        What does the task, and the task.
+    limit : float or None [s]
 
     Raises
     ------
     ClusterError
         Where the code here is another.
     """
-    process = _idle_process(run.name)
+    process = _idle_process(run)
     is_new = process is None
     process = process or _new_process()
     with ExitStack() as ending:
         ending.callback(process.close)
         if is_new:
-            answer = _answered(process, key, run.first, _START_LIMIT)
+            answer = _answered(process, key, first, _START_LIMIT)
             if answer.reason:
                 return answer
             if differences := answer.given():
@@ -308,7 +320,7 @@ def serve(run: _Run, key: str, pickled: bytes, limit: float | None) -> Answer:
         if answer.reason:
             return answer
         ending.pop_all()
-    _keep(process, run.name)
+    _keep(process, run)
     return answer
 
 

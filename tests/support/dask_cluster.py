@@ -25,10 +25,11 @@ class DaskCluster:
     scheduler, workers : Popen
     """
 
-    def __init__(self, folder: Path, ending: ExitStack, **config: str) -> None:
-        self._folder, self._ending, self._config = folder, ending, config
+    def __init__(self, folder: Path, ending: ExitStack, **variables: str) -> None:
+        self._folder, self._ending = folder, ending
         self.workers: list[subprocess.Popen[bytes]] = []
-        self.scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", "0")
+        given = ("--host", "127.0.0.1", "--port", "0")
+        self.scheduler = self._start("scheduler", *given, **variables)
         self.address = self._said("Scheduler at:").split()[-1]
 
     def add_worker(self, *options: str, **variables: str) -> subprocess.Popen[bytes]:
@@ -40,14 +41,13 @@ class DaskCluster:
 
     def _start(self, kind: str, *options: str, **variables: str) -> subprocess.Popen[bytes]:
         self._log = self._folder / f"{kind}-{len(self.workers)}.log"
-        config = {f"DASK_DISTRIBUTED__{name}": value for name, value in self._config.items()}
         path = os.pathsep.join(filter(None, sys.path))
         with self._log.open("wb") as log:
             process = subprocess.Popen(
                 [sys.executable, "-m", f"distributed.cli.dask_{kind}", "--no-dashboard", *options],
                 stdout=log,
                 stderr=log,
-                env=os.environ | {"PYTHONPATH": path} | config | variables,
+                env=os.environ | {"PYTHONPATH": path} | variables,
                 cwd=self._folder,
                 start_new_session=True,
             )
@@ -73,13 +73,13 @@ def kill_group(process: subprocess.Popen[bytes]) -> None:
 
 
 @contextmanager
-def dask_cluster(folder: Path, workers: int = 2, **config: str) -> Iterator[DaskCluster]:
+def dask_cluster(folder: Path, workers: int = 2, **variables: str) -> Iterator[DaskCluster]:
     """Yield a cluster with workers that nobody starts again; it is gone with the block.
 
-    `config` is of Dask's section `distributed`, as in its variables of the environment.
+    `variables` are of the scheduler's environment.
     """
     with ExitStack() as ending:
-        cluster = DaskCluster(folder, ending, **config)
+        cluster = DaskCluster(folder, ending, **variables)
         for _ in range(workers):
             cluster.add_worker("--no-nanny")
         yield cluster
