@@ -18,6 +18,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import IO, Generic, TypeVar
@@ -32,6 +33,13 @@ _JOIN_TIMEOUT = 5.0
 
 _START_LIMIT = 300.0
 """Seconds that a process gets to start and import, where tasks have a limit of time."""
+
+_WAKE = 1.0
+"""Seconds that we wait at a time.
+
+Ctrl-C that comes between Python's last look for it and the wait, or that another thread is given,
+is seen only when the wait ends.
+"""
 
 _ORPHANED = 1
 """Exit code of a process whose parent is gone."""
@@ -179,7 +187,7 @@ class _Pool(Generic[T, R]):
     def collect(self) -> Iterator[R]:
         """Wait until something happens, and yield what tasks gave that have ended."""
         busy = [worker for worker in self._workers if worker.task is not None]
-        ready = wait([worker.connection for worker in busy], self._time_left(busy))
+        ready = wait([worker.connection for worker in busy], self._patience(busy))
         for worker in busy:
             assert worker.task is not None
             # Asked again: while what others gave was taken, this one may have answered too.
@@ -221,10 +229,10 @@ class _Pool(Generic[T, R]):
             limit = self._limit(worker.task) if worker.started else _START_LIMIT
             worker.deadline = time.monotonic() + limit
 
-    def _time_left(self, busy: list[_Worker[T]]) -> float | None:
-        """Return the time until the first deadline; None where there is none."""
+    def _patience(self, busy: list[_Worker[T]]) -> float:
+        """Return the time to wait at most: until the first deadline, where one comes soon."""
         deadlines = [worker.deadline for worker in busy if worker.deadline is not None]
-        return max(0.0, min(deadlines) - time.monotonic()) if deadlines else None
+        return max(0.0, min([_WAKE, *(at - time.monotonic() for at in deadlines)]))
 
     def _give_up(self, worker: _Worker[T], reason: str) -> R:
         task = worker.task
@@ -264,6 +272,8 @@ def _interrupts_held() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
+    # Its start lets interrupts through again, so it must not be the first process that starts it.
+    resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -1,7 +1,7 @@
-"""The impact laws: their names, their kernels, what each uses, and where it comes from.
+"""The impact laws: their names, what each uses, and where it comes from.
 
-A law is a file beside this one, and a line here. This needs no compiler: kernels are named only. A
-law's place in its tuple is its code in `dispatch`.
+A law is a file beside this one, its entry here, and its branch in `dispatch`, where its place in
+its tuple is its code. This needs no compiler.
 """
 
 from __future__ import annotations
@@ -10,10 +10,9 @@ from typing import NamedTuple
 
 
 class LawEntry(NamedTuple):
-    """One law: its name in a scene, its kernel, the fields of `Physics` it uses, its source."""
+    """One law: its name in a scene, the fields of `Physics` that it uses, its source."""
 
     name: str
-    kernel: str  # its module in this folder, and its name there
     uses: tuple[str, ...]
     source: str
     feature: str | None = None
@@ -32,13 +31,11 @@ class LawEntry(NamedTuple):
 BALL_LAWS = (
     LawEntry(
         "frictional",
-        "ball_frictional.frictional",
         ("ball_restitution", "ball_friction"),
         "restitution and Coulomb friction (Wallace and Schroeder 1988; Alciatore, proof A.14)",
     ),
     LawEntry(
         "mathavan2014",
-        "ball_mathavan2014.mathavan2014",
         ("ball_restitution", "ball_friction", "sliding_friction"),
         "integrated over the impulse, with the friction of the cloth (Mathavan et al. 2014)",
         feature="MATHAVAN_BALL",
@@ -54,21 +51,18 @@ BALL_LAWS = (
 CUSHION_LAWS = (
     LawEntry(
         "mirror",
-        "cushion_restitution.restitution",  # with both factors 1
         (),
         "the normal velocity changes sign (the paper, section 4.2)",
         feature="MIRROR_CUSHION",
     ),
     LawEntry(
         "restitution",
-        "cushion_restitution.restitution",
         ("cushion_restitution", "cushion_tangential_restitution"),
         "factors on the normal and the tangential velocity; spin untouched",
         feature="CUSHION_RESTITUTION",
     ),
     LawEntry(
         "frictional",
-        "cushion_han2005.frictional",
         ("cushion_restitution", "cushion_friction"),
         "restitution and Coulomb friction at the height of the ball's centre",
         feature="FRICTIONAL_CUSHION",
@@ -76,7 +70,6 @@ CUSHION_LAWS = (
     ),
     LawEntry(
         "han2005",
-        "cushion_han2005.han2005",
         ("cushion_restitution", "cushion_friction", "cushion_height"),
         "restitution and Coulomb friction at the height of the nose (Han 2005)",
         feature="HAN_CUSHION",
@@ -84,7 +77,6 @@ CUSHION_LAWS = (
     ),
     LawEntry(
         "mathavan2010",
-        "cushion_mathavan2010.mathavan2010",
         ("cushion_restitution", "cushion_friction", "cushion_height", "sliding_friction"),
         "integrated over the impulse, with the friction of the cloth (Mathavan et al. 2010)",
         feature="MATHAVAN_CUSHION",

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from contextlib import closing
 from pathlib import Path
@@ -202,6 +203,39 @@ def test_ctrl_c_in_a_terminal_is_for_the_parent_alone(tmp_path):
         assert workers.read() == b""  # nothing more until they, who hold the other end, are gone
     assert (rest, errors) == (b"interrupted\n", b"")
     assert parent.returncode == 130
+
+
+def test_an_interrupt_that_does_not_end_the_wait_is_not_lost():
+    # As one that comes just before the wait begins: here another thread is given it.
+    def interrupt() -> None:
+        while not multiprocessing.active_children():
+            time.sleep(0.01)
+        time.sleep(0.5)
+        signal.pthread_kill(threading.get_ident(), signal.SIGINT)
+
+    other = threading.Thread(target=interrupt)
+    other.start()
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        list(run_tasks(["sleep 60"], 1, work, died, limit_of(600.0)))
+    assert time.monotonic() - began < 30.0
+    other.join()
+    assert multiprocessing.active_children() == []
+
+
+def test_the_first_process_is_deaf_to_interrupts_from_its_first_instruction_on():
+    script = """
+import signal, subprocess, sys
+from validation.worker import _interrupts_held
+from multiprocessing import resource_tracker
+with _interrupts_held():
+    resource_tracker.ensure_running()  # as the start of a process does
+    print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "True\n"
 
 
 INTERRUPTED = """

@@ -1,6 +1,6 @@
-"""Adding a law takes a file and a line of the registry, and nothing else knows of it.
+"""Adding a law takes a file, its entry in the registry and its branch in `dispatch`.
 
-Broken by: a list of laws anywhere else, a derivative that a law must bring.
+Broken by: a list of laws anywhere else, a law without its branch, a derivative that it must bring.
 """
 
 import json
@@ -11,8 +11,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from ball_impacts import impact_of as balls_of, laws as ball_laws_of, shot
+from cushion_impacts import impact_of as cushion_of, laws_of as cushion_laws_of
+from kernels import entry_to
 
 import engine
+from engine.impacts.laws.dispatch import ball_law, cushion_law
+from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 
 CUSHION = '''"""A cushion that halves what comes along it, and gives side spin back reversed."""
 
@@ -25,7 +30,11 @@ def felt(impact, laws):
     vn = -laws.cushion_restitution * impact.vn
     return CushionBounce(vn, 0.5 * impact.vt, impact.wn, impact.wt, -impact.wz, 0.0)
 '''
-CUSHION_LINE = '    LawEntry("felt", "cushion_felt.felt", ("cushion_restitution",), "made up"),\n'
+CUSHION_LINE = '    LawEntry("felt", ("cushion_restitution",), "made up"),\n'
+
+CUSHION_BRANCH = """    if law == CUSHION_LAW_NAMES.index("felt"):
+        return felt(impact, laws)
+"""
 
 BALL = '''"""Balls of putty: half of their approach is left over, and stays."""
 
@@ -37,7 +46,10 @@ from engine.impacts.laws.interface import BallImpulse
 def putty(impact, laws):
     return BallImpulse(impact.a_vn - impact.b_vn, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 '''
-BALL_LINE = '    LawEntry("putty", "ball_putty.putty", (), "made up"),\n'
+BALL_LINE = '    LawEntry("putty", (), "made up"),\n'
+BALL_BRANCH = """    if laws.ball_law == BALL_LAW_NAMES.index("putty"):
+        return putty(impact, laws)
+"""
 
 SHOT = """
 import json
@@ -87,10 +99,25 @@ def copy(tmp_path):
     balls = balls.removesuffix(")\n") + BALL_LINE + ")\n"
     cushions = cushions.replace("\n)\n", "\n" + CUSHION_LINE + ")\n", 1)
     (laws / "registry.py").write_text(balls + "\nCUSHION_LAWS = (\n" + cushions)
+    calls = (laws / "dispatch.py").read_text()
+    calls = calls.replace(
+        "\nfrom engine.impacts.laws.interface",
+        "\nfrom engine.impacts.laws.ball_putty import putty"
+        "\nfrom engine.impacts.laws.cushion_felt import felt"
+        "\nfrom engine.impacts.laws.interface",
+        1,
+    )
+    for branch, last in (
+        (BALL_BRANCH, "    return frictional_balls("),
+        (CUSHION_BRANCH, "    return restitution("),
+    ):
+        assert calls.count(last) == 1
+        calls = calls.replace(last, branch + last)
+    (laws / "dispatch.py").write_text(calls)
     return tmp_path
 
 
-def test_a_law_is_a_file_and_a_line_of_the_registry(copy):
+def test_a_law_is_a_file_an_entry_and_a_branch(copy):
     done = subprocess.run(
         [sys.executable, "-c", SHOT],
         env={**os.environ, "PYTHONPATH": str(copy), "NUMBA_DISABLE_JIT": "1"},
@@ -106,3 +133,19 @@ def test_a_law_is_a_file_and_a_line_of_the_registry(copy):
     # They touch at 0.5 s, and go on together at half the speed.
     assert [place[0] for place in places] == pytest.approx([0.75, 0.81])
     assert all(1.0 < growth < 100.0 for growth in grown)
+
+
+def test_each_law_has_its_branch():
+    # One without would silently bounce like the law that stands last in its chain.
+    laws = ball_laws_of(0.9, 0.1)._replace(integrated=1)
+    impact = balls_of(shot(0.5, 1.0, roll=-1.0, side=0.3))
+    call = entry_to(ball_law)
+    outcomes = {call(impact, laws._replace(ball_law=code)) for code in range(len(BALL_LAW_NAMES))}
+    assert len(outcomes) == len(BALL_LAW_NAMES)
+
+    laws = cushion_laws_of(e=0.9, tangential=0.8)._replace(integrated=1)
+    impact = cushion_of(1.0, 0.7, 20.0, 5.0, 11.0)
+    call = entry_to(cushion_law)
+    outcomes = {call(impact, laws, code) for code in range(len(CUSHION_LAW_NAMES))}
+    # A mirror is that law with both its factors 1.
+    assert len(outcomes) == len(set(CUSHION_LAW_NAMES) - {"mirror"})
