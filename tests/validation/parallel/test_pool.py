@@ -226,7 +226,7 @@ def test_an_interrupt_that_does_not_end_the_wait_is_not_lost():
 def test_the_first_process_is_deaf_to_interrupts_from_its_first_instruction_on():
     script = """
 import signal, subprocess, sys
-from validation.worker import _interrupts_held
+from validation.parallel.pool import _interrupts_held
 from multiprocessing import resource_tracker
 with _interrupts_held():
     resource_tracker.ensure_running()  # as the start of a process does
