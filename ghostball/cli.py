@@ -501,7 +501,7 @@ def report(
         write(folder, summary=summary, text=text)
         return
     from ghostball import _report  # noqa: PLC0415
-    from validation.stress.records import FINDINGS_FILE  # noqa: PLC0415
+    from validation.stress.findings import FINDINGS_FILE  # noqa: PLC0415
 
     if (folder / FINDINGS_FILE).exists():
         from reports import write_stress_report  # noqa: PLC0415
@@ -560,7 +560,7 @@ def scenes(
         typer.echo(json_schema())
         return
     from ghostball._tables import scenes_table  # noqa: PLC0415
-    from validation.library import select  # noqa: PLC0415
+    from validation.scenes.library import select  # noqa: PLC0415
 
     stdout().print(scenes_table(select()))
 
