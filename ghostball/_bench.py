@@ -184,7 +184,7 @@ def skips(
     """Run scenes with each skip off and on; exit with 1 where one changes an answer."""
     from ghostball._bench_tables import skips_tables  # noqa: PLC0415
     from validation import bench  # noqa: PLC0415
-    from validation.library import select  # noqa: PLC0415
+    from validation.scenes.library import select  # noqa: PLC0415
 
     chosen = [*select(scenes)] if scenes else [*select(), *bench.many_balls()]
     paths = _paths("skips", out, store, part=bool(scenes))
@@ -270,7 +270,7 @@ def precision(
     from reference_adapters import split_specs  # noqa: PLC0415
     from validation import bench  # noqa: PLC0415
     from validation.bench.precision import TINY, WIDE  # noqa: PLC0415
-    from validation.library import select  # noqa: PLC0415
+    from validation.scenes.library import select  # noqa: PLC0415
 
     asked = bench.PRECISION_ENGINES if engines is None else split_specs(engines)
     chosen = select(scenes or (bench.QUICK_SCENES if quick else bench.DEFAULT_SCENES))
@@ -301,7 +301,7 @@ def _peers(names: str | None, python: Path | None) -> Iterator[Sequence[Peer]]:
 def _paths(kind: str, out: Path | None, store: bool, *, part: bool) -> dict[str, Path]:
     """Return the files to write, by option, each checked before anything is measured."""
     from validation.bench import BenchError, measurements  # noqa: PLC0415
-    from validation.environment import describe_environment  # noqa: PLC0415
+    from validation.results.environment import describe_environment  # noqa: PLC0415
 
     paths: dict[str, Path] = {}
     if store:

@@ -17,8 +17,8 @@ from rich.table import Table
 
 from engine import GhostballError
 from reference_adapters import EngineError, engine_class, engine_names
-from validation import library
-from validation.environment import cpu_name
+from validation.results.environment import cpu_name
+from validation.scenes import library
 
 DISTRIBUTION = "ghostball"
 

@@ -16,7 +16,6 @@ from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, say, stdout
 from reports import style
 from reports.markdown_ensembles import effect_text, without_end_text
-from validation.cluster import Cluster
 from validation.ensembles import (
     QUANTITIES,
     REFERENCE,
@@ -31,6 +30,7 @@ from validation.ensembles import (
     run_ensembles,
 )
 from validation.ensembles.compare import LEVEL
+from validation.parallel.cluster import Cluster
 
 
 @dataclass(frozen=True)

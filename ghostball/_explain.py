@@ -27,11 +27,11 @@ from reports.attribution_text import (
     part_text,
     share_text,
 )
-from validation.attribution import Attribution
-from validation.explanation import Explanation, Margin, explain
-from validation.library import find_scene
-from validation.parting import Collision
-from validation.playing import apart
+from validation.diagnose.attribution import Attribution
+from validation.diagnose.explanation import Explanation, Margin, explain
+from validation.diagnose.parting import Collision
+from validation.runs.playing import apart
+from validation.scenes.library import find_scene
 
 FEW_ULPS = 1e6
 """Spacings of doubles below which a length is told in these too [1]: a tenth of a nanometre."""

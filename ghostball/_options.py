@@ -52,7 +52,8 @@ EngineSpec = Annotated[
 BaselineFolder = Annotated[
     Path | None,
     typer.Option(
-        metavar="DIR", help="Folder of the baselines (default: validation/baselines, as shipped)."
+        metavar="DIR",
+        help="Folder of the baselines (default: validation/baselines/accepted, as shipped).",
     ),
 ]
 

@@ -19,7 +19,11 @@ from ghostball.pytest_plugin import PREFIX, TIME_LIMIT
 from reference_adapters import ReferenceEngine, names_class
 from reference_adapters.output import harmless
 from reports.style import format_length
-from validation.conformance import (
+from validation.checks.criteria import Criteria
+from validation.checks.metric_table import METRICS
+from validation.runs.playing import apart
+from validation.scenes.library import scene_names, select
+from validation.suite.conformance import (
     COMPLETES,
     Asked,
     EngineUnderTest,
@@ -30,11 +34,7 @@ from validation.conformance import (
     engine_under_test,
     run_scene,
 )
-from validation.criteria import Criteria
-from validation.library import scene_names, select
-from validation.metric_table import METRICS
-from validation.playing import apart
-from validation.suite import check_time_limit, criteria_beside_paths, shipped_criteria
+from validation.suite.suite import check_time_limit, criteria_beside_paths, shipped_criteria
 
 DEFAULT_SCENES = "smoke"
 

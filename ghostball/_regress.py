@@ -15,10 +15,7 @@ from rich.table import Table
 from engine import Scene
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout, worst
-from validation.environment import describe_environment
-from validation.library import scene_names, select
-from validation.records import COMPLETE_STATUSES, CaseRecord
-from validation.regression import (
+from validation.baselines import (
     LimitsBrokenError,
     NotComparableError,
     Regression,
@@ -37,13 +34,16 @@ from validation.regression import (
     time_scenes,
     times_path,
 )
-from validation.regression.gate import crowds, with_cases
-from validation.regression.junit import write_regression_junit
-from validation.regression.records import BASELINES, Change
-from validation.regression.timing import ROUNDS
-from validation.store import ResultsFolder
-from validation.suite import Outcome, criteria_beside_paths, run_suite
-from validation.truth import OUR_NAME
+from validation.baselines.gate import crowds, with_cases
+from validation.baselines.junit import write_regression_junit
+from validation.baselines.regression import BASELINES, Change
+from validation.baselines.timing import ROUNDS
+from validation.results.environment import describe_environment
+from validation.results.records import COMPLETE_STATUSES, CaseRecord
+from validation.results.store import ResultsFolder
+from validation.scenes.library import scene_names, select
+from validation.suite.suite import Outcome, criteria_beside_paths, run_suite
+from validation.truth.scene_truth import OUR_NAME
 
 _COLOURS: dict[Change, str] = {
     "identical": "green",

@@ -13,8 +13,8 @@ from ghostball._tables import result_table, skips_table
 from ghostball._terminal import ExitStatus, busy, say, say_printed, stdout
 from reference_adapters import make_engine
 from reference_adapters.registry import OURS
-from validation.library import find_scene
-from validation.playing import apart, run_engine
+from validation.runs.playing import apart, run_engine
+from validation.scenes.library import find_scene
 
 
 def run(

@@ -16,7 +16,7 @@ from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, say, stdout
 from reference_adapters import make_engine, split_specs
 from reports import write_stress_report
-from validation.cluster import Cluster
+from validation.parallel.cluster import Cluster
 from validation.stress import (
     DEFAULT_ENGINES,
     FAMILIES,

@@ -9,8 +9,8 @@ import typer
 
 from ghostball._terminal import check_writable
 from reports import add_summary, summary_markdown, summary_text, write_summary
-from validation.regression import load_regression
-from validation.store import ResultsFolder, is_results_folder
+from validation.baselines import load_regression
+from validation.results.store import ResultsFolder, is_results_folder
 
 STDOUT = Path("-")
 

@@ -197,7 +197,7 @@ def _explain(error: Exception) -> ExitStatus:
         if isinstance(error, UnsupportedSceneError):
             hint = ". `ghostball engines` lists which engines can"
         say(f"[bold red]error:[/] {escape(str(error) + hint)}")
-        from validation.cluster import ClusterLostError  # noqa: PLC0415
+        from validation.parallel.cluster import ClusterLostError  # noqa: PLC0415
 
         lost = isinstance(error, ClusterLostError)  # no fault of the input
         return ExitStatus.HARNESS_FAILED if lost else ExitStatus.BAD_INPUT

@@ -15,14 +15,7 @@ from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, say_printed, stdout, worst
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
-from validation.cluster import Cluster
-from validation.criteria import SUFFIX
-from validation.environment import describe_environment
-from validation.junit import write_junit
-from validation.library import Suite, scene_names, select
-from validation.predictability.predict import predict_scenes
-from validation.records import COMPLETE_STATUSES
-from validation.regression import (
+from validation.baselines import (
     MachineTimes,
     check_baselines,
     compare_results,
@@ -31,12 +24,19 @@ from validation.regression import (
     time_scenes,
     times_path,
 )
-from validation.regression.baseline import FOLDER, baseline_path
-from validation.store import CaseRecord, ResultsFolder, is_results_folder, read_earlier
-from validation.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite
-from validation.truth import OUR_NAME
-from validation.unchanged import Unchanged
-from validation.verdict import NOTHING_JUDGED, Verdict, is_nothing_judged, verdict_of
+from validation.baselines.baseline import FOLDER, baseline_path
+from validation.checks.criteria import SUFFIX
+from validation.checks.verdict import NOTHING_JUDGED, Verdict, is_nothing_judged, verdict_of
+from validation.diagnose.predictability.predict import predict_scenes
+from validation.parallel.cluster import Cluster
+from validation.results.environment import describe_environment
+from validation.results.records import COMPLETE_STATUSES
+from validation.results.store import CaseRecord, ResultsFolder, is_results_folder, read_earlier
+from validation.scenes.library import Suite, scene_names, select
+from validation.suite.junit import write_junit
+from validation.suite.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite
+from validation.suite.unchanged import Unchanged
+from validation.truth.scene_truth import OUR_NAME
 
 SHOWN = 3
 """How many of the motions that are damaged are named."""

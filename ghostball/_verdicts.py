@@ -15,8 +15,8 @@ from rich.table import Table
 from reports import style
 from reports.figures.summary import independent_errors
 from reports.shots import NUMBERS_KEY, cell_text, legend_text
-from validation.store import CaseRecord, Check, ResultsFolder
-from validation.verdict import Verdict, unfinished_text, verdict_of
+from validation.checks.verdict import Verdict, unfinished_text, verdict_of
+from validation.results.store import CaseRecord, Check, ResultsFolder
 
 COLOURS = {
     Verdict.PASS: "green",

@@ -196,7 +196,7 @@ def validate(
     end of a shot; 4 where no limit covers what was run, so that nothing was judged.
     """
     from ghostball._validate import run  # noqa: PLC0415
-    from validation.cluster import cluster_at  # noqa: PLC0415
+    from validation.parallel.cluster import cluster_at  # noqa: PLC0415
 
     if scenes and suite is not None:
         raise typer.BadParameter("scenes and --suite exclude each other", param_hint="--suite")
@@ -330,7 +330,7 @@ def stress(
     engine can be asked any of it.
     """
     from ghostball import _stress  # noqa: PLC0415
-    from validation.cluster import cluster_at  # noqa: PLC0415
+    from validation.parallel.cluster import cluster_at  # noqa: PLC0415
 
     if listed:
         _stress.show_list(only or [], suite=suite.value, as_json=as_json)
@@ -508,7 +508,7 @@ def report(
         write(folder, summary=summary, text=text)
         return
     from ghostball import _report  # noqa: PLC0415
-    from validation.stress.records import FINDINGS_FILE  # noqa: PLC0415
+    from validation.stress.findings import FINDINGS_FILE  # noqa: PLC0415
 
     if (folder / FINDINGS_FILE).exists():
         from reports import write_stress_report  # noqa: PLC0415
@@ -567,7 +567,7 @@ def scenes(
         typer.echo(json_schema())
         return
     from ghostball._tables import scenes_table  # noqa: PLC0415
-    from validation.library import select  # noqa: PLC0415
+    from validation.scenes.library import select  # noqa: PLC0415
 
     stdout().print(scenes_table(select()))
 

@@ -10,8 +10,8 @@ pytest-xdist, and in another process: an engine that crashes or hangs fails its 
 
 What is asked: limits that name the engine, of the scene, of the file of `--ghostball-criteria`, and
 the common ones, in this order for each metric; and, where the scene doesn't name the engine, what
-no engine may break (`validation.conformance.asked_of_any`). What an engine doesn't represent is
-skipped, and so is the end of a shot that errors of its size make unpredictable.
+no engine may break (`validation.suite.conformance.asked_of_any`). What an engine doesn't represent
+is skipped, and so is the end of a shot that errors of its size make unpredictable.
 
 Every pytest in the environment loads this module: without the option it does nothing, and it
 imports nothing but pytest.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from reports import style
-from validation.attribution import Attribution, BackwardError, Better, Part
+from validation.diagnose.attribution import Attribution, BackwardError, Better, Part
 
 AIM = 1e-3
 """The accuracy for which a step is advised [m]: what an eye sees."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from reports import style
-from validation.predictability import Predictability, predictability_in
-from validation.store import ResultsFolder
+from validation.diagnose.predictability import Predictability, predictability_in
+from validation.results.store import ResultsFolder
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

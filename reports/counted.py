@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from validation.store import CaseRecord, ResultsFolder
+from validation.results.store import CaseRecord, ResultsFolder
 
 COUNTED = {
     "joint_impacts": "impacts of one instant, resolved together",

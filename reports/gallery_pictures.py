@@ -18,7 +18,7 @@ from reports.precision_figure import draw_precision_or_committed
 from reports.racks_figure import draw_racks_or_committed
 from reports.scaling_figure import draw_scaling_or_committed
 from reports.shots import Shot, load_shot
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -30,9 +30,15 @@ from reports.markdown_scaling import scaling_section
 from reports.markdown_scene import scene_section
 from reports.outcome import BAD, bad_cases
 from reports.shots import NUMBERS_KEY, cell_text, legend_text, rest_error
-from validation.metric_table import METRICS
-from validation.store import INDEPENDENT, CaseRecord, ResultsFolder
-from validation.verdict import RestError, Verdict, is_own_measure, rest_error_standing, verdict_of
+from validation.checks.metric_table import METRICS
+from validation.checks.verdict import (
+    RestError,
+    Verdict,
+    is_own_measure,
+    rest_error_standing,
+    verdict_of,
+)
+from validation.results.store import INDEPENDENT, CaseRecord, ResultsFolder
 
 PHYSICS_CAPTIONS = {
     "physics-deflection": "The 30 degree rule: deflection of a rolling cue ball by a cut",

@@ -17,7 +17,7 @@ from validation.ensembles import (
     compare,
 )
 from validation.ensembles.compare import LEVEL
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
 
 REASONS_SHOWN = 3
 """How many members without an end are named for an engine; the others are counted."""

@@ -8,7 +8,7 @@ from pathlib import PurePosixPath
 
 from reference_adapters.output import harmless
 from reports import style
-from validation.store import CaseRecord, ResultsFolder
+from validation.results.store import CaseRecord, ResultsFolder
 
 Drawn = Mapping[str, PurePosixPath]
 """Figures by kind: file without its ending, relative to the report."""

@@ -14,7 +14,7 @@ from reports.precision_text import (
 from reports.stored import stored_in
 from validation.bench import PrecisionMeasurement
 from validation.bench.precision import TARGETS
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
 
 FIGURES = {
     "precision": "Largest rest error against the time of a run",

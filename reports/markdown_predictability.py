@@ -6,8 +6,8 @@ from pathlib import PurePosixPath
 
 from reports import style
 from reports.markdown_parts import figure_link, one_line, table_of
-from validation.predictability import Predictability, predictability_in
-from validation.store import CaseRecord, ResultsFolder
+from validation.diagnose.predictability import Predictability, predictability_in
+from validation.results.store import CaseRecord, ResultsFolder
 
 _MEANS = """\
 *Growth* is what rounding the state once at the start and at each event becomes by the end, over

@@ -8,7 +8,7 @@ from reports import style
 from reports.markdown_parts import figure_link, many, one_line, table_of
 from reports.scaling_figure import NAMES, measured_scaling
 from validation.bench import ScalingMeasurement
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
 
 CAPTION = "Time per event, against the number of balls and against their packing"
 _MEANS = """\

@@ -18,8 +18,8 @@ from reports.markdown_parts import (
     table_of,
 )
 from reports.shots import rest_error_text, standing_text
-from validation.store import CLOSED_FORM, INDEPENDENT, CaseRecord, Check, ResultsFolder
-from validation.verdict import RestError, is_own_measure, rest_error_standing, verdict_of
+from validation.checks.verdict import RestError, is_own_measure, rest_error_standing, verdict_of
+from validation.results.store import CLOSED_FORM, INDEPENDENT, CaseRecord, Check, ResultsFolder
 
 FIGURE_TITLES = {
     "paths": "Paths and rest positions",

@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from reports.markdown_parts import many
-from validation import commands
-from validation.regression.junit import UNCOMPARED
-from validation.regression.records import Regression, SceneChange
-from validation.store import CaseRecord, ResultsFolder
-from validation.verdict import Verdict, verdict_of
+from validation.baselines.junit import UNCOMPARED
+from validation.baselines.regression import Regression, SceneChange
+from validation.checks.verdict import Verdict, verdict_of
+from validation.results.store import CaseRecord, ResultsFolder
+from validation.scenes import commands
 
 BAD = (Verdict.FAIL, Verdict.CRASHED)
 """Verdicts on a case that make a run fail."""

@@ -17,7 +17,7 @@ from engine import EventKind
 from reports import style
 from reports.figures._table import View, aspect_of, draw_ball, draw_scale_bar, draw_table, view_of
 from reports.shots import Run, Shot, load_shot
-from validation.store import Motion, ResultsFolder
+from validation.results.store import Motion, ResultsFolder
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,8 +13,8 @@ from engine import CUSHIONS, EventKind, GhostballError, Result
 from reports import style
 from reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
 from reports.plot import ENDINGS
-from validation.explanation import Explanation
-from validation.parting import Collision
+from validation.diagnose.explanation import Explanation
+from validation.diagnose.parting import Collision
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

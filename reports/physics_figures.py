@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from engine import EventKind, Scene
 from reports import style
 from reports.shots import Run, Shot, load_shot
-from validation.store import Motion, ResultsFolder
+from validation.results.store import Motion, ResultsFolder
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

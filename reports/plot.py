@@ -8,8 +8,8 @@ from engine import GhostballError, Result
 from reports import style
 from reports.figures.single import draw_single
 from reports.shots import Run, Shot
-from validation.sampling import motion_of
-from validation.store import CaseRecord
+from validation.results.store import CaseRecord
+from validation.runs.sampling import motion_of
 
 ENDINGS = (".png", ".svg", ".pdf")
 

@@ -10,7 +10,7 @@ from reports.precision_text import legend_text, works_of
 from reports.stored import committed, stored_in
 from validation.bench import PrecisionMeasurement
 from validation.bench.precision import TARGETS, PrecisionPoint
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

@@ -10,7 +10,7 @@ from reports import style
 from reports.stored import committed, stored_in
 from validation.bench import RacksMeasurement
 from validation.bench.racks import RackTimes
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -29,11 +29,11 @@ from reports.physics_figures import PHYSICS_FIGURES
 from reports.precision_figure import draw_precision, draw_precision_work
 from reports.scaling_figure import draw_scaling
 from reports.shots import load_shot
+from validation.baselines import Regression, load_regression
+from validation.diagnose.predictability import Predictability, predictability_in
 from validation.ensembles import Ensembles
-from validation.files import write_all_whole
-from validation.predictability import Predictability, predictability_in
-from validation.regression import Regression, load_regression
-from validation.store import ResultsFolder
+from validation.results.files import write_all_whole
+from validation.results.store import ResultsFolder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

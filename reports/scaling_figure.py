@@ -9,7 +9,7 @@ from reports import style
 from reports.stored import committed, stored_in
 from validation.bench import ScalingMeasurement
 from validation.bench.measurements import Physics, Point
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from engine import GhostballError, Scene
 from engine.trajectory import Phase
 from reports import style
-from validation.store import CaseRecord, Motion, ResultsFolder
-from validation.verdict import (
+from validation.checks.verdict import (
     RestError,
     Verdict,
     rest_error_standing,
@@ -22,6 +21,7 @@ from validation.verdict import (
     verdict_of,
     wrong_count,
 )
+from validation.results.store import CaseRecord, Motion, ResultsFolder
 
 FloatArray = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from typing import TypeVar
 
 from validation.bench import Measurement
 from validation.bench.measurements import load, machine_name, stored_paths
-from validation.environment import describe_environment
-from validation.store import ResultsFolder
+from validation.results.environment import describe_environment
+from validation.results.store import ResultsFolder
 
 Measured = TypeVar("Measured", bound=Measurement)
 

@@ -15,7 +15,7 @@ from reports.markdown_parts import (
     table_of,
 )
 from reports.stress_figures import FIGURES
-from validation.files import write_whole
+from validation.results.files import write_whole
 from validation.stress import FAMILIES, StressFolder
 from validation.stress.survival import Survival, all_survival, survival_of, trying_again
 from validation.stress.tracked import (

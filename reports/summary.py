@@ -27,12 +27,12 @@ from reports.outcome import (
     overall,
 )
 from reports.shots import NUMBERS_KEY, cell_text, legend_text
-from validation import commands
-from validation.files import write_whole
-from validation.regression.junit import UNCOMPARED, moved_text
-from validation.regression.records import Quantity, Regression, SceneChange
-from validation.store import CaseRecord, ResultsFolder
-from validation.verdict import Verdict, unfinished_text, verdict_of
+from validation.baselines.junit import UNCOMPARED, moved_text
+from validation.baselines.regression import Quantity, Regression, SceneChange
+from validation.checks.verdict import Verdict, unfinished_text, verdict_of
+from validation.results.files import write_whole
+from validation.results.store import CaseRecord, ResultsFolder
+from validation.scenes import commands
 
 LIMIT = 200_000
 """Bytes that a summary stays below; GitHub refuses a step's summary above 1 MiB."""

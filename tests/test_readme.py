@@ -12,7 +12,7 @@ from engine.core.tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
 from engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
 from validation.bench import AccuracyMeasurement, TargetsMeasurement
 from validation.bench.measurements import load
-from validation.library import select
+from validation.scenes.library import select
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from reports import style
 from reports.figures.paths import WIDTH
 from reports.shots import Run, Shot
-from validation.store import Motion
+from validation.results.store import Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,7 +9,7 @@ from reports import style
 from reports.figures._rows import draw_row_notes, row_height, set_row_names
 from reports.figures.paths import WIDTH
 from reports.shots import CHAOTIC, Run, Shot
-from validation.verdict import RestError
+from validation.checks.verdict import RestError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,7 +13,7 @@ from reports import style
 from reports.figures._phases import draw_motion, sliding_look
 from reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
 from reports.shots import Run, Shot, rest_error_text
-from validation.verdict import RestError
+from validation.checks.verdict import RestError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

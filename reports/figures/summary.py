@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from reports import style
 from reports.figures.paths import WIDTH
 from reports.shots import NUMBERS_KEY, cell_text, rest_error
-from validation.store import CLOSED_FORM, CaseRecord, ResultsFolder
-from validation.verdict import Verdict, verdict_of
+from validation.checks.verdict import Verdict, verdict_of
+from validation.results.store import CLOSED_FORM, CaseRecord, ResultsFolder
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,9 +14,9 @@ from reports.outcome import kind_text
 from reports.page.rendering import embedded_json, render
 from reports.page.replay_data import motion_data
 from reports.page.scenes import REPLAY_ID
-from validation.regression import Regression
-from validation.regression.records import Quantity, SceneChange
-from validation.store import CaseRecord, Motion, ResultsFolder
+from validation.baselines import Regression
+from validation.baselines.regression import Quantity, SceneChange
+from validation.results.store import CaseRecord, Motion, ResultsFolder
 
 COMPARE_ID = "compare-"
 """What stands before a scene's name in the id of its comparison's data."""

@@ -10,7 +10,7 @@ from reports import style
 from reports.figures.energy import UNITS
 from reports.page.chart import Axis, Mark, Series, draw, linear_axis, log_axis
 from reports.shots import Run, Shot
-from validation.store import Motion
+from validation.results.store import Motion
 
 FloatArray = NDArray[np.float64]
 

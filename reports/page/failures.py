@@ -12,14 +12,14 @@ from reports.markdown_scene import COMPARISONS
 from reports.outcome import bad_cases, base_text, kind_text
 from reports.page.rendering import render
 from reports.page.scenes import ScenePart
-from validation import commands
-from validation.library import scene_names
-from validation.regression import Regression
-from validation.regression.junit import moved_text
-from validation.regression.records import SceneChange
-from validation.store import CaseRecord, Check, ResultsFolder
-from validation.truth import OUR_NAME
-from validation.verdict import is_unfinished, unfinished_text
+from validation.baselines import Regression
+from validation.baselines.junit import moved_text
+from validation.baselines.regression import SceneChange
+from validation.checks.verdict import is_unfinished, unfinished_text
+from validation.results.store import CaseRecord, Check, ResultsFolder
+from validation.scenes import commands
+from validation.scenes.library import scene_names
+from validation.truth.scene_truth import OUR_NAME
 
 MEANINGS = {
     "rest_error_max": "a contact seen too late or too early, an impact law or a friction that "

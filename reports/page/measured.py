@@ -17,11 +17,11 @@ from reports.page.rendering import render
 from reports.page.scenes import ScenePart
 from reports.shots import rest_error
 from reports.stored import stored_in
+from validation.baselines import Regression
 from validation.bench import PrecisionMeasurement
-from validation.energy_ledger import ENTRIES, EnergyLedger
-from validation.regression import Regression
-from validation.store import CLOSED_FORM, CaseRecord, ResultsFolder
-from validation.verdict import RestError, rest_error_standing
+from validation.checks.verdict import RestError, rest_error_standing
+from validation.diagnose.energy_ledger import ENTRIES, EnergyLedger
+from validation.results.store import CLOSED_FORM, CaseRecord, ResultsFolder
 
 
 def closed_forms_html(results: ResultsFolder) -> Markup:

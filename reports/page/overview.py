@@ -22,10 +22,10 @@ from reports.outcome import (
 from reports.page.changed import has_part
 from reports.page.rendering import render
 from reports.shots import cell_text
-from validation.regression import Regression
-from validation.regression.records import SceneChange
-from validation.store import CaseRecord, ResultsFolder
-from validation.verdict import Verdict, rest_error_standing, unfinished_text, verdict_of
+from validation.baselines import Regression
+from validation.baselines.regression import SceneChange
+from validation.checks.verdict import Verdict, rest_error_standing, unfinished_text, verdict_of
+from validation.results.store import CaseRecord, ResultsFolder
 
 FAILING = {"identical": "identical to the bit, but not in work, run time or the limits it keeps"}
 """What a class of changes means where it fails, if that is something else."""

@@ -27,10 +27,10 @@ from reports.page.rendering import asset, markdown, render
 from reports.page.replay_assets import replay_script, replay_style
 from reports.page.scenes import ScenePart
 from reports.page.surroundings import environment_html, stress_html
-from validation.energy_ledger import EnergyLedger
-from validation.regression import Regression
-from validation.store import ResultsFolder
-from validation.verdict import Verdict, verdict_of
+from validation.baselines import Regression
+from validation.checks.verdict import Verdict, verdict_of
+from validation.diagnose.energy_ledger import EnergyLedger
+from validation.results.store import ResultsFolder
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from reports.precision_text import legend_text
 from reports.stored import stored_in
 from validation.bench import PrecisionMeasurement
 from validation.bench.precision import PrecisionPoint
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
 
 FloatArray = NDArray[np.float64]
 

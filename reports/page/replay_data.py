@@ -21,7 +21,7 @@ from engine.result import Events
 from reports.figures._table import view_of
 from reports.page.replay_tracks import FARTHEST, QUANTUM, TOLERANCE, packed_motion
 from reports.shots import Run, Shot
-from validation.records import Motion
+from validation.results.records import Motion
 
 FloatArray = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.result import Events
-from validation.records import Motion
+from validation.results.records import Motion
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

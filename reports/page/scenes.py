@@ -19,11 +19,11 @@ from reports.page.curves import colour_of, dash_of, energy_chart, error_chart
 from reports.page.rendering import embedded_json, render
 from reports.page.replay_data import scene_data
 from reports.shots import Run, Shot, cell_text
-from validation.energy_ledger import ENTRIES, EnergyLedger, ledger_of
-from validation.predictability import Predictability
-from validation.regression.records import SceneChange
-from validation.store import INDEPENDENT, CaseRecord
-from validation.verdict import verdict_of
+from validation.baselines.regression import SceneChange
+from validation.checks.verdict import verdict_of
+from validation.diagnose.energy_ledger import ENTRIES, EnergyLedger, ledger_of
+from validation.diagnose.predictability import Predictability
+from validation.results.store import INDEPENDENT, CaseRecord
 
 REPLAY_ID = "replay-"
 """What stands before a scene's name in the id of its replay's data."""

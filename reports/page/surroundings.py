@@ -12,9 +12,9 @@ from markupsafe import Markup
 from reports.markdown import UNAVAILABLE, engine_settings, flat_values
 from reports.page.rendering import render
 from reports.stress_report import about_text, survival_table, worst_cases
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
 from validation.stress import StressFolder
-from validation.stress.records import FINDINGS_FILE
+from validation.stress.findings import FINDINGS_FILE
 
 STRESS_FOLDERS = ("stress", "stress-quick", "stress-full")
 """Where in a results folder a stress run may lie."""

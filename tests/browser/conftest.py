@@ -15,7 +15,7 @@ import pytest
 from replay_run import small_run
 
 from reports import write_report
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = [

@@ -20,7 +20,7 @@ from ghostball.cli import app
 from reference_adapters import make_engine
 from reference_adapters.paper.discrete import PaperDiscreteEngine
 from validation import find_scene, scene_names
-from validation.store import ResultsWriter
+from validation.results.store import ResultsWriter
 
 BALL = '[[balls]]\nid = "{id}"\nposition = [{x}, 0.5]\nvelocity = [1.0, 0.0]\n'
 HEAD = 'schema = 1\nname = "shot"\n[table]\nlength = 2.0\nwidth = 1.0\n'
@@ -405,7 +405,7 @@ def test_a_second_run_takes_over_what_is_unchanged_and_says_so(cli, tmp_path):
 def test_a_run_that_takes_over_nothing_says_why(cli, tmp_path, monkeypatch):
     command = ("validate", "stop", "--engines", "paper-discrete", "--out", tmp_path, "--no-report")
     cli(*command)
-    monkeypatch.setattr("validation.unchanged.hash_sources", lambda folders: "edited")
+    monkeypatch.setattr("validation.suite.unchanged.hash_sources", lambda folders: "edited")
     changed = cli(*command)
     assert f"nothing is taken over from {tmp_path}: the code or the environment" in changed.stderr
     (motion,) = (tmp_path / "motion").iterdir()
@@ -557,14 +557,14 @@ def test_ctrl_c_before_the_first_case_says_that_there_are_no_results(cli, tmp_pa
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("validation.suite.run_cases", interrupted)
+    monkeypatch.setattr("validation.suite.suite.run_cases", interrupted)
     out = tmp_path / "out"
     result = cli("validate", "stop", "--engines", "ghostball", "--out", out)
     assert result.exit_code == 130
     assert f"before the first case was done: no results in {out}" in result.stderr
     monkeypatch.undo()
     assert cli("validate", "stop", "--engines", "paper-discrete", "--out", out).exit_code == 0
-    monkeypatch.setattr("validation.suite.run_cases", interrupted)
+    monkeypatch.setattr("validation.suite.suite.run_cases", interrupted)
     result = cli("validate", "stop", "--engines", "ghostball", "--out", out)
     assert f"was done: the results stay as they were in {out}" in result.stderr
 
@@ -608,7 +608,7 @@ def test_a_second_run_into_one_folder_is_refused(cli, tmp_path):
 def test_why_nothing_can_be_taken_over_is_said_also_without_earlier_results(
     cli, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr("validation.unchanged._is_editable", lambda name: name == "pymunk")
+    monkeypatch.setattr("validation.suite.unchanged._is_editable", lambda name: name == "pymunk")
     result = cli("validate", "stop", "--engines", "paper-discrete", "--out", tmp_path)
     assert "nothing is taken over" in result.stderr
     assert "installed editable, so that their code can't be told: pymunk" in result.stderr

@@ -14,8 +14,8 @@ import pytest
 from faulty_engine import FaultyEngine, planted
 
 from validation.ensembles import Ensembles
-from validation.files import ResultsError
-from validation.store import ResultsFolder
+from validation.results.files import ResultsError
+from validation.results.store import ResultsFolder
 from validation.stress import StressFolder
 
 TIME_LIMIT = 8.0

@@ -13,18 +13,18 @@ from typer.testing import CliRunner
 
 import ghostball._regress
 import reference_adapters.ghostball
-import validation.our_run
+import validation.runs.our_run
 from engine import simulate
 from ghostball.cli import app
+from validation.baselines import NotComparableError, RevisionError, load_regression
+from validation.baselines.accept import CHANGES_FILE
+from validation.baselines.baseline import FOLDER, baseline_path
+from validation.baselines.calibrate import times_of
+from validation.baselines.gate import CANDIDATES
+from validation.baselines.regression import REGRESSION_FILE, Regression, Timing
+from validation.baselines.timing import MachineTimes, SceneTimes, save_times, times_path
 from validation.bench.measurements import measured_where
-from validation.environment import describe_environment
-from validation.regression import NotComparableError, RevisionError, load_regression
-from validation.regression.accept import CHANGES_FILE
-from validation.regression.baseline import FOLDER, baseline_path
-from validation.regression.calibrate import times_of
-from validation.regression.gate import CANDIDATES
-from validation.regression.records import REGRESSION_FILE, Regression, Timing
-from validation.regression.timing import MachineTimes, SceneTimes, save_times, times_path
+from validation.results.environment import describe_environment
 
 
 @pytest.fixture
@@ -69,7 +69,7 @@ def planted(monkeypatch):
         state = result.final_state
         return replace(result, final_state=state._replace(positions=state.positions - 1e-9))
 
-    for module in (reference_adapters.ghostball, validation.our_run):
+    for module in (reference_adapters.ghostball, validation.runs.our_run):
         monkeypatch.setattr(module, "simulate", lossy)
 
 

@@ -352,7 +352,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     # The truth: closed forms.
     Mutation(
         "closed form: wrong sign",
-        "closed_forms/_impacts.py",
+        "truth/closed_forms/_impacts.py",
         "wz + turn * py * cos,",
         "wz - turn * py * cos,",
         "In closed forms a cushion's friction turns the ball the wrong way.",
@@ -361,7 +361,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "closed form: factor",
-        "closed_forms/_impacts.py",
+        "truth/closed_forms/_impacts.py",
         "size = min(friction * push, 2 * speed / 7)",
         "size = (1 + mp.mpf(10) ** -9) * min(friction * push, 2 * speed / 7)",
         "In closed forms friction between balls is too large by a part in a billion.",
@@ -370,7 +370,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "closed form: dropped event",
-        "closed_forms/_shot.py",
+        "truth/closed_forms/_shot.py",
         "        if collision is not None:\n            self.collisions.append(collision)",
         "        if collision is not None and self.collisions:\n"
         "            self.collisions.append(collision)",

@@ -10,7 +10,7 @@ from shots import R, ball, scene_of
 
 from engine import simulate
 from reference_adapters.base import resolution_of_step
-from validation.library import find_scene
+from validation.scenes.library import find_scene
 
 DT = 1e-3
 

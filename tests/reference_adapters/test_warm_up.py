@@ -12,7 +12,7 @@ from reference_adapters.stepping import landing
 from reference_adapters.stepping import slowing as slowing_kernels
 from reference_adapters.recording import Recorder
 from reference_adapters import make_engine
-from validation.library import find_scene
+from validation.scenes.library import find_scene
 
 kernels = {
     f"{module.__name__}.{name}": kernel

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from engine import EVENT_DTYPE, Ball, EventKind, Scene, Table
-from validation.store import CLOSED_FORM, OUR_ENGINE, CaseRecord, Check, Motion, ResultsWriter
+from validation.results.store import (
+    CLOSED_FORM,
+    OUR_ENGINE,
+    CaseRecord,
+    Check,
+    Motion,
+    ResultsWriter,
+)
 
 LABELS = [
     "ghostball",

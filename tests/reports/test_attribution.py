@@ -9,7 +9,7 @@ from reports.attribution_text import (
     part_text,
     share_text,
 )
-from validation.attribution import Attribution, BackwardError, Better, Part
+from validation.diagnose.attribution import Attribution, BackwardError, Better, Part
 
 STROKE = BackwardError("cue", -1e-3, -5.2e-5, 4e-4, "certified", 3)
 DIVIDED = Attribution(

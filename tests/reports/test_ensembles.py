@@ -15,9 +15,9 @@ from reports import style, write_report
 from reports.figures import draw_ensemble
 from reports.markdown_ensembles import ensembles_section, without_end_text
 from validation.ensembles import EnsembleRecord, Ensembles, Size, run_ensembles
-from validation.library import find_scene
-from validation.store import ResultsFolder
-from validation.suite import run_suite
+from validation.results.store import ResultsFolder
+from validation.scenes.library import find_scene
+from validation.suite.suite import run_suite
 
 LABELS = ["ghostball", "paper-discrete", "paper-continuous"]
 

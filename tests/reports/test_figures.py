@@ -25,8 +25,8 @@ from reports.figures._table import view_of
 from reports.figures.single import draw_single
 from reports.paper_figures import PAPER_FIGURES, overlaps
 from reports.shots import Run, Shot, load_shot
-from validation.store import Check, ResultsFolder
-from validation.verdict import Verdict, is_own_measure, verdict_of
+from validation.checks.verdict import Verdict, is_own_measure, verdict_of
+from validation.results.store import Check, ResultsFolder
 
 
 @pytest.fixture(scope="session")

@@ -17,9 +17,9 @@ from reports.figures import (
 from reports.figures.paths import label_balls, scale_of
 from reports.physics_figures import draw_deflection
 from reports.shots import Run, Shot, load_shot
-from validation.library import find_scene
-from validation.sampling import motion_of
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
+from validation.runs.sampling import motion_of
+from validation.scenes.library import find_scene
 
 
 def shot_of(scene: Scene) -> Shot:

@@ -7,7 +7,7 @@ from reference_adapters import make_engine
 from reports import plot_explanation, style
 from reports.parting_figure import draw_explanation
 from validation import find_scene
-from validation.explanation import explain
+from validation.diagnose.explanation import explain
 
 
 @pytest.fixture(scope="module")

@@ -19,10 +19,10 @@ from reports.physics_figures import (
     natural_deflection,
     throw_angle,
 )
-from validation.closed_forms import closed_form
-from validation.library import find_scene
-from validation.sampling import motion_of
-from validation.store import Motion, ResultsFolder
+from validation.results.store import Motion, ResultsFolder
+from validation.runs.sampling import motion_of
+from validation.scenes.library import find_scene
+from validation.truth.closed_forms import closed_form
 
 SWEEPS = (DEFLECTION, THROW_BY_ANGLE, THROW_BY_SPIN)
 

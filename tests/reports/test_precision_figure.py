@@ -13,7 +13,7 @@ from validation.bench import PrecisionMeasurement, measurements
 from validation.bench._observed import observed_in
 from validation.bench.measurements import save
 from validation.bench.precision import LeftOut, PrecisionCurve, PrecisionPoint, Reach
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
 
 ENVIRONMENT = {"cpu": "a | b", "cores": 2, "date": "2026-01-02T03:04:05+00:00"}
 

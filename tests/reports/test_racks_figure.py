@@ -7,7 +7,7 @@ from reports.racks_figure import draw_racks, draw_racks_or_committed
 from validation.bench import RacksMeasurement, measurements
 from validation.bench.measurements import save
 from validation.bench.racks import RackTimes
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
 
 MEASURED = RacksMeasurement(
     environment={"cpu": "a | b", "cores": 2, "date": "2026-01-02T03:04:05+00:00"},

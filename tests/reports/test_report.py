@@ -18,8 +18,8 @@ from reports import (
 )
 from reports.report import WHOLE_FIGURES
 from reports.shots import load_shot
-from validation.junit import write_junit
-from validation.store import CaseRecord, ResultsFolder, ResultsWriter
+from validation.results.store import CaseRecord, ResultsFolder, ResultsWriter
+from validation.suite.junit import write_junit
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from reports import gallery_pictures, stored, style, write_gallery, write_report
 from reports.scaling_figure import draw_measured, draw_scaling, draw_scaling_or_committed
 from validation.bench import measurements
 from validation.bench.measurements import Curve, Point, ScalingMeasurement, save
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
 
 ENVIRONMENT = {"cpu": "a | b", "cores": 2, "date": "2026-01-02T03:04:05+00:00"}
 

@@ -15,7 +15,7 @@ from reports.stress_figures import (
     draw_miss_rates,
     draw_storms,
 )
-from validation.stress.records import Finding, StressFolder, StressRun, StressWriter
+from validation.stress.findings import Finding, StressFolder, StressRun, StressWriter
 
 SCENE = {"schema": 1, "name": "x", "balls": [{"id": "a", "position": [0.0, 0.0, 0.028575]}]}
 ENVIRONMENT = {"cpu": "a | b", "date": "2026-01-02T03:04:05+00:00"}

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from reports import style
-from validation.suite import DEFAULT_ENGINES
+from validation.suite.suite import DEFAULT_ENGINES
 
 
 def test_engines_differ_without_their_colour():

@@ -11,8 +11,8 @@ from engine import GhostballError
 from ghostball.cli import app
 from reports.outcome import overall
 from reports.summary import add_summary, summary_markdown, summary_text, write_summary
-from validation.regression import save_regression
-from validation.store import ResultsFolder
+from validation.baselines import save_regression
+from validation.results.store import ResultsFolder
 
 
 @pytest.fixture(scope="module")

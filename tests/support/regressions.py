@@ -1,6 +1,6 @@
 """Comparisons written by hand, for whatever shows them."""
 
-from validation.regression import (
+from validation.baselines import (
     FirstDifference,
     LoggedEvent,
     Quantity,

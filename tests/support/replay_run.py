@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from engine import Ball, Scene, Table
-from validation.library import find_scene
-from validation.store import ResultsFolder, ResultsWriter
-from validation.suite import run_suite
+from validation.results.store import ResultsFolder, ResultsWriter
+from validation.scenes.library import find_scene
+from validation.suite.suite import run_suite
 
 ENGINES = ["ghostball", "pymunk", "paper-discrete"]
 BROKEN = "pymunk:config=default"

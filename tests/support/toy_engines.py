@@ -8,7 +8,7 @@ import numpy as np
 from engine import Ball, Scene, simulate
 from engine.scene.features import EXACT, Feature
 from reference_adapters import EngineBase, EngineSettings
-from validation.attribution._backward import changed_shot
+from validation.diagnose.attribution._backward import changed_shot
 
 
 def roll(**changes) -> Scene:

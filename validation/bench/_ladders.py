@@ -11,8 +11,8 @@ from reference_adapters.certified import CertifiedEngine, CertifiedSettings, cer
 from reference_adapters.certified.engine import result_of
 from reference_adapters.output import captured
 from validation.bench._phases import begun_earlier
-from validation.playing import run_engine
-from validation.steps import step_of, step_setting, with_step
+from validation.runs.playing import run_engine
+from validation.runs.steps import step_of, step_setting, with_step
 
 LONGEST_STEP = 0.02
 """Where a ladder begins [s], unless the engine's own step is longer: the paper's step."""

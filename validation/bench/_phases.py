@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import Ball, Scene, SceneError, Status
-from validation.our_run import run_ours
-from validation.rolling import rolling_spin
+from validation.runs.our_run import run_ours
+from validation.runs.rolling import rolling_spin
 
 FloatArray = NDArray[np.float64]
 

@@ -14,8 +14,8 @@ from validation.bench._ladders import Rung, start_of, work_of
 from validation.bench._points import LeftOut, PrecisionPoint
 from validation.bench._reach import Level
 from validation.bench.timing import Clock, Task
-from validation.metrics import ball_errors
-from validation.truth import Truth, collisions_of
+from validation.checks.metrics import ball_errors
+from validation.truth.scene_truth import Truth, collisions_of
 
 FloatArray = NDArray[np.float64]
 

@@ -15,10 +15,10 @@ from reference_adapters.certified import CertifiedSettings, certify
 from validation.bench.measurements import Measurement, measured_where
 from validation.bench.running import run_each, shot_numbers
 from validation.bench.timing import Progress
-from validation.compiling import compile_kernels
-from validation.faults import faults_of
-from validation.grading import grade
-from validation.random_shots import random_shot
+from validation.checks.violations import faults_of
+from validation.grading.grading import grade
+from validation.parallel.compiling import compile_kernels
+from validation.scenes.random_shots import random_shot
 
 SHOTS = 10_000
 """Shots of a whole measurement: some two minutes in two processes."""

@@ -14,14 +14,14 @@ from pydantic import BaseModel, ConfigDict
 from engine import Ball, Physics, Scene, Table
 from engine.scene import POOL_BALL_RADIUS
 from reference_adapters import make_engine
-from validation.attribution import Attribution, attribute, largest_distance
-from validation.attribution.records import Outcome
 from validation.bench.measurements import Measurement, measured_where
 from validation.bench.running import run_each, shot_numbers
 from validation.bench.timing import Progress
-from validation.compiling import compile_kernels
-from validation.known_shot import KnownShot, known_shot
-from validation.steps import with_setting
+from validation.diagnose.attribution import Attribution, attribute, largest_distance
+from validation.diagnose.attribution.attribution_record import Outcome
+from validation.parallel.compiling import compile_kernels
+from validation.runs.steps import with_setting
+from validation.truth.known_shot import KnownShot, known_shot
 
 SHOTS = 200
 """Shots of a whole measurement: a quarter of an hour of one processor."""

@@ -13,8 +13,8 @@ from pydantic import ValidationError
 from validation.bench import measurements
 from validation.bench._observed import KINDS, Observed, observed_in
 from validation.bench.running import BenchError
-from validation.files import told
-from validation.git import GitError, run_git
+from validation.results.files import told
+from validation.results.git import GitError, run_git
 
 PLACE = "benchmarks/results"
 """Where measurements lie in the repository, as git names folders."""

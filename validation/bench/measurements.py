@@ -13,8 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from validation.bench.running import BenchError
 from validation.bench.timing import Spread
-from validation.environment import describe_environment
-from validation.files import told, write_whole
+from validation.results.environment import describe_environment
+from validation.results.files import told, write_whole
 
 SCHEMA: Final = 1
 """Version of the files; another one is refused."""

@@ -17,7 +17,7 @@ from reference_adapters import make_engine, split_specs
 from reference_adapters.output import captured
 from reference_adapters.registry import EngineUnavailableError, engine_names
 from validation.bench.running import BenchError
-from validation.playing import run_engine
+from validation.runs.playing import run_engine
 
 SCRIPTS = Path(__file__).resolve().parent / "peers"
 

@@ -29,9 +29,9 @@ from validation.bench._reach import NO_STEP, TARGETS, Reach, order_of, reach_of
 from validation.bench.measurements import measured_where
 from validation.bench.running import BenchError
 from validation.bench.timing import Clock, Progress, Samples, take_turns
-from validation.records import CERTIFIED, INDEPENDENT
-from validation.suite import DEFAULT_ENGINES
-from validation.truth import Truth, truth_of
+from validation.results.records import CERTIFIED, INDEPENDENT
+from validation.suite.suite import DEFAULT_ENGINES
+from validation.truth.scene_truth import Truth, truth_of
 
 __all__ = [
     "DEFAULT_SCENES",

@@ -14,7 +14,7 @@ from pathlib import Path
 import engine
 from validation.bench.running import BenchError
 from validation.bench.timing import Clock, Sampler
-from validation.library import FOLDER
+from validation.scenes.library import FOLDER
 
 SHOT = "half-ball-cut"
 """The shipped scene that is shot."""
@@ -30,8 +30,8 @@ print(imported, flush=True)
 
 COMPILING = """\
 from engine.compilation import MANY
-from validation.compiling import compile_kernels
-from validation.library import select
+from validation.parallel.compiling import compile_kernels
+from validation.scenes.library import select
 compile_kernels(select(), 2, tangents=True, contacts_from=MANY)
 print(0.0, flush=True)
 """

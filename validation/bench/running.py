@@ -12,7 +12,7 @@ from engine import GhostballError, Record, Result, Scene, Status, simulate
 from engine.scene import POOL_BALL_RADIUS
 from validation.bench.scenes import later
 from validation.bench.timing import Progress
-from validation.worker import run_tasks
+from validation.parallel.pool import run_tasks
 
 T = TypeVar("T")
 R = TypeVar("R")

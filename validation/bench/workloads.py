@@ -23,7 +23,7 @@ from validation.bench.scenes import (
 )
 from validation.bench.sizes import PACKING, Size, break_scenes, gas_scene, rack_scenes
 from validation.bench.timing import Clock, Figures, Sampler, Task
-from validation.library import find_scene
+from validation.scenes.library import find_scene
 
 CLOTH_PACKING = 0.3
 """Of the balls on cloth, which run until all of them rest."""

@@ -15,16 +15,16 @@ from validation.ensembles.compare import (
     compare,
     quantity_of,
 )
-from validation.ensembles.member import MemberResult
-from validation.ensembles.members import EnsembleError, Size, perturb
-from validation.ensembles.records import (
+from validation.ensembles.ensemble_record import (
     REFERENCE,
     EnsembleRecord,
     EnsembleRun,
     Members,
 )
+from validation.ensembles.ensembles_folder import Ensembles
+from validation.ensembles.member import MemberResult
+from validation.ensembles.members import EnsembleError, Size, perturb
 from validation.ensembles.run import EnsembleOutcome, check_ensembles, run_ensembles
-from validation.ensembles.store import Ensembles
 
 __all__ = [
     "ENERGY_PARTS",

@@ -18,10 +18,10 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from validation.ensembles.ensemble_record import INSTANTS, REFERENCE, EnsembleRecord, Members
+from validation.ensembles.ensembles_folder import ENSEMBLES_FILE, Ensembles
 from validation.ensembles.members import Stream
-from validation.ensembles.records import INSTANTS, REFERENCE, EnsembleRecord, Members
 from validation.ensembles.statistics import TwoSample, holm, smallest_p, two_sample_tests
-from validation.ensembles.store import ENSEMBLES_FILE, Ensembles
 
 Quantity = Literal["rest", "ball-ball", "ball-cushion", "energy"]
 

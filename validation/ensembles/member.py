@@ -12,9 +12,9 @@ from engine import EngineFailedError, Scene, UnsupportedSceneError
 from engine.result import COLLISION_KINDS
 from reference_adapters.registry import EngineUnavailableError, make_engine
 from validation.ensembles.members import Stream
-from validation.playing import run_engine
-from validation.records import status_name
-from validation.sampling import energy_at
+from validation.results.records import status_name
+from validation.runs.playing import run_engine
+from validation.runs.sampling import energy_at
 
 MemberOutcome = Literal["ended", "stopped", "failed", "not-representable", "unavailable"]
 

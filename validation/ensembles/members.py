@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import Ball, GhostballError, Scene, Table
-from validation.rolling import rolling_spin
+from validation.runs.rolling import rolling_spin
 
 Stream = Literal["shots", "null"]
 """Which members: those that every engine runs, or as many others, independent of them."""

@@ -26,12 +26,7 @@ from engine import Scene, UnsupportedSceneError
 from engine.result import initial_state
 from engine.trajectory import energy_of
 from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
-from validation.case import plain_settings
-from validation.cluster import Cluster
-from validation.compiling import compile_kernels
-from validation.ensembles.member import MemberResult, MemberTask, died, run_member
-from validation.ensembles.members import EnsembleError, Size, Stream, perturb
-from validation.ensembles.records import (
+from validation.ensembles.ensemble_record import (
     INSTANTS,
     REFERENCE,
     SCHEMA,
@@ -41,19 +36,24 @@ from validation.ensembles.records import (
     EnsembleState,
     Members,
 )
-from validation.ensembles.store import (
+from validation.ensembles.ensembles_folder import (
     Ensembles,
     EnsembleWriter,
     Key,
     arrays_are_whole,
     load_members,
 )
-from validation.environment import describe_environment
-from validation.our_run import run_ours
-from validation.store import ResultsError, ResultsWriter, is_results_folder
-from validation.suite import check_time_limit
-from validation.unchanged import Code, is_ours
-from validation.worker import limit_of, run_tasks
+from validation.ensembles.member import MemberResult, MemberTask, died, run_member
+from validation.ensembles.members import EnsembleError, Size, Stream, perturb
+from validation.parallel.cluster import Cluster
+from validation.parallel.compiling import compile_kernels
+from validation.parallel.pool import limit_of, run_tasks
+from validation.results.environment import describe_environment
+from validation.results.store import ResultsError, ResultsWriter, is_results_folder
+from validation.runs.our_run import run_ours
+from validation.suite.case import plain_settings
+from validation.suite.suite import check_time_limit
+from validation.suite.unchanged import Code, is_ours
 
 FEWEST, MOST = 2, 1_000
 """Members of an ensemble. The tests hold a matrix of (2 x members)^2 distances in memory."""
@@ -142,7 +142,7 @@ def run_ensembles(
         See `Progress`.
     reuse : bool
         Whether members that came to their end in an earlier run into the folder, unchanged in
-        scene, size, settings and code, are taken over; see `validation.unchanged`.
+        scene, size, settings and code, are taken over; see `validation.suite.unchanged`.
     time_limit : float, optional [s]
         For each member, which then runs in another process: one that takes longer has failed.
 

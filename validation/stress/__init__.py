@@ -1,7 +1,7 @@
 """The stress suite: what a table can do to an engine, and what the engine survives of it."""
 
 from validation.stress.families import FAMILIES, Family
-from validation.stress.records import Finding, StressFolder
+from validation.stress.findings import Finding, StressFolder
 from validation.stress.run import DEFAULT_ENGINES, StressOutcome, run_stress
 from validation.stress.trial import SceneTrial, StressError, Suite, Trial, Verdict
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from engine import Result, Scene
-from validation.closed_forms import closed_form
-from validation.library import find_scene
+from validation.scenes.library import find_scene
 from validation.stress.sound import Sound
 from validation.stress.trial import Verdict
+from validation.truth.closed_forms import closed_form
 
 
 class End(NamedTuple):

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from engine import ExactTrajectory, Result, Scene
 from engine.trajectory import SampledTrajectory
-from validation.energy_gain import largest_rise
-from validation.steps import STEP_SETTINGS
-from validation.tolerances import EPS
+from validation.checks.energy_gain import largest_rise
+from validation.grading.tolerances import EPS
+from validation.runs.steps import STEP_SETTINGS
 
 FloatArray = NDArray[np.float64]
 

@@ -21,13 +21,13 @@ from engine import GhostballError, Result, Scene, UnsupportedSceneError
 from reference_adapters import ReferenceEngine
 from reference_adapters.certified import Certificate, CertifiedSettings, certify
 from reference_adapters.registry import OURS
-from validation.certified_growth import GRID, growth_of_proof
-from validation.criteria import common_criteria
-from validation.faults import faults_of
-from validation.grading import Grade, gradable, grade
+from validation.checks.criteria import common_criteria
+from validation.checks.violations import faults_of
+from validation.grading.certified_growth import GRID, growth_of_proof
+from validation.grading.grading import Grade, gradable, grade
+from validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from validation.stress.judges import VISIBLE, is_exact
 from validation.stress.trial import Trial, Verdict, play
-from validation.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 
 SteppedRule = Literal["collisions", "places"]
 """What of an engine that steps is judged.

@@ -25,12 +25,13 @@ from reference_adapters.registry import (
     make_engine,
     parse_spec,
 )
-from validation.cluster import Cluster
-from validation.compiling import compile_kernels
-from validation.environment import describe_environment
-from validation.library import FOLDER
+from validation.parallel.cluster import Cluster
+from validation.parallel.compiling import compile_kernels
+from validation.parallel.pool import run_tasks
+from validation.results.environment import describe_environment
+from validation.scenes.library import FOLDER
 from validation.stress.families import FAMILIES
-from validation.stress.records import Finding, Key, StressFolder, StressRun, StressWriter
+from validation.stress.findings import Finding, Key, StressFolder, StressRun, StressWriter
 from validation.stress.selection import chosen_trials
 from validation.stress.trial import (
     CRASHED,
@@ -39,8 +40,7 @@ from validation.stress.trial import (
     Trial,
     Verdict,
 )
-from validation.unchanged import Code, is_ours
-from validation.worker import run_tasks
+from validation.suite.unchanged import Code, is_ours
 
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",

@@ -10,7 +10,7 @@ import numpy as np
 from engine import GhostballError, Result, Scene
 from reference_adapters import ReferenceEngine
 from reference_adapters.registry import OURS
-from validation.our_run import run_ours
+from validation.runs.our_run import run_ours
 from validation.stress.proved import PERMITTED, judge_places, refuse_long
 from validation.stress.trial import Trial, Verdict, play
 

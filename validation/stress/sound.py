@@ -15,6 +15,7 @@ import numpy as np
 
 from engine import ExactTrajectory, Result, Samples, Scene
 from engine.trajectory import energy_of
+from validation.grading.tolerances import EPS
 from validation.stress.judges import (
     VISIBLE,
     FloatArray,
@@ -26,7 +27,6 @@ from validation.stress.judges import (
     rise_limit,
 )
 from validation.stress.trial import Judge, Verdict
-from validation.tolerances import EPS
 
 MOST_DISTANCES = 4_000_000
 """Distances of two balls that are computed in one run: of more instants, some are left out."""

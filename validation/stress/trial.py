@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Literal
 
 from engine import GhostballError, Record, Result, Scene
 from reference_adapters import ReferenceEngine
-from validation.playing import run_engine
+from validation.runs.playing import run_engine
 
 Suite = Literal["quick", "full"]
 """How much is tried: what a CI has time for, or all."""

@@ -11,7 +11,7 @@ from engine import Ball, EventKind, Physics, Scene, Status, Table, simulate
 from engine.core.state import RUN_CONTACTS
 from engine.core.tolerances import CONTACT_TOLERANCE, EPS
 from engine.running import driver
-from validation.library import FOLDER
+from validation.scenes.library import FOLDER
 
 SCENES = Path(__file__).parents[2] / "support" / "scenes"
 

@@ -20,7 +20,7 @@ from engine import (
 )
 from engine.impacts.laws.registry import any_integrated
 from engine.running import driver, skips
-from validation.library import FOLDER
+from validation.scenes.library import FOLDER
 
 
 def crowd(count, filled=0.4, seed=1, speed=1.0, t_max=None, spread=1.0, **physics) -> Scene:

@@ -14,7 +14,7 @@ from transforms import shuffled
 from engine import GhostballError, Scene, simulate
 from engine.sensitivity import QUALITY, ROUNDING, tangent_of
 from reference_adapters.certified import certify
-from validation.library import find_scene
+from validation.scenes.library import find_scene
 
 G = 9.81
 MU = 0.02

@@ -25,8 +25,8 @@ from reference_adapters.certified import (
 )
 from reference_adapters.certified.problem import problem_of
 from reference_adapters.certified.run import TIE_BITS, Run, largest_speeds
-from validation.closed_forms import FORMS, closed_form
-from validation.library import find_scene
+from validation.scenes.library import find_scene
+from validation.truth.closed_forms import FORMS, closed_form
 
 BALL_BALL, BALL_CUSHION = EventKind.BALL_BALL, EventKind.BALL_CUSHION
 

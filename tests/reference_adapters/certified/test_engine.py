@@ -12,7 +12,7 @@ from engine.errors import GhostballError
 from engine.scene.features import Feature
 from reference_adapters import ReferenceEngine
 from reference_adapters.certified import CertifiedEngine, CertifiedSettings
-from validation.library import find_scene
+from validation.scenes.library import find_scene
 
 
 def engine(**settings) -> CertifiedEngine:

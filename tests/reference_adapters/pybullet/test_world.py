@@ -10,7 +10,7 @@ from engine import Result
 from reference_adapters import make_engine
 from reference_adapters.pybullet import world as pybullet_world
 from reference_adapters.pybullet.world import World
-from validation.library import find_scene
+from validation.scenes.library import find_scene
 
 pytestmark = pytest.mark.skipif(
     pybullet_world.unavailable() is not None, reason=str(pybullet_world.unavailable())

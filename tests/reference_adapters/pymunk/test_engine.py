@@ -10,8 +10,8 @@ from pydantic import ValidationError
 
 from engine import Ball, EventKind, Physics, Scene, Status, Table, UnsupportedSceneError
 from reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
-from validation.closed_forms import closed_form
-from validation.library import find_scene
+from validation.scenes.library import find_scene
+from validation.truth.closed_forms import closed_form
 
 R = 0.028575
 MU_G = 0.02 * 9.81

@@ -13,7 +13,7 @@ from engine.scene.features import missing_features
 from reference_adapters.pymunk import steppers as pymunk_steppers
 from reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
 from reference_adapters.stepping.cloth import ClosedFormCloth
-from validation.library import find_scene
+from validation.scenes.library import find_scene
 
 
 def far_apart(seed: int, **physics: object) -> Scene:

@@ -5,9 +5,9 @@ import pytest
 
 from engine import simulate
 from reports.page.curves import distance_from
-from validation.library import find_scene
-from validation.sampling import motion_of
-from validation.store import Motion
+from validation.results.store import Motion
+from validation.runs.sampling import motion_of
+from validation.scenes.library import find_scene
 
 
 def sampled(result, times):

@@ -12,7 +12,7 @@ from engine import GhostballError
 from reports import PAGE, write_report
 from reports.page import scene_part
 from reports.shots import load_shot
-from validation.regression import (
+from validation.baselines import (
     FirstDifference,
     LoggedEvent,
     Quantity,
@@ -22,8 +22,8 @@ from validation.regression import (
     Timing,
     save_regression,
 )
-from validation.store import ResultsFolder
-from validation.stress.records import Finding, StressRun, StressWriter
+from validation.results.store import ResultsFolder
+from validation.stress.findings import Finding, StressRun, StressWriter
 
 # The page needs no figure.
 pytestmark = pytest.mark.usefixtures("without_run_figures")

@@ -8,7 +8,7 @@ from reports.page.measured import cost_html
 from reports.page.precision import MARKERS, OPEN, engines_of_page
 from validation.bench import PrecisionMeasurement
 from validation.bench.precision import LeftOut, PrecisionCurve, PrecisionPoint, Reach
-from validation.store import ResultsFolder
+from validation.results.store import ResultsFolder
 
 
 def point(engine, step, seconds, error, **changed):

@@ -12,10 +12,10 @@ from engine.trajectory import Phase
 from reports.page.replay_data import MAX_EVENTS, motion_data, scene_data
 from reports.page.replay_tracks import FARTHEST, TOLERANCE, packed, tick_of, track_of
 from reports.shots import load_shot
-from validation.library import find_scene
-from validation.records import Motion
-from validation.sampling import motion_of
-from validation.store import ResultsFolder
+from validation.results.records import Motion
+from validation.results.store import ResultsFolder
+from validation.runs.sampling import motion_of
+from validation.scenes.library import find_scene
 
 
 def motion_of_path(times, xy, events=()) -> Motion:

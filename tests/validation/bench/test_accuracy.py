@@ -12,7 +12,7 @@ import validation.bench.accuracy
 from engine import Scene, simulate
 from validation.bench import AccuracyMeasurement, BenchError, measure_accuracy, measurements
 from validation.bench.accuracy import Distribution
-from validation.random_shots import random_shot
+from validation.scenes.random_shots import random_shot
 
 SCENES = Path(__file__).parents[2] / "support" / "scenes"
 

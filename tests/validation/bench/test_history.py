@@ -9,7 +9,7 @@ from validation.bench import BenchError, measurements
 from validation.bench._observed import KINDS, observed_in
 from validation.bench.history import read_history
 from validation.bench.measurements import STORE
-from validation.git import GitError
+from validation.results.git import GitError
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from reference_adapters import EngineBase, EngineError, EngineUnavailableError
 from validation.bench import BenchError, PrecisionMeasurement, _places, precision
 from validation.bench.measurements import load, save
 from validation.bench.precision import TINY, Extent, measure_precision
-from validation.library import find_scene
+from validation.scenes.library import find_scene
 
 FEW = Extent(most_steps=4_000)
 

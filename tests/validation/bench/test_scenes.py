@@ -9,7 +9,7 @@ from engine import SceneError
 from engine.scene import POOL_BALL_RADIUS as R
 from validation.bench import scenes
 from validation.bench.scenes import FRICTIONLESS, FULL_CLOTH, ROLLING
-from validation.library import find_scene
+from validation.scenes.library import find_scene
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from engine import Ball, Scene
-from validation.files import ENVIRONMENT_FILE
-from validation.store import ResultsWriter
+from validation.results.files import ENVIRONMENT_FILE
+from validation.results.store import ResultsWriter
 
 ENGINE = """
 import os

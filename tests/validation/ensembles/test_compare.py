@@ -10,7 +10,7 @@ import validation.ensembles.run as run_module
 from engine import Ball, Scene
 from validation.ensembles import QUANTITIES, Ensembles, Size, compare, perturb, run_ensembles
 from validation.ensembles.compare import Compared, permutations_for
-from validation.library import find_scene
+from validation.scenes.library import find_scene
 
 COUNT = 20
 

@@ -8,7 +8,7 @@ import pytest
 
 from engine import Ball, Physics, Scene, Table
 from validation.ensembles import EnsembleError, Size, perturb
-from validation.library import find_scene, select
+from validation.scenes.library import find_scene, select
 
 SIZE = Size()
 ROUNDING = 1e-15

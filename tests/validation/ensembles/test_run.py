@@ -18,8 +18,8 @@ from validation.ensembles import (
     run_ensembles,
 )
 from validation.ensembles.run import EnsembleOutcome
-from validation.files import ResultsError
-from validation.library import find_scene
+from validation.results.files import ResultsError
+from validation.scenes.library import find_scene
 
 BOTH = ["ghostball", "fake"]
 

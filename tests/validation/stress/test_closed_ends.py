@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from engine import simulate
-from validation.library import find_scene
+from validation.scenes.library import find_scene
 from validation.stress.closed_ends import ClosedEnd, parted_end, parting, shipped_end
 from validation.stress.families.graded import FAMILY
 from validation.stress.trial import SceneTrial

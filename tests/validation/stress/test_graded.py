@@ -6,8 +6,8 @@ import pytest
 
 from engine import Scene, simulate
 from reference_adapters.registry import make_engine
-from validation.library import find_scene
-from validation.random_shots import random_shot
+from validation.scenes.library import find_scene
+from validation.scenes.random_shots import random_shot
 from validation.stress.families.graded import (
     BATCH,
     CALM,

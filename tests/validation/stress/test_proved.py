@@ -19,8 +19,8 @@ from engine import (
 )
 from reference_adapters.certified import CertifiedSettings, certify
 from reference_adapters.registry import make_engine
-from validation.library import find_scene
-from validation.random_shots import random_shot
+from validation.scenes.library import find_scene
+from validation.scenes.random_shots import random_shot
 from validation.stress.families import graded, near_degenerate, touching
 from validation.stress.families.extremes import ICE, cut
 from validation.stress.families.graded import FULL_SHOTS, PROOF, form_against_proof

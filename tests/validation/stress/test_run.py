@@ -12,9 +12,10 @@ from faulty_engine import planted
 
 import validation.stress.run
 from engine import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
-from validation.library import find_scene
+from validation.parallel.pool import run_tasks
+from validation.scenes.library import find_scene
 from validation.stress import StressOutcome, run_stress
-from validation.stress.records import FINDINGS_FILE, Finding, StressFolder, StressRun
+from validation.stress.findings import FINDINGS_FILE, Finding, StressFolder, StressRun
 from validation.stress.run import StressTask, run_trial
 from validation.stress.trial import (
     CRASHED,
@@ -23,7 +24,6 @@ from validation.stress.trial import (
     graded_severity,
     play,
 )
-from validation.worker import run_tasks
 
 ONE = ["grazing/rolling-hit-1e-01"]
 TWO = [*ONE, "grazing/rolling-miss-1e-01"]

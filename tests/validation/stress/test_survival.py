@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from validation.stress.records import Finding, StressFolder, StressRun
+from validation.stress.findings import Finding, StressFolder, StressRun
 from validation.stress.survival import all_survival, reproducing, scene_file, survival_of
 
 SCENE = {"schema": 1, "name": "x", "balls": [{"id": "a", "position": [0.0, 0.0, 0.028575]}]}

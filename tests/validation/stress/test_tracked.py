@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from validation.stress.records import Finding, StressFolder, StressRun
+from validation.stress.findings import Finding, StressFolder, StressRun
 from validation.stress.tracked import DEPTH, SPEED, has_cliff, largest_step, tracked_numbers
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from engine import EventKind, UnsupportedSceneError, simulate
 from reference_adapters.registry import make_engine
-from validation.steps import with_step
+from validation.runs.steps import with_step
 from validation.stress.families import tunnelling
 from validation.stress.families.tunnelling import (
     DIAMETER,

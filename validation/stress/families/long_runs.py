@@ -19,6 +19,7 @@ from engine.scene import POOL_BALL_RADIUS as RADIUS
 from reference_adapters import ReferenceEngine
 from reference_adapters.base import resolution_of
 from reference_adapters.registry import OURS
+from validation.grading.tolerances import EPS
 from validation.stress.family import Family
 from validation.stress.gas import (
     ICE,
@@ -33,7 +34,6 @@ from validation.stress.gas import (
 from validation.stress.judges import VISIBLE, is_exact, overlap_limit, overlaps
 from validation.stress.pressure import PressureTrial
 from validation.stress.trial import Suite, Trial, Verdict, graded_severity, play
-from validation.tolerances import EPS
 
 SEGMENT = 20_000
 """Collisions of a gas that are recorded at once; the next run begins where this one ended."""

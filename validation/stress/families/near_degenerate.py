@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from engine import Ball, Physics, Scene
+from validation.grading.tolerances import LOWEST_HOP
 from validation.stress.family import Family
 from validation.stress.proved import AsProved
 from validation.stress.rows import RADIUS
 from validation.stress.sound import Both, Ends, Sound
 from validation.stress.trial import SceneTrial, Suite, Trial, size
-from validation.tolerances import LOWEST_HOP
 
 SPEED = 1.0
 T_CATCH = 0.05

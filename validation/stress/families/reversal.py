@@ -20,7 +20,7 @@ from engine.scene import POOL_BALL_RADIUS as RADIUS
 from engine.sensitivity import QUALITY, ROUNDING
 from reference_adapters import ReferenceEngine
 from reference_adapters.registry import OURS
-from validation.our_run import run_ours
+from validation.runs.our_run import run_ours
 from validation.stress.family import Family
 from validation.stress.gas import ICE, begun_at_end, gas
 from validation.stress.trial import Suite, Trial, Verdict, play

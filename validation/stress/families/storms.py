@@ -12,7 +12,7 @@ from engine import Result, Scene, UnsupportedSceneError
 from engine.trajectory import SampledTrajectory, energy_of
 from reference_adapters import ReferenceEngine
 from reference_adapters.registry import OURS
-from validation.steps import with_setting
+from validation.runs.steps import with_setting
 from validation.stress.family import Family
 from validation.stress.judges import (
     FloatArray,

@@ -13,7 +13,7 @@ from itertools import product
 
 from engine import Ball, Physics, Scene, Table
 from reference_adapters import ReferenceEngine
-from validation.steps import with_setting
+from validation.runs.steps import with_setting
 from validation.stress.family import Family
 from validation.stress.rows import RADIUS, Plane, Spin, ball, resting_row
 from validation.stress.sound import Sound

@@ -26,12 +26,12 @@ from engine.result import initial_state
 from engine.scene import POOL_BALL_RADIUS
 from engine.trajectory import energy_of
 from reference_adapters import ReferenceEngine
-from validation.playing import run_engine
-from validation.steps import step_setting, with_step
+from validation.grading.tolerances import EPS
+from validation.runs.playing import run_engine
+from validation.runs.steps import step_setting, with_step
 from validation.stress.family import Family
 from validation.stress.judges import energies, is_exact
 from validation.stress.trial import Suite, Trial, Verdict, play
-from validation.tolerances import EPS
 
 DIAMETER = 2.0 * POOL_BALL_RADIUS
 

@@ -1,0 +1,464 @@
+"""What a change is called: made up from a small run, one part replaced at a time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import gate
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from engine import GhostballError
+from engine.result import EventKind
+from validation.baselines.classify import Bands, classify
+from validation.baselines.fingerprint import BLOCK
+from validation.baselines.observed import KEPT_EVENTS
+from validation.baselines.rounding import allowance_of
+from validation.scenes.library import find_scene
+
+SHOT = gate.cut_shot()
+BASE = gate.observed(SHOT)
+ULP = 2.0**-52
+
+
+def of(head, base=BASE, **changes):
+    """Compare with so much explained by rounding as `changes` say, 1e-12 of everything else."""
+    explained = gate.allowance(len(head.events), balls=len(head.ids), **changes)
+    explained = replace(explained, bits=head.bits)
+    return classify(base, head, gate.bands_of(base), lambda: explained)
+
+
+def with_metrics(run, **values):
+    """Return a run with some other metrics."""
+    return replace(run, metrics={**run.metrics, **values})
+
+
+def shifted(run, index, by):
+    """Return a run whose event comes later by so much [s]."""
+    events = run.events.copy()
+    events["t"][index] += by
+    return gate.with_events(run, events)
+
+
+# --- identical --------------------------------------------------------------------------------
+
+
+def test_the_same_bits_are_identical_and_cost_no_other_run():
+    def never():
+        raise AssertionError("the allowance costs a run, and nothing differs")
+
+    change = classify(BASE, BASE, gate.bands_of(BASE), never, "ghostball ...")
+    assert change.change == "identical"
+    assert not change.failed
+    assert change.first_difference is None
+    assert change.summary == "the same bits"
+    assert change.base_hash == change.head_hash == BASE.bits
+    assert {one.name for one in change.metrics} == set(BASE.metrics)
+    assert {one.name for one in change.counters} == set(BASE.work)
+    assert all(one.within for one in (*change.metrics, *change.counters))
+
+
+@given(st.floats(0.2, 3.0), st.floats(-6.0, 6.0))
+@settings(max_examples=15, deadline=None)
+def test_what_is_worse_one_way_is_better_the_other_way(speed, octaves):
+    # The band of an error is a factor of 2 in both directions, where it is many roundings.
+    scene = gate.cut_shot(speed)
+    run = with_metrics(gate.observed(scene), rest_error_ulps=100.0)
+    assert gate.compared(run, run, scene).change == "identical"
+    other = gate.observed(gate.cut_shot(speed + 0.01), like=scene)
+    other = with_metrics(other, rest_error_ulps=100.0, rest_error_max=1e-12 * 2.0**octaves)
+    pair = of(other, run).change, of(run, other).change
+    if abs(abs(octaves) - 1.0) < 1e-9:
+        return  # on the edge the last bit decides
+    if abs(octaves) < 1.0:
+        assert pair == ("results-changed", "results-changed")
+    else:
+        assert pair == (("worse", "better") if octaves > 0 else ("better", "worse"))
+
+
+# --- rounding ---------------------------------------------------------------------------------
+
+
+def test_another_last_bit_is_rounding_only_and_fails():
+    # It fails all the same: our engine promises its bits, so someone must accept it with a reason.
+    head = shifted(BASE, 0, ULP)
+    change = of(head)
+    assert change.change == "rounding-only"
+    assert change.failed
+    assert change.first_difference.index == 0
+    assert "2.22e-16 s later" in change.first_difference.words
+    relaxed = replace(gate.bands_of(BASE), hash_level="warn")
+    explained = replace(gate.allowance(len(head.events)), bits=head.bits)
+    assert not classify(BASE, head, relaxed, lambda: explained).failed
+
+
+def test_a_speed_changed_by_1e9th_is_no_rounding():
+    # Would be called rounding if the allowance were 10^5 times too wide.
+    head = gate.observed(gate.cut_shot(1.0 + 1e-9), like=SHOT)
+    change = gate.compared(BASE, replace(head, scene_hash=BASE.scene_hash), gate.cut_shot(1 + 1e-9))
+    assert change.change == "results-changed"
+    assert change.failed
+    first = change.first_difference
+    assert first.index == 0
+    assert first.before_horizon
+    assert first.base.kind == first.head.kind == "ball-ball"
+    assert "cue meets object" in first.words
+    assert "sooner" in first.words
+    assert first.words in change.summary
+
+
+def test_an_end_that_moved_alone_is_told_without_an_event():
+    places = BASE.rest_positions + np.array([[0.0, 0.0, 0.0], [1e-6, 0.0, 0.0]])
+    change = of(gate.at_rest(BASE, places))
+    assert change.change == "results-changed"
+    assert change.first_difference is None
+    assert "object rests 1e-06 m from where it did" in change.summary
+    change = of(gate.at_rest(BASE, BASE.rest_positions + ULP))
+    assert change.change == "rounding-only"
+
+
+def test_an_end_that_is_not_a_number_is_no_rounding():
+    # A comparison with NaN is never true, in either direction.
+    change = of(gate.at_rest(BASE, BASE.rest_positions * math.nan))
+    assert change.change == "results-changed"
+    assert change.failed
+
+
+@pytest.mark.parametrize("changes", [{"status": "event-limit"}, {"rest_time": 99.0}])
+def test_another_end_with_the_same_bits_is_no_identity(changes):
+    # Neither is among the bits that are hashed.
+    change = of(replace(BASE, **changes))
+    assert change.change == "results-changed"
+    assert change.failed
+    assert "event-limit" in change.summary or "99.0 s" in change.summary
+    off = Bands(gate.bands_of(BASE).metrics, gate.bands_of(BASE).counters, "off")
+    assert not classify(BASE, replace(BASE, **changes), off, lambda: None).failed
+
+
+def test_an_engine_that_gives_other_bits_each_time_is_told():
+    # What rounding explains is of another run then, and has a time for other events.
+    head = shifted(BASE, 0, 1e-3)
+    with pytest.raises(GhostballError, match=r'"cut".*deterministic'):
+        classify(BASE, head, gate.bands_of(BASE), lambda: allowance_of(SHOT))
+
+
+# --- events -----------------------------------------------------------------------------------
+
+
+def test_an_event_that_is_no_more_is_named():
+    change = of(gate.with_events(BASE, np.delete(BASE.events, 1)))
+    first = change.first_difference
+    assert change.change == "results-changed"
+    assert first.index == 1
+    assert first.head is None
+    assert first.base.t == BASE.events["t"][1]
+    assert first.words.endswith("is no more")
+
+
+def test_an_event_that_was_not_there_is_named():
+    extra = gate.log((0.9, EventKind.BALL_CUSHION, 1, 3))
+    events = np.concatenate([BASE.events, extra])
+    change = of(gate.with_events(BASE, events[np.argsort(events["t"])]))
+    first = change.first_difference
+    assert change.change == "results-changed"
+    assert first.base is None
+    assert first.head.t == 0.9
+    assert "object meets the top cushion at 0.9 s was not there before" in first.words
+
+
+def test_one_event_more_at_the_very_end_is_seen():
+    end = float(BASE.events["t"][-1])
+    events = np.concatenate([BASE.events, gate.log((end + 1, EventKind.ROLL_TO_REST, 0, -1))])
+    head = gate.with_events(BASE, events)
+    assert of(head).first_difference.index == len(BASE.events)
+    assert of(BASE, head).first_difference.words.endswith("is no more")
+    # ... also where all that is past the horizon.
+    past = of(head, horizon=end, rest=None)
+    assert past.change == "rounding-only"
+    assert past.first_difference.index == len(BASE.events)
+    assert not past.first_difference.before_horizon
+
+
+def test_an_empty_log_is_compared_too():
+    empty = gate.with_events(BASE, BASE.events[:0])
+    assert of(empty, empty).change == "identical"
+    assert of(empty).change == of(BASE, empty).change == "results-changed"
+
+
+def test_the_order_of_events_of_one_instant_is_a_convention():
+    tied = [(1.0, EventKind.BALL_BALL, 0, 1), (1.0, EventKind.BALL_BALL, 2, 3)]
+    base = gate.with_events(BASE, gate.log(*tied))
+    change = of(gate.with_events(BASE, gate.log(*reversed(tied))), base)
+    assert change.change == "rounding-only"
+    # ... not where they share a ball, or are apart.
+    shared = [(1.0, EventKind.BALL_BALL, 0, 1), (1.0, EventKind.BALL_BALL, 1, 2)]
+    base = gate.with_events(BASE, gate.log(*shared))
+    assert of(gate.with_events(BASE, gate.log(*reversed(shared))), base).change == "results-changed"
+
+
+def test_the_earliest_difference_is_the_one_that_is_named():
+    # A later event that is missing, before an event that comes late, would mislead.
+    head = shifted(gate.with_events(BASE, np.delete(BASE.events, 3)), 1, 1e-6)
+    assert of(head).first_difference.index == 1
+
+
+def test_a_ball_without_a_name_is_told_by_its_number():
+    events = gate.log((1.0, EventKind.BALL_BALL, 7, 9))
+    nothing = gate.with_events(BASE, BASE.events[:0])
+    assert "ball 7 meets ball 9 at 1 s" in of(gate.with_events(BASE, events), nothing).summary
+
+
+# --- past the horizon -------------------------------------------------------------------------
+
+
+def test_past_the_horizon_nothing_is_compared():
+    head = shifted(BASE, 2, 0.01)
+    instant = float(BASE.events["t"][2])
+    before, after = (of(head, horizon=instant + by, rest=None) for by in (-0.005, 0.005))
+    assert before.change == "rounding-only"
+    assert "nothing is compared past the horizon" in before.summary
+    assert before.horizon == instant - 0.005
+    assert not before.first_difference.before_horizon
+    assert after.change == "results-changed"
+    assert after.first_difference.before_horizon
+    assert before.failed
+    assert after.failed
+
+
+@pytest.mark.parametrize("name", ["chaos-a", "chaos-b"])
+def test_an_ulp_of_a_chaotic_shot_is_rounding_up_to_its_horizon(name):
+    scene = find_scene(name)
+    cue, *others = scene.balls
+    vx, vy, _ = cue.velocity
+    moved = cue.model_copy(update={"velocity": (math.nextafter(vx, 9.0), vy, 0.0)})
+    near = scene.model_copy(update={"balls": (moved, *others)})
+    base, head = gate.observed(scene), gate.observed(near, like=scene)
+    change = gate.compared(base, head, near)
+    assert change.change == "rounding-only", change.summary
+    assert change.horizon is not None
+    assert np.max(np.abs(base.rest_positions - head.rest_positions)) > 1e-6, "not chaotic"
+    # 1e-7 of the speed is seen even there.
+    moved = cue.model_copy(update={"velocity": (vx * (1 + 1e-7), vy, 0.0)})
+    far = scene.model_copy(update={"balls": (moved, *others)})
+    change = gate.compared(base, gate.observed(far, like=scene), far)
+    assert change.change == "results-changed"
+    assert change.first_difference.before_horizon
+
+
+# --- logs longer than what is kept ------------------------------------------------------------
+
+LONG = KEPT_EVENTS + 2 * BLOCK + 88
+
+
+def long_run(count=LONG):
+    return gate.with_events(BASE, gate.long_log(count))
+
+
+def test_a_long_log_is_identical_to_its_baseline():
+    assert of(long_run(), gate.as_accepted(long_run())).change == "identical"
+
+
+@pytest.mark.parametrize("index", [KEPT_EVENTS, KEPT_EVENTS + BLOCK, LONG - 1])
+def test_another_event_beyond_what_is_kept_is_found_by_its_block(index):
+    base = gate.as_accepted(long_run())
+    events = long_run().events.copy()
+    events["b"][index] = 5
+    change = of(gate.with_events(BASE, events), base)
+    assert change.change == "results-changed"
+    first = change.first_difference
+    assert first.index == index // BLOCK * BLOCK
+    assert first.words.startswith(f"events {first.index} to {first.index + BLOCK - 1} come in")
+
+
+@pytest.mark.parametrize("index", [KEPT_EVENTS - 1, KEPT_EVENTS, LONG - 1])
+def test_another_bit_beyond_what_is_kept_is_found_by_its_block(index):
+    change = of(shifted(long_run(), index, 5e-13), gate.as_accepted(long_run()))
+    assert change.change == "rounding-only"
+    assert change.first_difference.index == (
+        index if index < KEPT_EVENTS else index // BLOCK * BLOCK
+    )
+
+
+@pytest.mark.parametrize("horizon", [math.inf, 1.5])
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        *((KEPT_EVENTS + 88, count) for count in (KEPT_EVENTS, KEPT_EVENTS + 50, 400, BLOCK, 0)),
+        *((count, KEPT_EVENTS + 88) for count in (KEPT_EVENTS, KEPT_EVENTS + 50, 400, BLOCK, 0)),
+        (KEPT_EVENTS + 2 * BLOCK, KEPT_EVENTS + BLOCK),
+        (KEPT_EVENTS + BLOCK, KEPT_EVENTS + 2 * BLOCK),
+        (KEPT_EVENTS, KEPT_EVENTS + 1),
+    ],
+)
+def test_a_long_log_that_became_shorter_or_longer_is_told_where(before, after, horizon):
+    # What is no more may lie within what is kept of one log, and beyond that of the other.
+    base, head = gate.as_accepted(long_run(before)), long_run(after)
+    change = of(head, base, horizon=horizon, rest=None)
+    first = change.first_difference
+    least = min(before, after)
+    assert first is not None
+    expected = least if least < KEPT_EVENTS or after == KEPT_EVENTS + 1 else least // BLOCK * BLOCK
+    if least == KEPT_EVENTS:
+        expected = KEPT_EVENTS
+    assert first.index == expected
+    empty_before_horizon = least == 0
+    seen = math.isinf(horizon) or empty_before_horizon
+    assert change.change == ("results-changed" if seen else "rounding-only")
+
+
+def test_a_difference_beyond_what_is_kept_counts_where_the_horizon_lies_behind_it():
+    # The horizon of a mild shot of very many events may come after the events that are kept.
+    base = gate.as_accepted(long_run())
+    events = long_run().events.copy()
+    events["b"][KEPT_EVENTS + 3] = 5
+    head = gate.with_events(BASE, events)
+    behind = of(head, base, horizon=KEPT_EVENTS + BLOCK + 0.5, rest=None)
+    assert behind.change == "results-changed"
+    assert behind.first_difference.index == KEPT_EVENTS
+    within = of(head, base, horizon=KEPT_EVENTS + 2.5, rest=None)
+    assert within.change == "rounding-only"
+
+
+# --- against truth ----------------------------------------------------------------------------
+
+
+CHANGED = shifted(BASE, 1, 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ({}, "results-changed"),
+        ({"rest_error_max": 1e-11}, "worse"),
+        ({"rest_error_max": 1e-14}, "results-changed"),  # within four roundings of what it was
+        ({"rest_error_ulps": 20.0}, "worse"),
+        ({"matching_events": 1}, "worse"),
+        ({"matching_events": 3}, "better"),
+        ({"matching_events": 3, "rest_error_max": 1.0}, "worse"),  # one that is worse decides
+    ],
+)
+def test_truth_says_which_side_is_right(values, expected):
+    change = of(with_metrics(CHANGED, **values))
+    assert change.change == expected
+    assert change.failed
+    assert all(name in change.summary for name in values if expected != "results-changed")
+
+
+def test_an_error_that_shrank_is_better_only_where_results_changed():
+    base = with_metrics(BASE, rest_error_ulps=30.0, rest_error_max=1e-11)
+    head = with_metrics(BASE, rest_error_ulps=3.0, rest_error_max=1e-12)
+    assert of(replace(CHANGED, metrics=head.metrics), base).change == "better"
+    same = of(head, base)
+    assert same.change == "identical"
+    assert same.failed, "the baseline would allow the error to come back"
+
+
+def test_the_same_bits_with_a_larger_error_are_worse():
+    assert of(with_metrics(BASE, rest_error_max=1.0)).change == "worse"
+
+
+@pytest.mark.parametrize(
+    ("level", "change", "failed"),
+    [
+        ("error", "worse", True),
+        ("warn", "worse", False),
+        ("off", "identical", False),
+    ],
+)
+def test_the_level_of_a_metric_decides_what_leaving_its_band_means(level, change, failed):
+    bands = gate.bands_of(BASE)
+    band = bands.metrics["rest_error_max"]._replace(level=level)
+    bands = replace(bands, metrics={**bands.metrics, "rest_error_max": band})
+    found = classify(BASE, with_metrics(BASE, rest_error_max=1.0), bands, lambda: None)
+    assert (found.change, found.failed) == (change, failed)
+
+
+@pytest.mark.parametrize(("level", "failed"), [("error", True), ("warn", False), ("off", False)])
+def test_a_counter_that_moved_fails_as_its_level_says(level, failed):
+    bands = gate.bands_of(BASE)
+    band = bands.counters["events"]._replace(level=level)
+    bands = replace(bands, counters={**bands.counters, "events": band})
+    head = replace(BASE, work={**BASE.work, "events": BASE.work["events"] + 1})
+    found = classify(BASE, head, bands, lambda: None)
+    assert (found.change, found.failed) == ("identical", failed)
+    assert ("events" in found.summary) == (level != "off")
+
+
+def test_a_number_that_is_no_more_fails():
+    head = replace(
+        BASE,
+        metrics={k: v for k, v in BASE.metrics.items() if k != "rest_error_max"},
+        work={k: v for k, v in BASE.work.items() if k != "events"},
+    )
+    change = of(head)
+    assert change.failed
+    assert "rest_error_max 1e-12 -> none" in change.summary
+    assert "-> none" in change.summary.partition("rest_error_max")[2]
+    assert change.change == "identical", "nobody knows in which direction"
+
+
+def test_a_number_that_is_new_warns():
+    head = replace(with_metrics(BASE, quality_factor=1.0), work={**BASE.work, "rocks": 3})
+    change = of(head)
+    assert (change.change, change.failed) == ("identical", False)
+    new = [one for one in (*change.metrics, *change.counters) if not one.within]
+    assert {one.name for one in new} == {"quality_factor", "rocks"}
+    assert {one.level for one in new} == {"warn"}
+    assert all("not measured" in one.why for one in new)
+
+
+def test_errors_against_another_truth_are_not_compared_and_that_is_told():
+    # Else a proof that is found no more would let every error pass in silence.
+    change = of(replace(with_metrics(BASE, rest_error_max=1.0), truth="closed form"))
+    assert (change.change, change.failed) == ("identical", False)
+    (one,) = [one for one in change.metrics if one.name == "rest_error_max"]
+    assert (one.level, one.within) == ("warn", False)
+    assert "the truth was certified, and is closed form now" in one.why
+    assert "rest_error_max" in change.summary
+
+
+def test_many_numbers_that_moved_are_counted():
+    head = replace(BASE, work={name: count + 1 for name, count in BASE.work.items()})
+    assert f"and {len(BASE.work) - 3} more" in of(head).summary
+
+
+def test_another_scene_is_not_comparable_and_not_compared():
+    change = classify(
+        BASE, replace(CHANGED, scene_hash="0" * 64), gate.bands_of(BASE), lambda: None
+    )
+    assert change.change == "not-comparable"
+    assert not change.failed
+    assert not change.metrics
+
+
+def test_instants_beyond_what_is_kept_count_at_the_end_of_each_block():
+    # Of the long shots most events lie there; a lateness that began there was called rounding.
+    scene = gate.cut_shot()
+    base = gate.with_events(gate.observed(scene), gate.long_log(LONG), kept=KEPT_EVENTS)
+    for late, change in ((1e-3, "results-changed"), (1e-13, "rounding-only")):
+        events = gate.long_log(LONG)
+        events["t"][KEPT_EVENTS + 20 :] += late
+        head = gate.with_events(base, events)
+        found = classify(
+            base,
+            head,
+            gate.bands_of(base),
+            lambda head=head: replace(gate.allowance(LONG, time=1e-12), bits=head.bits),
+        )
+        assert found.change == change
+    assert found.first_difference.index == KEPT_EVENTS
+
+
+def test_another_end_past_the_horizon_is_no_rounding():
+    # Where the balls lie is chaos there; that a run goes on for ever is not.
+    scene = gate.cut_shot()
+    base = gate.observed(scene)
+    events = base.events.copy()
+    events["t"][-1] = np.nextafter(events["t"][-1], np.inf)
+    head = replace(gate.with_events(base, events), status="event-limit")
+    past = replace(gate.allowance(len(events), horizon=0.1, rest=None), bits=head.bits)
+    found = classify(base, head, gate.bands_of(base), lambda: past)
+    assert found.change == "results-changed"
+    assert 'ended as "event-limit"' in found.summary

@@ -1,0 +1,116 @@
+"""What rounding explains: a change by an ulp always, a change by 1e-7 never."""
+
+from __future__ import annotations
+
+import math
+
+import gate
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings, strategies as st
+
+from engine import Scene, simulate
+from engine.result.hashes import bits_hash
+from engine.sensitivity import TangentMap
+from validation.baselines.rounding import UNAMPLIFIED, allowance_of
+from validation.scenes.library import find_scene
+
+
+def faster(scene: Scene, change) -> Scene:
+    """Return a scene with the speed of its first ball changed."""
+    cue, *others = scene.balls
+    vx, vy, vz = (*cue.velocity, 0.0)[:3]
+    moved = cue.model_copy(update={"velocity": (change(vx), vy, vz), "angular_velocity": None})
+    return scene.model_copy(update={"balls": (moved, *others)})
+
+
+def shot(seed: int) -> Scene:
+    """Three balls on a table, one of which is cut at by another."""
+    chance = np.random.default_rng(seed)
+    base = gate.cut_shot(float(chance.uniform(0.5, 2.0)))
+    y = float(0.6 + chance.uniform(-0.045, 0.045))
+    cue, target = base.balls
+    return base.model_copy(
+        update={"balls": (cue, target.model_copy(update={"position": (1.0, y, target.radius)}))}
+    )
+
+
+@given(st.integers(0, 10_000))
+@settings(max_examples=40, deadline=None)
+def test_an_ulp_of_the_input_is_rounding_and_1e7th_is_not(seed):
+    scene = shot(seed)
+    near, far = (
+        faster(scene, lambda v: math.nextafter(v, 9.0)),
+        faster(scene, lambda v: v * 1.0000001),
+    )
+    base = gate.observed(scene)
+    close = gate.observed(near, like=scene)
+    assume(close.bits != base.bits)
+    change = gate.compared(base, close, near)
+    assert change.change == "rounding-only", change.summary
+    assert gate.compared(base, gate.observed(far, like=scene), far).change == "results-changed"
+
+
+def test_the_allowance_is_of_the_run_as_it_is():
+    scene = gate.cut_shot()
+    run = simulate(scene, record="events")
+    found = allowance_of(scene)
+    assert found.bits == bits_hash(run.events, run.rest_positions)
+    assert found.event_times.shape == run.events.shape
+    assert found.rest.shape == (2,)
+    assert math.isinf(found.horizon)
+    assert math.isinf(found.map_end)
+    # Some dozens of roundings of what a metre or a second is: neither nothing nor a nanometre.
+    assert np.all(found.event_times > 0.0)
+    assert np.all((found.rest > 0.0) & (found.rest < 1e-11))
+
+
+def test_a_tangent_map_that_is_wrong_explains_nothing(monkeypatch):
+    # Breaks where a bug in our engine's tangent map waves itself, or another bug, through.
+    scene = find_scene("break-7")
+    times = simulate(scene, record="events").events["t"]
+    right = allowance_of(scene)
+    assert (right.source, right.map_end) == ("proof", math.inf)
+    growth, shifts = TangentMap.growth, TangentMap.event_shifts.fget
+    monkeypatch.setattr(TangentMap, "growth", lambda self, t: 1000.0 * growth(self, t))
+    monkeypatch.setattr(TangentMap, "event_shifts", property(lambda self: 1000.0 * shifts(self)))
+    wrong = allowance_of(scene)
+    assert wrong.horizon == right.horizon
+    assert wrong.map_end <= times[0]
+    assert np.all(wrong.event_times <= right.event_times + UNAMPLIFIED * (1.0 + times))
+    if right.rest is not None:
+        assert np.array_equal(wrong.rest, right.rest)
+
+
+def test_a_wrong_tangent_map_does_not_make_a_changed_result_rounding(monkeypatch):
+    scene = gate.cut_shot()
+    base, far = gate.observed(scene), faster(scene, lambda v: v * (1.0 + 1e-12))
+    head = gate.observed(far, like=scene)
+    assert gate.compared(base, head, far).change == "results-changed"
+    growth = TangentMap.growth
+    monkeypatch.setattr(TangentMap, "growth", lambda self, t: 1000.0 * growth(self, t))
+    change = gate.compared(base, head, far)
+    assert change.change == "results-changed", change.summary
+    assert "by the proof of the shot" in change.summary
+
+
+def test_a_shot_that_is_not_proved_is_explained_by_our_engine_alone():
+    assert allowance_of(find_scene("push-line")).source == "engine"
+
+
+def test_a_chaotic_shot_has_a_horizon_and_no_end():
+    found = allowance_of(find_scene("chaos-a"))
+    assert math.isfinite(found.horizon)
+    assert found.rest is None
+    early = simulate(find_scene("chaos-a"), record="events").events["t"] < found.horizon
+    assert np.all(np.isfinite(found.event_times[early]))
+
+
+@pytest.mark.parametrize("name", ["break-7", "frozen-break", "cradle", "wedged", "roll-distance"])
+def test_no_allowance_is_nothing_or_not_a_number(name):
+    # NaN would explain nothing where it is compared with <=, and all where with >.
+    found = allowance_of(find_scene(name))
+    assert not np.isnan(found.event_times).any()
+    assert np.all(found.event_times >= 0.0)
+    if found.rest is not None:
+        assert np.all(np.isfinite(found.rest))

@@ -1,0 +1,201 @@
+"""Criteria files: what is refused, which criterion wins, how a value is judged."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from validation.checks.criteria import Criteria, CriteriaError, Criterion, Selector, criteria_beside
+
+NATIVE = {"mode": "native", "dt": 0.001, "gate": True}
+LANDED = {"mode": "landed", "dt": 0.001, "gate": True}
+
+
+def criterion(*engines: str, metric: str = "rest_error_max", **limit: float) -> Criterion:
+    return Criterion.model_validate(
+        {"engines": engines, "metric": metric, "reason": "because", **(limit or {"at_most": 1.0})}
+    )
+
+
+def criteria(*items: Criterion) -> Criteria:
+    return Criteria(criteria=items)
+
+
+# --- precedence
+
+
+def test_the_selector_with_most_settings_wins_whatever_the_order() -> None:
+    general, special = criterion("pymunk", at_most=1.0), criterion("pymunk:mode=landed", at_most=2)
+    for both in (criteria(general, special), criteria(special, general)):
+        assert both.applying_to("pymunk", LANDED) == (special,)
+        assert both.applying_to("pymunk", NATIVE) == (general,)
+        assert both.applying_to("pybullet", NATIVE) == ()
+
+
+def test_a_special_criterion_replaces_a_general_one_of_another_kind() -> None:
+    # Else "at most 1 m natively" would still bind where "at least 2 m" was meant to replace it.
+    general = criterion("pymunk", at_most=1.0)
+    special = criterion("pymunk:mode=landed", at_least=2.0)
+    assert criteria(general, special).applying_to("pymunk", LANDED) == (special,)
+
+
+def test_precedence_is_per_metric() -> None:
+    time = criterion("pymunk", metric="rest_time_error")
+    special = criterion("pymunk:mode=landed", at_most=2.0)
+    assert set(criteria(time, special).applying_to("pymunk", LANDED)) == {time, special}
+
+
+def test_a_range_is_two_criteria() -> None:
+    low, high = criterion("pymunk", at_least=1.0), criterion("pymunk", at_most=2.0)
+    assert criteria(low, high).applying_to("pymunk", NATIVE) == (low, high)
+
+
+def test_equally_specific_criteria_that_both_cover_an_engine_are_refused() -> None:
+    both = criteria(criterion("pymunk:mode=landed"), criterion("pymunk:dt=1e-3", at_most=2.0))
+    assert len(both.applying_to("pymunk", NATIVE)) == 1
+    with pytest.raises(CriteriaError, match=r"`rest_error_max`, equally specific.*one more"):
+        both.applying_to("pymunk", LANDED)
+
+
+# --- selectors
+
+
+@pytest.mark.parametrize(
+    ("selector", "covered"),
+    [
+        ("pymunk", True),
+        ("pymunk:dt=1e-3", True),  # a number, however it is spelled
+        ("pymunk:dt=0.002", False),
+        ("pymunk:dt=small", False),
+        ("pymunk:gate=TRUE", True),
+        ("pymunk:gate=1", False),
+        ("pymunk:gate=true,mode=native", True),
+        ("pymunk:gate=true,mode=landed", False),
+        ("pybullet", False),
+    ],
+)
+def test_a_selector_compares_the_effective_settings(selector: str, covered: bool) -> None:
+    assert Selector.parse(selector).covers("pymunk", NATIVE) is covered
+
+
+def test_a_selector_with_a_setting_that_the_engine_lacks_is_refused() -> None:
+    # It would never match, and the criterion would guard nothing.
+    with pytest.raises(CriteriaError, match=r"`pymunk:moed=landed` names the setting `moed`"):
+        Selector.parse("pymunk:moed=landed").covers("pymunk", NATIVE)
+
+
+def test_an_engine_that_nobody_installed_is_refused() -> None:
+    with pytest.raises(CriteriaError, match=r'x.toml: `criteria\[0\].*"pimunk".*mean `pymunk`'):
+        criteria(criterion("pimunk")).check_engines(["ghostball", "pymunk"], "x.toml")
+
+
+# --- files
+
+GOOD = """
+truth = "engine"
+[[criteria]]
+engines = ["pymunk", "pybullet:mode=landed"]
+metric = "collision_count"
+equals = 3
+reason = "counted by hand"
+"""
+
+
+def test_a_file_is_read_back(tmp_path: Path) -> None:
+    path = tmp_path / "shot.expect.toml"
+    path.write_text(GOOD)
+    read = criteria_beside(tmp_path / "shot.toml")
+    assert read == Criteria.load(path)
+    assert read.truth == "engine"
+    (only,) = read.criteria
+    assert [str(selector) for selector in only.engines] == ["pymunk", "pybullet:mode=landed"]
+    assert (only.limit_kind, only.limit, only.metric) == ("equals", 3, "collision_count")
+
+
+def test_a_scene_without_a_file_beside_it_has_no_criteria(tmp_path: Path) -> None:
+    assert criteria_beside(tmp_path / "shot.toml") == Criteria()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"collision_count"', '"collision_cuont"', r"`criteria\[0\].metric` .*`collision_count`\?"),
+        ("equals = 3", "", r"`criteria\[0\]` must give exactly one .* got none of them"),
+        ("equals = 3", "equals = 3\nat_most = 4", r"exactly one .* got `at_most` and `equals`"),
+        ("equals = 3", "equals = nan", r"`criteria\[0\].equals` .*got nan"),
+        ("equals = 3", 'equals = "3"', r"`criteria\[0\].equals` .*got '3'"),
+        ("equals = 3", "equals = true", r"`criteria\[0\].equals` .*got True"),
+        ('"counted by hand"', '"  "', r"`criteria\[0\].reason` must say why"),
+        ('reason = "counted by hand"', "", r"`criteria\[0\].reason` must be given"),
+        ("reason =", "raeson =", r"`criteria\[0\].raeson` is not a known field"),
+        ('truth = "engine"', 'truth = "guess"', r"`truth` must be .*got 'guess'"),
+        (
+            'truth = "engine"',
+            "thruth = 1",
+            r"`thruth` is not a known field.*truth, proved, criteria",
+        ),
+        ('["pymunk", "pybullet:mode=landed"]', "[]", r"`criteria\[0\].engines` .*at least 1"),
+        ('"pymunk",', '"pymunk:fast",', r"`criteria\[0\].engines\[0\]` .*must be `key=value`"),
+        ('"pymunk",', "7,", r"`criteria\[0\].engines\[0\]` must be an engine's name"),
+        ("equals = 3", "equals 3", r"not valid TOML: .*line 6"),
+    ],
+)
+def test_a_wrong_file_is_refused_by_name_and_field(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    assert old in GOOD
+    path = tmp_path / "shot.expect.toml"
+    path.write_text(GOOD.replace(old, new))
+    with pytest.raises(CriteriaError, match=message) as caught:
+        Criteria.load(path)
+    assert str(path) in str(caught.value)
+
+
+def test_a_repeated_criterion_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "shot.expect.toml"
+    path.write_text(GOOD + GOOD.replace('truth = "engine"', "").replace("equals = 3", "equals = 4"))
+    with pytest.raises(CriteriaError, match=r"`criteria\[1\]` repeats `equals` .* for `pymunk`"):
+        Criteria.load(path)
+
+
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(CriteriaError, match="can't read the criteria"):
+        Criteria.load(tmp_path / "none.expect.toml")
+
+
+# --- verdicts
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "passed"),
+    [
+        ({"at_most": 2.0}, 2.0, True),
+        ({"at_most": 2.0}, math.nextafter(2.0, 3.0), False),
+        ({"at_least": 2.0}, 2.0, True),
+        ({"at_least": 2.0}, math.nextafter(2.0, 1.0), False),
+        ({"equals": 3}, 3, True),
+        ({"equals": 3}, 4, False),
+        ({"at_most": 2.0}, math.nan, False),
+        ({"at_least": 2.0}, math.nan, False),
+        ({"at_most": 0.0}, 0.0, True),  # 0 is a limit like any other, not "none given"
+    ],
+)
+def test_a_limit_includes_its_bound(limit: dict[str, float], value: float, passed: bool) -> None:
+    check = criterion("pymunk", **limit).check(value)
+    assert check.passed is passed
+    assert (check.limit_kind, check.limit) == next(iter(limit.items()))
+    assert (check.unit, check.reason) == ("m", "because")
+
+
+def test_a_metric_without_a_value_fails_its_criterion() -> None:
+    check = criterion("pymunk").check(None, "the run stopped early")
+    assert check.passed is False
+    assert check.note == "the run stopped early"
+
+
+def test_our_engine_against_itself_gets_no_verdict() -> None:
+    check = criterion("ghostball").check(0.0, reference=True)
+    assert check.passed is None
+    assert "itself" in check.note

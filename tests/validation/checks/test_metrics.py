@@ -1,0 +1,374 @@
+"""Metrics on runs made by hand, each value worked out in the test."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+import validation.checks.metrics
+from engine import (
+    EVENT_DTYPE,
+    Ball,
+    EventKind,
+    Physics,
+    Result,
+    SampledTrajectory,
+    Samples,
+    Scene,
+    Status,
+    Table,
+)
+from validation.checks.metric_table import METRICS, MetricError, choose_metrics
+from validation.checks.metrics import _COMPUTE, conserves_energy, measure
+from validation.truth.scene_truth import Truth
+
+R, M = 0.03, 0.2
+BB, BC = int(EventKind.BALL_BALL), int(EventKind.BALL_CUSHION)
+PARTS = frozenset({"rest", "time", "events", "energy", "conditioning"})
+
+
+def scene(*, friction: float = 0.02, balls: int = 2, **physics: Any) -> Scene:
+    return Scene(
+        name="made-by-hand",
+        t_max=2.0,
+        physics=Physics(rolling_friction=friction, **physics),
+        balls=[
+            Ball(id=f"{i}", position=(float(i), 0.0), velocity=(1.0, 0.0), radius=R, mass=M)
+            for i in range(balls)
+        ],
+    )
+
+
+def result(
+    shot: Scene,
+    xs: Sequence[Sequence[float]],
+    speeds: Sequence[float],
+    *,
+    times: Sequence[float] = (0.0, 1.0, 2.0),
+    events: Sequence[tuple[float, int, int, int]] = (),
+    status: Status = Status.REST,
+    rest_time: float = 2.0,
+) -> Result:
+    """Balls on the x axis: `xs[k][i]` where ball i is at frame k, all at `speeds[k]` then."""
+    positions = np.zeros((len(times), len(shot.balls), 3))
+    positions[:, :, 0] = xs
+    positions[:, :, 2] = R
+    velocities = np.zeros_like(positions)
+    velocities[:, :, 0] = np.array(speeds)[:, None]
+    spins = np.zeros_like(positions)
+    trajectory = SampledTrajectory(np.array(times), positions, velocities, spins)
+    log = np.array(list(events), dtype=EVENT_DTYPE)
+    return Result(
+        engine="by-hand",
+        settings={},
+        scene=shot,
+        status=status,
+        final_state=Samples(positions[-1:], velocities[-1:], spins[-1:]),
+        rest_time=rest_time,
+        collision_counts={
+            "ball-ball": int(np.sum(log["kind"] == BB)),
+            "ball-cushion": int(np.sum(log["kind"] == BC)),
+        },
+        work={"steps": 2},
+        wall_time=0.25,
+        events=log,
+        trajectory=trajectory,
+    )
+
+
+def truth(**parts: Any) -> Truth:
+    return Truth("closed form", independent=PARTS, missing="left out", **parts)
+
+
+def still(shot: Scene | None = None, **options: Any) -> Result:
+    shot = shot or scene()
+    ends = [float(i) for i in range(len(shot.balls))]
+    return result(shot, [ends, ends, ends], [1.0, 0.5, 0.0], **options)
+
+
+def test_every_metric_of_the_table_is_computed() -> None:
+    assert list(_COMPUTE) == list(METRICS)
+    measured = measure(still(), truth())
+    for name, value in measured.values.items():
+        assert (value is None) == bool(measured.notes.get(name)), name
+
+
+# --- where and when the balls end
+
+
+def test_rest_errors_are_distances() -> None:
+    # Ball 0 is off by (3, 4) mm, ball 1 not at all: 5 mm at most, 5 / sqrt(2) mm RMS.
+    where = np.array([[0.003, 0.004, R], [1.0, 0.0, R]])
+    measured = measure(still(), truth(rest_positions=where))
+    assert measured.values["rest_error_max"] == pytest.approx(0.005, rel=1e-12)
+    assert measured.values["rest_error_rms"] == pytest.approx(0.005 / math.sqrt(2), rel=1e-12)
+    assert measured.ball_errors == pytest.approx([0.005, 0.0], rel=1e-12)
+
+
+def test_ulps_use_the_low_part_of_the_truth_and_each_balls_conditioning() -> None:
+    # Ball 0 misses by 2^-60 m with a conditioning of 2 m: 2^-60 / (2^-52 2) = 2^-9 ulp. Ball 1
+    # misses by 2^-58 m with 64 m: 2^-12. Without the low part both errors would be 0.
+    low = np.zeros((2, 3))
+    low[0, 0], low[1, 1] = 2.0**-60, -(2.0**-58)
+    where = np.array([[0.0, 0.0, R], [1.0, 0.0, R]])
+    measured = measure(
+        still(),
+        truth(rest_positions=where, rest_positions_low=low, conditioning=np.array([2.0, 64.0])),
+    )
+    assert measured.values["rest_error_max"] == 2.0**-58
+    assert measured.values["rest_error_ulps"] == 2.0**-9
+
+
+def test_rest_time_error_and_its_ulps() -> None:
+    measured = measure(
+        still(), truth(rest_time=2.5, rest_time_low=-(2.0**-54), rest_time_conditioning=4.0)
+    )
+    assert measured.values["rest_time_error"] == pytest.approx(0.5, rel=1e-15)
+    exact = measure(
+        still(rest_time=2.5), truth(rest_time=2.5, rest_time_low=2.0**-54, rest_time_conditioning=4)
+    )
+    assert exact.values["rest_time_error"] == 2.0**-54
+    assert exact.values["rest_time_error_ulps"] == 2.0**-4
+
+
+def test_a_run_that_stopped_early_has_no_rest_error() -> None:
+    where = np.array([[0.0, 0.0, R], [1.0, 0.0, R]])
+    early = still(status=Status.STEP_LIMIT)
+    measured = measure(early, truth(rest_positions=where, rest_time=2.0))
+    for name in ("rest_error_max", "rest_time_error"):
+        assert measured.values[name] is None
+        assert "stopped early" in measured.notes[name]
+    assert measured.ball_errors is None
+
+
+def test_without_truth_the_note_says_why() -> None:
+    measured = measure(still(), Truth(None, missing="our engine can't slide"))
+    for name, metric in METRICS.items():
+        if metric.compares == "proof":
+            assert measured.notes[name] == "no proof: it was not asked for"
+        elif metric.compares not in (None, "conditioning"):
+            assert measured.values[name] is None
+            assert measured.notes[name] == "no truth: our engine can't slide"
+    assert "closed form" in measured.notes["rest_error_ulps"]
+    assert measured.values["collision_count"] == 0  # needs no truth
+
+
+def test_a_motion_that_blew_up_has_no_numbers() -> None:
+    shot = scene(friction=0.0)
+    ends = [[0.0, 1.0], [0.0, math.nan], [0.0, math.nan]]
+    where = np.array([[0.0, 0.0, R], [1.0, 0.0, R]])
+    measured = measure(
+        result(shot, ends, [1.0, math.inf, math.nan]),
+        truth(rest_positions=where, energy=np.ones(2), energy_times=np.array([0.0, 2.0])),
+    )
+    for name in ("rest_error_max", "energy_drift", "energy_rise", "energy_difference_max"):
+        assert measured.values[name] is None
+        assert "not finite" in measured.notes[name]
+    assert measured.ball_errors is None
+
+
+# --- collisions
+
+
+def test_counts_and_their_errors() -> None:
+    events = [
+        (0.5, BB, 0, 1),
+        (0.6, BC, 0, 2),
+        (0.7, BC, 1, 2),
+        (0.8, int(EventKind.ROLL_TO_REST), 0, -1),
+    ]
+    measured = measure(
+        still(events=events), truth(collision_counts={"ball-ball": 3, "ball-cushion": 1})
+    )
+    values = measured.values
+    assert (values["ball_ball_count"], values["ball_cushion_count"]) == (1, 2)
+    assert values["collision_count"] == 3
+    assert (values["ball_ball_count_error"], values["ball_cushion_count_error"]) == (2, 1)
+
+
+A, B, C = (BB, 0, 1), (BB, 1, 2), (BC, 0, 3)
+
+
+@pytest.mark.parametrize(
+    ("events", "when", "note"),
+    [
+        ([(1.0, *A), (1.5, *B)], None, "never"),
+        ([(1.0, *A), (1.4, *C)], 1.4, ""),  # another one, and sooner than the true one
+        ([(1.0, *A), (1.7, *C)], 1.5, ""),  # the true one is missing when it was due
+        ([(1.0, *A)], 1.5, ""),
+        ([(1.0, *A), (1.5, *B), (1.8, *C)], 1.8, ""),  # one too many
+    ],
+)
+def test_first_divergence(events: Any, when: float | None, note: str) -> None:
+    measured = measure(
+        still(scene(balls=3), events=events),
+        truth(collisions=(A, B), collision_times=np.array([1.0, 1.5])),
+    )
+    assert measured.values["first_divergence_time"] == when
+    assert note in measured.notes.get("first_divergence_time", "")
+
+
+def test_divergence_from_an_order_without_times() -> None:
+    measured = measure(still(events=[(1.0, *A)]), truth(collisions=(A, B)))
+    assert measured.values["matching_events"] == 1
+    assert "does not say when" in measured.notes["first_divergence_time"]
+
+
+def test_the_lower_ball_comes_first_whatever_the_engine_says() -> None:
+    measured = measure(still(events=[(1.0, BB, 1, 0)]), truth(collisions=(A,)))
+    assert measured.values["matching_events"] == 1
+
+
+# --- energy
+
+
+def test_energy_differences_are_fractions_of_the_initial_energy() -> None:
+    # Two balls of 0.2 kg at 1, 0.5, 0 m/s, no spin: 0.2, 0.05, 0 J. Truth 0.2, 0.1, 0: 0.05 / 0.2.
+    measured = measure(
+        still(),
+        truth(energy=np.array([0.2, 0.1, 0.0]), energy_times=np.array([0.0, 1.0, 2.0])),
+    )
+    assert measured.values["energy_difference_max"] == pytest.approx(0.25, rel=1e-12)
+
+
+def test_energy_between_frames_is_interpolated_not_computed_of_blended_velocities() -> None:
+    # 1 m/s before and -1 m/s after a cushion: a blend of the two has no energy at all half-way.
+    shot = scene(friction=0.0, balls=1)
+    bounced = result(shot, [[0], [1], [0]], [1.0, -1.0, -1.0])
+    measured = measure(
+        bounced, truth(energy=np.full(3, 0.1), energy_times=np.array([0.0, 0.5, 2.0]))
+    )
+    assert measured.values["energy_difference_max"] == pytest.approx(0.0, abs=1e-15)
+    assert measured.values["energy_rise"] == 0.0
+
+
+def test_drift_where_energy_holds_and_rise_everywhere() -> None:
+    # 1, 0.5, 1.1 m/s: 1, 0.25, 1.21 of the initial energy.
+    ends = [[0.0, 1.0]] * 3
+    free = measure(result(scene(friction=0.0), ends, [1.0, 0.5, 1.1]), truth())
+    assert free.values["energy_drift"] == pytest.approx(0.75, rel=1e-12)
+    assert free.values["energy_rise"] == pytest.approx(0.96, rel=1e-12)
+    lossy = measure(result(scene(), ends, [1.0, 0.5, 1.1]), truth())
+    assert lossy.values["energy_drift"] is None
+    assert "is lost" in lossy.notes["energy_drift"]
+    assert lossy.values["energy_rise"] == pytest.approx(0.96, rel=1e-12)
+    # What comes in sample by sample counts whole: 1, 0.5, 0.8, 1.1 m/s.
+    slow = measure(
+        result(scene(), [[0.0, 1.0]] * 4, [1.0, 0.5, 0.8, 1.1], times=(0.0, 1.0, 1.5, 2.0)), truth()
+    )
+    assert slow.values["energy_rise"] == pytest.approx(0.96, rel=1e-12)
+
+
+def test_a_scene_at_rest_has_no_energy_to_compare_with() -> None:
+    ends = [[0.0, 1.0]] * 3
+    measured = measure(result(scene(), ends, [0.0, 0.0, 0.0]), truth())
+    assert "nothing moves" in measured.notes["energy_rise"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "holds"),
+    [
+        ({}, True),
+        ({"friction": 0.02}, False),
+        ({"ball_restitution": 0.9}, False),
+        ({"ball_restitution": 0.9, "balls": 1}, True),
+        ({"air_drag": 0.004}, False),
+        ({"motion": "sliding"}, False),
+    ],
+)
+def test_where_energy_holds(changes: dict[str, Any], holds: bool) -> None:
+    assert conserves_energy(scene(**{"friction": 0.0, **changes})) is holds
+
+
+@pytest.mark.parametrize(
+    ("physics", "holds"),
+    [
+        ({"cushion": "mirror"}, True),
+        ({"cushion": "restitution"}, True),
+        ({"cushion": "restitution", "cushion_restitution": 0.9}, False),
+        ({"cushion": "restitution", "cushion_tangential_restitution": 0.9}, False),
+        ({"cushion": "frictional"}, False),
+    ],
+)
+def test_where_cushions_hold_energy(physics: dict[str, Any], holds: bool) -> None:
+    open_cloth = scene(friction=0.0, balls=1, **physics)
+    assert conserves_energy(open_cloth)
+    ball = Ball(id="cue", position=(0.5, 0.5), velocity=(1.0, 0.0))
+    walled = open_cloth.model_copy(update={"table": Table(length=2.0, width=1.0), "balls": (ball,)})
+    assert conserves_energy(walled) is holds
+
+
+# --- overlaps
+
+
+def test_overlap_is_the_deepest_of_any_frame() -> None:
+    # Centres 0.05 m apart in the middle frame, radii of 0.03 m: 0.01 m deep.
+    run = result(scene(), [[0.0, 1.0], [0.5, 0.55], [0.0, 1.0]], [1.0, 0.0, 0.0])
+    assert measure(run, truth()).values["overlap_max"] == pytest.approx(0.01, rel=1e-12)
+
+
+def test_balls_apart_do_not_overlap_and_one_ball_has_none_to_overlap() -> None:
+    assert measure(still(), truth()).values["overlap_max"] == 0.0
+    alone = measure(still(scene(balls=1)), truth())
+    assert alone.values["overlap_max"] is None
+    assert "one ball" in alone.notes["overlap_max"]
+
+
+def test_run_time_is_the_engines_own() -> None:
+    assert measure(still(), truth()).values["wall_time"] == 0.25
+
+
+# --- only some metrics
+
+
+@pytest.mark.parametrize(
+    ("patterns", "names"),
+    [
+        (["wall_time", "rest_error_max"], ("rest_error_max", "wall_time")),
+        (
+            ["rest_error_*", "rest_error_m?x"],
+            ("rest_error_max", "rest_error_rms", "rest_error_ulps"),
+        ),
+        (["*"], tuple(METRICS)),
+    ],
+)
+def test_metrics_are_chosen_by_name_and_pattern(
+    patterns: list[str], names: tuple[str, ...]
+) -> None:
+    assert choose_metrics(patterns) == names
+
+
+@pytest.mark.parametrize(
+    ("patterns", "message"),
+    [
+        (["rest_eror_max"], "Did you mean `rest_error_max`"),
+        (["wall_time", "speed_*"], "got 'speed_\\*'.*Known: rest_error_max, rest_error_rms"),
+        (["wall_time", ""], "got ''"),
+        (["WALL_TIME"], "got 'WALL_TIME'"),
+        ([], "at least one metric"),
+    ],
+)
+def test_a_choice_that_names_no_metric_is_refused(patterns: list[str], message: str) -> None:
+    with pytest.raises(MetricError, match=message):
+        choose_metrics(patterns)
+
+
+def test_what_nobody_asks_for_is_not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any) -> Any:
+        raise AssertionError("sampled for nothing")
+
+    truth = Truth("closed form", PARTS, rest_positions=np.array([[2.0, 0.0, R]]))
+    run = result(scene(balls=1), [[0.0], [1.0], [2.5]], [1.0, 1.0, 0.0])
+    whole = measure(run, truth)
+    for name in ("energy_at", "energy_series", "deepest_overlap", "collisions_of"):
+        monkeypatch.setattr(validation.checks.metrics, name, refuse)
+    some = measure(run, truth, ("wall_time", "rest_error_max"))
+    assert list(some.values) == ["rest_error_max", "wall_time"]
+    assert some.values == {name: whole.values[name] for name in some.values}
+    assert some.ball_errors is not None
+    monkeypatch.setattr(validation.checks.metrics, "ball_errors", refuse)
+    assert measure(run, truth, ("wall_time",)).ball_errors is None

@@ -1,0 +1,112 @@
+"""Fails where energy is booked to the wrong entry, or the entries don't add up."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engine import Ball, Scene, simulate
+from validation.diagnose.energy_ledger import FRAMES, NOT_FINITE, SEVERAL, UNSTORED, ledger_of
+from validation.runs.sampling import motion_of
+from validation.scenes.library import find_scene
+
+
+def motion(scene):
+    return motion_of(simulate(scene, record="trajectory"))
+
+
+@pytest.mark.parametrize(
+    "name", ["break-16", "draw-shot", "pool-break-9", "masse", "elastic-gas", "push-line"]
+)
+def test_the_entries_add_up_to_what_was_lost(name):
+    scene = find_scene(name)
+    ledger = ledger_of(scene, motion(scene))
+    assert sum(ledger.entries.values()) == pytest.approx(ledger.lost, abs=1e-13 * ledger.initial)
+
+
+def test_an_inelastic_hit_costs_what_the_formula_says():
+    # Head-on at v, masses alike: (1 - e^2) m v^2 / 4, v from the rolling until then.
+    scene = find_scene("restitution-head-on")
+    stored = motion(scene)
+    hit = stored.events[0]["t"]
+    before = int(np.searchsorted(stored.times, hit)) - 1
+    speed = np.linalg.norm(stored.velocities[before, 0])
+    e, m = scene.physics.ball_restitution, scene.masses[0]
+    ledger = ledger_of(scene, stored)
+    # Rolling balls lose of the spin, too, where they roll on at once.
+    assert ledger.entries["ball-ball"] >= (1.0 - e**2) * m * speed**2 / 4.0 * (1.0 - 1e-12)
+    assert set(ledger.entries) == {"ball-ball", "rolling"}
+    assert ledger.counts == {"ball-ball": 1, "ball-cushion": 0}
+
+
+def test_friction_on_the_way_is_told_from_the_cushion():
+    scene = find_scene("restitution-bounce")
+    stored = motion(scene)
+    hit = stored.events["t"][stored.events["kind"] == 1][0]
+    at = int(np.searchsorted(stored.times, hit))
+    ledger = ledger_of(scene, stored)
+    assert ledger.entries["ball-cushion"] == pytest.approx(
+        stored.energy[at - 1] - stored.energy[at]
+    )
+    assert ledger.entries["rolling"] == pytest.approx(ledger.lost - ledger.entries["ball-cushion"])
+    assert ledger.final == 0.0
+
+
+def test_an_elastic_hit_costs_nothing_though_each_ball_changes():
+    scene = find_scene("half-ball-cut")
+    ledger = ledger_of(scene, motion(scene))
+    assert abs(ledger.entries["ball-ball"]) < 1e-15 * ledger.initial * 10
+
+
+def test_both_kinds_at_one_instant_have_an_entry_of_their_own():
+    scene = find_scene("frozen-to-cushion")
+    assert SEVERAL in ledger_of(scene, motion(scene)).entries
+
+
+def test_a_log_too_long_to_keep_its_states_is_booked_apart():
+    scene = find_scene("galperin-3")
+    ledger = ledger_of(scene, motion(scene))
+    assert UNSTORED in ledger.entries
+    assert sum(ledger.entries.values()) == pytest.approx(ledger.lost, abs=1e-13 * ledger.initial)
+
+
+def test_a_spinning_ball_loses_its_spin_on_the_spot():
+    scene = find_scene("masse")
+    assert ledger_of(scene, motion(scene)).entries["spinning on the spot"] > 0.0
+
+
+def test_what_is_lost_at_the_start_counts():
+    # Two balls that touch and close in at t = 0: the first stored state is the one after.
+    r = 0.028575
+    scene = Scene(
+        name="struck-at-once",
+        title="Touching balls, one driven into the other",
+        physics={"preset": "paper", "ball_restitution": 0.5},
+        balls=[
+            Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0)),
+            Ball(id="b", position=(2.0 * r, 0.0)),
+        ],
+    )
+    stored = motion(scene)
+    assert stored.events[0]["t"] == 0.0
+    ledger = ledger_of(scene, stored)
+    assert ledger.entries["ball-ball"] > 0.1 * ledger.initial
+    assert sum(ledger.entries.values()) == pytest.approx(ledger.lost)
+
+
+def test_frames_tell_nothing_but_the_total():
+    scene = find_scene("restitution-bounce")
+    ledger = ledger_of(scene, replace(motion(scene), phases=None))
+    assert ledger.entries is None
+    assert ledger.why == FRAMES
+    assert ledger.lost == pytest.approx(ledger.initial)
+
+
+def test_a_motion_that_blew_up_is_not_added_up():
+    scene = find_scene("stop")
+    stored = motion(scene)
+    wrong = stored.velocities.copy()
+    wrong[-1] = np.inf
+    ledger = ledger_of(scene, replace(stored, velocities=wrong))
+    assert ledger.entries is None
+    assert ledger.why == NOT_FINITE

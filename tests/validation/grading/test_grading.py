@@ -1,0 +1,362 @@
+"""Grades: of exact runs, of runs that are wrong somewhere, and up to where there is one at all."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from shots import ball, scene_of
+from tangent import made_up
+
+from engine import EventKind, ExactTrajectory, GhostballError, Result, Scene, simulate
+from reference_adapters import make_engine
+from reference_adapters.certified import Certificate, CertifiedSettings, Enclosure, certify
+from validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
+from validation.grading.grading import (
+    Grade,
+    _distance,
+    gradable,
+    grade as grade_by,
+)
+from validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
+from validation.scenes.library import find_scene
+from validation.scenes.random_shots import random_shot
+
+
+def run_and_proof(name: str, **tangent: Any) -> tuple[Result, Certificate, CertifiedGrowth]:
+    scene = find_scene(name)
+    result = simulate(scene, record="trajectory")
+    return result, certify(scene, motion=True), made_up(len(scene.balls), **tangent)
+
+
+def grade(
+    result: Result, certificate: Certificate, growth: CertifiedGrowth | None = None, **more: Any
+) -> Grade:
+    exact = isinstance(result.trajectory, ExactTrajectory)
+    within = gradable(result.scene, certificate, exact=exact, growth=growth, **more)
+    return grade_by(result, certificate, within)
+
+
+def without_event(result: Result, index: int) -> Result:
+    assert result.events is not None
+    return replace(result, events=np.delete(result.events, index))
+
+
+def clean(made: Grade) -> bool:
+    return not made.missing and not made.invented and made.first is None
+
+
+def test_an_exact_run_of_a_whole_shot() -> None:
+    result, certificate, growth = run_and_proof("half-ball-cut")
+    made = grade(result, certificate, growth)
+    assert (made.extent, made.why, made.until, made.events) == ("whole", "", math.inf, 3)
+    assert clean(made)
+    assert made.compared_at == result.rest_time
+    # The errors, again, by hand: the first event's time and the cue ball's x.
+    t = certificate.events[0].t
+    assert result.events is not None
+    error = abs(Fraction(float(result.events["t"][0])) - t.mid) - t.rad
+    assert made.time_errors[0] == pytest.approx(float(max(error, 0)) / math.ulp(float(t)))
+    x, y = certificate.positions[0]
+    apart = [
+        float(Fraction(float(a)) - e.mid)
+        for a, e in zip(result.rest_positions[0], (x, y), strict=False)
+    ]
+    assert made.position_errors[0] == pytest.approx(math.hypot(*apart), abs=1e-18)
+    assert made.quality_factor == pytest.approx(made.position_errors.max() / UNIT_ROUNDOFF)
+    assert made.time_error_max == made.time_errors.max()
+    assert made.time_error_median == np.median(made.time_errors)
+
+
+def test_an_event_that_is_not_found() -> None:
+    result, certificate, growth = run_and_proof("break-7")
+    made = grade(without_event(result, 5), certificate, growth)
+    assert made.missing == (5,)
+    assert made.invented == ()
+    assert made.first is not None
+    assert made.first.t == float(certificate.events[5].t)
+
+
+def test_an_event_that_is_not_so() -> None:
+    result, certificate, growth = run_and_proof("break-7")
+    assert result.events is not None
+    extra = np.insert(result.events, 3, result.events[2])
+    made = grade(replace(result, events=extra), certificate, growth)
+    assert made.missing == ()
+    assert len(made.invented) == 1
+
+
+def test_a_time_and_a_place_that_are_wrong() -> None:
+    result, certificate, growth = run_and_proof("half-ball-cut")
+    assert result.events is not None
+    events = result.events.copy()
+    t = events["t"][0]
+    events["t"][0] = t + 1000 * math.ulp(t)
+    state = result.final_state
+    moved = state.positions.copy()
+    moved[0, 1, 0] += 1e-9
+    made = grade(
+        replace(result, events=events, final_state=state._replace(positions=moved)),
+        certificate,
+        growth,
+    )
+    assert made.time_error_max == pytest.approx(1000, abs=10)
+    assert made.position_errors[1] == pytest.approx(1e-9, rel=1e-5)
+    assert made.quality_factor == pytest.approx(1e-9 / UNIT_ROUNDOFF, rel=1e-5)
+
+
+def test_the_quality_factor_is_in_units_of_each_balls_own_rounding() -> None:
+    result, certificate, growth = run_and_proof("half-ball-cut", amplification=(1.0, 1e6))
+    errors = grade(result, certificate, growth).position_errors
+    made = grade(result, certificate, growth)
+    assert made.quality_factor == pytest.approx(
+        max(errors[0], errors[1] / 1e6) / UNIT_ROUNDOFF, rel=1e-12
+    )
+
+
+def test_a_ball_that_nothing_can_have_moved_must_not_move() -> None:
+    result, certificate, growth = run_and_proof("half-ball-cut", amplification=(0.0, 0.0))
+    assert grade(result, certificate, growth).quality_factor == math.inf
+
+
+def test_a_tangent_map_that_has_ended_gives_no_quality() -> None:
+    made = grade(*run_and_proof("half-ball-cut", amplification=math.inf))
+    assert made.quality_factor is None
+    assert "no derivative" in made.no_quality
+
+
+def test_a_position_that_is_not_finite_is_infinitely_wrong() -> None:
+    result, certificate, growth = run_and_proof("half-ball-cut")
+    lost = result.final_state._replace(positions=np.full((1, 2, 3), math.nan))
+    made = grade(replace(result, final_state=lost), certificate, growth)
+    assert made.quality_factor == math.inf
+
+
+def test_only_what_comes_before_the_horizon_is_graded() -> None:
+    result, certificate, growth = run_and_proof("break-7")
+    times = [float(event.t) for event in certificate.events]
+    cut = 0.5 * (times[9] + times[10])
+    growth = made_up(7, horizon=cut)
+    made = grade(result, certificate, growth)
+    assert (made.extent, made.events) == ("horizon", 10)
+    assert f"{cut:.6g} s" in made.why
+    assert made.until == made.compared_at < cut
+    assert len(made.time_errors) == 10
+    assert made.position_errors.max() < 1e-14
+    # What is wrong after it isn't held against the run; what is wrong before it is.
+    assert clean(grade(without_event(result, 12), certificate, growth))
+    assert grade(without_event(result, 7), certificate, growth).missing == (7,)
+
+
+def test_the_motion_is_needed_for_how_errors_grow() -> None:
+    result, _, _ = run_and_proof("break-7")
+    with pytest.raises(GhostballError, match="motion=True"):
+        grade(result, certify(result.scene))
+
+
+def test_an_event_on_the_other_side_of_the_horizon_is_no_difference() -> None:
+    result, certificate, _ = run_and_proof("break-7")
+    assert result.events is not None
+    cut = float(certificate.events[9].t)
+    growth = made_up(7, horizon=math.nextafter(cut, 1.0))
+    made = grade(result, certificate, growth)
+    assert made.events == 10
+    late = result.events.copy()
+    late["t"][9] = cut * (1 + 1e-9)
+    assert clean(grade(replace(result, events=late), certificate, growth))
+
+
+@pytest.mark.parametrize("name", ["frozen-break", "push-line", "frozen-triangle"])
+def test_what_is_proved_is_graded_where_the_proof_ends_early(name: str) -> None:
+    result, certificate, growth = run_and_proof(name)
+    made = grade(result, certificate, growth)
+    assert made.extent == "proved part"
+    assert made.why == f"{certificate.ending}: {certificate.reason}"
+    assert made.events > 0
+    assert clean(made)
+    assert made.quality_factor is not None
+    assert made.quality_factor < 32
+    assert made.until == float(certificate.t_end)
+    if name == "push-line":
+        assert grade(without_event(result, 0), certificate, growth).missing == (0,)
+
+
+@pytest.mark.parametrize("settings", [{"max_events": 4}, {"max_precision": 60}])
+def test_a_cap_leaves_what_was_proved_until_then(settings: dict[str, Any]) -> None:
+    scene = find_scene("break-7")
+    certificate = certify(scene, CertifiedSettings(start_precision=53, **settings), motion=True)
+    made = grade(simulate(scene, record="trajectory"), certificate)
+    assert made.extent == "proved part"
+    assert made.why.startswith(certificate.ending)
+    assert made.events == len(certificate.events)
+    assert clean(made)
+
+
+def test_where_nothing_is_proved_nothing_is_graded() -> None:
+    made = grade(*run_and_proof("corner-exact", amplification=0.0))
+    assert (made.extent, made.events, made.until) == ("proved part", 0, 0.0)
+    assert made.quality_factor is None
+
+
+def test_events_are_compared_beyond_the_end_of_the_tangent_map() -> None:
+    # A ball frozen to a cushion is hit onto it: two collisions at one instant, and no derivative.
+    scene = find_scene("frozen-to-cushion")
+    result, certificate = simulate(scene, record="trajectory"), certify(scene, motion=True)
+    ends = growth_of_proof(scene, certificate).derivative_ends
+    made = grade(result, certificate)
+    assert (made.extent, made.events) == ("whole", 4)
+    assert clean(made)
+    assert made.compared_at < ends <= float(certificate.events[2].t)
+    assert result.events is not None
+    shortened = replace(result, events=result.events[:-1])
+    assert grade(shortened, certificate).missing == (3,)
+
+
+@pytest.mark.parametrize("name", ["break-16", "thirty-degree-rule", "pool-break-9", "chaos-a"])
+def test_our_engine_keeps_the_quality_that_it_promises(name: str) -> None:
+    scene = find_scene(name)
+    made = grade(simulate(scene, record="trajectory"), certify(scene, motion=True))
+    assert clean(made)
+    assert made.quality_factor is not None
+    assert 0.01 < made.quality_factor < ROUNDINGS
+
+
+@pytest.mark.parametrize("number", [223, 224, 287, 2011])
+def test_bounces_that_die_out_are_graded_until_they_do(number: int) -> None:
+    # Random shots in which a ball bounces ever lower, on another or off a cushion.
+    scene = random_shot(number)
+    result, certificate = simulate(scene, record="trajectory"), certify(scene, motion=True)
+    made = grade(result, certificate)
+    assert made.extent == "low hop"
+    assert "bounce stays below" in made.why
+    assert 0 < made.events < len(certificate.events)
+    assert clean(made)
+    assert made.quality_factor is not None
+    assert made.quality_factor < ROUNDINGS
+    wrong = replace(result, events=np.delete(result.events, made.alignment.found[1]))
+    assert len(grade(wrong, certificate).missing) == 1
+
+
+# --- what is but rounding
+
+
+def test_a_slip_that_is_but_rounding_is_no_event() -> None:
+    # The certified engine sees a stunned ball slip by 1e-17 m/s, and roll; ours doesn't.
+    result, certificate, growth = run_and_proof("stun-shot")
+    made = grade(result, certificate, growth)
+    assert result.events is not None
+    assert len(certificate.events) == len(result.events) + 2
+    assert made.negligible == 2
+    assert clean(made)
+    assert made.events == 3
+
+
+def slow_slide(slip: float) -> Scene:
+    """A ball that rolls but for a slip of some [m/s]."""
+    radius = 0.028575
+    spin = (0.0, (1.5 - slip) / radius, 0.0)
+    return scene_of(ball((0.0, 0.0), (1.5, 0.0), angular_velocity=spin), motion="sliding")
+
+
+@pytest.mark.parametrize(("slip", "missing"), [(1e-12, (0,)), (1e-9, (0,)), (1e-3, (0,))])
+def test_a_slip_above_rounding_is_an_event(slip: float, missing: tuple[int, ...]) -> None:
+    scene = slow_slide(slip)
+    result = simulate(scene, record="trajectory")
+    certificate = certify(scene, motion=True)
+    made = grade(result, certificate)
+    assert made.events == 2
+    assert clean(made)
+    assert grade(without_event(result, 0), certificate).missing == missing
+
+
+# --- order
+
+
+def swap(result: Result, first: int, by: float) -> Result:
+    """Let an event come after the next one, by some time [s]."""
+    assert result.events is not None
+    events = result.events.copy()
+    events["t"][first] = events["t"][first + 1] + by
+    return replace(result, events=events[np.argsort(events["t"], kind="stable")])
+
+
+def test_events_without_a_common_ball_may_swap_and_their_times_tell() -> None:
+    result, certificate, growth = run_and_proof("thirty-degree-rule")
+    pairs = [
+        k
+        for k, (one, two) in enumerate(
+            zip(certificate.events[:-1], certificate.events[1:], strict=True)
+        )
+        if float(two.t) - float(one.t) > 1e-3
+    ]
+    made = grade(swap(result, pairs[-1], 1e-6), certificate, growth)
+    assert clean(made)
+    assert made.swapped == 1
+    assert made.time_error_max is not None
+    assert made.time_error_max > 1e9
+    assert grade(result, certificate, growth).swapped == 0
+
+
+def test_events_of_one_ball_may_not_swap() -> None:
+    result, certificate, growth = run_and_proof("around-the-table")
+    made = grade(swap(result, 3, 1e-9), certificate, growth)
+    assert len(made.missing) == len(made.invented) == 1
+
+
+# --- other engines, wrong input
+
+
+def test_an_engine_of_frames_is_graded_by_its_collisions() -> None:
+    scene = find_scene("half-ball-cut")
+    result = make_engine("pymunk:mode=landed").simulate(scene, record="trajectory")
+    certificate = certify(scene, motion=True)
+    made = grade(result, certificate)
+    assert made.events == 1
+    assert clean(made)
+    assert made.quality_factor is None
+    assert "frames" in made.no_quality
+    assert made.position_errors.max() > 1e-9
+    late = grade(result, certificate, horizon=1e-3)
+    assert (late.extent, late.events) == ("horizon", 0)
+
+
+def test_a_certificate_of_another_scene_is_refused() -> None:
+    result, _, _ = run_and_proof("half-ball-cut")
+    with pytest.raises(GhostballError, match=r"1 balls for the 2 .*\"half-ball-cut\""):
+        grade(result, certify(find_scene("stop"), motion=True))
+
+
+@pytest.mark.parametrize("record", ["rest", "events"])
+def test_a_run_that_recorded_too_little_is_refused(record: Any) -> None:
+    scene = find_scene("half-ball-cut")
+    result: Result = simulate(scene, record=record)
+    if record == "events":
+        result = replace(result, trajectory=None)
+    with pytest.raises(GhostballError, match='record="trajectory"'):
+        grade(result, certify(scene, motion=True))
+
+
+def test_all_kinds_of_events_are_compared() -> None:
+    result, certificate, growth = run_and_proof("follow-shot")
+    assert result.events is not None
+    for kind in set(EventKind) - {EventKind.BALL_GONE}:  # no scene has an obstacle that takes out
+        indices = np.flatnonzero(result.events["kind"] == kind)
+        for k in indices.tolist():
+            assert len(grade(without_event(result, k), certificate, growth).missing) == 1
+
+
+@pytest.mark.parametrize(
+    "enclosure",
+    [Enclosure(7**60, -169, 3, -170), Enclosure(-3, 5), Enclosure(0, 0, 1, -1074), Enclosure(1, 0)],
+)
+@pytest.mark.parametrize("value", [0.0, -0.0, 1.0, math.nextafter(1.0, 2.0), -96.0, 5e-324, 1e300])
+def test_the_distance_of_a_double_from_an_enclosure_is_that_of_rationals(
+    value: float, enclosure: Enclosure
+) -> None:
+    apart = abs(Fraction(value) - enclosure.mid) - enclosure.rad
+    assert _distance(value, enclosure) == float(max(apart, Fraction(0)))
+    assert _distance(math.inf, enclosure) == _distance(math.nan, enclosure) == math.inf

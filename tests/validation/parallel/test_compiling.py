@@ -1,0 +1,76 @@
+"""Variants of the kernels are compiled side by side, once each."""
+
+import os
+
+import pytest
+
+from engine import GhostballError
+from validation.parallel import compiling
+from validation.scenes.library import find_scene
+
+SCENES = [find_scene(name) for name in ("stop", "half-ball-cut", "mathavan-cut")]
+
+
+class Part:
+    """Stands for variants of the kernels: says where it is compiled, or ends its process."""
+
+    contacts = False
+
+    def __init__(self, name, note, *, compiled=False, dies=False):
+        self.names, self.note, self.dies = [name], note, dies
+        self.are_compiled = compiled
+
+    def compile(self):
+        if self.dies:
+            os._exit(7)
+        with open(self.note, "a") as file:
+            file.write(f"{self.names[0]} {os.getpid()}\n")
+
+
+@pytest.fixture
+def parts(monkeypatch, tmp_path):
+    """Have these parts asked for; return the lines that say what was compiled where."""
+
+    def asked(*given):
+        made = [Part(name, tmp_path / "note", **options) for name, options in given]
+        monkeypatch.setattr(compiling, "variants_of", lambda *_, **__: made)
+
+        def read():
+            lines = (tmp_path / "note").read_text().splitlines()
+            return [(name, int(process)) for name, process in map(str.split, lines)]
+
+        return read
+
+    return asked
+
+
+def test_what_is_missing_is_compiled_in_processes_and_then_loaded_here(parts, caplog):
+    read = parts(("a", {}), ("b", {}), ("c", {"compiled": True}))
+    compiling.compile_kernels(SCENES, 2)
+    elsewhere, here = read()[:2], read()[2:]
+    assert sorted(name for name, _ in elsewhere) == ["a", "b"]
+    assert os.getpid() not in {process for _, process in elsewhere}
+    assert here == [(name, os.getpid()) for name in "abc"]
+    assert "compiling the engine's kernels" in caplog.text
+    assert "compiling: 2 of 2 are done" in caplog.text
+
+
+@pytest.mark.parametrize("given", [(("a", {}),), (("a", {}), ("b", {"compiled": True}))])
+def test_one_part_alone_needs_no_process(parts, given, caplog):
+    read = parts(*given)
+    compiling.compile_kernels(SCENES, 2)
+    assert {process for _, process in read()} == {os.getpid()}
+    assert caplog.text == ""
+
+
+def test_a_process_that_dies_is_told_with_what_it_compiled(parts):
+    parts(("a", {}), ("b", {"dies": True}))
+    with pytest.raises(GhostballError, match=r"kernels \(b\) could not be compiled: .*code 7"):
+        compiling.compile_kernels(SCENES, 2)
+
+
+def test_what_scenes_need_is_ready_afterwards():
+    compiling.compile_kernels(SCENES, 1)
+    needed = compiling.variants_of(SCENES)
+    assert len(needed) == 2
+    assert all(variants.are_compiled for variants in needed)

@@ -1,0 +1,335 @@
+"""Work in processes: a task that crashes or hangs costs itself, and no process is left behind."""
+
+from __future__ import annotations
+
+import fcntl
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from contextlib import closing
+from itertools import count
+from multiprocessing import resource_tracker
+from pathlib import Path
+
+import pytest
+from pebble import CONSTS
+
+import validation.parallel.pool
+from validation.parallel.pool import limit_of, run_tasks
+
+LIMIT = limit_of(30.0)
+
+
+def work(task: str) -> str:
+    """Do what the task says."""
+    word, _, rest = task.partition(" ")
+    if word == "die":
+        os._exit(int(rest))
+    if word == "sleep":
+        time.sleep(float(rest))
+    if word == "deaf":
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        time.sleep(600.0)
+    if word == "later":  # dies once it is idle
+        signal.signal(signal.SIGALRM, lambda *_: os._exit(9))
+        signal.setitimer(signal.ITIMER_REAL, 0.05)
+    if word == "raise":
+        raise ValueError(rest)
+    if word == "half":  # is killed in the midst of its answer
+        os.write(_answers(), b"\x00\x00\x10\x00half")
+        os._exit(3)
+    return f"done {task}"
+
+
+def _answers() -> int:
+    """Return the pipe that this process answers through: the only one of its own to write into."""
+    return next(
+        fd
+        for fd in range(3, 64)
+        if os.path.exists(f"/proc/self/fd/{fd}")
+        and os.readlink(f"/proc/self/fd/{fd}").startswith("pipe:")
+        and fcntl.fcntl(fd, fcntl.F_GETFL) & os.O_ACCMODE == os.O_WRONLY
+        and fd != resource_tracker.getfd()
+    )
+
+
+def died(task: str, reason: str) -> str:
+    return f"{task}: {reason}"
+
+
+def results(tasks, jobs=1, limit=LIMIT, printed=None) -> list[str]:
+    with closing(run_tasks(tasks, jobs, work, died, limit, printed)) as found:
+        got = list(found)
+    assert multiprocessing.active_children() == []
+    return got
+
+
+def test_without_a_limit_one_job_is_this_process():
+    assert list(run_tasks(["pid"], 1, lambda _: str(os.getpid()), died)) == [str(os.getpid())]
+
+
+def test_with_a_limit_one_job_is_another_process_and_a_crash_costs_its_task():
+    assert results(["die 7", "a", "die 3", "b"]) == [
+        "die 7: the process running it died (exit code 7)",
+        "done a",
+        "die 3: the process running it died (exit code 3)",
+        "done b",
+    ]
+
+
+def test_a_process_that_ends_as_if_all_were_well_has_died_too():
+    # Without a limit of time nothing else would end the wait for it.
+    found = results(["die 0", "a", "b"], jobs=2, limit=None)
+    assert sorted(found) == ["die 0: the process running it died (exit code 0)", "done a", "done b"]
+
+
+def test_what_raises_costs_its_task_and_says_where():
+    heard: list[str] = []
+    found = results(["raise no luck", "a"], printed=lambda _, text: heard.append(text))
+    assert found == ["raise no luck: the process running it died (exit code 1)", "done a"]
+    assert heard[0].endswith("ValueError: no luck")
+    assert "in work" in heard[0]
+
+
+def test_tasks_are_taken_as_processes_become_free():
+    taken: list[int] = []
+
+    def endless():
+        for number in count():
+            taken.append(number)
+            yield f"{number}"
+
+    with closing(run_tasks(endless(), 2, work, died)) as found:
+        for number in range(5):
+            next(found)
+            assert len(taken) <= number + 2 + 1  # those before, those at work, the one given
+
+
+def test_a_hang_is_ended_and_a_task_may_have_a_limit_of_its_own():
+    def limit(task: str) -> float:
+        return 0.3 if task == "sleep 600" else 60.0
+
+    assert results(["sleep 600", "sleep 0.5"], limit=limit) == [
+        "sleep 600: it took longer than 0.3 s, and was ended",
+        "done sleep 0.5",
+    ]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+def test_one_that_ignores_its_end_is_killed(monkeypatch):
+    monkeypatch.setattr(CONSTS, "term_timeout", 0.2)
+    found = results(["deaf", "a"], limit=lambda task: 0.3 if task == "deaf" else 60.0)
+    assert found == ["deaf: it took longer than 0.3 s, and was ended", "done a"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+def test_a_process_that_dies_while_idle_costs_no_task():
+    # Breaks where the next task is blamed for what the one before left behind.
+    def tasks():
+        yield "later"
+        time.sleep(0.5)  # until it is dead
+        yield "a"
+
+    assert results(tasks()) == ["done later", "done a"]
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
+def test_a_process_that_dies_in_the_midst_of_its_answer_costs_its_task():
+    # Breaks where half a message ends the whole run with an OSError.
+    found = results(["half", "a"])
+    assert found == ["half: the process running it died (exit code 3)", "done a"]
+
+
+def test_a_process_that_cannot_start_costs_a_task_each(monkeypatch):
+    monkeypatch.setattr(validation.parallel.pool, "_begin", _never)
+    assert results(["a", "b"]) == [
+        "a: the process running it died (exit code 5)",
+        "b: the process running it died (exit code 5)",
+    ]
+
+
+def test_a_process_that_never_starts_is_given_up(monkeypatch):
+    monkeypatch.setattr(validation.parallel.pool, "_begin", _hangs)
+    monkeypatch.setattr(validation.parallel.pool, "START_LIMIT", 0.3)
+    assert results(["a"]) == ["a: its process did not start within 0.3 s"]
+
+
+def _never(*_):
+    os._exit(5)
+
+
+def _hangs(*_):
+    time.sleep(600.0)
+
+
+def test_closing_ends_what_runs():
+    running = run_tasks(["a", "sleep 600", "b"], 1, work, died, LIMIT)
+    assert next(running) == "done a"
+    running.close()
+    assert multiprocessing.active_children() == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+@pytest.mark.parametrize("seconds", [0.0, 1.0, 600.0], ids=["idle", "answers", "hangs"])
+def test_a_worker_whose_parent_is_killed_ends(tmp_path, seconds):
+    script, said = tmp_path / "parent.py", tmp_path / "said"
+    script.write_text(PARENT)
+    os.mkfifo(said)
+    with (
+        subprocess.Popen(
+            [sys.executable, str(script), str(said), str(seconds)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        ) as parent,
+        said.open("rb") as worker,
+    ):
+        assert worker.readline() == b"at work\n"
+        parent.kill()
+        assert parent.communicate(timeout=60.0) == (b"", b"")
+        assert worker.read() == b""  # once the worker, which holds the other end, is gone
+
+
+PARENT = """
+import sys, time
+from validation.parallel.pool import limit_of, run_tasks
+
+
+def work(task):
+    said, seconds = task
+    global kept
+    kept = open(said, "w")
+    print("at work", file=kept, flush=True)
+    time.sleep(seconds)
+
+
+if __name__ == "__main__":
+    list(run_tasks([(sys.argv[1], float(sys.argv[2]))], 1, work, print, limit_of(900.0)))
+    time.sleep(600)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals to a process group are POSIX")
+def test_ctrl_c_in_a_terminal_is_for_the_parent_alone(tmp_path):
+    # A terminal signals the whole process group: workers must not answer it themselves.
+    script, said = tmp_path / "parent.py", tmp_path / "said"
+    script.write_text(INTERRUPTED)
+    os.mkfifo(said)
+    with (
+        subprocess.Popen(
+            [sys.executable, str(script), str(said)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            start_new_session=True,
+        ) as parent,
+        said.open("rb") as workers,
+    ):
+        assert [workers.readline() for _ in range(2)] == [b"at work\n"] * 2
+        os.killpg(parent.pid, signal.SIGINT)
+        try:
+            rest, errors = parent.communicate(timeout=60.0)
+        except subprocess.TimeoutExpired:
+            os.killpg(parent.pid, signal.SIGKILL)  # else this test would wait for the tasks' end
+            raise
+        assert workers.read() == b""  # nothing more until they, who hold the other end, are gone
+    assert (rest, errors) == (b"interrupted\n", b"")
+    assert parent.returncode == 130
+
+
+def test_an_interrupt_that_does_not_end_the_wait_is_not_lost():
+    # As one that comes just before the wait begins: here another thread is given it.
+    def interrupt() -> None:
+        while not multiprocessing.active_children():
+            time.sleep(0.01)
+        time.sleep(0.5)
+        signal.pthread_kill(threading.get_ident(), signal.SIGINT)
+
+    other = threading.Thread(target=interrupt)
+    other.start()
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        list(run_tasks(["sleep 60"], 1, work, died, limit_of(600.0)))
+    assert time.monotonic() - began < 30.0
+    other.join()
+    assert multiprocessing.active_children() == []
+
+
+def test_the_first_process_is_deaf_to_interrupts_from_its_first_instruction_on():
+    script = """
+import signal, subprocess, sys
+from validation.parallel.pool import _interrupts_held
+from multiprocessing import resource_tracker
+with _interrupts_held():
+    resource_tracker.ensure_running()  # as the start of a process does
+    print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "True\n"
+
+
+INTERRUPTED = """
+import sys, time
+import validation.parallel.pool
+from validation.parallel.pool import run_tasks
+
+
+def work(said):
+    with open(said, "w") as file:
+        print("at work", file=file, flush=True)
+        time.sleep(600.0)
+
+
+def stop_late(process):  # so that a worker that answers has the time to say so
+    time.sleep(0.3)
+    stop(process)
+
+
+if __name__ == "__main__":
+    stop, validation.parallel.pool.Process.stop = validation.parallel.pool.Process.stop, stop_late
+    try:
+        list(run_tasks(sys.argv[1:] * 2, 2, work, print))
+    except KeyboardInterrupt:
+        print("interrupted", flush=True)
+        raise SystemExit(130)
+"""
+
+
+def say(task: str) -> str:
+    """Print, and do what the task says."""
+    print(f"said {task}")
+    os.write(2, b"and more\n")
+    return work(task)
+
+
+@pytest.mark.parametrize("limit", [LIMIT, None], ids=["other process", "this process"])
+def test_what_a_task_prints_is_told_with_it_and_goes_nowhere_else(capfd, limit):
+    heard: list[tuple[str, str]] = []
+    tasks = ["a", "b", "die 3", "c"] if limit else ["a", "b"]
+    with closing(
+        run_tasks(tasks, 1, say, died, limit, printed=lambda *said: heard.append(said))
+    ) as found:
+        list(found)
+    assert [task for task, _ in heard] == tasks  # also of the one that died
+    for task, text in heard:
+        assert text.splitlines()[0] == f"said {task}"
+        assert ("and more" in text) is (limit is not None)
+    seen = capfd.readouterr()
+    assert seen.out == ""
+    assert ("and more" in seen.err) is (limit is None)  # our own messages may be on their way there
+
+
+def wait_a_second() -> None:
+    """Take longer than a task may."""
+    time.sleep(1.0)
+
+
+def test_what_a_process_does_first_is_in_no_limit_of_a_task():
+    with closing(run_tasks(["a"], 1, work, died, limit_of(0.5), prepare=wait_a_second)) as found:
+        assert list(found) == ["done a"]

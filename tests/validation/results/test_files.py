@@ -1,0 +1,92 @@
+"""Fails where a file is left half written, or what is wrong with one is told in riddles."""
+
+from __future__ import annotations
+
+import errno
+from pathlib import Path
+
+import pytest
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from validation.results.files import told, write_all_whole, write_whole
+
+
+def test_text_and_bytes_are_written_whole(tmp_path: Path) -> None:
+    write_whole(tmp_path / "text", "größer\n")
+    write_whole(tmp_path / "bytes", b"\x00\xff")
+    assert (tmp_path / "text").read_bytes() == "größer\n".encode()
+    assert (tmp_path / "bytes").read_bytes() == b"\x00\xff"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bytes", "text"]
+
+
+@pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left"), KeyboardInterrupt()])
+def test_what_fails_half_way_leaves_what_was_there_and_no_part(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException
+) -> None:
+    first, second = tmp_path / "first", tmp_path / "second"
+    first.write_text("old")
+    honest = Path.write_bytes
+
+    def full(path: Path, data: bytes) -> int:
+        if path.name.startswith("second"):
+            honest(path, data[:2])
+            raise error
+        return honest(path, data)
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(type(error)):
+        write_all_whole({first: "new", second: "content"})
+    assert [path.name for path in tmp_path.iterdir()] == ["first"]
+    assert first.read_text() == "old"
+
+
+def test_a_file_that_cannot_be_replaced_is_an_error_without_a_part(tmp_path: Path) -> None:
+    (tmp_path / "place").mkdir()
+    with pytest.raises(OSError, match="place"):
+        write_whole(tmp_path / "place", "text")
+    assert [path.name for path in tmp_path.iterdir()] == ["place"]
+
+
+def test_text_that_utf_8_cannot_hold_touches_no_file(tmp_path: Path) -> None:
+    with pytest.raises(UnicodeEncodeError):
+        write_whole(tmp_path / "text", "\udc80")
+    assert list(tmp_path.iterdir()) == []
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    band: int | float = Field(0.0, ge=0)
+    names: tuple[str, ...] = ()
+
+
+class _Whole(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    parts: dict[str, _Part]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("{}", "`parts` is missing"),
+        ('{"parts": {}, "odd": 1}', "`odd` is no field of this file"),
+        ('{"parts": {"a": {"band": "x"}}}', "`parts.a.band` must be a valid number, got 'x'"),
+        (
+            '{"parts": {"a": {"names": [1]}}}',
+            "`parts.a.names.0` must be a valid string, got 1",
+        ),
+        ("[1]", "must be an object, got [1]"),
+        ('{"par', "Invalid JSON: EOF while parsing a string at line 1 column 5"),
+    ],
+)
+def test_what_a_model_refuses_is_told_in_words(text: str, said: str) -> None:
+    with pytest.raises(ValidationError) as caught:
+        _Whole.model_validate_json(text)
+    assert told(caught.value) == said
+
+
+def test_a_long_value_is_not_shown() -> None:
+    with pytest.raises(ValidationError) as caught:
+        _Whole.model_validate({"parts": "x" * 200})
+    assert told(caught.value) == "`parts` must be a valid dictionary"

@@ -1,0 +1,165 @@
+"""The one door for engines: what they do is their failure, in this process and in another."""
+
+import sys
+from textwrap import dedent
+
+import pytest
+
+from engine import EngineFailedError, GhostballError, UnsupportedSceneError
+from reference_adapters import make_engine, make_engine_of_class
+from reference_adapters.registry import OURS
+from validation import find_scene
+from validation.runs.playing import apart, run_engine
+from validation.runs.steps import with_setting
+
+ENGINE = '''
+import ctypes, os, signal, time
+from dataclasses import replace
+from engine import SceneError, UnsupportedSceneError, simulate
+from engine.scene.features import EXACT, Feature
+from reference_adapters import EngineBase, EngineSettings
+
+
+class Settings(EngineSettings):
+    does: str = "play"
+
+
+class OwnError(UnsupportedSceneError):
+    """An error that can't be sent to another process."""
+
+    def __init__(self, one, two, three):
+        super().__init__("evil", (one, two, three))
+
+
+class Evil(EngineBase):
+    name = "evil"
+    Settings = Settings
+    capabilities = dict.fromkeys(Feature, EXACT)
+
+    def simulate(self, scene, *, record="rest"):
+        does = self.settings.does
+        if does == "print":
+            print("from Python")
+            ctypes.CDLL(None).puts(b"from C")
+            os.write(2, b"to standard error")
+        if does == "raise":
+            raise RuntimeError("lost the balls")
+        if does == "exit":
+            raise SystemExit(0)
+        if does == "blame the scene":
+            raise SceneError("it is wrong")
+        if does == "refuse":
+            raise UnsupportedSceneError(self.name, ("no balls",))
+        if does == "refuse oddly":
+            raise OwnError("no", "such", "thing")
+        if does == "die":
+            print("last words")
+            os.kill(os.getpid(), signal.SIGKILL)
+        while does == "hang":
+            time.sleep(1.0)
+        result = replace(simulate(scene, record=record), engine=self.name, settings={})
+        return replace(result, status="rest") if does == "lie" else result
+'''
+
+
+@pytest.fixture
+def evil(tmp_path, monkeypatch):
+    (tmp_path / "evil_engine.py").write_text(dedent(ENGINE))
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "evil_engine", raising=False)
+    return make_engine_of_class("evil_engine:Evil")
+
+
+SCENE = find_scene("stop")
+
+FAILURES = {
+    "raise": "RuntimeError: lost the balls",
+    "exit": "SystemExit: 0",
+    "blame the scene": "SceneError: it is wrong",
+    "lie": "`status` must be a `Status`",
+}
+
+
+@pytest.mark.parametrize("does", FAILURES)
+def test_whatever_it_raises_or_returns_is_its_failure(evil, does):
+    with pytest.raises(EngineFailedError) as failed:
+        run_engine(with_setting(evil, "does", does), SCENE)
+    assert failed.value.engine == "evil"
+    assert failed.value.reason.startswith(FAILURES[does])
+    assert ("Traceback" in failed.value.trace) is (does != "lie")
+    assert not failed.value.is_our_bug
+
+
+def test_what_it_lacks_is_no_failure(evil):
+    with pytest.raises(UnsupportedSceneError, match="no balls"):
+        run_engine(with_setting(evil, "does", "refuse"), SCENE)
+
+
+def test_what_our_own_engine_raises_is_a_bug_of_ours(monkeypatch):
+    def fail(*_, **__):
+        raise ZeroDivisionError
+
+    ours = make_engine(OURS)
+    monkeypatch.setattr(type(ours), "simulate", fail)
+    with pytest.raises(EngineFailedError) as failed:
+        run_engine(ours, SCENE)
+    assert failed.value.is_our_bug
+
+
+def test_ours_runs_in_this_process():
+    ours = make_engine(OURS)
+    with apart(ours, 600.0) as player:
+        assert player is ours
+
+
+def test_another_process_costs_the_shot_alone(evil, capfd):
+    # One process plays shot after shot; where it dies or hangs, the next one is as good.
+    printed = []
+    with apart(evil, 60.0, printed.append) as player:
+
+        def play(does):
+            return run_engine(with_setting(player, "does", does), SCENE)
+
+        result = play("play")
+        expected = run_engine(evil, SCENE)
+        assert result.rest_positions.tolist() == expected.rest_positions.tolist()
+        assert result.events.tolist() == expected.events.tolist()
+        for does, reason in FAILURES.items():
+            with pytest.raises(EngineFailedError) as failed:
+                play(does)
+            assert failed.value.reason.startswith(reason)
+        with pytest.raises(UnsupportedSceneError, match="no balls"):
+            play("refuse")
+        with pytest.raises(EngineFailedError, match="OwnError: engine `evil` can't represent"):
+            play("refuse oddly")
+        printed.clear()
+        assert play("print").engine == "evil"
+        assert sorted(printed.pop().splitlines()) == [
+            "from C",
+            "from Python",
+            "to standard error",
+        ]
+        with pytest.raises(EngineFailedError, match=r"died \(exit code -9\)"):
+            play("die")
+        assert printed.pop() == "last words"
+        assert play("play").engine == "evil"
+        assert not printed
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_limit_of_time_ends_what_hangs(evil):
+    with apart(evil, 0.5) as player, pytest.raises(EngineFailedError) as failed:
+        run_engine(with_setting(player, "does", "hang"), SCENE)
+    assert failed.value.reason == "it took longer than 0.5 s, and was ended"
+
+
+def test_without_a_limit_it_runs_in_this_process_and_prints_nothing(evil, capfd):
+    printed = []
+    with apart(evil, None, printed.append) as player:
+        assert run_engine(with_setting(player, "does", "print"), SCENE).engine == "evil"
+    assert "from C" in printed[0]
+    assert capfd.readouterr().out == ""
+
+
+def test_an_engine_that_fails_is_an_error_of_ghostballs_kind():
+    assert issubclass(EngineFailedError, GhostballError)

@@ -1,0 +1,125 @@
+"""Sample times of stored motions, and an exact motion's overlaps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine import Ball, Physics, Scene, simulate
+from engine.trajectory import Phase
+from reference_adapters import make_engine
+from validation.runs.sampling import (
+    MAX_TIMES,
+    PATH_DEVIATION,
+    deepest_overlap,
+    motion_of,
+    union_times,
+)
+
+
+def test_the_grid_and_the_events_are_united() -> None:
+    times = union_times(2.0, np.array([0.5, 1.3, 1.3, -1.0, 2.5]), uniform=5, limit=100)
+    assert times.tolist() == [0.0, 0.5, 1.0, 1.3, 1.5, 2.0]
+
+
+def test_too_many_events_are_thinned_evenly_and_the_grid_stays() -> None:
+    events = np.linspace(0.0, 1.0, 10_001)
+    times = union_times(1.0, events, uniform=11, limit=60)
+    assert len(times) <= 60
+    assert set(np.linspace(0.0, 1.0, 11)) <= set(times)
+    assert np.max(np.diff(times)) < 0.03  # 49 events, 1/48 s apart: no stretch is left out
+
+
+def test_an_event_brings_the_instant_before_it_and_both_are_thinned_together() -> None:
+    times = union_times(1.0, np.array([0.0, 0.25, 0.6]), uniform=3, limit=100, before=True)
+    assert times.tolist() == [
+        0.0,
+        np.nextafter(0.25, 0.0),
+        0.25,
+        0.5,
+        np.nextafter(0.6, 0.0),
+        0.6,
+        1.0,
+    ]
+    many = union_times(1.0, np.linspace(0.0, 1.0, 10_001), uniform=11, limit=60, before=True)
+    assert len(many) <= 60
+    pairs = np.diff(many) <= np.spacing(many[1:])
+    assert np.count_nonzero(pairs) >= 23  # of 24 events, the one at 0 has no instant before it
+
+
+def test_a_stored_motion_shows_the_overlap_that_the_engine_undid() -> None:
+    # Breaks where only the state after an event is stored: the paper's balls are apart again then.
+    shot = Scene(
+        name="shot",
+        balls=[
+            Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0)),
+            Ball(id="b", position=(0.5, 0.02)),
+        ],
+    )
+    result = make_engine("paper-discrete").simulate(shot, record="trajectory")
+    motion = motion_of(result)
+    gap = np.linalg.norm(motion.positions[:, 0] - motion.positions[:, 1], axis=1) - 2 * 0.028575
+    deepest = deepest_overlap(result)
+    assert deepest > 1e-3
+    assert -gap.min() == pytest.approx(deepest, rel=1e-9)
+
+
+def test_a_run_that_never_moves_is_one_instant() -> None:
+    still = Scene(name="still", balls=[Ball(id="cue", position=(0.0, 0.0))])
+    motion = motion_of(simulate(still, record="trajectory"))
+    assert motion.times.tolist() == [0.0]
+    assert motion.positions.shape == (1, 1, 3)
+
+
+def test_a_stored_motion_holds_every_event() -> None:
+    shot = Scene(
+        name="shot",
+        balls=[
+            Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0)),
+            Ball(id="b", position=(0.5, 0.02)),
+        ],
+    )
+    result = simulate(shot, record="trajectory")
+    motion = motion_of(result)
+    assert set(motion.events["t"]) <= set(motion.times)
+    assert len(motion.times) <= MAX_TIMES
+    assert np.all(np.diff(motion.times) > 0)
+    assert np.array_equal(motion.positions[-1], result.rest_positions)
+    # 7/10 m v^2, translation 5/7 of it.
+    assert motion.energy[0] == pytest.approx(0.7 * 0.170097, rel=1e-14)
+    assert motion.energy_translation[0] == pytest.approx(0.5 * 0.170097, rel=1e-14)
+    # The contact itself is a sample, so a ball that went through another would be seen here.
+    assert deepest_overlap(result) < 1e-15
+
+
+def test_a_stored_motion_tells_sliding_from_rolling_and_bends_where_the_path_does() -> None:
+    # Spinning out takes a minute: on the uniform grid alone the slide would be a few long chords.
+    masse = Scene(
+        name="masse",
+        physics=Physics(motion="sliding"),
+        balls=[
+            Ball(
+                id="cue",
+                position=(0.0, 0.0),
+                velocity=(2.0, 0.0),
+                angular_velocity=(-90.0, -40.0, 600.0),
+            )
+        ],
+    )
+    result = simulate(masse, record="trajectory")
+    motion = motion_of(result)
+    assert motion.phases is not None
+    assert motion.phases.tolist() == result.phases(motion.times).tolist()
+    slides = motion.times[motion.phases[:, 0] == Phase.SLIDING]
+    assert slides[0] == 0.0
+    middles = result.sample((motion.times[1:] + motion.times[:-1]) / 2).positions[:, 0]
+    chords = (motion.positions[1:, 0] + motion.positions[:-1, 0]) / 2
+    assert (
+        np.max(np.linalg.norm((middles - chords)[:, :2], axis=1)[: len(slides)]) <= PATH_DEVIATION
+    )
+
+
+def test_frames_are_stored_without_phases() -> None:
+    scene = Scene(name="roll", balls=[Ball(id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0))])
+    result = make_engine("paper-discrete").simulate(scene, record="trajectory")
+    assert motion_of(result).phases is None

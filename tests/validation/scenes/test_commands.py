@@ -1,0 +1,41 @@
+"""Fails where a command that a report shows isn't one that can be given."""
+
+import shlex
+
+import pytest
+from typer.main import get_command
+
+from ghostball.cli import app
+from validation.scenes import commands
+
+ODD = "newcomer:name=a b;rm,dt=1e-3"
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        (commands.simulate("stop"), ["simulate", "stop"]),
+        (
+            commands.simulate("my shot", ODD, recorded=True),
+            ["simulate", "./my shot.toml", "--engine", ODD, "--record", "events", "--json"],
+        ),
+        (commands.explain("stop", ODD), ["explain", "stop", "--engine", ODD]),
+        (
+            commands.validate("mine", "pymunk", "out/again"),
+            ["validate", "./mine.toml", "--engines", "pymunk", "--out", "out/again"],
+        ),
+        (commands.regress(), ["regress"]),
+        (
+            commands.regress("stop", "main; true"),
+            ["regress", "stop", "--against", "main; true"],
+        ),
+        (commands.regress("mine"), ["regress", "./mine.toml"]),
+    ],
+)
+def test_a_shell_reads_a_command_as_it_was_meant(command, words):
+    program, *arguments = shlex.split(command)
+    assert program == "ghostball"
+    assert arguments == words
+    # And the command line knows the command and its options.
+    subcommand = get_command(app).commands[words[0]]
+    subcommand.make_context(words[0], words[1:])

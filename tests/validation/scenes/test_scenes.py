@@ -1,0 +1,370 @@
+"""The shipped scenes: complete, valid, as stated in their titles; and the ways to find them."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from engine import EventKind, Scene, SceneError, simulate
+from engine.scene import json_schema
+from reference_adapters.registry import engine_names
+from validation.checks.criteria import SUFFIX, Criteria, criteria_beside
+from validation.grading.sequences import matching_collisions
+from validation.scenes.library import FOLDER, find_scene, scene_names, select, shipped_scenes
+from validation.truth.closed_forms import FORMS, closed_form
+from validation.truth.proof import proof_of
+from validation.truth.scene_truth import collisions_of
+
+FloatArray = NDArray[np.float64]
+
+NAMES = scene_names()
+SCHEMA_LINE = "#:schema ./scene.schema.json"
+
+PRESSED = {"push", "wedged"}
+"""Scenes with a closed form in which balls stay in contact under a force."""
+
+PROBES = {
+    "stop": {"stop"},
+    "head-on": {"head-on"},
+    "half-ball": {"half-ball-cut"},
+    "thin cut": {"thin-cut"},
+    "unequal masses and radii": {"unequal-balls"},
+    "wall bounce": {"wall-bounce"},
+    "corner double bounce": {"corner-double-bounce"},
+    "three-ball chain": {"three-ball-chain"},
+    "moving-moving": {"moving-moving"},
+    "Figure 4": {"figure4-head-on", "figure4-skewed"},
+    "chaos pair": {"chaos-a", "chaos-b"},
+    "breaks": {"break-7", "break-8", "break-16"},
+    "Galperin": {f"galperin-{k}" for k in range(5)},
+    "gas": {"elastic-gas"},
+    "stun, draw, follow": {"sliding-stun", "stun-shot", "draw-shot", "follow-shot"},
+    "swerve and massé": {"sliding-swerve", "masse"},
+    "throw and gearing": {"throw-slip", "throw-stick", "throw-alciatore", "gearing"},
+    "side spin off a cushion": {
+        f"{law}-{kind}" for law in ("english", "han") for kind in ("running", "check")
+    },
+    "30 degree rule": {"half-ball-rolling", "thirty-degree-rule"},
+    "throw curves": {"throw-by-angle", "throw-by-spin"},
+    "published numbers": {"roll-distance", "mathavan-cut"},
+    "sustained contact": {"push", "push-line", "wedged"},
+    "contacts of one instant": {
+        "three-ball-symmetric",
+        "frozen-triangle",
+        "frozen-break",
+        "frozen-to-cushion",
+        "corner-exact",
+        "cradle",
+    },
+    "on the cushion": {"rail-along", "rail-into"},
+    "the whole of pool": {"pool-break-9"},
+}
+
+
+def gaps(scene: Scene) -> dict[tuple[int, int], float]:
+    positions, radii = scene.positions[:, :2], scene.radii
+    return {
+        (a, b): float(np.hypot(*(positions[a] - positions[b])) - radii[a] - radii[b])
+        for a, b in itertools.combinations(range(len(radii)), 2)
+    }
+
+
+def test_everything_promised_is_there() -> None:
+    assert len(NAMES) >= 16
+    for probe, names in PROBES.items():
+        assert names <= set(NAMES), probe
+
+
+def test_every_closed_form_belongs_to_a_scene() -> None:
+    assert set(FORMS) <= set(NAMES)
+
+
+@pytest.mark.parametrize("path", shipped_scenes(), ids=lambda path: path.stem)
+def test_scene_file(path: Path, tmp_path: Path) -> None:
+    scene = Scene.load(path)
+    assert scene.name == path.stem
+    assert scene.title
+    assert path.read_text(encoding="utf-8").startswith(SCHEMA_LINE + "\n#")
+    # Saved and read again it is the same scene, to the last bit.
+    scene.save(tmp_path / "copy.toml")
+    assert Scene.load(tmp_path / "copy.toml") == scene
+    assert ("closed-form" in scene.tags) == (closed_form(scene) is not None)
+    assert ("break" in scene.tags) == (len(scene.balls) >= 7 and "rack gap" in scene.title)
+
+
+def test_titles_differ() -> None:
+    titles = [scene.title for scene in select()]
+    assert len(set(titles)) == len(titles)
+
+
+def test_schema_beside_the_scenes_is_current() -> None:
+    # Mend with: ghostball scenes --schema > validation/scenes/scene.schema.json
+    assert (FOLDER / "scene.schema.json").read_text(encoding="utf-8") == json_schema() + "\n"
+
+
+@pytest.mark.parametrize("scene", select(["break"]), ids=lambda scene: scene.name)
+def test_racks_have_the_gap_that_their_title_states(scene: Scene) -> None:
+    stated = float(re.search(r"rack gap ([\d.]+) mm", scene.title)[1]) * 1e-3  # type: ignore[index]
+    in_rack = [gap for (a, _), gap in gaps(scene).items() if a > 0]
+    neighbours = [gap for gap in in_rack if gap < 0.01]
+    # Positions are given to 0.1 um.
+    np.testing.assert_allclose(neighbours, stated, rtol=0, atol=2e-7)
+    # A cue ball on the axis of the rack would make ties.
+    middle = np.mean(scene.positions[1:, 1])
+    assert abs(scene.positions[0, 1] - middle) > 1e-3
+
+
+def test_chain_has_the_gap_that_its_title_states() -> None:
+    scene = find_scene("three-ball-chain")
+    assert "gap 1 mm" in scene.title
+    assert gaps(scene)[1, 2] == pytest.approx(1e-3, abs=1e-12)
+
+
+def test_half_ball_cut_aims_at_the_edge() -> None:
+    scene = find_scene("half-ball-cut")
+    offset = scene.positions[1, 1] - scene.positions[0, 1]
+    assert offset == pytest.approx(scene.balls[0].radius, rel=1e-12)
+
+
+def test_galperin_masses_and_cushion() -> None:
+    for k in range(5):
+        scene = find_scene(f"galperin-{k}")
+        small, large = scene.balls
+        assert large.mass == small.mass * 100**k
+        assert scene.table is not None
+        assert scene.table.cushions == ("left",)
+        assert scene.physics.rolling_friction == 0.0
+
+
+def test_chaos_pair_differs_by_1e_4_and_ends_elsewhere() -> None:
+    a, b = find_scene("chaos-a"), find_scene("chaos-b")
+    assert b.balls[1:] == a.balls[1:]
+    assert (b.table, b.physics) == (a.table, a.physics)
+    np.testing.assert_array_equal(a.positions, b.positions)
+    assert np.hypot(*(b.velocities - a.velocities)[0, :2]) == pytest.approx(1e-4, rel=1e-9)
+    # The paper, section 4.2: "vastly change the final resting state".
+    apart = np.linalg.norm(simulate(a).rest_positions - simulate(b).rest_positions, axis=1)
+    assert apart.max() > 0.1
+
+
+def test_figure_4_differs_in_the_point_of_impact_alone() -> None:
+    straight, skewed = find_scene("figure4-head-on"), find_scene("figure4-skewed")
+    assert skewed.balls[1] == straight.balls[1]
+    np.testing.assert_array_equal(skewed.velocities, straight.velocities)
+    assert straight.positions[0, 1] == straight.positions[1, 1]
+    assert skewed.positions[0, 1] - skewed.positions[1, 1] == pytest.approx(0.01)
+
+
+# --- what the scenes of the game on the cloth show
+
+
+def after_the_slides(scene: Scene) -> FloatArray:
+    """Return each ball's velocity when its slide ends [m/s], (n, 2)."""
+    result = simulate(scene, record="trajectory")
+    assert result.events is not None
+    grips = result.events[result.events["kind"] == EventKind.SLIDE_TO_ROLL]
+    velocities = np.zeros((len(scene.balls), 2))
+    for event in grips:
+        state = result.sample([event["t"]])
+        velocities[event["a"]] = state.velocities[0, event["a"], :2]
+    return velocities
+
+
+def test_mathavans_cut_gives_the_published_speeds_and_angles() -> None:
+    # Tables 1 and 2, row 1; their last digit, and 0.05 degrees for the steps of their integration.
+    velocities = after_the_slides(find_scene("mathavan-cut"))
+    speeds = np.hypot(*velocities.T)
+    angles = np.degrees(np.arctan2(velocities[:, 1], velocities[:, 0]))
+    np.testing.assert_allclose(speeds, [0.914, 0.831], rtol=0, atol=1e-3)
+    np.testing.assert_allclose(angles, [-31.93, 32.20], rtol=0, atol=0.05)
+
+
+def test_running_english_widens_a_rebound_and_check_english_narrows_it() -> None:
+    # Off the same cushion, without side spin in between.
+    for law in ("english", "han"):
+        rebounds = []
+        for kind in ("running", "check"):
+            scene = find_scene(f"{law}-{kind}")
+            vx, vy = after_the_slides(scene)[0]
+            rebounds.append(np.degrees(np.arctan2(vy, -vx)))
+        ball = scene.balls[0].model_copy(update={"angular_velocity": None})
+        vx, vy = after_the_slides(scene.model_copy(update={"balls": (ball,)}))[0]
+        assert rebounds[0] > np.degrees(np.arctan2(vy, -vx)) + 5 > rebounds[1] + 10
+
+
+def test_a_masse_passes_the_ball_in_its_way() -> None:
+    scene = find_scene("masse")
+    cue, blocker, target = scene.positions[:, :2]
+    # Straight on, the blocker would be hit: it is within a diameter of the line to the target.
+    line = (target - cue) / np.hypot(*(target - cue))
+    aside = abs(line[0] * (blocker - cue)[1] - line[1] * (blocker - cue)[0])
+    assert aside < 2 * scene.balls[0].radius
+    assert simulate(scene).collision_counts == {"ball-ball": 1, "ball-cushion": 0}
+
+
+def test_gearing_differs_from_throw_by_its_side_spin_alone() -> None:
+    geared, thrown = find_scene("gearing"), find_scene("throw-slip")
+    np.testing.assert_array_equal(geared.positions, thrown.positions)
+    np.testing.assert_array_equal(geared.velocities, thrown.velocities)
+    assert geared.physics == thrown.physics
+    spins = geared.angular_velocities - thrown.angular_velocities
+    assert np.flatnonzero(spins).tolist() == [2]
+
+
+def test_a_frozen_triangle_stays_mirror_symmetric() -> None:
+    # Breaks where impacts of one instant are resolved in the order of a list.
+    scene = find_scene("frozen-triangle")
+    mirror = [0, 1, 3, 2, 6, 5, 4]
+    np.testing.assert_array_equal(scene.positions[mirror, :2], scene.positions[:, :2] * [1, -1])
+    rest = simulate(scene).rest_positions[:, :2]
+    np.testing.assert_allclose(rest[mirror], rest * [1, -1], rtol=0, atol=1e-9)
+
+
+def test_a_frozen_line_stays_on_its_line() -> None:
+    scene = find_scene("push-line")
+    rest = simulate(scene).rest_positions
+    assert np.all(rest[:, 1] == scene.positions[0, 1])
+    assert np.all(np.diff(rest[:, 0]) >= 2 * scene.balls[0].radius - 1e-12)
+
+
+@pytest.mark.parametrize("scene", select(["sweep"]), ids=lambda scene: scene.name)
+def test_sweeps_are_stunned_or_rolling_at_the_hit(scene: Scene) -> None:
+    # Else their closed-form curves would be those of other shots.
+    result = simulate(scene, record="trajectory")
+    assert result.events is not None
+    hits = result.events[result.events["kind"] == EventKind.BALL_BALL]
+    assert len(hits) == len(scene.balls) // 2
+    speeds = set()
+    for hit in hits:
+        state = result.sample([np.nextafter(hit["t"], 0.0)])
+        (vx, vy, _), spin = state.velocities[0, hit["a"]], state.angular_velocities[0, hit["a"]]
+        rolling = np.hypot(vx, vy) / scene.balls[0].radius
+        expected = rolling if scene.name == "thirty-degree-rule" else 0.0
+        assert np.hypot(*spin[:2]) == pytest.approx(expected, abs=1e-10)
+        speeds.add(round(float(np.hypot(vx, vy)) / 0.44704, 6))
+    if scene.name != "thirty-degree-rule":
+        assert sorted(speeds) == [1.0, 3.0, 7.0]  # mph
+
+
+# --- criteria
+
+
+@pytest.mark.parametrize("path", shipped_scenes(), ids=lambda path: path.stem)
+def test_every_scene_has_criteria(path: Path) -> None:
+    # Criteria.load refuses unknown metrics and empty reasons; check_engines unknown engines.
+    criteria = criteria_beside(path)
+    criteria.check_engines(engine_names(), str(path))
+    scene = Scene.load(path)
+    if closed_form(scene) is not None:
+        assert criteria.truth == "closed-form"
+    else:
+        proof, _ = proof_of(scene)
+        whole = proof is not None and proof.proved
+        assert criteria.truth == ("certified" if whole else "engine")
+    assert criteria.criteria
+    for criterion in criteria.criteria:
+        assert criterion.reason.endswith("."), criterion.reason
+        assert len(criterion.reason) > 20, criterion.reason
+
+
+def test_no_criteria_without_a_scene() -> None:
+    beside = {path.name.removesuffix(SUFFIX) for path in FOLDER.glob(f"*{SUFFIX}")}
+    assert beside == {*NAMES, "common"}
+
+
+@pytest.mark.parametrize("name", sorted(FORMS))
+def test_our_engine_is_held_to_rounding_where_there_is_a_closed_form(name: str) -> None:
+    # Where balls press each other it follows them in steps, whose tolerance is in metres.
+    rest = "rest_error_max" if name in PRESSED else "rest_error_ulps"
+    criteria = Criteria.load(FOLDER / f"{name}{SUFFIX}")
+    metrics = {criterion.metric for criterion in criteria.applying_to("ghostball", {})}
+    assert {rest, "matching_events", "ball_ball_count", "ball_cushion_count"} <= metrics
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["break-7", "break-8", "break-16", "chaos-a", "chaos-b", "elastic-gas"]
+)
+def test_limits_on_landed_engines_are_what_a_landing_gap_costs(name: str) -> None:
+    # Their reasons say how far a nudge of 1e-10 m is seen: a seeded rerun must stay within them.
+    scene = find_scene(name)
+    criteria = Criteria.load(FOLDER / f"{name}{SUFFIX}")
+    limits = {
+        criterion.metric: criterion.limit
+        for criterion in criteria.applying_to("pymunk", {"mode": "landed", "config": "tuned"})
+    }
+    exact = simulate(scene, record="events")
+    collisions, times = collisions_of(exact.events)
+    random = np.random.default_rng(5)
+    for _ in range(20):
+        nudge = random.uniform(-1e-10, 1e-10, (len(scene.balls), 2))
+        balls = tuple(
+            ball.model_copy(update={"position": (*(ball.position[:2] + by), ball.position[2])})
+            for ball, by in zip(scene.balls, nudge, strict=True)
+        )
+        nudged = simulate(scene.model_copy(update={"balls": balls}), record="events")
+        matched = matching_collisions(*collisions_of(nudged.events), collisions, times)
+        assert matched >= limits["matching_events"]
+        apart = np.linalg.norm(nudged.rest_positions - exact.rest_positions, axis=1).max()
+        assert apart <= limits.get("rest_error_max", np.inf)
+
+
+# --- finding scenes
+
+
+def test_find_by_name_and_by_path(tmp_path: Path) -> None:
+    scene = find_scene("stop")
+    assert scene.name == "stop"
+    scene.save(tmp_path / "mine.toml")
+    assert find_scene(tmp_path / "mine.toml") == scene
+    assert find_scene(str(tmp_path / "mine.toml")) == scene
+
+
+def test_unknown_name_offers_near_ones() -> None:
+    with pytest.raises(SceneError, match=r'unknown scene "half-ball".*half-ball-cut'):
+        find_scene("half-ball")
+    with pytest.raises(SceneError, match=r'unknown scene "qqqq".*Known: around-the-table'):
+        find_scene("qqqq")
+
+
+def test_missing_file_says_so() -> None:
+    with pytest.raises(SceneError, match=r"no-such\.toml: can't read the scene"):
+        find_scene("no-such.toml")
+
+
+def test_select_suites() -> None:
+    assert [scene.name for scene in select()] == list(NAMES)
+    smoke = select(suite="smoke")
+    assert 0 < len(smoke) < len(NAMES)
+    assert all("smoke" in scene.tags for scene in smoke)
+
+
+def test_select_by_name_tag_and_path(tmp_path: Path) -> None:
+    find_scene("stop").model_copy(update={"name": "mine"}).save(tmp_path / "mine.toml")
+    chosen = select(["galperin", "stop", str(tmp_path / "mine.toml"), "galperin-1"])
+    assert [scene.name for scene in chosen] == [
+        *(f"galperin-{k}" for k in range(5)),
+        "stop",
+        "mine",
+    ]
+
+
+def test_select_refuses_what_it_can_t_find() -> None:
+    with pytest.raises(SceneError, match=r'unknown scene or tag "galprin".*galperin'):
+        select(["galprin"])
+
+
+def test_select_refuses_two_scenes_of_one_name(tmp_path: Path) -> None:
+    other = find_scene("stop").model_copy(update={"title": "another"})
+    other.save(tmp_path / "stop.toml")
+    with pytest.raises(SceneError, match=r'two different ones are called "stop"'):
+        select(["stop", str(tmp_path / "stop.toml")])
+
+
+def test_criteria_files_are_no_scenes() -> None:
+    assert not any(name.endswith(".expect") for name in NAMES)

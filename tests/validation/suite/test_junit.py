@@ -1,0 +1,172 @@
+"""JUnit XML: one test case per scene, engine and metric, and nothing that can't fail passes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from engine import GhostballError
+from validation.checks.metric_table import METRICS
+from validation.checks.verdict import NOTHING_JUDGED
+from validation.results.store import CaseRecord, Check
+from validation.suite.junit import junit_xml, write_junit
+
+
+def case(**changes: Any) -> CaseRecord:
+    values = dict.fromkeys(METRICS, 0.5) | {"energy_drift": None}
+    blank = CaseRecord(
+        scene="roll",
+        title="",
+        tags=(),
+        definition={},
+        label="pymunk:mode=landed",
+        engine="pymunk",
+        outcome="ran",
+        status="rest",
+        wall_time=1.25,
+        metrics=values,
+        notes={"energy_drift": "energy is lost"},
+    )
+    return replace(blank, **changes)
+
+
+def check(metric: str = "rest_error_max", passed: bool | None = True, **changes: Any) -> Check:
+    return replace(Check(metric, 0.5, "at_most", 0.25, "m", passed, "the reason"), **changes)
+
+
+def parsed(*cases: CaseRecord) -> dict[str, ElementTree.Element]:
+    root = ElementTree.fromstring(junit_xml(cases).encode())
+    return {str(element.get("name")): element for element in root.iter("testcase")}
+
+
+def verdict(element: ElementTree.Element) -> tuple[str, str]:
+    (child,) = list(element)
+    return child.tag, str(child.get("message"))
+
+
+def test_one_test_case_for_each_scene_engine_and_metric() -> None:
+    found = parsed(case(checks=(check(),)))
+    assert list(found) == [f"pymunk:mode=landed: {metric}" for metric in METRICS]
+    assert {element.get("classname") for element in found.values()} == {"roll"}
+    assert sum(float(element.get("time", "nan")) for element in found.values()) == 1.25
+
+
+def test_only_a_limit_that_was_kept_passes() -> None:
+    found = parsed(case(checks=(check(), check("wall_time", passed=False))))
+    passed = [name for name, element in found.items() if len(element) == 0]
+    assert passed == ["pymunk:mode=landed: rest_error_max"]
+
+
+def test_a_failure_says_value_limit_and_reason() -> None:
+    element = parsed(case(checks=(check(passed=False),)))["pymunk:mode=landed: rest_error_max"]
+    assert verdict(element) == ("failure", "rest_error_max must be <= 0.25 m, got 0.5 m")
+    assert element[0].text == "the reason"
+
+
+def test_a_failure_without_a_value_says_why() -> None:
+    broken = check("energy_drift", passed=False, value=None, unit="1", note="stopped early")
+    element = parsed(case(checks=(broken,)))["pymunk:mode=landed: energy_drift"]
+    assert verdict(element) == (
+        "failure",
+        "energy_drift must be <= 0.25, but has no value: stopped early",
+    )
+
+
+def test_a_range_fails_where_either_limit_does() -> None:
+    both = (check(), check(passed=False, limit_kind="at_least", limit=1))
+    element = parsed(case(checks=both))["pymunk:mode=landed: rest_error_max"]
+    assert verdict(element) == ("failure", "rest_error_max must be >= 1 m, got 0.5 m")
+
+
+@pytest.mark.parametrize(
+    ("metric", "checks", "message"),
+    [
+        ("rest_error_rms", (), "measured 0.5 m; the scene sets no limit"),
+        ("energy_drift", (), "energy is lost"),
+        ("rest_error_max", (check(passed=None, note="itself"),), "reference: itself"),
+    ],
+)
+def test_what_proves_nothing_is_skipped(
+    metric: str, checks: tuple[Check, ...], message: str
+) -> None:
+    element = parsed(case(checks=checks))[f"pymunk:mode=landed: {metric}"]
+    assert verdict(element) == ("skipped", message)
+
+
+@pytest.mark.parametrize(
+    ("outcome", "tag", "message"),
+    [
+        ("not-representable", "skipped", "not-representable: no flight"),
+        ("unavailable", "skipped", "unavailable: no flight"),
+        ("failed", "error", "no flight"),
+    ],
+)
+def test_a_case_that_did_not_run(outcome: str, tag: str, message: str) -> None:
+    found = parsed(case(outcome=outcome, reason="no flight", traceback="line 1\nline 2"))
+    assert ("judged" in found) is (outcome != "failed")  # nothing was, else
+    element = found["pymunk:mode=landed: simulate"]
+    assert verdict(element) == (tag, message)
+    assert element[0].text == ("line 1\nline 2" if outcome == "failed" else None)
+
+
+def test_a_metric_that_was_not_asked_for_is_skipped_and_says_whether_it_has_a_limit() -> None:
+    # Breaks where leaving out a limit makes a test pass.
+    some = case(metrics={"wall_time": 0.5}, notes={}, left_out=("rest_error_max",))
+    found = parsed(some)
+    for metric, more in (("rest_error_max", ", though the scene limits it"), ("energy_rise", "")):
+        message = f"not measured: the run asked for other metrics{more}"
+        assert verdict(found[f"pymunk:mode=landed: {metric}"]) == ("skipped", message)
+    assert verdict(found.pop("judged")) == ("error", NOTHING_JUDGED)
+    assert len(found) == len(METRICS)
+
+
+def test_a_run_that_stopped_early_is_in_error() -> None:
+    # Breaks where an engine that gives up passes, since no limit names it.
+    found = parsed(case(status="step-limit", reason="too many"), case(checks=(check(),)))
+    assert verdict(found["pymunk:mode=landed: simulate"]) == (
+        "error",
+        "it stopped early: step-limit: too many",
+    )
+    assert "judged" not in found
+
+
+def test_what_an_engine_printed_is_the_output_of_its_first_test_case() -> None:
+    found = parsed(case(checks=(check(),), printed="hello\nagain"))
+    elements = [element for element in found.values() if element.find("system-out") is not None]
+    assert [element.get("name") for element in elements] == ["pymunk:mode=landed: rest_error_max"]
+    assert elements[0].findtext("system-out") == "hello\nagain"
+
+
+def test_totals_are_right() -> None:
+    cases = [
+        case(checks=(check(), check("wall_time", passed=False))),
+        case(scene="other", outcome="failed"),
+        case(scene="other", label="x", outcome="unavailable"),
+    ]
+    root = ElementTree.fromstring(junit_xml(cases).encode())
+    totals = [root.get(key) for key in ("tests", "failures", "errors", "skipped")]
+    n = len(METRICS)
+    assert totals == [str(n + 2), "1", "1", str(n - 2 + 1)]
+    assert [suite.get("name") for suite in root] == ["roll", "other"]
+    assert [suite.get("errors") for suite in root] == ["0", "1"]
+
+
+def test_control_characters_and_markup_survive() -> None:
+    # A terminal colour in an exception's text must not make the whole file unreadable.
+    bad = case(outcome="failed", reason="\x1b[31m<&\x00\ud800\ufffe", traceback="a\x08\tb\n")
+    (element,) = parsed(bad).values()
+    assert verdict(element) == ("error", r"\x1b[31m<&\x00\ud800\ufffe")
+    assert element[0].text == "a\\x08\tb\n"
+
+
+def test_the_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+    path = tmp_path / "junit.xml"
+    write_junit([case()], path)
+    assert path.read_text(encoding="utf-8") == junit_xml([case()])
+    assert [entry.name for entry in tmp_path.iterdir()] == ["junit.xml"]
+    with pytest.raises(GhostballError, match="can't write the JUnit file"):
+        write_junit([case()], path / "below.xml")

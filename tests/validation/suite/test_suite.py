@@ -1,0 +1,608 @@
+"""The suite: every case ends as a record, whatever an engine does; interrupts keep what is done."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import validation.suite.suite
+from engine import Ball, GhostballError, Scene
+from validation.checks.criteria import Criteria, Criterion
+from validation.checks.verdict import Verdict, unfinished_text, verdict_of
+from validation.results.store import CaseRecord, ResultsError, ResultsFolder
+from validation.scenes.library import find_scene
+from validation.suite.case import Case
+from validation.suite.suite import criteria_beside_paths, run_suite, shipped_criteria
+
+ENGINES = '''
+"""Engines that misbehave, one setting for each way."""
+
+import os
+import time
+
+import numpy as np
+
+from engine import Result, Status, simulate
+from engine.scene.features import EXACT, Capability, Feature
+from reference_adapters.base import EngineBase, EngineSettings
+
+
+class Settings(EngineSettings):
+    does: str = "run"
+    shift: float = 0.0
+
+
+class Fake(EngineBase):
+    name = "fake"
+    Settings = Settings
+
+    @property
+    def capabilities(self):
+        able = dict.fromkeys(Feature, EXACT)
+        able[Feature.ROLLING] = Capability("approximate", "nearly")
+        if self.settings.does == "refuse":
+            able[Feature.ROLLING] = Capability("none", "it slips")
+        return able
+
+    def simulate(self, scene, *, record="rest"):
+        self.check(scene)
+        does = self.settings.does
+        if does == "raise":
+            raise RuntimeError("lost the \\x1b[31mballs")
+        if does == "die":
+            os._exit(7)
+        if does == "hang":
+            time.sleep(600)
+        if does == "interrupt":
+            raise KeyboardInterrupt
+        if does == "exit":
+            raise SystemExit(0)
+        if does == "hand back a dict":
+            return {}
+        if does == "print":
+            print("hello")
+        truth = simulate(scene, record=record)
+        shifted = truth.final_state._replace(
+            positions=truth.final_state.positions + [self.settings.shift, 0.0, 0.0]
+        )
+        if does == "lose a ball":
+            shifted.positions[0, 0, 1] = np.nan
+        if does == "flatten":
+            shifted = shifted._replace(positions=shifted.positions[:, :, :2])
+        return Result(
+            engine="ghostball" if does == "lie" else "fake",
+            settings={},
+            scene=scene.model_copy(update={"t_max": 9.0}) if does == "swap" else scene,
+            status={
+                "hand back": Status.INTERRUPTED,
+                "give up": Status.FAILED,
+                "stop": Status.STEP_LIMIT,
+            }.get(does, truth.status),
+            reason={"give up": "lost the cue", "stop": "too many steps"}.get(does, ""),
+            final_state=shifted,
+            rest_time=np.nan if does == "lose time" else truth.rest_time,
+            collision_counts=truth.collision_counts,
+            work={"steps": np.int64(3)},
+            wall_time=0.5,
+            events=None if does == "forget" else truth.events,
+            trajectory=truth.trajectory,
+        )
+
+
+class Absent(Fake):
+    name = "absent"
+
+    @classmethod
+    def unavailable(cls):
+        return "not installed here"
+'''
+
+ENTRY_POINTS = """
+[ghostball.engines]
+fake = fake_engines:Fake
+absent = fake_engines:Absent
+"""
+
+
+@pytest.fixture(autouse=True)
+def fake_engines(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Install the fakes as anyone's package would be: worker processes must find them too."""
+    site = tmp_path_factory.mktemp("site")
+    (site / "fake_engines.py").write_text(ENGINES)
+    package = site / "fake_engines-1.0.dist-info"
+    package.mkdir()
+    (package / "METADATA").write_text("Metadata-Version: 2.1\nName: fake-engines\nVersion: 1.0\n")
+    (package / "entry_points.txt").write_text(ENTRY_POINTS)
+    monkeypatch.syspath_prepend(str(site))
+    monkeypatch.delitem(sys.modules, "fake_engines", raising=False)
+    return site
+
+
+COMMON = ("events_missing", "events_invented", "quality_factor")
+"""What every scene limits for our engine."""
+
+
+def scene(name: str = "roll") -> Scene:
+    return Scene(name=name, balls=[Ball(id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0))])
+
+
+def limits(*engines: str, metric: str = "rest_error_max", at_most: float = 1e-6) -> Criteria:
+    criterion = Criterion.model_validate(
+        {"engines": engines, "metric": metric, "at_most": at_most, "reason": "by hand"}
+    )
+    return Criteria(criteria=(criterion,))
+
+
+def by_label(cases: list[CaseRecord]) -> dict[str, CaseRecord]:
+    return {case.label: case for case in cases}
+
+
+# --- outcomes
+
+
+def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
+    seen: list[tuple[str, int, int]] = []
+    outcome = run_suite(
+        [scene()],
+        ["ghostball", "fake", "fake:shift=0.003"],
+        tmp_path / "out",
+        progress=lambda record, done, total: seen.append((record.label, done, total)),
+        criteria={"roll": limits("ghostball", "fake").model_copy(update={"truth": "engine"})},
+    )
+    assert seen == [("ghostball", 1, 3), ("fake", 2, 3), ("fake:shift=0.003", 3, 3)]
+    folder = ResultsFolder.load(tmp_path / "out")
+    assert folder.state == "complete"
+    assert folder.labels == ["ghostball", "fake", "fake:shift=0.003"]
+    assert folder.environment["engine_settings"]["fake"] == {"does": "run", "shift": 0.0}
+    cases = by_label(folder.cases)
+    # Our engine is the truth here, so it can't pass; the copy agrees, the shifted one is 3 mm off.
+    verdicts = [
+        next(check.passed for check in cases[label].checks if check.metric == "rest_error_max")
+        for label in folder.labels
+    ]
+    assert verdicts == [None, True, False]
+    # What is proved of the shot judges it all the same.
+    proved = {check.metric: check.passed for check in cases["ghostball"].checks}
+    assert proved == {"rest_error_max": None} | dict.fromkeys(COMMON, True)
+    shifted = cases["fake:shift=0.003"]
+    assert shifted.metrics["rest_error_max"] == pytest.approx(0.003, rel=1e-9)
+    assert shifted.ball_errors == pytest.approx([0.003], rel=1e-9)
+    assert (shifted.status, shifted.engine, shifted.work) == ("rest", "fake", {"steps": 3})
+    assert shifted.approximations == ("rolling without slip: nearly",)
+    assert shifted.load_scene() == scene()
+    assert shifted.energy_initial == pytest.approx(0.7 * 0.170097, rel=1e-12)  # 7/10 m v^2
+    assert shifted.energy_final == 0.0
+    motion = folder.motion(shifted)
+    assert motion is not None
+    assert (
+        len(motion.times) == 402
+    )  # the uniform grid; its one event is at its end, and the instant before
+    assert motion.times[-1] == shifted.rest_time
+    counts = outcome.counts
+    assert (counts.ran, counts.checks_passed, counts.checks_failed) == (3, 1 + len(COMMON), 1)
+    assert counts.checks_reference == 1
+    assert outcome.exit_status == 1
+
+
+def test_only_the_metrics_asked_for_are_measured_and_judged(tmp_path: Path) -> None:
+    both = (*limits("fake").criteria, *limits("fake", metric="overlap_max").criteria)
+    outcome = run_suite(
+        [scene()],
+        ["ghostball", "fake", "fake:does=refuse"],
+        tmp_path,
+        criteria={"roll": Criteria(criteria=both)},
+        metrics=["rest_time_*", "rest_error_m*"],
+    )
+    ours, fake, refused = outcome.cases
+    assert list(fake.metrics) == ["rest_error_max", "rest_time_error", "rest_time_error_ulps"]
+    assert [check.metric for check in fake.checks] == ["rest_error_max"]
+    # Only where it would have been judged: the third did not run.
+    assert [case.left_out for case in (ours, fake, refused)] == [COMMON, ("overlap_max",), ()]
+    assert (outcome.counts.checks_passed, outcome.counts.checks_left_out) == (1, 1 + len(COMMON))
+    folder = ResultsFolder.load(tmp_path)
+    assert folder.environment["metrics"] == list(fake.metrics)
+    assert folder.motion(fake) is not None  # figures draw it
+    with pytest.raises(GhostballError, match="Did you mean `wall_time`"):
+        run_suite([scene()], ["fake"], tmp_path / "other", metrics=["walltime"])
+    assert not (tmp_path / "other").exists()
+
+
+def test_what_an_engine_cannot_do_is_said_with_the_reason(tmp_path: Path) -> None:
+    outcome = run_suite([scene()], ["fake:does=refuse", "absent"], tmp_path)
+    refused, absent = outcome.cases
+    assert (refused.outcome, refused.reason) == (
+        "not-representable",
+        "no rolling without slip (it slips)",
+    )
+    assert absent.outcome == "unavailable"
+    assert "not installed here" in absent.reason
+    assert outcome.exit_status == 4  # nothing was judged: that is no pass
+
+
+def test_a_failure_is_kept_and_the_run_goes_on(tmp_path: Path) -> None:
+    outcome = run_suite([scene()], ["fake:does=raise", "fake"], tmp_path)
+    failed, fine = ResultsFolder.load(tmp_path).cases
+    assert (failed.outcome, failed.fault) == ("failed", "engine")
+    assert "lost the" in failed.reason
+    assert "Traceback" in failed.traceback
+    assert (fine.outcome, fine.fault) == ("ran", "")
+    assert outcome.exit_status == 1  # the engine failed, not ghostball
+
+
+@pytest.mark.parametrize(
+    ("does", "outcome", "reason"),
+    [
+        ("give up", "failed", "it says that it failed: lost the cue"),
+        ("stop", "ran", "too many steps"),
+    ],
+)
+def test_an_engine_that_says_that_it_did_not_finish_fails_the_run(
+    tmp_path: Path, does: str, outcome: str, reason: str
+) -> None:
+    # Breaks where such an engine passes, since no limit names it.
+    found = run_suite([scene()], [f"fake:does={does}", "ghostball"], tmp_path)
+    case = found.cases[0]
+    assert (case.outcome, case.reason) == (outcome, reason)
+    assert verdict_of(case) is Verdict.CRASHED
+    assert reason in unfinished_text(case)
+    assert (found.counts.unfinished, found.exit_status) == (1, 1)
+
+
+def test_what_an_engine_prints_is_in_its_record(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for limit in (None, 60.0):
+        found = run_suite([scene()], ["fake:does=print", "fake"], tmp_path, time_limit=limit)
+        assert [case.printed for case in found.cases] == ["hello", ""]
+        assert ResultsFolder.load(tmp_path).cases[0].printed == "hello"
+    assert capfd.readouterr().out == ""
+
+
+def test_what_raises_in_our_own_code_is_our_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("by ten")
+
+    monkeypatch.setattr("validation.suite.case.measure", fail)
+    found = run_suite([scene()], ["fake"], tmp_path)
+    assert (found.cases[0].fault, found.cases[0].reason) == (
+        "ghostball",
+        "ZeroDivisionError: by ten",
+    )
+    assert found.exit_status == 3
+
+
+@pytest.mark.parametrize(
+    ("does", "reason"),
+    [
+        ("lose a ball", "`rest_positions[0]` must be finite"),
+        ("lose time", "`rest_time` must be finite and at least 0 s, got nan"),
+        ("flatten", "`final_state.positions` must be an array of floats with shape (1, 1, 3)"),
+        ("forget", '`events` must be there for record="trajectory", got None'),
+        ("lie", "`engine` of the result must be 'fake', got 'ghostball'"),
+        ("swap", "`scene` of the result must be the scene that was run"),
+        ("hand back a dict", "must return a `Result`, got dict"),
+        ("exit", "SystemExit: 0"),
+    ],
+)
+def test_a_result_that_breaks_the_contract_is_a_failure_that_names_the_field(
+    tmp_path: Path, does: str, reason: str
+) -> None:
+    # Breaks where nan reaches the figures, or an engine passes under another one's name.
+    outcome = run_suite([scene()], [f"fake:does={does}", "fake"], tmp_path)
+    cases = by_label(ResultsFolder.load(tmp_path).cases)
+    failed = cases[f"fake:does={does}"]
+    assert failed.outcome == "failed"
+    assert reason in failed.reason
+    assert failed.rest_positions is None
+    assert cases["fake"].outcome == "ran"
+    assert outcome.exit_status == 1
+
+
+def test_a_truth_that_fails_fails_its_scene_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(shot: Scene, *wanted: Any, **more: Any) -> object:
+        if shot.name == "broken":
+            raise ZeroDivisionError("no truth today")
+        return real(shot, *wanted, **more)
+
+    real = validation.suite.suite.truth_of
+    monkeypatch.setattr(validation.suite.suite, "truth_of", broken)
+    outcome = run_suite([scene("broken"), scene()], ["fake"], tmp_path)
+    assert [case.outcome for case in outcome.cases] == ["failed", "ran"]
+    assert "no truth today" in outcome.cases[0].reason
+    assert "ZeroDivisionError" in outcome.cases[0].traceback
+
+
+def test_truth_is_computed_once_for_each_scene(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    computed = []
+    real = validation.suite.suite.truth_of
+    monkeypatch.setattr(
+        validation.suite.suite,
+        "truth_of",
+        lambda shot, *wanted, **more: (computed.append(shot.name), real(shot, *wanted, **more))[1],
+    )
+    run_suite([scene("one"), scene("two")], ["fake", "fake:shift=1.0"], tmp_path)
+    assert computed == ["one", "two"]
+
+
+# --- what is refused before anything runs
+
+
+@pytest.mark.parametrize(
+    ("engines", "message"),
+    [
+        (["fkae"], "mean `fake`"),
+        (["fake:shfit=1"], "`shfit` is not a setting"),
+        (["fake", "fake"], "each engine must be given once"),
+        ([], "at least one engine"),
+    ],
+)
+def test_wrong_engines_are_refused(tmp_path: Path, engines: list[str], message: str) -> None:
+    with pytest.raises(GhostballError, match=message):
+        run_suite([scene()], engines, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("criteria", "message"),
+    [
+        (limits("fkae"), "mean `fake`"),
+        (limits("fake:shfit=1"), "names the setting `shfit`"),
+        (Criteria(truth="closed-form"), "no closed form"),
+    ],
+)
+def test_wrong_criteria_are_refused(tmp_path: Path, criteria: Criteria, message: str) -> None:
+    with pytest.raises(GhostballError, match=message):
+        run_suite([scene()], ["fake"], tmp_path / "out", criteria={"roll": criteria})
+    assert not (tmp_path / "out").exists()
+
+
+def test_scenes_of_one_name_jobs_below_one_and_a_foreign_folder_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(GhostballError, match="each scene must be given once, got roll"):
+        run_suite([scene(), scene()], ["fake"], tmp_path / "out")
+    with pytest.raises(GhostballError, match="`jobs` must be at least 1, got 0"):
+        run_suite([scene()], ["fake"], tmp_path / "out", jobs=0)
+    (tmp_path / "thesis.tex").write_text("years of work")
+    with pytest.raises(ResultsError, match="not empty"):
+        run_suite([scene()], ["fake:does=raise"], tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_the_kernels_are_made_ready_once_and_only_for_a_run_that_starts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Breaks where workers start first: each would compile, and say so.
+    seen: list[str] = []
+    real = validation.suite.suite.run_cases
+    monkeypatch.setattr(
+        validation.suite.suite, "compile_kernels", lambda *given, **named: seen.append("warm")
+    )
+    monkeypatch.setattr(
+        validation.suite.suite, "run_cases", lambda *given: (seen.append("run"), real(*given))[1]
+    )
+    with pytest.raises(GhostballError):
+        run_suite([scene()], ["fkae"], tmp_path / "out")
+    (tmp_path / "thesis.tex").write_text("years of work")
+    with pytest.raises(ResultsError):
+        run_suite([scene()], ["fake"], tmp_path)
+    assert seen == []
+    run_suite([scene()], ["fake"], tmp_path / "out")
+    assert seen == ["warm", "run"]
+
+
+@pytest.mark.parametrize("engine", ["pymunk", "pybullet:mode=landed", "pybullet:config=default"])
+def test_stored_settings_say_what_was_used(tmp_path: Path, engine: str) -> None:
+    pytest.importorskip(engine.partition(":")[0])
+    run_suite([scene()], [engine], tmp_path)
+    (case,) = ResultsFolder.load(tmp_path).cases
+    assert isinstance(case.settings["dt"], float)
+    assert isinstance(case.settings["iterations"], int)
+    assert case.settings["max_time"] == 300.0
+
+
+def test_an_engine_that_is_absent_needs_no_settings_for_its_criteria(tmp_path: Path) -> None:
+    outcome = run_suite([scene()], ["absent"], tmp_path, criteria={"roll": limits("absent:dt=1")})
+    assert outcome.cases[0].outcome == "unavailable"
+
+
+# --- which criteria a scene has
+
+
+def test_a_changed_copy_of_a_shipped_scene_has_no_shipped_criteria(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(validation.suite.suite, "FOLDER", tmp_path)
+    (tmp_path / "stop.expect.toml").write_text('truth = "engine"\n')
+    shipped = find_scene("stop")
+    assert shipped_criteria(shipped) == Criteria(truth="engine")
+    assert shipped_criteria(shipped.model_copy(update={"t_max": 0.5})) == Criteria()
+    assert shipped_criteria(scene()) == Criteria()
+
+
+def test_scenes_given_by_path_bring_the_criteria_beside_them(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    scene("by-path").save(path)
+    (tmp_path / "mine.expect.toml").write_text('truth = "engine"\n')
+    found = criteria_beside_paths(["smoke", "stop", str(path)])
+    assert found == {"by-path": Criteria(truth="engine")}
+    bare = path.rename(tmp_path / "mine")  # any file that `select` takes for a scene
+    assert criteria_beside_paths([str(bare)]) == found
+
+
+# --- interrupts
+
+
+@pytest.mark.parametrize("does", ["interrupt", "hand back"])
+def test_an_interrupted_run_keeps_what_is_done(tmp_path: Path, does: str) -> None:
+    outcome = run_suite([scene()], ["fake", f"fake:does={does}", "ghostball"], tmp_path)
+    assert outcome.interrupted
+    assert outcome.exit_status == 130
+    assert outcome.planned == 3
+    folder = ResultsFolder.load(tmp_path)
+    assert [case.label for case in folder.cases] == ["fake"]
+    assert folder.motion(folder.cases[0]) is not None
+    assert folder.state == "interrupted"
+
+
+def test_an_interrupt_before_the_first_case_leaves_earlier_results(tmp_path: Path) -> None:
+    run_suite([scene()], ["fake"], tmp_path)
+    outcome = run_suite([scene()], ["fake:does=interrupt"], tmp_path)
+    assert outcome.interrupted
+    assert outcome.cases == []
+    folder = ResultsFolder.load(tmp_path)
+    assert (folder.labels, folder.state) == (["fake"], "complete")
+
+
+# --- several processes
+
+
+def test_processes_find_what_one_process_finds(tmp_path: Path) -> None:
+    scenes = [scene("one"), scene("two")]
+    engines = ["ghostball", "fake:shift=0.25", "fake:does=lose time", "fake:does=exit"]
+    run_suite(scenes, engines, tmp_path / "alone")
+    run_suite(scenes, engines, tmp_path / "two", jobs=2)
+    alone, two = ResultsFolder.load(tmp_path / "alone"), ResultsFolder.load(tmp_path / "two")
+    assert two.scene_names == alone.scene_names
+    assert two.labels == alone.labels
+    for case in alone.cases:
+        other = two.case(case.scene, case.label)
+        assert other is not None
+        left = {name: value for name, value in case.metrics.items() if name != "wall_time"}
+        right = {name: value for name, value in other.metrics.items() if name != "wall_time"}
+        assert left == right
+        assert (case.outcome, case.reason) == (other.outcome, other.reason)
+        assert np.array_equal(case.rest_positions, other.rest_positions)
+    assert multiprocessing.active_children() == []
+
+
+# What it costs is asserted of one process with a limit of time, below; that the others go on, in
+# test_worker.py.
+@pytest.mark.slow
+def test_a_process_that_dies_costs_one_case(tmp_path: Path) -> None:
+    engines = ["fake:does=die", "fake", "fake:shift=1.0", "fake:shift=2.0"]
+    outcome = run_suite([scene()], engines, tmp_path, jobs=2)
+    cases = by_label(outcome.cases)
+    assert cases["fake:does=die"].outcome == "failed"
+    assert "exit code 7" in cases["fake:does=die"].reason
+    assert [cases[label].outcome for label in engines[1:]] == ["ran"] * 3
+    assert outcome.exit_status == 1
+    assert multiprocessing.active_children() == []
+
+
+# That stopping early ends what runs is asserted in test_worker.py, and what a run keeps, above.
+@pytest.mark.slow
+def test_an_interrupt_leaves_no_process_behind(tmp_path: Path) -> None:
+    def interrupt(record: CaseRecord, done: int, total: int) -> None:
+        raise KeyboardInterrupt
+
+    started = time.monotonic()
+    engines = ["fake:does=hang", "fake", "ghostball"]
+    outcome = run_suite([scene()], engines, tmp_path, jobs=2, progress=interrupt)
+    assert outcome.interrupted
+    assert [case.label for case in ResultsFolder.load(tmp_path).cases] == ["fake"]
+    assert multiprocessing.active_children() == []
+    assert time.monotonic() - started < 60  # the hanging one would have slept for 600 s
+
+
+def group_is_gone(group: int, within: float) -> bool:
+    """Whether no process of a group is left, given some time for init to bury the dead."""
+    deadline = time.monotonic() + within
+    while time.monotonic() < deadline:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.05)
+    return False
+
+
+# That workers are deaf to it is asserted in test_worker.py, and what a run keeps, above.
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="signals to a process group are POSIX")
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_ctrl_c_in_a_terminal(tmp_path: Path, fake_engines: Path, jobs: int) -> None:
+    # A terminal signals the whole process group: workers must not answer it themselves.
+    script = tmp_path / "script.py"
+    script.write_text(
+        textwrap.dedent(f"""
+        from pathlib import Path
+        from engine import Ball, Scene
+        from validation import run_suite
+
+        if __name__ == "__main__":
+            ball = Ball(id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0))
+            outcome = run_suite(
+                [Scene(name="roll", balls=[ball])],
+                ["fake", "fake:does=hang", "fake:shift=1.0", "fake:does=hang,shift=1.0"],
+                Path({str(tmp_path / "out")!r}),
+                jobs={jobs},
+                progress=lambda record, done, total: print("done", done, flush=True),
+            )
+            raise SystemExit(outcome.exit_status)
+        """)
+    )
+    process = subprocess.Popen(
+        [sys.executable, str(script)],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(fake_engines), *sys.path])},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        assert process.stdout is not None
+        for _ in range(jobs):  # one process gets to the first that hangs, two get one further
+            assert process.stdout.readline().startswith("done")
+        os.killpg(process.pid, signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    finally:
+        process.kill()
+        process.communicate()
+    assert errors == ""  # no traceback of any process
+    assert process.returncode == 130
+    folder = ResultsFolder.load(tmp_path / "out")
+    assert folder.state == "interrupted"
+    assert len(folder.cases) == jobs
+    assert group_is_gone(process.pid, within=10.0)
+
+
+def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # With one job, too: breaks where that runs engines in this very process. The hanging one has a
+    # limit of its own: that of the others must do for a busy machine.
+    def limit_of(seconds: float | None) -> Callable[[Case], float]:
+        assert seconds == 300.0
+        return lambda case: 0.5 if "hang" in case.label else seconds
+
+    monkeypatch.setattr(validation.suite.suite, "limit_of", limit_of)
+    engines = ["fake:does=die", "fake:does=hang", "fake"]
+    outcome = run_suite([scene()], engines, tmp_path, time_limit=300.0)
+    cases = by_label(ResultsFolder.load(tmp_path).cases)
+    assert "exit code 7" in cases["fake:does=die"].reason
+    assert "longer than 0.5 s" in cases["fake:does=hang"].reason
+    assert cases["fake"].outcome == "ran"
+    assert outcome.exit_status == 1
+    assert multiprocessing.active_children() == []
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_limit_of_time_that_is_none_is_refused(tmp_path: Path, seconds: float) -> None:
+    with pytest.raises(GhostballError, match="`time_limit` must be a positive number"):
+        run_suite([scene()], ["fake"], tmp_path / "out", time_limit=seconds)

@@ -1,0 +1,813 @@
+"""What is taken over is what would be measured again, to the bit; what may differ runs again."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import shutil
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import fields, replace
+from importlib.metadata import packages_distributions
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import validation.results.store
+import validation.suite.unchanged
+from engine import Ball, Result, Scene, Status, Table
+from reference_adapters.ghostball import GhostballEngine
+from reference_adapters.paper.discrete import PaperDiscreteEngine
+from validation.checks.criteria import Criteria, Criterion
+from validation.parallel.sources import LIBRARIES, OUR_PACKAGES, source_folders
+from validation.results.records import CaseRecord, Motion, status_name
+from validation.results.store import ResultsError, ResultsFolder, ResultsWriter
+from validation.scenes.library import find_scene
+from validation.suite.suite import Outcome, run_suite
+from validation.suite.unchanged import (
+    Code,
+    Unchanged,
+    describe_code,
+    inputs_hash,
+    is_ours,
+    may_be_taken_over,
+)
+
+# What holds the packages: a checkout, or where a wheel is installed.
+ROOT = Path(validation.suite.unchanged.__file__).parents[2]
+ENGINES = ("ghostball", "paper-discrete")
+PAIRS = [(scene, label) for scene in ("cut", "roll") for label in ENGINES]
+
+
+def scenes(speed: float = 1.0) -> list[Scene]:
+    cue = Ball(id="cue", position=(0.5, 0.5), velocity=(speed, 0.0))
+    table = Table(length=2.0, width=1.0)
+    return [
+        Scene(name="cut", table=table, balls=[cue, Ball(id="object", position=(1.0, 0.53))]),
+        Scene(name="roll", balls=[cue]),
+    ]
+
+
+def limits(at_most: float = 1e-6, metric: str = "rest_error_max") -> Criteria:
+    # Also of an engine whose steps of 20 ms may take the cut another course.
+    criterion = {"engines": ENGINES, "metric": metric, "at_most": at_most, "past_horizon": True}
+    criterion["reason"] = "by hand"
+    return Criteria(criteria=(Criterion.model_validate(criterion),))
+
+
+@pytest.fixture
+def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, str]]:
+    """Return the cases that the engines run from now on, in this process."""
+    seen: list[tuple[str, str]] = []
+    for engine in (GhostballEngine, PaperDiscreteEngine):
+        spy_on(monkeypatch, engine, lambda name, scene: seen.append((scene.name, name)))
+    return seen
+
+
+def spy_on(
+    monkeypatch: pytest.MonkeyPatch, engine: type[Any], before: Callable[[str, Scene], object]
+) -> None:
+    """Have an engine call `before` with its name and the scene when it simulates."""
+    real = engine.simulate
+
+    def simulate(self: Any, scene: Scene, *, record: Any = "rest") -> Result:
+        before(self.name, scene)
+        result: Result = real(self, scene, record=record)
+        return result
+
+    monkeypatch.setattr(engine, "simulate", simulate)
+
+
+def run(out: Path, **options: Any) -> Outcome:
+    chosen = {"scenes": scenes(), "engines": ENGINES, "reuse": True} | options
+    shots, engines = chosen.pop("scenes"), chosen.pop("engines")
+    return run_suite(shots, engines, out, **chosen)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+
+
+def plain(case: CaseRecord) -> dict[str, Any]:
+    """Return a record without what says when it was measured and how long that took."""
+    kept = {part.name: getattr(case, part.name) for part in fields(CaseRecord)}
+    for name in ("wall_time", "measured", "taken_over", "motion"):
+        del kept[name]
+    kept["metrics"] = {name: v for name, v in case.metrics.items() if name != "wall_time"}
+    for name, value in kept.items():
+        if isinstance(value, np.ndarray):
+            kept[name] = (value.shape, value.tobytes())
+    return kept
+
+
+# --- what is taken over
+
+
+def test_what_is_taken_over_is_what_is_measured_again_to_the_bit(tmp_path: Path) -> None:
+    out, again = tmp_path / "out", tmp_path / "again"
+    options = {"criteria": {"roll": limits()}}
+    run(out, **options)
+    before = ResultsFolder.load(out)
+    run(out, **options)
+    run(again, reuse=False, **options)
+    taken, measured = ResultsFolder.load(out), ResultsFolder.load(again)
+    for pair in PAIRS:
+        first, kept, fresh = (folder.case(*pair) for folder in (before, taken, measured))
+        assert first is not None
+        assert kept is not None
+        assert fresh is not None
+        assert (first.taken_over, kept.taken_over, fresh.taken_over) == (False, True, False)
+        assert plain(kept) == plain(fresh)
+        assert replace(kept, taken_over=False).wall_time == first.wall_time
+        ours, theirs = taken.motion(kept), measured.motion(fresh)
+        assert ours is not None
+        assert theirs is not None
+        for part in fields(Motion):
+            left, right = getattr(ours, part.name), getattr(theirs, part.name)
+            assert (left is None) == (right is None)
+            assert left is None or (left.dtype, left.tobytes()) == (right.dtype, right.tobytes())
+
+
+def test_nothing_runs_twice_and_all_say_so(tmp_path: Path, ran: list[tuple[str, str]]) -> None:
+    run(tmp_path)
+    assert sorted(ran) == PAIRS
+    ran.clear()
+    seen: list[tuple[str, bool, int, int]] = []
+    announced: list[Unchanged] = []
+    outcome = run(
+        tmp_path,
+        progress=lambda case, done, planned: seen.append(
+            (case.scene, case.taken_over, done, planned)
+        ),
+        announce=announced.append,
+    )
+    assert ran == []
+    assert seen == [(pair[0], True, k, 4) for k, pair in enumerate(PAIRS, start=1)]
+    assert [list(one.cases) for one in announced] == [PAIRS]
+    assert (outcome.counts.taken_over, outcome.counts.ran) == (4, 4)
+    folder = ResultsFolder.load(tmp_path)
+    assert folder.state == "complete"
+    assert folder.environment["taken_over"] == {
+        "cases": 4,
+        "measured_first": min(case.measured for case in folder.cases),
+        "measured_last": max(case.measured for case in folder.cases),
+    }
+    assert all(case.measured for case in folder.cases)
+
+
+def test_it_can_be_switched_off(tmp_path: Path, ran: list[tuple[str, str]]) -> None:
+    run(tmp_path)
+    outcome = run(tmp_path, reuse=False)
+    assert len(ran) == 8
+    assert outcome.counts.taken_over == 0
+    # The names of both runs' motion differ, so that neither is ever overwritten.
+    assert len(list((tmp_path / "motion").iterdir())) == 4
+
+
+def test_two_processes_take_over_and_run_the_rest(tmp_path: Path) -> None:
+    run(tmp_path, engines=["ghostball"])
+    outcome = run(tmp_path, jobs=2)
+    cases = {(case.scene, case.label): case.taken_over for case in outcome.cases}
+    assert cases == {pair: pair[1] == "ghostball" for pair in PAIRS}
+    assert run(tmp_path, jobs=2).counts.taken_over == 4
+
+
+def test_what_an_engine_cannot_represent_is_not_asked_again(
+    tmp_path: Path, ran: list[tuple[str, str]]
+) -> None:
+    shot = [find_scene("sliding-stun")]
+    first = run(tmp_path, scenes=shot, engines=["paper-discrete"])
+    assert [case.outcome for case in first.cases] == ["not-representable"]
+    assert run(tmp_path, scenes=shot, engines=["paper-discrete"]).counts.taken_over == 1
+    assert len(ran) == 1
+
+
+# --- what runs again
+
+
+def touch_sources(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(validation.suite.unchanged, "hash_sources", lambda folders: "edited")
+
+
+def touch_library(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = validation.suite.unchanged._library
+    newer = {"pymunk": ["99.0", ""]}
+    monkeypatch.setattr(
+        validation.suite.unchanged, "_library", lambda name: newer.get(name) or real(name)
+    )
+
+
+def touch_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "version", sys.version + " [another compiler]")
+
+
+def touch_processor(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(validation.suite.unchanged, "cpu_name", lambda: "another")
+
+
+def touch_numba(monkeypatch: pytest.MonkeyPatch) -> None:
+    import numba
+
+    monkeypatch.setattr(numba.config, "CPU_NAME", "generic")
+
+
+def touch_variable(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NPY_DISABLE_CPU_FEATURES", "AVX2")
+
+
+@pytest.mark.parametrize(
+    "touch",
+    [
+        touch_sources,
+        touch_library,
+        touch_python,
+        touch_processor,
+        touch_numba,
+        touch_variable,
+    ],
+)
+def test_other_code_runs_everything_again(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    ran: list[tuple[str, str]],
+    touch: Callable[[pytest.MonkeyPatch], None],
+) -> None:
+    shot = scenes()[1:]
+    run(tmp_path, scenes=shot, engines=["paper-discrete"])
+    announced: list[Unchanged] = []
+    with monkeypatch.context() as changed:
+        touch(changed)
+        run(tmp_path, scenes=shot, engines=["paper-discrete"], announce=announced.append)
+    assert ran == [("roll", "paper-discrete")] * 2
+    assert announced[0].why == "the code or the environment changed"
+
+
+def test_what_changes_no_result_runs_nothing_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", "/elsewhere")
+    monkeypatch.setenv("COLUMNS", "60")
+    monkeypatch.chdir(tmp_path)
+    assert run(tmp_path).counts.taken_over == 4
+
+
+def test_another_scene_of_the_same_name_runs_again(
+    tmp_path: Path, ran: list[tuple[str, str]]
+) -> None:
+    run(tmp_path)
+    ran.clear()
+    faster = [scenes(speed=float(np.nextafter(1.0, 2.0)))[0], scenes()[1]]
+    outcome = run(tmp_path, scenes=faster)
+    assert ran == [("cut", "ghostball"), ("cut", "paper-discrete")]
+    assert [case.scene for case in outcome.cases if case.taken_over] == ["roll", "roll"]
+
+
+def test_other_criteria_are_judged(tmp_path: Path) -> None:
+    loose = run(tmp_path, criteria={"roll": limits(1.0), "cut": limits(1.0)})
+    assert loose.exit_status == 0
+    strict = run(tmp_path, criteria={"roll": limits(1e-12), "cut": limits(1.0)})
+    assert strict.exit_status == 1
+    assert strict.counts.taken_over == 2
+    # Of one engine alone: the other's verdict stands.
+    own = Criterion.model_validate(
+        {"engines": ["ghostball"], "metric": "energy_rise", "at_most": 1.0, "reason": "by hand"}
+    )
+    both = Criteria(criteria=(*limits(1e-12).criteria, own))
+    third = run(tmp_path, criteria={"roll": both, "cut": limits(1.0)})
+    assert third.counts.taken_over == 3
+    assert third.exit_status == 1  # a failed check that is taken over still fails the run
+
+
+def test_other_settings_run(tmp_path: Path, ran: list[tuple[str, str]]) -> None:
+    run(tmp_path, engines=["paper-discrete"])
+    run(tmp_path, engines=["paper-discrete:dt=0.01"])
+    assert len(ran) == 4
+
+
+def test_what_failed_runs_again_until_it_does_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def crash(name: str, scene: Scene) -> None:
+        if scene.name == "cut":
+            raise ZeroDivisionError("today")
+
+    with monkeypatch.context() as broken:
+        spy_on(broken, PaperDiscreteEngine, crash)
+        for taken_over in (0, 3):
+            outcome = run(tmp_path)
+            assert outcome.exit_status == 1
+            assert outcome.counts.taken_over == taken_over
+    mended = run(tmp_path)
+    assert (mended.exit_status, mended.counts.taken_over) == (0, 3)
+    assert run(tmp_path).counts.taken_over == 4
+
+
+def test_only_an_end_that_comes_again_is_taken_over() -> None:
+    case = CaseRecord("s", "", (), {}, "e", "e", "ran", status="rest")
+    assert may_be_taken_over(case)
+    assert may_be_taken_over(replace(case, status="t-max"))
+    for status in Status:  # a limit may be one of time
+        ended = may_be_taken_over(replace(case, status=status_name(status)))
+        assert ended is (status in (Status.REST, Status.T_MAX))
+    assert not may_be_taken_over(replace(case, outcome="failed"))
+    assert not may_be_taken_over(replace(case, outcome="unavailable"))
+    assert may_be_taken_over(replace(case, outcome="not-representable", status=None))
+
+
+def test_engines_of_other_packages_always_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site = tmp_path / "site"
+    info = site / "foreign-1.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: foreign\nVersion: 1\n")
+    (info / "entry_points.txt").write_text("[ghostball.engines]\nforeign = foreign_engine:F\n")
+    (site / "foreign_engine.py").write_text(
+        "from reference_adapters.paper.discrete import PaperDiscreteEngine\n"
+        "class F(PaperDiscreteEngine):\n    name = 'foreign'\n"
+        "    def simulate(self, scene, *, record='rest'):\n"
+        "        import dataclasses\n"
+        "        result = super().simulate(scene, record=record)\n"
+        "        return dataclasses.replace(result, engine='foreign')\n"
+    )
+    monkeypatch.syspath_prepend(str(site))
+    announced: list[Unchanged] = []
+    options = {"engines": ["foreign", "paper-discrete"], "announce": announced.append}
+    run(tmp_path / "out", **options)
+    outcome = run(tmp_path / "out", **options)
+    assert {case.label: case.taken_over for case in outcome.cases} == {
+        "foreign": False,
+        "paper-discrete": True,
+    }
+    assert announced[1].always == ("foreign",)
+    assert not is_ours("foreign")
+    assert is_ours("pymunk:mode=landed")
+
+
+@pytest.mark.parametrize("damage", ["cut", "missing", "swapped"])
+def test_a_motion_that_is_not_whole_runs_its_case_again(tmp_path: Path, damage: str) -> None:
+    run(tmp_path)
+    case = ResultsFolder.load(tmp_path).case("cut", "ghostball")
+    assert case is not None
+    path = tmp_path / str(case.motion)
+    if damage == "cut":
+        path.write_bytes(path.read_bytes()[:-10])
+    elif damage == "missing":
+        path.unlink()
+    else:
+        shutil.copy(tmp_path / "motion" / "roll--ghostball.npz", path)
+    announced: list[Unchanged] = []
+    assert run(tmp_path, announce=announced.append).counts.taken_over == 3
+    assert announced[0].damaged == (case.motion,)
+    folder = ResultsFolder.load(tmp_path)
+    for mended in folder.cases:
+        assert folder.motion(mended) is not None
+
+
+@pytest.mark.parametrize("change", ["schema", "line"])
+def test_a_folder_that_cannot_be_read_is_said_to_give_nothing(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, change: str
+) -> None:
+    run(tmp_path)
+    path = tmp_path / ("env.json" if change == "schema" else "results.jsonl")
+    text = path.read_text()
+    path.write_text(
+        json.dumps(json.loads(text) | {"schema": 1}) if change == "schema" else "{broken\n" + text
+    )
+    assert run(tmp_path).counts.taken_over == 0
+    (message,) = [record.getMessage() for record in caplog.records]
+    assert message.startswith("nothing is taken over from the results that are there")
+    wanted = "`schema` must be 4, got 1" if change == "schema" else "results.jsonl:1: not valid"
+    assert wanted in message
+    assert run(tmp_path).counts.taken_over == 4
+
+
+# --- files that change under a process
+
+
+def test_files_that_changed_since_they_were_loaded_reuse_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Breaks where a notebook that loaded the old code stores its results as those of the new.
+    run(tmp_path)
+    with monkeypatch.context() as edited:
+        edited.setattr(validation.suite.unchanged, "_look", lambda: ("other",))
+        announced: list[Unchanged] = []
+        assert run(tmp_path, announce=announced.append).counts.taken_over == 0
+        assert announced[0].why == "files of code changed since this process loaded them"
+        assert all(case.inputs_hash == "" for case in ResultsFolder.load(tmp_path).cases)
+    assert run(tmp_path).counts.taken_over == 0
+
+
+def test_a_file_that_changes_during_a_run_marks_what_comes_after(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    edited: list[str] = []
+    loaded = validation.suite.unchanged._LOADED
+    monkeypatch.setattr(
+        validation.suite.unchanged, "_look", lambda: ("other",) if edited else loaded
+    )
+    run(tmp_path, progress=lambda case, done, planned: edited.append("x") if done == 2 else None)
+    edited.clear()
+    outcome = run(tmp_path)
+    assert [case.scene for case in outcome.cases if case.taken_over] == ["cut", "cut"]
+
+
+def test_sources_that_cannot_be_read_reuse_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(validation.suite.unchanged, "_LOADED", ())
+    assert Code.now() == Code("", "the source files of ghostball can't be read here")
+    monkeypatch.setattr(validation.parallel.sources, "OUR_PACKAGES", ("engine", "no_such_package"))
+    assert validation.suite.unchanged._look() == ()
+
+
+def test_the_look_sees_an_edit_and_an_installed_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site = tmp_path / "site-packages"
+    site.mkdir()
+    source = tmp_path / "a.py"
+    source.write_text("x = 1\n")
+    monkeypatch.setattr(validation.suite.unchanged, "source_folders", lambda: (tmp_path,))
+    monkeypatch.syspath_prepend(str(site))
+    looks = [validation.suite.unchanged._look()]
+    assert validation.suite.unchanged._look() == looks[0]
+    before = source.stat()
+    source.write_text("x = 2\n")
+    os.utime(source, ns=(before.st_atime_ns, before.st_mtime_ns))  # as a copy that keeps times does
+    looks.append(validation.suite.unchanged._look())
+    (site / "thing-1.0.dist-info").mkdir()
+    looks.append(validation.suite.unchanged._look())
+    assert len(set(looks)) == 3
+
+
+def copy_of_the_sources(folder: Path) -> Path:
+    for package in OUR_PACKAGES:
+        shutil.copytree(ROOT / package, folder / package)  # with what Python has compiled
+    return folder
+
+
+@pytest.mark.parametrize("edited", [False, True])
+def test_an_edit_between_the_imports_of_engine_and_of_this_reuses_nothing(
+    tmp_path: Path, edited: bool
+) -> None:
+    # Breaks where the files are first looked at when the code that is loaded is older than they;
+    # and where a checkout just before the import counts as an edit.
+    code = copy_of_the_sources(tmp_path / "code")
+    (code / "engine" / "shot.py").touch()
+    script = textwrap.dedent(f"""
+        import os
+        from pathlib import Path
+        import engine
+
+        source = Path(engine.__file__).with_name("shot.py")
+        assert source.is_relative_to({str(code)!r})
+        if {edited}:
+            before = source.stat()
+            source.write_text(source.read_text() + "# a comment\\n")
+            os.utime(source, ns=(before.st_atime_ns, before.st_mtime_ns))
+        from validation.suite.unchanged import Code
+
+        print(Code.now())
+    """)
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env=os.environ | {"PYTHONPATH": str(code)},
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=tmp_path,
+    )
+    changed = "Code(hash='', why='files of code changed since this process loaded them')\n"
+    assert (done.stdout == changed) is edited, done.stdout
+
+
+def test_a_file_dated_in_the_future_is_no_edit(tmp_path: Path) -> None:
+    # As archives bring them: nothing would ever be taken over.
+    now = time.time_ns()
+    look = (("a.py", 1, 1, now + 10**12, now),)
+    assert validation.suite.unchanged._changed_after(look, now) is (os.name == "nt")
+    assert validation.suite.unchanged._changed_after(look, now - 1)
+
+
+def installed(site: Path, name: str, origin: str | None) -> None:
+    info = site / f"{name}-1.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n")
+    (info / "RECORD").write_text("")
+    if origin is not None:
+        (info / "direct_url.json").write_text(origin)
+
+
+def test_a_library_that_is_installed_editable_reuses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Breaks where the list of files, which names only the link, stands for the sources.
+    site = tmp_path / "site"
+    installed(site, "edited", '{"url": "file:///x", "dir_info": {"editable": true}}')
+    installed(site, "built", '{"url": "file:///x", "dir_info": {}}')
+    installed(site, "archived", '{"url": "https://x/y.whl", "archive_info": {}}')
+    installed(site, "indexed", None)
+    monkeypatch.syspath_prepend(str(site))
+    told = (*LIBRARIES, "built", "archived", "indexed", "missing")
+    monkeypatch.setattr(validation.suite.unchanged, "LIBRARIES", told)
+    assert Code.now().hash
+    run(tmp_path / "out")
+    monkeypatch.setattr(validation.suite.unchanged, "LIBRARIES", (*told, "edited"))
+    announced: list[Unchanged] = []
+    for _ in range(2):  # the second time there is nothing that could be taken over
+        outcome = run(tmp_path / "out", announce=announced.append)
+        assert outcome.counts.taken_over == 0
+        assert all(case.inputs_hash == "" for case in outcome.cases)
+    why = "installed editable, so that their code can't be told: edited"
+    assert [(one.stored, one.why) for one in announced] == [(4, why), (0, why)]
+
+
+# --- the hashes
+
+
+def statements(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield all statements below a node: no expression is one, or has one in it."""
+    for child in ast.iter_child_nodes(node):
+        if not isinstance(child, ast.expr):
+            yield child
+            yield from statements(child)
+
+
+def test_every_library_that_our_code_imports_is_hashed() -> None:
+    # Breaks where an engine is added on a library whose next version would go unseen.
+    imported = {
+        name.partition(".")[0]
+        for folder in source_folders()
+        for path in folder.rglob("*.py")
+        if "peers" not in path.parts  # they run in the peers' own interpreters, and only in `bench`
+        for node in statements(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for name in (
+            [node.module or ""]
+            if isinstance(node, ast.ImportFrom)
+            else [alias.name for alias in node.names]
+        )
+    }
+    known = sys.stdlib_module_names | {*OUR_PACKAGES, "__future__", ""}
+    # Where caches lie; how a scene is written; who may write results; when a module is imported;
+    # in which process a task is done.
+    harmless = {"platformdirs", "tomli_w", "filelock", "lazy_loader", "pebble", "distributed"}
+    # An import's name need not be that of the package which brings it.
+    brings = packages_distributions()
+    needed = {
+        name.lower().replace("_", "-")
+        for module in imported - known - harmless
+        for name in brings.get(module, [module])
+    }
+    assert needed <= set(LIBRARIES)
+
+
+def test_the_description_of_the_code_is_the_same_in_another_process() -> None:
+    # Breaks where an address or a hash seed gets into it: nothing would ever be taken over.
+    script = (
+        "import json; from validation.suite.unchanged import describe_code as d;"
+        "print(json.dumps(d()))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path), "PYTHONHASHSEED": "7"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert json.loads(done.stdout) == json.loads(json.dumps(describe_code()))
+
+
+def test_every_input_is_in_the_hash() -> None:
+    shot = scenes()[1]
+    criteria = limits().criteria
+    base: dict[str, Any] = {
+        "scene": shot,
+        "label": "paper-discrete",
+        "settings": {"dt": 0.02},
+        "criteria": criteria,
+        "truth": None,
+        "metrics": None,
+        "left_out": (),
+    }
+    moved = shot.balls[0].model_copy(update={"velocity": (1.0, -0.0, 0.0)})
+    changes: list[dict[str, Any]] = [
+        {"scene": scenes(float(np.nextafter(1.0, 2.0)))[1]},
+        {"scene": shot.model_copy(update={"title": "renamed"})},
+        {"scene": shot.model_copy(update={"balls": (moved,)})},
+        {"label": "paper-discrete:dt=0.02"},
+        {"settings": {"dt": 0.01}},
+        {"settings": {"dt": 0.02, "new": None}},
+        {"criteria": ()},
+        {"criteria": limits(2e-6).criteria},
+        {"criteria": limits(metric="rest_error_rms").criteria},
+        {"criteria": (criteria[0].model_copy(update={"reason": "another"}),)},
+        {"truth": "engine"},
+        {"metrics": ["rest_error_max"]},
+        {"left_out": ("energy_rise",)},
+    ]
+    hashes = {inputs_hash(**base)} | {inputs_hash(**base | change) for change in changes}
+    assert len(hashes) == len(changes) + 1
+    assert inputs_hash(**base) == inputs_hash(**base | {"scene": scenes()[1]})
+
+
+# --- interrupted, and what a run leaves for the next
+
+
+def interrupt_at(count: int) -> Callable[[CaseRecord, int, int], None]:
+    def progress(case: CaseRecord, done: int, planned: int) -> None:
+        if done == count:
+            raise KeyboardInterrupt
+
+    return progress
+
+
+def test_an_interrupted_run_goes_on(tmp_path: Path, ran: list[tuple[str, str]]) -> None:
+    assert run(tmp_path, progress=interrupt_at(3)).interrupted
+    assert ran == PAIRS[:3]
+    ran.clear()
+    outcome = run(tmp_path)
+    assert ran == PAIRS[3:]
+    assert (outcome.counts.taken_over, outcome.exit_status) == (3, 0)
+    assert ResultsFolder.load(tmp_path).state == "complete"
+
+
+def test_an_interrupted_second_run_loses_nothing(
+    tmp_path: Path, ran: list[tuple[str, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run(tmp_path)
+    with monkeypatch.context() as edited:  # an edit that is taken back
+        touch_sources(edited)
+        assert run(tmp_path, progress=interrupt_at(1)).interrupted
+        assert [case.scene for case in ResultsFolder.load(tmp_path).cases] == ["cut"]
+    ran.clear()
+    assert run(tmp_path).counts.taken_over == 3
+    assert ran == PAIRS[:1]
+    assert run(tmp_path, reuse=False, progress=interrupt_at(2)).interrupted
+    ran.clear()
+    assert run(tmp_path).counts.taken_over == 4
+    assert ran == []
+
+
+def test_an_interrupt_before_anything_ran_changes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run(tmp_path, engines=["ghostball"])
+    before = contents(tmp_path)
+
+    def interrupt(name: str, scene: Scene) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as impatient:
+        spy_on(impatient, PaperDiscreteEngine, interrupt)
+        faster = [scenes(2.0)[0], scenes()[1]]
+        outcome = run(tmp_path, scenes=faster, engines=["paper-discrete", "ghostball"])
+    assert outcome.interrupted
+    assert outcome.cases == []
+    assert contents(tmp_path) == before
+
+
+STEPS = ("_put_by", "unlink", "_write_environment", "_drop_motion", "write_lines")
+
+
+@pytest.mark.parametrize("when", ["before", "after"])
+@pytest.mark.parametrize("step", STEPS)
+def test_an_interrupt_while_a_run_begins_leaves_a_folder_that_reads_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str, when: str
+) -> None:
+    # Breaks where the earlier results are gone, none have taken their place, and nobody says so.
+    run(tmp_path)
+    before = contents(tmp_path)
+    pressed: list[str] = []
+
+    def interrupting(real: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*given: Any, **named: Any) -> Any:
+            now = not pressed and (step != "unlink" or Path(given[0]).name == "results.jsonl")
+            if now:
+                pressed.append(step)
+            if now and when == "before":
+                raise KeyboardInterrupt
+            value = real(*given, **named)
+            if now:
+                raise KeyboardInterrupt
+            return value
+
+        return call
+
+    owner: Any = {"unlink": Path, "write_lines": validation.results.store}.get(step, ResultsWriter)
+    with monkeypatch.context() as impatient:
+        impatient.setattr(owner, step, interrupting(getattr(owner, step)))
+        faster = [scenes(2.0)[0], scenes()[1]]
+        outcome = run(tmp_path, scenes=faster)
+    assert pressed
+    assert outcome.interrupted
+    folder = ResultsFolder.load(tmp_path)
+    shown = [(case.scene, case.taken_over) for case in folder.cases]
+    assert [(case.scene, case.taken_over) for case in outcome.cases] in (shown, [])
+    if outcome.begun:
+        assert shown == [("roll", True)] * 2 == [(c.scene, c.taken_over) for c in outcome.cases]
+        assert folder.state == "interrupted"
+    else:
+        after = contents(tmp_path)
+        assert {name: after[name] for name in before} == before
+    assert run(tmp_path).counts.taken_over == 4
+
+
+def test_a_second_run_is_refused_before_it_reads_or_runs_anything(
+    tmp_path: Path, ran: list[tuple[str, str]]
+) -> None:
+    # Breaks where it plans with results that the first run is about to replace.
+    announced: list[Unchanged] = []
+    with ResultsWriter(tmp_path).reserved():
+        with pytest.raises(ResultsError, match="another run writes there"):
+            run(tmp_path, announce=announced.append)
+        assert (ran, announced) == ([], [])
+    assert run(tmp_path).exit_status == 0
+
+
+def test_an_interrupt_between_a_line_and_its_being_counted_counts_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = ResultsWriter.write
+
+    def write(self: ResultsWriter, *given: Any) -> CaseRecord:
+        real(self, *given)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ResultsWriter, "write", write)
+    outcome = run(tmp_path)
+    assert outcome.interrupted
+    assert [case.scene for case in outcome.cases] == ["cut"]
+
+
+def test_a_run_of_a_part_leaves_the_rest_for_the_next(
+    tmp_path: Path, ran: list[tuple[str, str]]
+) -> None:
+    run(tmp_path)
+    assert run(tmp_path, scenes=scenes()[:1], engines=["ghostball"]).counts.taken_over == 1
+    folder = ResultsFolder.load(tmp_path)
+    assert [(case.scene, case.label) for case in folder.cases] == PAIRS[:1]  # no other is shown
+    ran.clear()
+    assert run(tmp_path).counts.taken_over == 4
+    assert not (tmp_path / "earlier.jsonl").exists()
+
+
+def test_a_run_that_ends_drops_what_its_code_could_never_take_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Breaks where a folder grows by every edit.
+    run(tmp_path)
+    touch_sources(monkeypatch)
+    run(tmp_path, scenes=scenes()[:1])
+    assert not (tmp_path / "earlier.jsonl").exists()
+    assert len(list((tmp_path / "motion").iterdir())) == 2
+
+
+# --- the whole, as a user meets it
+
+
+@pytest.mark.slow
+def test_an_edit_of_a_copy_of_the_sources_is_seen(tmp_path: Path) -> None:
+    code = copy_of_the_sources(tmp_path / "code")
+    script = textwrap.dedent(f"""
+        from pathlib import Path
+        from validation import run_suite, select
+        import engine
+
+        assert engine.__file__.startswith({str(code)!r})
+        out = Path({str(tmp_path / "out")!r})
+        outcome = run_suite(select(["stop"]), ["ghostball", "paper-discrete"], out, reuse=True)
+        print(outcome.counts.taken_over)
+    """)
+
+    def taken_over() -> int:
+        done = subprocess.run(
+            [sys.executable, "-c", script],
+            env=os.environ | {"PYTHONPATH": str(code), "NUMBA_DISABLE_JIT": "1"},
+            capture_output=True,
+            text=True,
+            check=True,
+            cwd=tmp_path,
+        )
+        return int(done.stdout)
+
+    assert [taken_over(), taken_over()] == [0, 2]
+    for package, module in (
+        ("engine", "motion/on_cloth"),
+        ("reference_adapters", "paper/model"),
+        ("validation", "metrics"),
+    ):
+        path = code / package / f"{module}.py"
+        path.write_text(path.read_text() + "# a comment\n")
+        assert [taken_over(), taken_over()] == [0, 2]

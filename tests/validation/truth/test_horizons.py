@@ -1,0 +1,86 @@
+"""Each engine has a horizon of its own; past it nothing is said of how a shot ends."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from engine import simulate
+from reference_adapters import make_engine
+from reference_adapters.base import resolution_of
+from validation.checks.criteria import common_criteria
+from validation.checks.metric_table import METRICS
+from validation.checks.verdict import Verdict, verdict_of
+from validation.scenes.library import find_scene
+from validation.suite.case import Case, run_case
+from validation.truth.horizons import growth_of
+from validation.truth.scene_truth import truth_of
+
+
+def horizon_of(name: str, label: str) -> float:
+    scene = find_scene(name)
+    growth = growth_of(simulate(scene, record="trajectory"))
+    return growth.horizon(resolution_of(make_engine(label), scene))
+
+
+def test_who_errs_more_has_the_shorter_horizon():
+    labels = ("ghostball", "pymunk:mode=landed", "pymunk:dt=1e-6", "pymunk", "pymunk:dt=1e-2")
+    horizons = [horizon_of("chaos-a", label) for label in labels]
+    assert horizons == sorted(horizons, reverse=True)
+    assert horizons[0] > 2.0 * horizons[2] > 0.0
+
+
+@pytest.mark.parametrize("label", ["ghostball", "pymunk", "pymunk:dt=1e-2", "paper-discrete"])
+def test_an_easy_shot_is_predicted_to_its_end_by_all(label):
+    assert horizon_of("half-ball-cut", label) == math.inf
+
+
+def test_a_contact_that_is_landed_on_is_off_by_the_landing_gap():
+    scene = find_scene("break-7")
+    assert resolution_of(make_engine("pymunk:mode=landed"), scene) == 1e-10
+    assert resolution_of(make_engine("pymunk:dt=1e-4"), scene) == pytest.approx(2e-4)
+    assert resolution_of(make_engine("ghostball"), scene) == 0.0
+    assert resolution_of(make_engine("certified"), scene) is None
+
+
+def test_past_its_horizon_nothing_is_said_of_how_a_shot_ends():
+    scene = find_scene("break-16")
+    truth = truth_of(scene)
+    near, _ = run_case(Case(scene, "pymunk:mode=landed", truth))
+    far, _ = run_case(Case(scene, "pymunk", truth))
+    assert near.horizon is None
+    assert near.metrics["rest_error_max"] < 1e-4
+    assert 0.0 < far.horizon < 1.0
+    ends = [name for name, metric in METRICS.items() if metric.to_the_end]
+    assert {far.metrics[name] for name in ends} == {None}
+    assert all("past the horizon" in far.notes[name] for name in ends)
+    assert far.ball_errors is None
+    assert far.metrics["matching_events"] >= 0
+    assert far.metrics["energy_difference_max"] < 1e-2
+
+
+def test_a_closed_form_is_compared_with_whatever_errors_become():
+    scene = find_scene("galperin-2")
+    record, _ = run_case(Case(scene, "pymunk:config=default", truth_of(scene)))
+    assert record.horizon is None
+
+
+def test_a_run_that_stops_early_fails_what_every_scene_asks():
+    """Breaks where a criterion is dropped because a bad run left nothing to measure."""
+    scene = find_scene("half-ball-cut")
+    graded = tuple(one for one in common_criteria().criteria if one.metric == "quality_factor")
+    record, _ = run_case(Case(scene, "ghostball:max_events=1", truth_of(scene), graded))
+    assert [check.passed for check in record.checks] == [False]
+    whole, _ = run_case(Case(scene, "ghostball", truth_of(scene), graded))
+    assert [check.passed for check in whole.checks] == [True]
+
+
+def test_what_is_graded_up_to_the_horizon_only_leaves_the_end_open():
+    scene = find_scene("chaos-a")
+    record, _ = run_case(
+        Case(scene, "ghostball", truth_of(scene), tuple(common_criteria().criteria))
+    )
+    assert record.horizon is not None
+    assert all(check.passed for check in record.checks)
+    assert verdict_of(record) is Verdict.LIMITS_HOLD

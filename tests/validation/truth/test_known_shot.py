@@ -1,0 +1,36 @@
+"""The best motion known of a scene."""
+
+import numpy as np
+import pytest
+from toy_engines import roll
+
+from engine import Physics, UnsupportedSceneError
+from validation import find_scene
+from validation.truth.known_shot import known_shot
+
+
+def test_certified_where_it_can_be():
+    known = known_shot(find_scene("half-ball-cut"))
+    assert known.kind == known.engine == "certified"
+    assert known.why == ""
+    np.testing.assert_array_equal(known.positions(None), known.rest_positions[:, :2])
+    assert known.positions(0.0)[0].tolist() == [0.5, 0.606425]
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "why"),
+    [
+        ("three-ball-symmetric", "closed form", "ambiguous"),
+        ("mathavan-cut", "our engine", "no closed form"),
+    ],
+)
+def test_else_the_next_best_with_the_reason(name, kind, why):
+    known = known_shot(find_scene(name))
+    assert known.kind == kind
+    assert known.engine == "ghostball"
+    assert why in known.why
+
+
+def test_what_nobody_represents_is_refused():
+    with pytest.raises(UnsupportedSceneError):
+        known_shot(roll(physics=Physics(air_drag=0.004)))

@@ -1,0 +1,266 @@
+"""Accepts what `ghostball regress` found: rewrites baselines, and says why in their changelog."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from engine import GhostballError
+from validation.baselines.baseline import (
+    FOLDER,
+    Accepted,
+    Baseline,
+    BaselineSchemaError,
+    baseline_path,
+    load_baseline,
+)
+from validation.baselines.gate import CANDIDATES, platform_of, revision_of
+from validation.baselines.regression import Regression, SceneChange, load_regression
+from validation.parallel.sources import hash_sources, source_folders
+from validation.results.files import REGRESSION_FILE, write_all_whole
+
+CHANGES_FILE = "CHANGES.md"
+
+_HEAD = """\
+# What was accepted, and why
+
+Newest first. A change is *rounding-only* where no state up to the predictability horizon moved by
+more than rounding explains; *better* or *worse* where it moved against truth.
+"""
+
+
+class AcceptError(GhostballError, ValueError):
+    """Nothing that can be accepted."""
+
+
+class LimitsBrokenError(AcceptError):
+    """What was to be accepted breaks limits of truth, in the scenes `broken`."""
+
+    def __init__(self, broken: Sequence[SceneChange]) -> None:
+        self.broken = tuple(broken)
+        said = "".join(f"\n  {one.scene}: {'; '.join(one.broken)}" for one in broken)
+        super().__init__(
+            f"nothing is accepted, for limits of truth are broken: what was found there is wrong, "
+            f"not only another answer:{said}\nMend the engine. To accept other scenes, leave these "
+            "out by --only"
+        )
+
+
+@dataclass(frozen=True)
+class Acceptance:
+    """What was accepted.
+
+    Attributes
+    ----------
+    written, deleted : tuple of str
+        Scenes whose baselines were rewritten, or made; and that have none any more.
+    left : tuple of str
+        Scenes that moved too, and weren't asked for.
+    broken : tuple of SceneChange
+        Those that were accepted though they break limits of truth.
+    changelog : Path
+    """
+
+    written: tuple[str, ...]
+    deleted: tuple[str, ...]
+    left: tuple[str, ...]
+    broken: tuple[SceneChange, ...]
+    changelog: Path
+
+
+def accept(
+    results: Path,
+    reason: str,
+    *,
+    only: str = "*",
+    folder: Path = FOLDER,
+    even_though_limits_fail: bool = False,
+) -> Acceptance:
+    """Accept what a comparison with baselines found.
+
+    Parameters
+    ----------
+    results : Path
+        The results folder of that comparison.
+    reason : str
+        Why the change is right; a sentence for those who come after.
+    only : str
+        Pattern of scenes.
+    folder : Path
+        Of the baselines.
+    even_though_limits_fail : bool
+        Whether to accept also what breaks limits of truth.
+
+    Raises
+    ------
+    LimitsBrokenError
+        Where what would be accepted breaks limits of truth. Nothing is written then.
+    GhostballError
+        Where there is no reason, no comparison, one of other code than what is here now, one with
+        another revision, or nothing to accept. Nothing is written then.
+    """
+    if not reason.strip():
+        raise AcceptError(
+            "`reason` must say why the change is right, got nothing. Say it as in --reason "
+            '"the root finder polishes once more"'
+        )
+    regression = load_regression(results)
+    if regression is None:
+        raise AcceptError(
+            f"{results}: holds no {REGRESSION_FILE}, so there is nothing to accept. Run "
+            f"`ghostball regress --out {results}`, and look at what it says"
+        )
+    if not regression.accepted:
+        raise AcceptError(
+            f"{results}: compares with revision {regression.against}, not with baselines. Run "
+            f"`ghostball regress --out {results}` without --against"
+        )
+    if regression.head.get("sources") != hash_sources(source_folders()):
+        raise AcceptError(
+            f"{results}: the code changed since that comparison, so what it found is not what "
+            "would be accepted. Run `ghostball regress` again, and look at what it says"
+        )
+    accepted = _accepted(regression, reason)
+    candidates = _candidates(regression, results, folder)
+    chosen = [one for one in candidates if fnmatchcase(one.scene, only)]
+    left = [name for name in regression.stale if baseline_path(folder, name).exists()]
+    stale = [name for name in left if fnmatchcase(name, only)]
+    if not chosen and not stale:
+        there = ", ".join([*(one.scene for one in candidates), *left]) or "nothing"
+        raise AcceptError(f'nothing to accept matches "{only}"; what there is to accept: {there}')
+    names = {one.scene for one in chosen}
+    broken = [one for one in regression.broken if one.scene in names]
+    if broken and not even_though_limits_fail:
+        raise LimitsBrokenError(broken)
+    entry = _entry(regression, accepted, [one.scene for one in chosen], stale)
+    changelog = folder / CHANGES_FILE
+    texts = {
+        baseline_path(folder, one.scene): one.model_copy(update={"accepted": accepted}).text()
+        for one in chosen
+    }
+    texts[changelog] = _with_entry(changelog, entry)
+    _write(texts, [baseline_path(folder, name) for name in stale])
+    return Acceptance(
+        tuple(one.scene for one in chosen),
+        tuple(stale),
+        tuple(one.scene for one in candidates if one not in chosen),
+        tuple(broken),
+        changelog,
+    )
+
+
+def can_be_accepted(change: SceneChange) -> bool:
+    """Whether something moved that a baseline holds: broken limits, or times, alone are nothing."""
+    moved = any(not one.within for one in (*change.metrics, *change.counters))
+    return bool(change.head_hash) and (moved or change.change != "identical")
+
+
+def _accepted(regression: Regression, reason: str) -> Accepted:
+    return Accepted(
+        date=datetime.now(UTC).date().isoformat(),
+        revision=revision_of(regression.head),
+        platform=platform_of(regression.head),
+        reason=" ".join(reason.split()),
+    )
+
+
+def _candidates(regression: Regression, results: Path, folder: Path) -> list[Baseline]:
+    """Read what would be accepted, checked as any baseline is, but for what was accepted before."""
+    found = []
+    for change in regression.scenes:
+        path = baseline_path(results / CANDIDATES, change.scene)
+        if path.exists():
+            candidate = load_baseline(path)
+            if candidate.hash.bits != change.head_hash:
+                raise AcceptError(
+                    f"{path}: isn't what the comparison found: it was edited, or is of another "
+                    "run. Run `ghostball regress` again"
+                )
+            if not _was_accepted(change, candidate, folder):
+                found.append(candidate)
+        elif can_be_accepted(change):
+            raise AcceptError(f"{path}: missing. Run `ghostball regress` again")
+    return found
+
+
+def _was_accepted(change: SceneChange, candidate: Baseline, folder: Path) -> bool:
+    """Whether a candidate is the baseline already, but for when and why it was accepted."""
+    path, before = baseline_path(folder, change.scene), ""
+    if path.exists():
+        try:
+            now = load_baseline(path)
+        except BaselineSchemaError:
+            return False
+        if now.model_copy(update={"accepted": candidate.accepted}) == candidate:
+            return True
+        before = now.hash.bits
+    if change.base_hash != before:
+        raise AcceptError(
+            f"{path}: isn't what was compared with: it was accepted, restored or removed since, or "
+            "`--baselines` was another folder. Run `ghostball regress` again"
+        )
+    return False
+
+
+def _entry(
+    regression: Regression, accepted: Accepted, scenes: Sequence[str], stale: Sequence[str]
+) -> str:
+    """Return what the changelog says of it."""
+    lines = [
+        f"## {accepted.date}, revision {accepted.revision}",
+        "",
+        accepted.reason,
+        "",
+        f"On {accepted.platform}.",
+        "",
+    ]
+    changes = [change for change in regression.scenes if change.scene in scenes]
+    new = [change.scene for change in changes if change.change == "no-baseline"]
+    moved = [change for change in changes if change.change != "no-baseline"]
+    if moved:
+        lines += ["| scene | change | what moved |", "|---|---|---|"]
+        lines += [
+            f"| {one.scene} | {_words(one)} | {one.summary.replace('|', '/')} |" for one in moved
+        ]
+        lines.append("")
+    if new:
+        lines += [f"New: {', '.join(new)}.", ""]
+    if stale:
+        lines += [f"No more: {', '.join(stale)}.", ""]
+    return "\n".join(lines)
+
+
+def _words(change: SceneChange) -> str:
+    """Return what the changelog calls a change: the same bits may have cost other work."""
+    return "same bits, other work" if change.change == "identical" else change.change
+
+
+def _with_entry(changelog: Path, entry: str) -> str:
+    """Return the changelog with a new entry on top."""
+    try:
+        text = changelog.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        text = _HEAD
+    except (OSError, UnicodeDecodeError) as error:
+        raise AcceptError(f"{changelog}: can't be read: {error}. Mend or remove it") from None
+    head, mark, rest = text.partition("\n## ")
+    return head.rstrip("\n") + "\n\n" + entry + (f"\n## {rest}" if mark else "")
+
+
+def _write(texts: dict[Path, str], stale: Sequence[Path]) -> None:
+    """Write all files, none before all are on the disk, then remove stale ones."""
+    try:
+        for path in texts:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        write_all_whole(texts)
+        for path in stale:
+            path.unlink(missing_ok=True)
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise AcceptError(
+            f"{error.filename or next(iter(texts)).parent}: can't be written: {reason}. Choose "
+            "another `--baselines`"
+        ) from error

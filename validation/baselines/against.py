@@ -1,0 +1,253 @@
+"""Compares our engine as it is here with another revision: both run by turns, in one go."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from engine import Result, Scene
+from reference_adapters.base import resolution_of
+from reference_adapters.registry import make_engine
+from validation.baselines.bands import band_of_counter, band_of_metric
+from validation.baselines.classify import Bands, classify
+from validation.baselines.gate import outcome_of
+from validation.baselines.observed import Observed
+from validation.baselines.player import NotComparableError, Player, PlayError, playing
+from validation.baselines.regression import Regression, SceneChange, TimeChange
+from validation.baselines.revision import repository, resolve, worktree
+from validation.baselines.rounding import allowance_of
+from validation.baselines.timing import (
+    ROUNDS,
+    RUNS,
+    MachineTimes,
+    compare_samples,
+)
+from validation.checks.criteria import Criteria
+from validation.checks.metrics import measure
+from validation.results.environment import describe_environment
+from validation.results.files import cannot_write, save_motion
+from validation.runs.sampling import motion_of
+from validation.scenes import commands
+from validation.suite.suite import shipped_criteria
+from validation.truth.scene_truth import OUR_NAME, Truth, truth_of
+
+BASE_FOLDER = "base"
+"""Folder in a results folder: motion of the base, and of the head beside it."""
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class _Shot:
+    """A scene, where it lies, and how both sides played it."""
+
+    scene: Scene
+    path: Path
+    truth: Truth
+    base: Result | PlayError
+    head: Result
+
+
+def compare_revisions(
+    scenes: Sequence[Scene],
+    revision: str,
+    out: Path,
+    *,
+    criteria: Mapping[str, Criteria] | None = None,
+    known: MachineTimes | None = None,
+    rounds: int = ROUNDS,
+    progress: Progress | None = None,
+) -> Regression:
+    """Run scenes on another revision and on the engine as it is here, and compare.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+    revision : str
+        Any name that git knows.
+    out : Path
+        A results folder; the motion of both sides goes into it.
+    criteria : mapping of str to Criteria, optional
+        By scene name; those of shipped scenes where left out.
+    known : MachineTimes, optional
+        What `ghostball calibrate` measured: from which ratio on a scene counts as slower.
+    rounds : int
+        How often each scene is timed; 0: not at all.
+    progress : callable, optional
+
+    Raises
+    ------
+    RevisionError
+        Where there is no such revision.
+    NotComparableError
+        Where it can't be built or run.
+    """
+    root = repository()
+    commit = resolve(revision, root)
+    planned, done = 2 * len(scenes) + rounds, 0
+
+    def one_more(last: str) -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done, planned, last)
+
+    with tempfile.TemporaryDirectory() as place, worktree(root, commit) as there:
+        sides = {f"revision {commit[:12]}": there, "the engine here": root}
+        with _playing(sides) as (base, head):
+            shots = []
+            for scene in scenes:
+                own = (criteria or {}).get(scene.name)
+                shots.append(_play(scene, Path(place), base, head, own))
+                one_more(scene.name)
+            if shots and not any(isinstance(shot.base, Result) for shot in shots):
+                raise NotComparableError(
+                    f"revision {commit[:12]} can play none of these scenes: {shots[0].base}"
+                )
+            ended = _ended(shots) if rounds else []
+            times = _by_turns(ended, base, head, rounds, known, one_more)
+        doubtful = [shot for shot in ended if times[shot.scene.name].slower]
+        if doubtful:
+            # Where memory lies costs time, and is another place in each process.
+            with _playing(sides) as (base, head):
+                times |= _by_turns(doubtful, base, head, rounds, known, lambda _: None)
+    changes = []
+    with _motion_folder(out) as folder:
+        for shot in shots:
+            changes.append(_change(shot, times.get(shot.scene.name), folder, revision))
+            one_more(f"comparing {shot.scene.name}")
+    environment = describe_environment()
+    return Regression(
+        against=revision,
+        base={**environment, "git": {"revision": commit, "dirty": False}},
+        head=environment,
+        outcome=outcome_of(changes),
+        scenes=tuple(changes),
+    )
+
+
+def _play(
+    scene: Scene, place: Path, base: Player, head: Player, criteria: Criteria | None
+) -> _Shot:
+    path = place / f"{len(list(place.iterdir()))}.toml"
+    scene.save(path)
+    wanted = (shipped_criteria(scene) if criteria is None else criteria).truth
+    truth = truth_of(scene, wanted)
+    before: Result | PlayError
+    try:
+        before = base.play(scene, path)
+    except PlayError as error:
+        before = error
+    return _Shot(scene, path, truth, before, head.play(scene, path))
+
+
+def _ended(shots: Sequence[_Shot]) -> list[_Shot]:
+    """Return the shots that end by themselves on both sides: the time to a limit says nothing."""
+    return [
+        shot
+        for shot in shots
+        if isinstance(shot.base, Result) and shot.base.status.complete and shot.head.status.complete
+    ]
+
+
+@contextmanager
+def _playing(sides: Mapping[str, Path]) -> Iterator[tuple[Player, Player]]:
+    """Start both sides, the base first, each in a process of its own."""
+    with ExitStack() as stack:
+        base, head = (stack.enter_context(playing(name, root)) for name, root in sides.items())
+        yield base, head
+
+
+def _by_turns(
+    shots: Sequence[_Shot],
+    base: Player,
+    head: Player,
+    rounds: int,
+    known: MachineTimes | None,
+    one_more: Callable[[str], None],
+) -> dict[str, TimeChange]:
+    """Time both sides by turns."""
+    samples: dict[str, tuple[list[float], list[float]]] = {
+        shot.scene.name: ([], []) for shot in shots
+    }
+    for turn in range(rounds):
+        _one_round(shots, base, head, turn, samples)
+        one_more(f"timing, round {turn + 1}")
+    return {
+        name: compare_samples(*taken, _threshold(name, known)) for name, taken in samples.items()
+    }
+
+
+def _one_round(
+    shots: Sequence[_Shot],
+    base: Player,
+    head: Player,
+    turn: int,
+    samples: Mapping[str, tuple[list[float], list[float]]],
+) -> None:
+    """Time each shot on both sides, the first of both changing from round to round."""
+    for shot in shots:
+        before, after = samples[shot.scene.name]
+        sides = [(base, before), (head, after)]
+        for player, taken in sides if turn % 2 == 0 else reversed(sides):
+            taken.append(player.seconds(shot.path, RUNS))
+
+
+def _threshold(name: str, known: MachineTimes | None) -> float | None:
+    calibrated = None if known is None else known.scenes.get(name)
+    return None if calibrated is None else calibrated.threshold
+
+
+def _change(shot: _Shot, time: TimeChange | None, folder: Path, revision: str) -> SceneChange:
+    scene = shot.scene
+    command = commands.regress(scene.name, revision)
+    if isinstance(shot.base, PlayError):
+        return SceneChange(
+            scene=scene.name,
+            title=scene.title,
+            change="not-comparable",
+            failed=False,
+            summary=str(shot.base),
+            command=command,
+        )
+    head, base = (_observed(result, shot.truth) for result in (shot.head, shot.base))
+    bands = Bands(
+        {name: band_of_metric(name, base.metrics) for name in base.metrics},
+        {name: band_of_counter(count) for name, count in base.work.items()},
+    )
+    change = classify(base, head, bands, lambda: allowance_of(scene), command)
+    update: dict[str, Any] = {"time": time}
+    if time is not None and time.slower:
+        update["failed"] = True
+        update["summary"] = f"{change.summary}; {time.words}"
+    if base.bits != head.bits:
+        for side, result in (("base", shot.base), ("head", shot.head)):
+            name = f"{scene.name}-{side}.npz"
+            save_motion(folder / name, motion_of(result))
+            update[f"{side}_motion"] = f"{BASE_FOLDER}/{name}"
+    return change.model_copy(update=update)
+
+
+def _observed(result: Result, truth: Truth) -> Observed:
+    horizon = truth.horizon_of(resolution_of(make_engine(OUR_NAME), result.scene))
+    return Observed.of_result(result, measure(result, truth, horizon=horizon).values, truth.kind)
+
+
+@contextmanager
+def _motion_folder(out: Path) -> Iterator[Path]:
+    """Yield an empty folder for motion; what an earlier comparison left there goes."""
+    folder = out / BASE_FOLDER
+    try:
+        if folder.exists():
+            shutil.rmtree(folder)
+        folder.mkdir(parents=True)
+        yield folder
+        if not any(folder.iterdir()):
+            folder.rmdir()
+    except OSError as error:
+        raise cannot_write(out, error) from error

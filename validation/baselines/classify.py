@@ -1,0 +1,387 @@
+"""Says what a change of one scene is: none, rounding, other results, nearer to the truth or not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine import GhostballError
+from engine.result import EventKind, Events, event_dict
+from validation.baselines.bands import Band, direction
+from validation.baselines.fingerprint import BLOCK
+from validation.baselines.observed import Observed
+from validation.baselines.regression import (
+    Change,
+    FirstDifference,
+    Level,
+    LoggedEvent,
+    Quantity,
+    SceneChange,
+)
+from validation.baselines.rounding import Allowance
+from validation.checks.metric_table import METRICS
+from validation.grading.alignment import align, found_log
+
+BandOf = Callable[[str], Band]
+"""Returns the band of a metric or counter, by name."""
+
+
+@dataclass(frozen=True)
+class Bands:
+    """What is accepted of a scene: bands of its metrics and counters, and how its hash counts."""
+
+    metrics: Mapping[str, Band]
+    counters: Mapping[str, Band]
+    hash_level: Level = "error"
+
+
+_SOURCES = {
+    "proof": "the proof of the shot",
+    "engine": "our engine's own account, for the shot is not proved to its end",
+}
+"""Who says what rounding explains."""
+
+
+def classify(
+    base: Observed,
+    head: Observed,
+    bands: Bands,
+    allowance: Callable[[], Allowance],
+    command: str = "",
+) -> SceneChange:
+    """Compare what our engine did in a scene with what it did before.
+
+    Parameters
+    ----------
+    base, head : Observed
+        Of one scene by name.
+    bands : Bands
+    allowance : callable
+        Returns what rounding explains in `head`; called only where bits differ.
+    command : str
+        What shows the scene again, for the record.
+
+    Raises
+    ------
+    GhostballError
+        Where the allowance is of a run with other bits than `head`: the engine isn't deterministic.
+    """
+    common = {"scene": head.scene, "title": head.title, "command": command}
+    if base.scene_hash != head.scene_hash:
+        return SceneChange(
+            **common,
+            change="not-comparable",
+            failed=False,
+            summary="the scene itself was changed since: what was accepted is of another shot",
+            base_hash=base.bits,
+            head_hash=head.bits,
+        )
+    metrics = _metrics(base, head, bands)
+    counters = _counters(base, head, bands)
+    moved = [one for one in (*metrics, *counters) if not one.within and one.level != "off"]
+    change: Change = "identical"
+    horizon, first, words = None, None, ""
+    same = base.bits == head.bits
+    if same and (base.status, base.rest_time) != (head.status, head.rest_time):
+        same, change, words = False, "results-changed", _end_words(base, head)
+    elif not same:
+        explained = allowance()
+        if explained.bits != head.bits:
+            raise GhostballError(
+                f'scene "{head.scene}" has other bits when our engine runs it again, so nothing '
+                "can be compared. It must be deterministic: look for what a kernel reads before "
+                "it is written"
+            )
+        horizon = explained.horizon if math.isfinite(explained.horizon) else None
+        parted = _parted(base, head, explained)
+        first = parted or _first_bits(base, head, explained.horizon)
+        change = (
+            "results-changed"
+            if parted is not None or _end_moved(base, head, explained)
+            else ("rounding-only")
+        )
+        words = _distance_words(base, head)
+        if base.status != head.status:
+            words = f"{_end_words(base, head)}; {words}"
+        words += f"; what rounding explains is by {_SOURCES[explained.source]}"
+        if change == "results-changed" and math.isfinite(explained.map_end):
+            words += (
+                f", up to {explained.map_end:.3g} s only, where collisions tie, balls press each "
+                "other, or that account isn't the proof's"
+            )
+    # Where the truth is another one, it says nothing of which side is nearer.
+    directions = [direction(one) for one in metrics if base.truth == head.truth]
+    if -1 in directions:
+        change = "worse"
+    elif 1 in directions and change == "results-changed":
+        change = "better"
+    failed = any(one.level == "error" for one in moved) or (
+        not same and bands.hash_level == "error"
+    )
+    return SceneChange(
+        **common,
+        change=change,
+        failed=failed,
+        summary=_summary(change, first, moved, words, horizon),
+        horizon=horizon,
+        first_difference=first,
+        metrics=metrics,
+        counters=counters,
+        base_hash=base.bits,
+        head_hash=head.bits,
+        rest_base=_places(base),
+        rest_head=_places(head),
+    )
+
+
+def _metrics(base: Observed, head: Observed, bands: Bands) -> tuple[Quantity, ...]:
+    names = [name for name in METRICS if name in base.metrics or name in head.metrics]
+    found = []
+    for name in names:
+        unit, before, after = METRICS[name].unit, base.metrics.get(name), head.metrics.get(name)
+        one = _quantity(name, unit, before, after, bands.metrics.get(name))
+        if base.truth != head.truth and METRICS[name].compares not in (None, "proof"):
+            why = f"can't be compared: the truth was {base.truth}, and is {head.truth} now"
+            one = one.model_copy(update={"level": "warn", "within": False, "why": why})
+        found.append(one)
+    return tuple(found)
+
+
+def _counters(base: Observed, head: Observed, bands: Bands) -> tuple[Quantity, ...]:
+    names = dict.fromkeys([*base.work, *head.work])
+    return tuple(
+        _quantity(name, "1", base.work.get(name), head.work.get(name), bands.counters.get(name))
+        for name in names
+    )
+
+
+def _quantity(
+    name: str, unit: str, base: int | float | None, head: int | float | None, band: Band | None
+) -> Quantity:
+    if band is None:  # it wasn't measured then
+        why = "was not measured when the baseline was accepted"
+        return Quantity(
+            name=name, unit=unit, base=base, head=head, level="warn", within=False, why=why
+        )
+    return Quantity(
+        name=name,
+        unit=unit,
+        base=base,
+        head=head,
+        low=band.low,
+        high=band.high,
+        level=band.level,
+        within=band.holds(head),
+        why=band.why,
+    )
+
+
+def _parted(base: Observed, head: Observed, explained: Allowance) -> FirstDifference | None:
+    """Return the first event up to the horizon that rounding doesn't explain."""
+    # A baseline may hold the first events only: then as many are compared.
+    ours = base.events[: len(head.events)] if _is_cut(head) else base.events
+    theirs = head.events[: len(base.events)] if _is_cut(base) else head.events
+    pairs = align(found_log(ours), found_log(theirs))
+    # What has no partner after the last one of the other log may have it beyond the cut.
+    ours_end = ours["t"][-1] if len(ours) < base.event_count else math.inf
+    theirs_end = theirs["t"][-1] if len(theirs) < head.event_count else math.inf
+    found: list[tuple[float, int | None, int | None]] = []
+    for i in pairs.missing.tolist():
+        if ours["t"][i] < theirs_end:
+            found.append((float(ours["t"][i]), i, None))
+    for j in pairs.invented.tolist():
+        if theirs["t"][j] < ours_end:
+            found.append((float(theirs["t"][j]), None, j))
+    late = np.abs(ours["t"][pairs.proved] - theirs["t"][pairs.found])
+    beyond = late > explained.event_times[pairs.found]
+    for i, j in zip(pairs.proved[beyond].tolist(), pairs.found[beyond].tolist(), strict=True):
+        found.append((float(ours["t"][i]), i, j))
+    found = [one for one in found if one[0] <= explained.horizon]
+    if found:
+        _, i, j = min(found, key=lambda one: one[0])
+        return _difference(base, head, i, j, explained.horizon)
+    cut = _is_cut(base) or _is_cut(head)
+    return _parted_later(base, head, explained) if cut else None
+
+
+def _is_cut(one: Observed) -> bool:
+    return len(one.events) < one.event_count
+
+
+def _parted_later(base: Observed, head: Observed, explained: Allowance) -> FirstDifference | None:
+    """Look beyond the events that a baseline keeps, block by block: at its order, and its end.
+
+    What instants within a block were isn't known, but what moves one moves those after it.
+    """
+    order = _other_block(
+        [one.sequence for one in base.blocks], [one.sequence for one in head.blocks]
+    )
+    late = next(
+        (
+            k
+            for k, (before, after) in enumerate(zip(base.blocks, head.blocks, strict=False))
+            if abs(before.end - after.end) > _end_tolerance(head, k, explained)
+        ),
+        None,
+    )
+    found = [k for k in (order, late) if k is not None]
+    if not found:
+        return None
+    block = min(found)
+    # A block that reaches beyond the horizon may differ there.
+    ends = [one.blocks[block].end for one in (base, head) if block < len(one.blocks)]
+    if max(ends) > explained.horizon:
+        return None
+    if block == order:
+        how = "come in another order"
+    else:
+        how = f"end {abs(ends[0] - ends[1]):.3g} s {'later' if ends[1] > ends[0] else 'sooner'}"
+    return _block_difference(base, head, block, how, before_horizon=True)
+
+
+def _end_tolerance(head: Observed, block: int, explained: Allowance) -> float:
+    """Return by how much rounding may move the last event of a block [s]."""
+    last = min((block + 1) * BLOCK, len(explained.event_times)) - 1
+    return float(explained.event_times[last]) if block < len(head.blocks) else 0.0
+
+
+def _other_block(base: Sequence[object], head: Sequence[object]) -> int | None:
+    """Return the first block that differs; None where none does, and neither has more of them."""
+    if base == head:
+        return None
+    pairs = zip(base, head, strict=False)
+    return next((k for k, (a, b) in enumerate(pairs) if a != b), min(len(base), len(head)))
+
+
+def _block_difference(
+    base: Observed, head: Observed, block: int, how: str, *, before_horizon: bool
+) -> FirstDifference:
+    start = block * BLOCK
+    words = (
+        f"events {start} to {start + BLOCK - 1} {how} "
+        f"(there were {base.event_count} events, and are {head.event_count} now)"
+    )
+    return FirstDifference(
+        index=start, base=None, head=None, before_horizon=before_horizon, words=words
+    )
+
+
+def _end_moved(base: Observed, head: Observed, explained: Allowance) -> bool:
+    """Whether the end differs by more than rounding explains; past the horizon no place does."""
+    if base.status != head.status or base.rest_positions.shape != head.rest_positions.shape:
+        return True
+    if explained.rest is None:
+        return False
+    moved = np.linalg.norm(base.rest_positions - head.rest_positions, axis=1)
+    return bool(np.any(~(moved <= explained.rest)))
+
+
+def _first_bits(base: Observed, head: Observed, horizon: float) -> FirstDifference | None:
+    """Return the first event that differs in any bit; None where only the end does."""
+    shorter = min(len(base.events), len(head.events))
+    differs = base.events[:shorter] != head.events[:shorter]
+    if differs.any():
+        first = int(np.argmax(differs))
+        return _difference(base, head, first, first, horizon)
+    i = shorter if len(base.events) > shorter else None
+    j = shorter if len(head.events) > shorter else None
+    if (i is not None and not _is_cut(head)) or (j is not None and not _is_cut(base)):
+        return _difference(base, head, i, j, horizon)
+    block = _other_block(base.blocks, head.blocks)  # beyond what is kept
+    if block is None:
+        return None
+    before = bool(np.any(head.events[block * BLOCK :]["t"][:1] <= horizon))
+    return _block_difference(base, head, block, "differ", before_horizon=before)
+
+
+def _difference(
+    base: Observed, head: Observed, i: int | None, j: int | None, horizon: float
+) -> FirstDifference:
+    before = None if i is None else _event(base.events, i)
+    after = None if j is None else _event(head.events, j)
+    times = [one.t for one in (before, after) if one is not None]
+    if before is None and after is not None:
+        words = f"{_words(after, head.ids)} was not there before"
+    elif after is None and before is not None:
+        words = f"{_words(before, base.ids)} is no more"
+    else:
+        assert before is not None
+        assert after is not None
+        words = _both_words(before, after, head.ids)
+    indices = [one for one in (i, j) if one is not None]
+    return FirstDifference(
+        index=min(indices),
+        base=before,
+        head=after,
+        before_horizon=min(times) <= horizon,
+        words=f"event {min(indices)}: {words}",
+    )
+
+
+def _both_words(before: LoggedEvent, after: LoggedEvent, ids: tuple[str, ...]) -> str:
+    if (before.kind, before.a, before.b) == (after.kind, after.a, after.b):
+        sooner = "later" if after.t > before.t else "sooner"
+        return f"{_words(after, ids)} comes {abs(after.t - before.t):.3g} s {sooner}"
+    return f"{_words(after, ids)}, where it was {_words(before, ids)}"
+
+
+def _words(event: LoggedEvent, ids: tuple[str, ...]) -> str:
+    ball = ids[event.a] if event.a < len(ids) else f"ball {event.a}"
+    at = f"at {event.t:.9g} s"
+    if event.kind == EventKind.BALL_BALL.label:
+        assert isinstance(event.b, int)
+        other = ids[event.b] if event.b < len(ids) else f"ball {event.b}"
+        return f"{ball} meets {other} {at}"
+    if event.kind == EventKind.BALL_CUSHION.label:
+        return f"{ball} meets the {event.b} cushion {at}"
+    return f"{ball}: {event.kind} {at}"
+
+
+def _event(events: Events, i: int) -> LoggedEvent:
+    return LoggedEvent.model_validate(event_dict(events[i]))
+
+
+def _places(observed: Observed) -> tuple[tuple[float, float, float], ...]:
+    return tuple((float(x), float(y), float(z)) for x, y, z in observed.rest_positions)
+
+
+def _end_words(base: Observed, head: Observed) -> str:
+    if base.status != head.status:
+        return f'it ended as "{head.status}", where that was "{base.status}"'
+    return f"it ended at {head.rest_time!r} s, where that was {base.rest_time!r} s"
+
+
+def _distance_words(base: Observed, head: Observed) -> str:
+    if base.rest_positions.shape != head.rest_positions.shape:
+        return "other balls"
+    moved = np.linalg.norm(base.rest_positions - head.rest_positions, axis=1)
+    if not np.any(moved > 0.0):
+        return "all balls rest where they did, to the bit"
+    ball = int(np.argmax(moved))
+    return f"{head.ids[ball]} rests {moved[ball]:.3g} m from where it did, the most of all"
+
+
+def _summary(
+    change: Change,
+    first: FirstDifference | None,
+    moved: list[Quantity],
+    words: str,
+    horizon: float | None,
+) -> str:
+    parts = [words] if words else []
+    if first is not None:
+        parts.append(first.words)
+    if horizon is not None and change == "rounding-only":
+        parts.append(f"nothing is compared past the horizon, {horizon:.3g} s")
+    shown = moved[:3]
+    parts += [f"{one.name} {_number(one.base)} -> {_number(one.head)}" for one in shown]
+    if len(moved) > len(shown):
+        parts.append(f"and {len(moved) - len(shown)} more")
+    return "; ".join(parts) if parts else "the same bits"
+
+
+def _number(value: int | float | None) -> str:
+    return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,141 @@
+"""What our engine did in one scene, on one side of a comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import GhostballError, Result
+from engine.result import Events
+from engine.result.hashes import bits_hash, sequence_hash
+from validation.baselines.fingerprint import Block, blocks_of
+from validation.checks.metric_table import METRICS
+from validation.checks.metrics import Value
+from validation.results.records import INDEPENDENT, CaseRecord, Motion, scene_hash, status_name
+from validation.runs.sampling import events_of
+
+FloatArray = NDArray[np.float64]
+
+UNJUDGED = ("wall_time",)
+"""Metrics that no baseline holds: the time is the machine's."""
+
+KEPT_EVENTS = 512
+"""Events that a baseline holds one by one; beyond them, hashes say which block of a log differs.
+
+That is every event of all shipped shots but Galperin's longest: files that people can read.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """What happened, and how well.
+
+    Attributes
+    ----------
+    scene, title, scene_hash : str
+        Name and title of the scene, and the hash of its definition.
+    truth : str or None
+        What its metrics were measured against, as `CaseRecord.truth`; None where they weren't.
+    status : str
+        How the run ended.
+    rest_time : float [s]
+    rest_positions : (n, 3) float64 [m]
+    events : structured array (`EVENT_DTYPE`)
+        All of them, or the first ones, of a baseline of a long shot.
+    event_count : int
+    blocks : tuple of Block
+        Hashes of all events, in blocks.
+    bits, sequence : str
+        Hashes; see `fingerprint`.
+    metrics : dict of str to int or float
+        Those that have a value, without those that compare our engine with itself.
+    work : dict of str to int
+    ids : tuple of str
+        Of the balls.
+    """
+
+    scene: str
+    title: str
+    scene_hash: str
+    truth: str | None
+    status: str
+    rest_time: float
+    rest_positions: FloatArray
+    events: Events
+    event_count: int
+    blocks: tuple[Block, ...]
+    bits: str
+    sequence: str
+    metrics: Mapping[str, int | float] = field(default_factory=dict)
+    work: Mapping[str, int] = field(default_factory=dict)
+    ids: tuple[str, ...] = ()
+
+    @classmethod
+    def of_case(cls, case: CaseRecord, motion: Motion) -> Observed:
+        """Return what a case that ran says of it."""
+        if case.rest_positions is None or case.rest_time is None or case.status is None:
+            raise GhostballError(
+                f'scene "{case.scene}" did not run on `{case.label}`: {case.reason or case.outcome}'
+            )
+        scene = case.load_scene()
+        return cls(
+            case.scene,
+            case.title,
+            scene_hash(scene),
+            case.truth,
+            case.status,
+            case.rest_time,
+            case.rest_positions,
+            motion.events,
+            len(motion.events),
+            blocks_of(motion.events),
+            bits_hash(motion.events, case.rest_positions),
+            sequence_hash(motion.events),
+            judged(case.metrics, case.truth),
+            dict(case.work),
+            tuple(ball.id for ball in scene.balls),
+        )
+
+    @classmethod
+    def of_result(
+        cls,
+        result: Result,
+        metrics: Mapping[str, Value] | None = None,
+        truth: str | None = None,
+    ) -> Observed:
+        """Return what a run says of it, recorded with its events at least."""
+        scene, events = result.scene, events_of(result)
+        return cls(
+            scene.name,
+            scene.title,
+            scene_hash(scene),
+            truth,
+            status_name(result.status),
+            float(result.rest_time),
+            result.rest_positions,
+            events,
+            len(events),
+            blocks_of(events),
+            bits_hash(events, result.rest_positions),
+            sequence_hash(events),
+            judged(metrics or {}, truth),
+            {name: int(count) for name, count in result.work.items()},
+            tuple(ball.id for ball in scene.balls),
+        )
+
+
+def judged(metrics: Mapping[str, Value], truth: str | None) -> dict[str, int | float]:
+    """Return the metrics that say something of our engine: not those that compare it with itself.
+
+    A proof, also of a part of a shot, owes it nothing; see `validation.truth.scene_truth`.
+    """
+    return {
+        name: value
+        for name, value in metrics.items()
+        if value is not None
+        and name not in UNJUDGED
+        and (METRICS[name].compares in (None, "proof") or truth in INDEPENDENT)
+    }

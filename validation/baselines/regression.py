@@ -1,0 +1,250 @@
+"""What a comparison of two states of our engine found: `regression.json` in a results folder.
+
+*Base* is what was accepted, or another revision; *head* is the engine as it is now.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from validation.results.files import REGRESSION_FILE, ResultsError, cannot_write, told, write_whole
+
+SCHEMA: Final = 2
+"""Version of the file; another one is refused."""
+
+BASELINES: Final = "baselines"
+"""What a comparison with them says that it is against."""
+
+Change = Literal[
+    "identical",
+    "rounding-only",
+    "better",
+    "results-changed",
+    "worse",
+    "no-baseline",
+    "not-comparable",
+]
+"""What became of a scene, from the mildest on.
+
+"identical": the same bits. "rounding-only": the same events up to the predictability horizon, and
+no state there differs by more than rounding explains. "results-changed": something else moved, and
+truth can't say which is right, or says that both are. "better", "worse": it moved, and towards the
+truth, or away from it beyond the band that was accepted.
+"""
+
+Level = Literal["off", "warn", "error"]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+
+
+class LoggedEvent(_Model):
+    """One event: instant [s], kind ("ball-ball"), balls by index; `b` a cushion's name, or None."""
+
+    t: float
+    kind: str
+    a: int
+    b: int | str | None = None
+
+
+class FirstDifference(_Model):
+    """The first event that differs; None on the side whose log has ended there.
+
+    `index` counts events from 0; `words` says it in one sentence with the balls' ids.
+    """
+
+    index: int
+    base: LoggedEvent | None
+    head: LoggedEvent | None
+    before_horizon: bool
+    words: str
+
+
+class Quantity(_Model):
+    """A metric or a work counter on both sides, and the band in which it is accepted.
+
+    `level` says what leaving the band means; `why` where the band comes from. A bound that is None
+    isn't there; a value that is None could not be measured.
+    """
+
+    name: str
+    unit: str
+    base: int | float | None
+    head: int | float | None
+    low: int | float | None = None
+    high: int | float | None = None
+    level: Level
+    within: bool
+    why: str
+
+
+class Timing(_Model):
+    """Run time of a scene [s]: the median, and the interval that holds it 95 times in 100."""
+
+    median: float
+    low: float
+    high: float
+    samples: int
+
+
+class TimeChange(_Model):
+    """Run times of one scene; `ratio` is head over base, and None where there is no base.
+
+    `threshold` is the ratio from which on it counts as slower; `slower` says so beyond doubt: the
+    whole interval of the ratio lies above the threshold. Where both sides ran by turns, that is the
+    interval of the ratio's median that holds 999 times in 1000, for many scenes are looked at.
+    """
+
+    base: Timing | None
+    head: Timing
+    ratio: float | None = None
+    ratio_low: float | None = None
+    ratio_high: float | None = None
+    threshold: float | None = None
+    slower: bool = False
+    words: str = ""
+
+
+class SceneChange(_Model):
+    """What became of one scene.
+
+    Attributes
+    ----------
+    change : Change
+    failed : bool
+        Whether it fails the gate.
+    summary : str
+        One sentence: what moved and by how much.
+    broken : tuple of str
+        The limits of truth that the head breaks, one sentence each.
+    horizon : float [s] or None
+        Until when both sides can be compared; None: to the end.
+    first_difference : FirstDifference or None
+        None where all events are alike, instants included.
+    metrics, counters : tuple of Quantity
+        All of them, moved or not.
+    base_hash, head_hash : str
+        Of events and rest positions, to the bit; "" where there is none.
+    rest_base, rest_head : ((x, y, z), ...) [m] or None
+        Where the balls come to rest, in the scene's order.
+    base_motion, head_motion : str or None
+        Files with the motion of both sides (as `Motion`), relative to the results folder; the base
+        has one only where another revision was run.
+    time : TimeChange or None
+    command : str
+        What shows the difference, or the scene, again.
+    """
+
+    scene: str
+    title: str
+    change: Change
+    failed: bool
+    summary: str
+    broken: tuple[str, ...] = ()
+    horizon: float | None = None
+    first_difference: FirstDifference | None = None
+    metrics: tuple[Quantity, ...] = ()
+    counters: tuple[Quantity, ...] = ()
+    base_hash: str = ""
+    head_hash: str = ""
+    rest_base: tuple[tuple[float, float, float], ...] | None = None
+    rest_head: tuple[tuple[float, float, float], ...] | None = None
+    base_motion: str | None = None
+    head_motion: str | None = None
+    time: TimeChange | None = None
+    command: str = ""
+
+
+class Regression(_Model):
+    """A whole comparison.
+
+    Attributes
+    ----------
+    against : str
+        "baselines", or the revision that was asked for.
+    base, head : dict
+        Environments (`validation.results.environment.describe_environment`); of baselines, what is
+        kept of the one that they were accepted in.
+    outcome : "passed", "failed" or "no-baseline"
+        The last where nothing failed, but some scene could not be compared: that is no pass.
+    scenes : tuple of SceneChange
+    stale : tuple of str
+        Baselines of scenes that are no more.
+    warnings : tuple of str
+        What doesn't fail the gate but should be known, one sentence each.
+    """
+
+    schema_version: Literal[2] = Field(default=SCHEMA, alias="schema")
+    kind: Literal["regression"] = "regression"
+    against: str
+    base: dict[str, Any]
+    head: dict[str, Any]
+    outcome: Literal["passed", "failed", "no-baseline"]
+    scenes: tuple[SceneChange, ...]
+    stale: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the base is what was accepted, not another revision."""
+        return self.against == BASELINES
+
+    @property
+    def broken(self) -> tuple[SceneChange, ...]:
+        """The scenes in which limits of truth are broken: these are wrong, not only other."""
+        return tuple(change for change in self.scenes if change.broken)
+
+    def scene(self, name: str) -> SceneChange | None:
+        """Return what became of a scene, or None where it wasn't compared."""
+        return next((change for change in self.scenes if change.scene == name), None)
+
+
+def save_regression(regression: Regression, folder: Path) -> None:
+    """Write it into a results folder, whole or not at all.
+
+    Raises
+    ------
+    ResultsError
+    """
+    path = folder / REGRESSION_FILE
+    try:
+        write_whole(path, regression.model_dump_json(indent=1, by_alias=True) + "\n")
+    except OSError as error:
+        raise cannot_write(folder, error) from error
+
+
+def load_regression(folder: Path) -> Regression | None:
+    """Read it from a results folder; None where there is none.
+
+    Raises
+    ------
+    ResultsError
+        Where it is damaged, or of another schema version.
+    """
+    path = folder / REGRESSION_FILE
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ResultsError(f"{path}: can't be read: {error}") from None
+    try:
+        version = json.loads(text).get("schema")
+    except (ValueError, AttributeError):
+        raise ResultsError(
+            f"{path}: is cut short or no comparison of ours. Run `ghostball regress` again"
+        ) from None
+    if version != SCHEMA:
+        raise ResultsError(
+            f"{path}: `schema` must be {SCHEMA}, got {version!r}: it was written by another "
+            "version of ghostball. Run `ghostball regress` again"
+        )
+    try:
+        return Regression.model_validate_json(text)
+    except ValidationError as error:
+        raise ResultsError(f"{path}: {told(error)}. Run `ghostball regress` again") from None

@@ -1,0 +1,124 @@
+"""How far two runs of one shot may differ by rounding alone, as its proof says where there is one.
+
+Our engine's tangent map says it of each event's instant, but is believed only as far as the proof
+bears it out: a bug in that map must not explain what another bug changed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import Result, Scene
+from engine.result.hashes import bits_hash
+from validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
+from validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
+from validation.runs.our_run import run_ours
+from validation.runs.sampling import events_of
+from validation.truth.bifurcations import extent_of
+from validation.truth.proof import proof_of
+
+FloatArray = NDArray[np.float64]
+
+ERROR = ROUNDINGS * UNIT_ROUNDOFF
+"""Relative error at every event that our engine stays within."""
+
+APART = 2.0 * ERROR
+"""Two runs, each within it of the true shot, on both its sides."""
+
+UNAMPLIFIED = 64.0 * 2.0 * UNIT_ROUNDOFF
+"""Relative difference that needs no tangent map to be called rounding: some sums of a few terms."""
+
+
+@dataclass(frozen=True, eq=False)
+class Allowance:
+    """What rounding explains in one shot.
+
+    Attributes
+    ----------
+    horizon : float [s]
+        Until when the shot can be predicted; inf: to its end. After it nothing is compared.
+    map_end : float [s]
+        From when on no derivative exists, such as after collisions of a ball at one instant; inf:
+        never. After it nothing but rounding that was never amplified is explained.
+    event_times : (m,) float64 [s]
+        By how much each event may come earlier or later; those after `map_end` by `UNAMPLIFIED`.
+    rest : (n,) float64 [m] or None
+        How far each ball may come to rest from where it did; None past the horizon.
+    bits : str
+        Hash of the run that all this is of.
+    source : "proof" or "engine"
+        Who says how far rounding displaces balls: the proof of the shot, or, where it isn't proved
+        to its end, our engine alone.
+    """
+
+    horizon: float
+    map_end: float
+    event_times: FloatArray
+    rest: FloatArray | None
+    bits: str
+    source: Literal["proof", "engine"] = "engine"
+
+
+def allowance_of(scene: Scene) -> Allowance:
+    """Run a shot on our engine, and return what rounding explains in it.
+
+    Notes
+    -----
+    The deviation of an event's instant is 2^-53 times the root mean square of what rounding the
+    state at each event before it does (`Result.rounding`), that of a position likewise
+    (`CertifiedGrowth.sizes`). An engine that doesn't lose digits stays within 32 of them, as every
+    proof grades; two such runs are within 64 of each other.
+    """
+    result = run_ours(scene)
+    times = events_of(result)["t"].astype(np.float64)
+    with np.errstate(over="ignore", invalid="ignore"):
+        shifts = np.sqrt(np.mean(np.square(result.rounding.event_shifts), axis=1))
+        growth = result.sensitivity([result.rest_time])[0]
+    horizon, map_end = result.horizon(TOLERANCE, ERROR), math.inf
+    if math.isfinite(horizon) and not np.isfinite(result.sensitivity([horizon])).all():
+        horizon, map_end = math.inf, horizon
+    proof, _ = proof_of(scene)
+    proved = proof is not None and proof.proved
+    if proof is not None and proved:
+        by_proof = growth_of_proof(scene, proof)
+        growth = by_proof.sizes([result.rest_time])[0]
+        ends = by_proof.derivative_ends
+        horizon = by_proof.horizon(TOLERANCE, ERROR)
+        within = times[times < min(horizon, ends)]
+        map_end = min(map_end, ends, _believed_until(result, by_proof, within))
+    plain = UNAMPLIFIED * np.maximum(times, extent_of(scene))
+    known = np.isfinite(shifts) & (times < map_end)
+    tolerances = np.where(known, APART * np.where(known, shifts, 0.0) + UNAMPLIFIED * times, plain)
+    rest = None
+    if math.isinf(horizon):
+        smallest = UNAMPLIFIED * extent_of(scene)
+        rest = APART * np.where(np.isfinite(growth), growth, 0.0) + smallest
+    return Allowance(
+        horizon,
+        map_end,
+        tolerances,
+        rest,
+        bits_hash(events_of(result), result.rest_positions),
+        "proof" if proved else "engine",
+    )
+
+
+def _believed_until(result: Result, growth: CertifiedGrowth, times: FloatArray) -> float:
+    """Return from which event on our engine's growth isn't the proof's any more [s]; inf: never.
+
+    Looked at amid two events, per ball, the largest until then: the run's own events may come a
+    little sooner or later than the proved ones, so it may be one look ahead.
+    """
+    starts = np.unique(np.append(0.0, times))
+    looks = np.append(0.5 * (starts[:-1] + starts[1:]), starts[-1])
+    ours, right = (
+        np.maximum.accumulate(sizes, axis=0)
+        for sizes in (result.sensitivity(looks), growth.sizes(looks))
+    )
+    beyond = np.flatnonzero((ours[:-1] > OFF_BY * right[1:]).any(axis=1))
+    return float(starts[beyond[0]]) if len(beyond) else math.inf

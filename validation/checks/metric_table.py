@@ -1,0 +1,203 @@
+"""The metrics: name, unit and meaning of each, and what it is measured against.
+
+They are computed in `metrics`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
+
+from engine import GhostballError
+from validation.truth.scene_truth import TruthPart
+
+
+class MetricError(GhostballError, ValueError):
+    """A choice of metrics that names none that exists."""
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A row of the metric table.
+
+    Attributes
+    ----------
+    name, unit : str
+        SI; "1" is a pure number.
+    meaning : str
+        One line.
+    compares : TruthPart or None
+        What of the truth it is measured against; None needs no truth.
+    outcome : bool
+        Whether a limit from above, or an exact value, judges where, when or after which collisions
+        the balls ended. Energy, overlaps and the first collisions alone don't: they can be right
+        in a shot that ends wrong.
+    to_the_end : bool
+        Whether it is an error of how the shot ends, which means nothing past the engine's horizon.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    compares: TruthPart | None = None
+    outcome: bool = False
+    to_the_end: bool = False
+
+
+METRICS: dict[str, Metric] = {
+    metric.name: metric
+    for metric in (
+        Metric(
+            "rest_error_max",
+            "m",
+            "largest distance of a ball from where it should end",
+            "rest",
+            outcome=True,
+            to_the_end=True,
+        ),
+        Metric(
+            "rest_error_rms",
+            "m",
+            "root mean square of those distances over the balls",
+            "rest",
+            outcome=True,
+            to_the_end=True,
+        ),
+        Metric(
+            "rest_error_ulps",
+            "1",
+            "largest distance over what rounding the scene's numbers once would cause",
+            "conditioning",
+            outcome=True,
+            to_the_end=True,
+        ),
+        Metric(
+            "rest_time_error",
+            "s",
+            "difference of the time when the last ball rests",
+            "time",
+            outcome=True,
+            to_the_end=True,
+        ),
+        Metric(
+            "rest_time_error_ulps",
+            "1",
+            "that difference over what rounding the scene's numbers once would cause",
+            "conditioning",
+            outcome=True,
+            to_the_end=True,
+        ),
+        Metric("ball_ball_count", "1", "collisions between balls", outcome=True),
+        Metric("ball_cushion_count", "1", "collisions with cushions", outcome=True),
+        Metric("collision_count", "1", "collisions of both kinds", outcome=True),
+        Metric(
+            "ball_ball_count_error",
+            "1",
+            "difference of the ball-ball count",
+            "events",
+            outcome=True,
+            to_the_end=True,
+        ),
+        Metric(
+            "ball_cushion_count_error",
+            "1",
+            "difference of the ball-cushion count",
+            "events",
+            outcome=True,
+            to_the_end=True,
+        ),
+        Metric(
+            "matching_events",
+            "1",
+            "leading collisions that agree with the true sequence (kind and balls)",
+            "events",
+            outcome=True,
+        ),
+        Metric(
+            "first_divergence_time", "s", "when the sequences of collisions first differ", "events"
+        ),
+        Metric(
+            "graded_until",
+            "s",
+            "how far the run is held against the proof: to its end, or where errors of rounding "
+            "have grown visible",
+            "proof",
+        ),
+        Metric("graded_events", "1", "proved events until then that are looked for", "proof"),
+        Metric(
+            "events_missing",
+            "1",
+            "proved events of any kind that were not found, up to where the shot can be predicted",
+            "proof",
+        ),
+        Metric(
+            "events_invented",
+            "1",
+            "found events that are proved not to happen, up to where the shot can be predicted",
+            "proof",
+        ),
+        Metric(
+            "event_time_error_ulps",
+            "1",
+            "largest error of an event's time up to there, in spacings of doubles at that time",
+            "proof",
+        ),
+        Metric(
+            "quality_factor",
+            "1",
+            "largest error of a position where the shot can last be predicted, over what rounding "
+            "the state once at each event makes of it",
+            "proof",
+            outcome=True,
+        ),
+        Metric(
+            "energy_difference_max",
+            "1",
+            "largest difference from the true energy curve, over the initial energy",
+            "energy",
+        ),
+        Metric(
+            "energy_drift",
+            "1",
+            "largest change of energy where it should hold, over the initial energy",
+        ),
+        Metric(
+            "energy_rise",
+            "1",
+            "largest rise of energy above the least before it, at each impact and each frame, over "
+            "the initial energy; in a step with an impact, above what the cloth leaves",
+        ),
+        Metric("overlap_max", "m", "deepest overlap of two balls in the recorded motion"),
+        Metric("wall_time", "s", "run time of the simulation alone, one sample"),
+    )
+}
+"""Every metric by name, in the order of reports."""
+
+
+def choose_metrics(patterns: Sequence[str]) -> tuple[str, ...]:
+    """Return the metrics that are named, in the order of `METRICS`, each once.
+
+    Parameters
+    ----------
+    patterns : sequence of str
+        Names, or patterns with `*`, `?` and `[...]` such as "rest_error_*".
+
+    Raises
+    ------
+    MetricError
+        Where there is no pattern, or one fits no metric.
+    """
+    if not patterns:
+        raise MetricError("`metrics` must name at least one metric, got none")
+    found = {pattern: [n for n in METRICS if fnmatchcase(n, pattern)] for pattern in patterns}
+    for pattern, names in found.items():
+        if not names:
+            close = get_close_matches(pattern, METRICS, n=1)
+            hint = f"Did you mean `{close[0]}`? " if close else ""
+            raise MetricError(
+                f"`metrics` must name metrics that there are, got {pattern!r}. {hint}"
+                f"Known: {', '.join(METRICS)}"
+            )
+    return tuple(name for name in METRICS if any(name in names for names in found.values()))

@@ -1,0 +1,365 @@
+"""What is measured of a run, each metric with its unit and meaning.
+
+A metric that can't be computed is None with the reason beside it, never 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import EventKind, ExactTrajectory, Result, Scene
+from engine.result import COLLISION_KINDS
+from validation.checks.energy_gain import largest_gain
+from validation.checks.metric_table import METRICS
+from validation.grading.grading import Grade, grade
+from validation.grading.sequences import matching_collisions
+from validation.runs.sampling import deepest_overlap, energy_at, energy_series, events_of
+from validation.truth.scene_truth import Truth, collisions_of
+
+FloatArray = NDArray[np.float64]
+Value = int | float | None
+
+EPSILON = 2.0**-52
+"""Spacing of doubles at 1: a conditioning times this is an "ulp" of the outcome."""
+
+
+class NotMeasuredError(Exception):
+    """Why a metric has no value in a case; the sentence is kept beside it."""
+
+
+class FellShortError(NotMeasuredError):
+    """There is no value because of what the run did: a criterion on it fails."""
+
+
+_REST_ERRORS = ("rest_error_max", "rest_error_rms", "rest_error_ulps")
+"""Metrics that are made of the balls' errors."""
+
+
+@dataclass
+class Measured:
+    """Metrics of one case.
+
+    Attributes
+    ----------
+    values : dict of str to int, float or None
+        By name, one for each that was asked for, in the order of `METRICS`.
+    notes : dict of str to str
+        Why a value is None.
+    fell_short : set of str
+        Metrics without a value because of what the run did: it ended early, or isn't finite.
+    ball_errors : (n,) float64 [m] or None
+        Distance of each ball from where it should end; None where no metric of them has a value.
+    """
+
+    values: dict[str, Value] = field(default_factory=dict)
+    notes: dict[str, str] = field(default_factory=dict)
+    ball_errors: FloatArray | None = None
+    fell_short: set[str] = field(default_factory=set)
+
+
+def measure(
+    result: Result,
+    truth: Truth,
+    metrics: Collection[str] | None = None,
+    *,
+    horizon: float = math.inf,
+    resolution: float | None = 0.0,
+    anyway: Collection[str] = (),
+) -> Measured:
+    """Measure a run recorded with `record="trajectory"` against the truth of its scene.
+
+    Parameters
+    ----------
+    result : Result
+    truth : Truth
+    metrics : collection of str, optional
+        Names of those that are computed; all where it is left out.
+    horizon : float [s]
+        Until when the engine can be expected to play this shot: `Truth.horizon_of`. What is an
+        error of the end of a shot has no value where that lies later; energies are compared up to
+        there.
+    resolution : float [m] or None
+        Of the engine: `reference_adapters.base.resolution_of`.
+    anyway : collection of str
+        Metrics that have a value all the same.
+    """
+    measured = Measured()
+    beyond = truth.rest_time is not None and horizon < truth.rest_time
+    if truth.energy is not None:
+        before = truth.energy_times <= horizon
+        truth = replace(truth, energy_times=truth.energy_times[before], energy=truth.energy[before])
+    gain = partial(_energy_rise, resolution=resolution)
+    for name, compute in (_COMPUTE | {"energy_rise": gain}).items():
+        if metrics is not None and name not in metrics:
+            continue
+        try:
+            if beyond and METRICS[name].to_the_end and name not in anyway:
+                raise NotMeasuredError(past_horizon(horizon))
+            value = compute(result, truth)
+        except NotMeasuredError as why:
+            measured.values[name], measured.notes[name] = None, str(why)
+            if isinstance(why, FellShortError):
+                measured.fell_short.add(name)
+            continue
+        if not np.isfinite(value):
+            measured.values[name] = None
+            measured.notes[name] = f"not finite: {value}"
+            measured.fell_short.add(name)
+            continue
+        measured.values[name] = value
+    if any(measured.values.get(name) is not None for name in _REST_ERRORS):
+        measured.ball_errors = ball_errors(result, truth)
+    return measured
+
+
+def past_horizon(horizon: float) -> str:
+    """Return why nothing is said of the end of a shot that can't be predicted to its end."""
+    return (
+        f"past the horizon: from t = {horizon:.3g} s on, errors of this engine's size may take the "
+        "shot another course"
+    )
+
+
+def ball_errors(result: Result, truth: Truth) -> FloatArray:
+    """Return each ball's distance from where it should end, (n,) float64 [m].
+
+    Raises
+    ------
+    NotMeasuredError
+        Where the run did not reach its end, or there is no truth.
+    """
+    _require_end(result)
+    if truth.rest_positions is None:
+        raise NotMeasuredError(truth.why_not("rest"))
+    # The first difference of near-equal doubles is exact; the low part completes the truth.
+    difference = (result.rest_positions - truth.rest_positions) - truth.rest_positions_low
+    distances: FloatArray = np.linalg.norm(difference, axis=1)
+    return distances
+
+
+def conserves_energy(scene: Scene) -> bool:
+    """Whether energy should hold in a scene: no friction, no drag, everything elastic."""
+    physics = scene.physics
+    cushions = scene.table is not None and bool(scene.table.cushions)
+    elastic_cushions = physics.cushion == "mirror" or (
+        physics.cushion == "restitution"
+        and physics.cushion_restitution == physics.cushion_tangential_restitution == 1.0
+    )
+    return (
+        physics.motion == "rolling"
+        and physics.rolling_friction == 0.0
+        and physics.air_drag == 0.0
+        and not physics.airborne
+        and (len(scene.balls) == 1 or physics.ball_restitution == 1.0)
+        and (not cushions or elastic_cushions)
+    )
+
+
+def _rest_error_max(result: Result, truth: Truth) -> float:
+    return float(np.max(ball_errors(result, truth)))
+
+
+def _rest_error_rms(result: Result, truth: Truth) -> float:
+    return float(np.sqrt(np.mean(ball_errors(result, truth) ** 2)))
+
+
+def _rest_error_ulps(result: Result, truth: Truth) -> float:
+    if truth.conditioning is None:
+        raise NotMeasuredError(truth.why_not("conditioning"))
+    return float(np.max(ball_errors(result, truth) / (EPSILON * truth.conditioning)))
+
+
+def _rest_time_error(result: Result, truth: Truth) -> float:
+    _require_end(result)
+    if truth.rest_time is None:
+        raise NotMeasuredError(truth.why_not("time"))
+    return abs((result.rest_time - truth.rest_time) - truth.rest_time_low)
+
+
+def _rest_time_error_ulps(result: Result, truth: Truth) -> float:
+    if truth.rest_time_conditioning is None:
+        raise NotMeasuredError(truth.why_not("conditioning"))
+    if truth.rest_time_conditioning == 0.0:
+        raise NotMeasuredError("no ball moves in this scene: its rest time is 0 by definition")
+    return _rest_time_error(result, truth) / (EPSILON * truth.rest_time_conditioning)
+
+
+def _count(kind: EventKind) -> Callable[[Result, Truth], int]:
+    def count(result: Result, truth: Truth) -> int:  # noqa: ARG001 - needs no truth
+        return int(result.collision_counts[kind.label])
+
+    return count
+
+
+def _collision_count(result: Result, truth: Truth) -> int:  # noqa: ARG001 - needs no truth
+    return sum(int(result.collision_counts[kind.label]) for kind in COLLISION_KINDS)
+
+
+def _count_error(kind: EventKind) -> Callable[[Result, Truth], int]:
+    def error(result: Result, truth: Truth) -> int:
+        _require_end(result)
+        if truth.collision_counts is None:
+            raise NotMeasuredError(truth.why_not("events"))
+        return abs(int(result.collision_counts[kind.label]) - truth.collision_counts[kind.label])
+
+    return error
+
+
+def _matching_events(result: Result, truth: Truth) -> int:
+    if truth.collisions is None:
+        raise NotMeasuredError(truth.why_not("events"))
+    return matching_collisions(
+        *collisions_of(events_of(result)), truth.collisions, truth.collision_times
+    )
+
+
+def _first_divergence_time(result: Result, truth: Truth) -> float:
+    _require_end(result)
+    matched = _matching_events(result, truth)
+    assert truth.collisions is not None  # _matching_events needed them
+    _, times = collisions_of(events_of(result))
+    differing = [
+        float(log[matched]) for log in (times, truth.collision_times) if matched < len(log)
+    ]
+    if differing:
+        return min(differing)
+    if matched < len(truth.collisions):
+        raise NotMeasuredError("a collision is missing; the closed form does not say when it comes")
+    raise NotMeasuredError("never: the sequences agree to the end")
+
+
+def _events_missing(result: Result, truth: Truth) -> int:
+    return len(_graded(result, truth).missing)
+
+
+def _events_invented(result: Result, truth: Truth) -> int:
+    return len(_graded(result, truth).invented)
+
+
+def _graded_until(result: Result, truth: Truth) -> float:
+    until = _graded(result, truth).until
+    assert truth.certificate is not None  # `_graded` needed it
+    return min(until, float(truth.certificate.t_end))
+
+
+def _graded_events(result: Result, truth: Truth) -> int:
+    return _graded(result, truth).events
+
+
+def _event_time_error_ulps(result: Result, truth: Truth) -> float:
+    error = _graded(result, truth).time_error_max
+    if error is None:
+        raise NotMeasuredError("no event is both proved and found")
+    return error
+
+
+def _quality_factor(result: Result, truth: Truth) -> float:
+    graded = _graded(result, truth)
+    if graded.quality_factor is None:
+        raise NotMeasuredError(graded.no_quality)
+    return graded.quality_factor
+
+
+def _graded(result: Result, truth: Truth) -> Grade:
+    if truth.certificate is None:
+        raise NotMeasuredError(truth.why_not("proof"))
+    _require_end(result)
+    graded = _grade(result, truth)
+    if graded.until == 0.0:
+        raise NotMeasuredError(f"nothing of this shot is proved: {graded.why}")
+    return graded
+
+
+@lru_cache(maxsize=1)  # four metrics are made of it
+def _grade(result: Result, truth: Truth) -> Grade:
+    assert truth.certificate is not None
+    exact = isinstance(result.trajectory, ExactTrajectory)
+    return grade(result, truth.certificate, truth.graded if exact else truth.graded_steps)
+
+
+def _energy_difference_max(result: Result, truth: Truth) -> float:
+    _require_end(result)
+    if truth.energy is None:
+        raise NotMeasuredError(truth.why_not("energy"))
+    energy = _finite(energy_at(result, truth.energy_times).total)
+    return float(np.max(np.abs(energy - truth.energy))) / _initial(truth.energy)
+
+
+def _energy_drift(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
+    if not conserves_energy(result.scene):
+        raise NotMeasuredError("energy is lost in this scene, as it should be")
+    energy = _finite(energy_series(result))
+    return float(np.max(np.abs(energy - energy[0]))) / _initial(energy)
+
+
+def _energy_rise(
+    result: Result,
+    truth: Truth,  # noqa: ARG001 - needs no truth
+    resolution: float | None = 0.0,
+) -> float:
+    energy = _finite(energy_series(result))
+    gain = largest_gain(result, resolution)
+    if gain > 0.0 and energy[0] == 0.0:
+        return math.inf  # made of nothing
+    return gain / _initial(energy)
+
+
+def _overlap_max(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
+    if len(result.scene.balls) == 1:
+        raise NotMeasuredError("there is one ball only")
+    return deepest_overlap(result)
+
+
+def _wall_time(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
+    return result.wall_time
+
+
+_COMPUTE: dict[str, Callable[[Result, Truth], int | float]] = {
+    "rest_error_max": _rest_error_max,
+    "rest_error_rms": _rest_error_rms,
+    "rest_error_ulps": _rest_error_ulps,
+    "rest_time_error": _rest_time_error,
+    "rest_time_error_ulps": _rest_time_error_ulps,
+    "ball_ball_count": _count(EventKind.BALL_BALL),
+    "ball_cushion_count": _count(EventKind.BALL_CUSHION),
+    "collision_count": _collision_count,
+    "ball_ball_count_error": _count_error(EventKind.BALL_BALL),
+    "ball_cushion_count_error": _count_error(EventKind.BALL_CUSHION),
+    "matching_events": _matching_events,
+    "first_divergence_time": _first_divergence_time,
+    "graded_until": _graded_until,
+    "graded_events": _graded_events,
+    "events_missing": _events_missing,
+    "events_invented": _events_invented,
+    "event_time_error_ulps": _event_time_error_ulps,
+    "quality_factor": _quality_factor,
+    "energy_difference_max": _energy_difference_max,
+    "energy_drift": _energy_drift,
+    "energy_rise": _energy_rise,
+    "overlap_max": _overlap_max,
+    "wall_time": _wall_time,
+}
+
+
+def _require_end(result: Result) -> None:
+    if not result.status.complete:
+        why = f": {result.reason}" if result.reason else ""
+        raise FellShortError(f"the run stopped early ({result.status.value}){why}")
+
+
+def _finite(energy: FloatArray) -> FloatArray:
+    if not np.all(np.isfinite(energy)):
+        raise FellShortError("the energy of the engine's motion is not finite")
+    return energy
+
+
+def _initial(energy: FloatArray) -> float:
+    if energy[0] == 0.0:
+        raise NotMeasuredError("nothing moves at the start: there is no energy to compare with")
+    return float(energy[0])

@@ -1,0 +1,181 @@
+"""The verdict on a case, and what its rest error is worth: the one place that decides either.
+
+A case may keep every stated limit while nothing limits where its balls end: energy held, but the
+balls rest in the wrong place. Such a case is `LIMITS_HOLD`, never `PASS`.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Collection
+
+from validation.checks.metric_table import METRICS
+from validation.results.records import (
+    CLOSED_FORM,
+    COMPLETE_STATUSES,
+    INDEPENDENT,
+    CaseRecord,
+    Check,
+)
+from validation.truth.scene_truth import OUR_NAME
+
+
+class Verdict(enum.Enum):
+    """What became of one engine in one scene: its sign, and how reports say it."""
+
+    PASS = ("✓", "pass")
+    LIMITS_HOLD = ("≈", "limits hold, outcome not judged")
+    FAIL = ("✗", "fail")
+    REFERENCE = ("ref", "is our engine, the truth here")
+    SHOWN = ("○", "shown only (no limits)")
+    NOT_REPRESENTABLE = ("–", "not representable")
+    UNAVAILABLE = ("–", "unavailable")
+    CRASHED = ("!", "did not finish")
+    MISSING = ("", "not run")
+
+    @property
+    def symbol(self) -> str:
+        """Sign that stands for it in plain text, so that colour is never alone."""
+        return self.value[0]
+
+    @property
+    def words(self) -> str:
+        """What it is in words."""
+        return self.value[1]
+
+    @property
+    def legend(self) -> str:
+        """The sign and what it means, for the line beneath a table."""
+        return f"{self.symbol} {self.words}".strip()
+
+
+NOTHING_JUDGED = "nothing was judged: no limit covers what was run"
+"""What is said of a run without a verdict; commands end with exit status 4 then."""
+
+
+class RestError(enum.Enum):
+    """What the rest error of a case is worth, and so how it is shown."""
+
+    JUDGED = "a limit judges it"
+    UNJUDGED = "an error, but no limit judges it: shown in brackets"
+    CHAOTIC = "no error: past the engine's horizon"
+    OWN = "our engine compared with itself"
+    NONE = "there is none"
+
+
+def verdict_of(case: CaseRecord | None) -> Verdict:
+    """Return the verdict on a case; None is a case that the run never reached."""
+    if case is None:
+        return Verdict.MISSING
+    if case.outcome != "ran":
+        return {
+            "not-representable": Verdict.NOT_REPRESENTABLE,
+            "unavailable": Verdict.UNAVAILABLE,
+            "failed": Verdict.CRASHED,
+        }[case.outcome]
+    if case.passed is False:
+        return Verdict.FAIL
+    if is_unfinished(case):
+        return Verdict.CRASHED
+    if is_own_measure(case):
+        return Verdict.REFERENCE
+    if case.passed is None:
+        return Verdict.SHOWN
+    judged = any(_judges_outcome(check, case) for check in case.checks)
+    return Verdict.PASS if judged else Verdict.LIMITS_HOLD
+
+
+def is_unfinished(case: CaseRecord) -> bool:
+    """Whether an engine that could play the shot didn't come to its end: it failed or stopped."""
+    if case.outcome == "ran":
+        return case.status not in COMPLETE_STATUSES
+    return case.outcome == "failed"
+
+
+def unfinished_text(case: CaseRecord) -> str:
+    """Say why a case didn't come to its end; "" where it did, or was never begun."""
+    if not is_unfinished(case):
+        return ""
+    if case.outcome == "failed":
+        return case.reason
+    return f"it stopped early: {case.status}" + (f": {case.reason}" if case.reason else "")
+
+
+def is_nothing_judged(cases: Collection[CaseRecord]) -> bool:
+    """Whether nothing failed only because no limit judged anything: that is no pass."""
+    judged = (check for case in cases for check in case.checks if check.passed is not None)
+    return next(judged, None) is None and not any(map(is_unfinished, cases))
+
+
+def rest_verdict_of(case: CaseRecord | None) -> Verdict:
+    """Return what the checks on the rest error alone say; SHOWN where none judges it.
+
+    A case may pass by its counts while its rest error is free: a figure of rest errors must not
+    call such a number passed.
+    """
+    verdicts = [
+        check.passed
+        for check in (case.checks if case is not None else ())
+        if check.metric.startswith("rest_error") and _judges_outcome(check, case)
+    ]
+    if not verdicts:
+        return Verdict.SHOWN
+    return Verdict.PASS if all(verdicts) else Verdict.FAIL
+
+
+def rest_error_standing(case: CaseRecord | None) -> RestError:
+    """Return what the rest error of a case is worth."""
+    if case is None or case.outcome != "ran":
+        return RestError.NONE
+    past = case.horizon is not None and rest_verdict_of(case) is Verdict.SHOWN
+    if past and not is_own_measure(case):
+        return RestError.CHAOTIC
+    if case.metrics.get("rest_error_max") is None:
+        return RestError.NONE
+    if is_own_measure(case):
+        return RestError.OWN
+    if rest_verdict_of(case) is not Verdict.SHOWN:
+        return RestError.JUDGED
+    return RestError.UNJUDGED
+
+
+def is_own_measure(case: CaseRecord) -> bool:
+    """Whether a rest error of this case compares our engine with itself, and proves nothing."""
+    # What our engine can't represent it doesn't measure either: another truth is in its place.
+    ours = case.outcome == "ran" and case.engine == OUR_NAME
+    return ours and case.truth not in INDEPENDENT
+
+
+def wrong_count(case: CaseRecord | None) -> tuple[int, int] | None:
+    """Return collisions counted and true, where a count is wrong in a scene of closed form.
+
+    Of all collisions, or of the first kind that differs where the sums agree; None where the
+    counts are right or nothing independent says what they are.
+    """
+    if case is None or case.outcome != "ran" or case.truth != CLOSED_FORM:
+        return None
+    true = case.truth_counts
+    if true is None:
+        return None
+    counted = [case.collision_counts.get(kind, 0) for kind in true]
+    pairs = [(sum(counted), sum(true.values())), *zip(counted, true.values(), strict=True)]
+    return next(((found, right) for found, right in pairs if found != right), None)
+
+
+def _judges_outcome(check: Check, case: CaseRecord | None) -> bool:
+    """Whether a check, passed or not, says if the outcome is right.
+
+    A limit from below doesn't: "the first 25 collisions agree" leaves the end free. Nor does a
+    grade by a proof that ends before the shot does, or past the engine's horizon.
+    """
+    if check.metric == "quality_factor" and (
+        case is None or case.horizon is not None or case.truth not in INDEPENDENT
+    ):
+        return False
+    metric = METRICS.get(check.metric)
+    return (
+        metric is not None
+        and metric.outcome
+        and check.limit_kind != "at_least"
+        and check.passed is not None
+    )

@@ -1,0 +1,38 @@
+"""What the common criteria hold against a grade: for whoever grades outside the suite."""
+
+from __future__ import annotations
+
+from engine import Scene
+from validation.checks.criteria import common_criteria
+from validation.grading.grading import Grade
+
+
+def values_of(grade: Grade) -> dict[str, int | float | None]:
+    """Return the metrics that a grade gives, by name."""
+    return {
+        "events_missing": len(grade.missing),
+        "events_invented": len(grade.invented),
+        "event_time_error_ulps": grade.time_error_max,
+        "quality_factor": grade.quality_factor,
+    }
+
+
+def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
+    """Return which limits of `scenes/common.expect.toml` a grade breaks, one sentence each.
+
+    A metric without a value breaks none.
+    """
+    values = values_of(grade)
+    broken = [
+        criterion
+        for criterion in common_criteria().criteria
+        if (value := values.get(criterion.metric)) is not None and not criterion.allows(value)
+    ]
+    faults = [
+        f"{criterion.metric} is {values[criterion.metric]:.6g}, {criterion.limit_kind} "
+        f"{criterion.limit:g}"
+        for criterion in broken
+    ]
+    if grade.first is not None and faults:
+        faults.append(grade.first.describe(tuple(ball.id for ball in scene.balls)))
+    return tuple(faults)

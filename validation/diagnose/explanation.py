@@ -1,0 +1,359 @@
+"""Explain where one engine's shot and the true one part, and what their difference is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import CUSHIONS, EngineFailedError, EventKind, GhostballError, Result, Scene, Status
+from reference_adapters import ReferenceEngine
+from validation.diagnose.attribution import Attribution, attribute
+from validation.diagnose.near_misses import approach_speed, depth_of, in_ulps, nearest_approach
+from validation.diagnose.parting import Agreement, Collision, Parting, collisions_in, compare_logs
+from validation.runs.playing import run_engine
+from validation.runs.sampling import events_of
+from validation.truth.known_shot import KnownShot, known_shot
+
+FloatArray = NDArray[np.float64]
+
+SCHEMA: Final = 2
+"""Version of `Explanation.to_dict`."""
+
+
+Side = Literal["truth", "engine"]
+What = Literal["miss", "hit", "order"]
+
+
+class ExplanationError(GhostballError, ValueError):
+    """A shot and an engine of which there is nothing to explain."""
+
+
+@dataclass(frozen=True)
+class Margin:
+    """By how much something would have to move for a log to be another one.
+
+    Attributes
+    ----------
+    run : "truth" or "engine"
+        In whose shot it was measured.
+    what : "miss", "hit" or "order"
+        The collision would be missed, were it this much less deep. It would happen, were the gap at
+        nearest approach this much smaller. It would come after what the other run has instead, did
+        it come later by the time that this length takes at the speed of approach.
+    event : Collision
+        As it is, or as the other run has it where it doesn't happen here.
+    length : float [m]
+    ulps : float [1]
+        The length over the spacing of doubles at the coordinates there.
+    seconds : float or None [s]
+        For "order", the time between the two collisions.
+    """
+
+    run: Side
+    what: What
+    event: Collision
+    length: float
+    ulps: float
+    seconds: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class BallStates:
+    """A ball at the instant at which the runs part: (2,) each, in truth and in the engine."""
+
+    ball: str
+    true_position: FloatArray
+    true_velocity: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+
+    @property
+    def distance(self) -> float:
+        """Distance of the two centres [m]."""
+        return float(np.hypot(*(self.position - self.true_position)))
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """Where a run and the truth part, and how they differ.
+
+    Attributes
+    ----------
+    label : str
+        The engine as asked for.
+    known : KnownShot
+        The truth.
+    result : Result
+        The engine's run, with its motion.
+    agreement : Agreement
+        Which collisions both have, and where they part.
+    margins : tuple of Margin
+        The smallest first; empty where nothing parts.
+    states : tuple of BallStates
+        Of the balls that take part where they part, at that instant.
+    attribution : Attribution or None
+        None where it wasn't asked for.
+    """
+
+    label: str
+    known: KnownShot
+    result: Result
+    agreement: Agreement
+    margins: tuple[Margin, ...]
+    states: tuple[BallStates, ...]
+    attribution: Attribution | None
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self.known.scene
+
+    @property
+    def parting(self) -> Parting | None:
+        """Where they part; None where every ball has the same collisions in both."""
+        return self.agreement.parting
+
+    @property
+    def latest(self) -> tuple[Collision, float] | None:
+        """The common collision, before they part, whose times differ most, and by how much [s].
+
+        Positive is late. None where there is no such collision.
+        """
+        if not self.agreement.before:
+            return None
+        true, other = max(self.agreement.before, key=lambda pair: abs(pair[1].t - pair[0].t))
+        return true, other.t - true.t
+
+    @property
+    def rest_distances(self) -> FloatArray:
+        """Distance of each ball from where it ends in truth, (n,) [m]."""
+        apart = self.result.rest_positions[:, :2] - self.known.positions(None)
+        distances: FloatArray = np.hypot(*apart.T)
+        return distances
+
+    @property
+    def rest_time_difference(self) -> float:
+        """Difference of the instants at which the last ball rests [s]; positive is late."""
+        return self.result.rest_time - self.known.result.rest_time
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain values, the object that `explain --json` prints."""
+        parting = self.parting
+        latest = self.latest
+        return {
+            "schema": SCHEMA,
+            "scene": self.scene.name,
+            "engine": self.label,
+            "settings": dict(self.result.settings),
+            "status": self.result.status.name.lower().replace("_", "-"),
+            "truth": {"by": self.known.kind, "why_not_certified": self.known.why},
+            "agreed_collisions": len(self.agreement.before),
+            "parting": None
+            if parting is None
+            else {
+                "t": parting.t,
+                "true": _event(parting.true),
+                "engine": _event(parting.other),
+                "margins": [
+                    {
+                        "run": one.run,
+                        "what": one.what,
+                        "event": _event(one.event),
+                        "length": one.length,
+                        "ulps": one.ulps,
+                        "seconds": one.seconds,
+                    }
+                    for one in self.margins
+                ],
+                "balls": [
+                    {
+                        "ball": one.ball,
+                        "true": {
+                            "position": one.true_position.tolist(),
+                            "velocity": one.true_velocity.tolist(),
+                        },
+                        "engine": {
+                            "position": one.position.tolist(),
+                            "velocity": one.velocity.tolist(),
+                        },
+                    }
+                    for one in self.states
+                ],
+            },
+            "largest_time_difference": None
+            if latest is None
+            else {"event": _event(latest[0]), "seconds": latest[1]},
+            "rest_differences": self.rest_distances.tolist(),
+            "rest_time_difference": self.rest_time_difference,
+            "attribution": None if self.attribution is None else asdict(self.attribution),
+        }
+
+
+def explain(
+    scene: Scene, engine: ReferenceEngine, *, label: str = "", attributed: bool = True
+) -> Explanation:
+    """Explain how an engine's run of a scene differs from the truth.
+
+    Parameters
+    ----------
+    scene : Scene
+    engine : ReferenceEngine
+    label : str
+        The engine as asked for; its name where it is left out.
+    attributed : bool
+        Whether to say also what the difference is made of, which takes many runs.
+
+    Raises
+    ------
+    UnsupportedSceneError
+        Where the engine lacks a feature of the scene.
+    EngineFailedError
+        Where the engine fails, or says that it did.
+    ExplanationError
+        Where nothing moves, or the engine is itself what is taken for the truth.
+    GhostballError
+        Where there is no truth to compare with.
+    """
+    moving = np.any(scene.velocities != 0.0) or np.any(scene.angular_velocities != 0.0)
+    if not moving:
+        raise ExplanationError(
+            f'scene "{scene.name}": nothing moves, so there is nothing to explain. Give a ball a '
+            "`velocity`"
+        )
+    if engine.name == "certified":
+        raise ExplanationError(
+            "engine `certified` is the truth that others are explained by. Choose another engine"
+        )
+    result = run_engine(engine, scene)
+    if result.status is Status.FAILED:
+        raise EngineFailedError(engine.name, f"it says so: {result.reason}")
+    known = known_shot(scene)
+    if engine.name == known.engine and known.kind == "our engine":
+        raise ExplanationError(
+            f'engine `{engine.name}` is itself the truth of scene "{scene.name}", which has no '
+            f"closed form and isn't certified ({known.why}). Choose another engine"
+        )
+    agreement = _compare(known, result)
+    parting = agreement.parting
+    return Explanation(
+        label=label or engine.name,
+        known=known,
+        result=result,
+        agreement=agreement,
+        margins=() if parting is None else _margins(known.result, result, agreement, parting),
+        states=() if parting is None else _states(known.result, result, parting),
+        attribution=attribute(scene, engine, label=label, known=known) if attributed else None,
+    )
+
+
+def _compare(known: KnownShot, result: Result) -> Agreement:
+    true, other = collisions_in(events_of(known.result)), collisions_in(events_of(result))
+    if not result.status.complete:  # what comes after its end, it had no chance to find
+        true = [one for one in true if one.t <= result.rest_time]
+    return compare_logs(true, other)
+
+
+def _margins(
+    truth: Result, result: Result, agreement: Agreement, parting: Parting
+) -> tuple[Margin, ...]:
+    """Return by how much each of the two collisions happened, or did not, in either run."""
+    pairs = agreement.before
+    # How far apart in time the two runs have the same collision: nothing nearer is another one.
+    late = max((abs(a.t - b.t) for a, b in pairs), default=0.0)
+    sides: tuple[tuple[Side, Result, list[Collision], Collision | None, Collision | None], ...]
+    sides = (
+        ("truth", truth, [a for a, _ in pairs], parting.true, parting.other),
+        ("engine", result, [b for _, b in pairs], parting.other, parting.true),
+    )
+    found = [
+        margin
+        for name, run, common, own, others in sides
+        for margin in _margins_in(name, run, common, own, others, late)
+    ]
+    return tuple(sorted(found, key=lambda one: one.length))
+
+
+def _margins_in(
+    name: Side,
+    run: Result,
+    common: list[Collision],
+    own: Collision | None,
+    others: Collision | None,
+    late: float,
+) -> Iterator[Margin]:
+    """Yield the margins in one run, which has `own` where the other run has `others`."""
+    if own is not None and (depth := depth_of(run, own)) is not None:
+        yield _margin(name, "miss", run, own, depth)
+    if others is None:
+        return
+    later = None if own is None else _next_of(run, own, others)
+    if own is not None and later is not None:
+        lead = later.t - own.t
+        speed = approach_speed(run, own)
+        if abs(later.t - others.t) <= lead + 2.0 * late:
+            if speed > 0.0:
+                yield _margin(name, "order", run, own, lead * speed, lead)
+            return
+    start = max(
+        (one.t for one in common if not set(one.balls).isdisjoint(others.balls)), default=0.0
+    )
+    # As long again as the balls were on their way in the other run: a meeting long after is none.
+    end = run.rest_time if own is None else min(own.t, 2.0 * others.t - start + late)
+    gap, _ = nearest_approach(run, others, start, end)
+    if gap > 0.0:
+        yield _margin(name, "hit", run, others, gap)
+
+
+def _next_of(run: Result, own: Collision, others: Collision) -> Collision | None:
+    """Return the collision `others` of a run where it is its balls' next after `own`, or None."""
+    log = collisions_in(events_of(run))
+    after = log[log.index(own) + 1 :]
+    first = next((one for one in after if not set(one.balls).isdisjoint(others.balls)), None)
+    return first if first is not None and first.key == others.key else None
+
+
+def _margin(
+    name: Side,
+    what: What,
+    run: Result,
+    event: Collision,
+    length: float,
+    seconds: float | None = None,
+) -> Margin:
+    t = min(event.t, run.rest_time)
+    places = run.sample([t]).positions[0, list(event.balls), :2]
+    return Margin(name, what, event, length, in_ulps(length, [places]), seconds)
+
+
+def _states(truth: Result, result: Result, parting: Parting) -> tuple[BallStates, ...]:
+    concerned = {
+        ball: None for one in (parting.true, parting.other) if one is not None for ball in one.balls
+    }
+    # Just before: at the instant itself an exact motion is already that after the collision.
+    t = [max(float(np.nextafter(parting.t, 0.0)), 0.0)]
+    true, other = truth.sample(t), result.sample(t)
+    return tuple(
+        BallStates(
+            truth.scene.balls[ball].id,
+            true.positions[0, ball, :2],
+            true.velocities[0, ball, :2],
+            other.positions[0, ball, :2],
+            other.velocities[0, ball, :2],
+        )
+        for ball in sorted(concerned)
+    )
+
+
+def _event(one: Collision | None) -> dict[str, Any] | None:
+    """Return a collision as plain values, like an event of `simulate --json`."""
+    if one is None:
+        return None
+    b: int | str = CUSHIONS[one.b] if one.kind is EventKind.BALL_CUSHION else one.b
+    return {"t": one.t, "kind": one.kind.label, "a": one.a, "b": b}
+
+
+__all__ = ["BallStates", "Explanation", "ExplanationError", "Margin", "explain"]

@@ -1,0 +1,27 @@
+"""How far a shot can be predicted: growth of rounding, its horizon, nearest other courses.
+
+>>> from validation.diagnose.predictability import predictability_of
+>>> known = predictability_of(scene)
+>>> known.horizon, known.nearest, known.fragile
+"""
+
+from validation.diagnose.predictability.measure import predictability_of
+from validation.diagnose.predictability.prediction import Predictability, Separation
+from validation.diagnose.predictability.prediction_file import (
+    load_predictability,
+    predictability_in,
+    save_predictability,
+)
+from validation.truth.bifurcations import Bifurcation, bifurcations_of, nearest_of
+
+__all__ = [
+    "Bifurcation",
+    "Predictability",
+    "Separation",
+    "bifurcations_of",
+    "load_predictability",
+    "nearest_of",
+    "predictability_in",
+    "predictability_of",
+    "save_predictability",
+]

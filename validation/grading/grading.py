@@ -1,0 +1,484 @@
+"""Grade one run against the proof of its shot: its events, their times, where the balls are.
+
+    >>> grade = grade(simulate(scene, record="trajectory"), certify(scene, motion=True))
+    >>> grade.missing, grade.invented, grade.quality_factor
+
+Compared is what can be: up to the predictability horizon of the shot, since after it rounding
+alone decides; up to where bounces die out, which the model that is graded takes for a contact; and
+up to where the proof ends. `Grade.why` says which of them cut it short.
+
+No number is taken from the run that is graded but what it claims to have happened: the horizon and
+the scale of errors come from the proved motion (`certified_growth`), limits from `tolerances`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import EventKind, ExactTrajectory, GhostballError, Result, Scene
+from engine.result import COLLISION_KINDS
+from engine.trajectory import Samples
+from reference_adapters.certified import Certificate, Enclosure
+from validation.grading.alignment import (
+    ALL_KINDS,
+    Alignment,
+    Difference,
+    Log,
+    align,
+    found_log,
+    proved_log,
+)
+from validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
+from validation.grading.sequences import TIE
+from validation.grading.tolerances import (
+    EPS,
+    LEAST_SLIP,
+    LOWEST_HOP,
+    UNIT_ROUNDOFF,
+)
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+Extent = Literal["whole", "horizon", "low hop", "proved part"]
+"""Up to where events are graded: the end, the predictability horizon, the first hop too low to be
+followed in double precision, or the proof's end."""
+
+
+@dataclass(frozen=True, eq=False)
+class Gradable:
+    """What of a proof engines can be graded against; made by `gradable`.
+
+    Attributes
+    ----------
+    extent : "whole", "horizon", "low hop" or "proved part"
+    why : str
+        Where it isn't the whole shot, why not; else "".
+    until : float [s]
+        The last instant at which events are graded; inf where that is the end of the shot.
+    compared_at : float [s]
+        When positions are compared: at that instant, or before it, where the derivative of the
+        proved motion ends sooner; inf: at the end of the shot.
+    sizes : (n,) float64 [m] or None
+        What rounding does to each ball until then, over 2^-53: infinite where no derivative says
+        it. None for engines that step, whose errors hide those of rounding.
+    """
+
+    extent: Extent
+    why: str
+    until: float
+    compared_at: float
+    sizes: FloatArray | None
+
+
+@dataclass(frozen=True, eq=False)
+class Grade:
+    """How a run compares with the proof of its shot.
+
+    Attributes
+    ----------
+    extent, why, until
+        Of what was graded; see `Gradable`.
+    compared_at : float [s]
+        When positions were compared.
+    events : int
+        Proved events that are compared.
+    alignment : Alignment
+        Of all events, also of those that aren't graded; but without the negligible ones.
+    missing, invented : tuple of int
+        Indices of proved events that were not found, and of found events that are not so.
+    first : Difference or None
+        The earliest of these.
+    swapped : int
+        Events that come before another one instead of after it, without a ball in common with it.
+        Their times are wrong by as much, and are graded as such.
+    negligible : int
+        Ends of slides and rolls, proved or found, that last no longer than rounding; left out.
+    time_errors : (m,) float64 [1]
+        Of each pair of events, in ulps of the proved time.
+    position_errors : (n,) float64 [m]
+        How far each ball is from its enclosure at `compared_at`.
+    quality_factor : float or None
+        The largest of these errors over what rounding the state once at each event makes of it.
+    no_quality : str
+        Why there is no quality factor; else "".
+    """
+
+    extent: Extent
+    why: str
+    until: float
+    compared_at: float
+    events: int
+    alignment: Alignment
+    missing: tuple[int, ...]
+    invented: tuple[int, ...]
+    first: Difference | None
+    swapped: int
+    negligible: int
+    time_errors: FloatArray
+    position_errors: FloatArray
+    quality_factor: float | None
+    no_quality: str = ""
+
+    @property
+    def time_error_max(self) -> float | None:
+        """The largest error of an event's time, in ulps; None where none was compared."""
+        return float(np.max(self.time_errors)) if len(self.time_errors) else None
+
+    @property
+    def time_error_median(self) -> float | None:
+        """The median error of the events' times, in ulps; None where none was compared."""
+        return float(np.median(self.time_errors)) if len(self.time_errors) else None
+
+
+def gradable(
+    scene: Scene,
+    certificate: Certificate,
+    *,
+    exact: bool = True,
+    horizon: float | None = None,
+    growth: CertifiedGrowth | None = None,
+) -> Gradable:
+    """Return what of a proof can be graded, which is the same for all exact engines.
+
+    Parameters
+    ----------
+    scene : Scene
+    certificate : Certificate
+        Of that scene, with its motion: `certify(scene, motion=True)`.
+    exact : bool
+        Whether for engines that record their motion, not frames.
+    horizon : float [s], optional
+        Up to when the shot can be predicted. Left out: until `ROUNDINGS` roundings at each event
+        have grown to `TOLERANCE`.
+    growth : CertifiedGrowth, optional
+        How errors grow. Left out: as along the proved motion.
+
+    Raises
+    ------
+    GhostballError
+        Where the certificate is of another scene or has no motion.
+    """
+    _check_proof(scene, certificate)
+    if growth is None and (exact or horizon is None):
+        growth = growth_of_proof(scene, certificate)
+    if horizon is None:
+        assert growth is not None
+        horizon = growth.rounding_horizon
+    low_hop = _first_low_hop(scene, certificate)
+    extent, why, until = _extent(certificate, horizon, low_hop)
+    if not exact:
+        return Gradable(extent, why, until, until, None)
+    assert growth is not None
+    compared_at = min(until, math.nextafter(growth.derivative_ends, 0.0))
+    sizes = growth.sizes([min(compared_at, float(certificate.t_end))])[0]
+    return Gradable(extent, why, until, compared_at, sizes)
+
+
+def grade(result: Result, certificate: Certificate, within: Gradable | None = None) -> Grade:
+    """Grade a run against the proof of its shot.
+
+    Parameters
+    ----------
+    result : Result
+        Recorded with `record="trajectory"`.
+    certificate : Certificate
+        Of the same scene, with its motion: `certify(scene, motion=True)`.
+    within : Gradable, optional
+        What of the proof is graded. Left out: as `gradable` says of an engine such as the run's.
+
+    Raises
+    ------
+    GhostballError
+        Where the run recorded too little, or the certificate is of another scene or has no motion.
+
+    Notes
+    -----
+    Differences from an enclosure are taken in rationals: a double is the rational that it is. An
+    error is the distance from the enclosure, 0 inside it; at a horizon, where errors are far above
+    rounding, it is that of two doubles.
+
+    Of events that share no ball either order is right where they are at one instant. Towards the
+    horizon instants are uncertain by far more than rounding, so that such events are paired in any
+    order: their times are graded, which says the same.
+
+    The quality factor is max |x_i - X_i| / (2^-53 A_i), A_i from the proved motion
+    (`CertifiedGrowth.sizes`): 2^-53 A_i is the standard deviation of ball i's position where the
+    state is rounded once at each event. An exact method in double precision keeps it near 1; one
+    that loses digits, or plays another shot, doesn't.
+
+    Two balls, or a ball and a cushion, may bounce ever lower, without end in a finite time. From
+    the first hop that is proved to stay below `LOWEST_HOP` on, nothing is graded.
+
+    No derivative exists once a ball has had two collisions at one instant. That says nothing of how
+    errors have grown, so that events are compared beyond it, up to the end of the proof; positions
+    at the last instant before it.
+
+    A slide or a roll is negligible where all that it slows is below `LEAST_SLIP` of the fastest
+    speed at the start, or where it lasts no longer than two roundings of the clock: the slip of
+    1e-17 m/s of a stunned ball is a slip to the proof, and nothing in double precision.
+    """
+    scene = result.scene
+    if result.events is None or result.trajectory is None:
+        raise GhostballError(
+            f"`result` must hold events and motion, but engine `{result.engine}` recorded too "
+            f'little in scene "{scene.name}". Run it with record="trajectory"'
+        )
+    exact = isinstance(result.trajectory, ExactTrajectory)
+    if within is None:
+        within = gradable(scene, certificate, exact=exact)
+    else:
+        _check_proof(scene, certificate)
+    extent, until = within.extent, within.until
+    kinds = ALL_KINDS if exact else COLLISION_KINDS
+    logs = [
+        log.only(np.array([choice.kind in kinds for choice in log.choices], dtype=bool))
+        for log in (proved_log(certificate), found_log(result.events))
+    ]
+    negligible = [_negligible(scene, log) for log in logs]
+    proved, found = (log.only(~but) for log, but in zip(logs, negligible, strict=True))
+    alignment = align(_without_order(proved), _without_order(found))
+    missing = tuple(
+        i for i in alignment.missing.tolist() if proved_log(certificate).times[i] <= until
+    )
+    before = until
+    if extent in ("low hop", "proved part"):
+        before = _end_of_found(result, certificate, alignment, until)
+    invented = tuple(j for j in alignment.invented.tolist() if result.events["t"][j] <= before)
+    compared_at, errors = _position_errors(result, certificate, within)
+    quality, no_quality = _quality(result, errors, within)
+    return Grade(
+        extent,
+        within.why,
+        until,
+        compared_at,
+        int(np.sum(proved.times <= until)),
+        alignment,
+        missing,
+        invented,
+        alignment.first if missing or invented else None,
+        _swapped(result, certificate, alignment, until),
+        sum(
+            int(np.sum(log.times[but] <= until)) for log, but in zip(logs, negligible, strict=True)
+        ),
+        _time_errors(result, certificate, alignment, until),
+        errors,
+        quality,
+        no_quality,
+    )
+
+
+def _check_proof(scene: Scene, certificate: Certificate) -> None:
+    balls, name = len(scene.balls), scene.name
+    if len(certificate.positions) != balls:
+        raise GhostballError(
+            f"`certificate` must be of the scene that was run, got one of "
+            f'{len(certificate.positions)} balls for the {balls} of scene "{name}". '
+            "Certify `result.scene`"
+        )
+    if certificate.knots is None:
+        raise GhostballError(
+            f'`certificate` of scene "{name}" must hold the motion, along which errors grow. '
+            "Certify with motion=True"
+        )
+
+
+def _extent(certificate: Certificate, horizon: float, low_hop: float) -> tuple[Extent, str, float]:
+    """Return how much is graded, why not more, and the last instant of it."""
+    end = float(certificate.t_end)
+    if low_hop <= min(horizon, end):
+        why = f"a bounce stays below {LOWEST_HOP:.2g} diameters until t = {low_hop:.6g} s"
+        return "low hop", why, math.nextafter(low_hop, 0.0)
+    if horizon <= end:
+        why = f"the shot can't be predicted beyond t = {horizon:.6g} s"
+        return "horizon", why, math.nextafter(horizon, 0.0)
+    if not certificate.proved:
+        return "proved part", f"{certificate.ending}: {certificate.reason}", end
+    return "whole", "", math.inf
+
+
+@lru_cache(maxsize=4)  # by identity: a case that comes from another process has its own
+def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
+    """Return when the first hop ends that stays below `LOWEST_HOP`, inf where none does [s].
+
+    A hop is what is between two collisions of one contact; its height is taken in the middle.
+    """
+    truth = _proved_motion(scene, certificate)
+    last: dict[tuple[EventKind, int, int], float] = {}
+    hops: list[tuple[EventKind, int, int, float, float]] = []
+    times = proved_log(certificate).times.tolist()
+    for event, t in zip(certificate.events, times, strict=True):
+        if event.kind in COLLISION_KINDS:
+            if event.key in last:
+                hops.append((*event.key, last[event.key], t))
+            last[event.key] = t
+    if not hops:
+        return math.inf
+    kinds, a, b, start, end = (np.array(column) for column in zip(*hops, strict=True))
+    places = truth.sample(0.5 * (start + end)).positions[:, :, :2]
+    rows, radii = np.arange(len(hops)), scene.radii
+    pair = kinds == EventKind.BALL_BALL
+    other = np.where(pair, b, a)
+    reach = radii[a] + radii[other]
+    gaps = np.linalg.norm(places[rows, a] - places[rows, other], axis=1) - reach
+    if not pair.all():
+        assert scene.table is not None
+        sides = np.array([0.0, scene.table.length, 0.0, scene.table.width])  # as in `CUSHIONS`
+        cushion = np.where(pair, 0, b)
+        across = np.abs(places[rows, a, cushion // 2] - sides[cushion]) - radii[a]
+        gaps = np.where(pair, gaps, across)
+    # Collisions at one instant are no hop: what is struck against a cushion comes back at once.
+    low = (gaps <= LOWEST_HOP * reach) & (end > start)
+    return float(end[low].min()) if low.any() else math.inf
+
+
+def _proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory:
+    assert certificate.knots is not None  # checked
+    end = float(certificate.t_end)
+    return ExactTrajectory(scene.radii, certificate.knots, end, scene.spinning_friction_rates)
+
+
+def _negligible(scene: Scene, log: Log) -> NDArray[np.bool_]:
+    """Whether an event ends a slide or a roll that is but rounding, (k,); see `grade`."""
+    gravity, radii = scene.physics.gravity, scene.radii
+    surface = np.linalg.norm(scene.velocities, axis=1)
+    surface += radii * np.linalg.norm(scene.angular_velocities, axis=1)
+    noise = LEAST_SLIP * float(np.max(surface))
+    # du/dt = -(7/2) mu_s g of a solid ball while it slides, dv/dt = -mu_r g while it rolls.
+    slowing = {
+        EventKind.SLIDE_TO_ROLL: 3.5 * gravity * scene.sliding_frictions,
+        EventKind.ROLL_TO_REST: gravity * scene.rolling_frictions,
+    }
+    since = [0.0] * len(scene.balls)
+    negligible = np.zeros(len(log), dtype=bool)
+    for k, (choice, t) in enumerate(zip(log.choices, log.times.tolist(), strict=True)):
+        if choice.kind in slowing:
+            slowed = (t - since[choice.a] - 2.0 * EPS * t) * slowing[choice.kind][choice.a]
+            negligible[k] = slowed <= noise
+        since[choice.a] = t
+        if choice.kind is EventKind.BALL_BALL:
+            since[choice.b] = t
+    return negligible
+
+
+def _end_of_found(
+    result: Result, certificate: Certificate, alignment: Alignment, until: float
+) -> float:
+    """Return up to when the run's events are graded, where the proved ones are up to `until` [s].
+
+    Just before the run's last one of those, which may come later or sooner by its error: what
+    comes at that instant, or after it, may be what can't be told any more. Where a proof ends as
+    the shot begins, with balls that touch, that instant is one of some rounding of their places:
+    `TIE` of the time in which the fastest ball goes a radius.
+    """
+    assert result.events is not None
+    scene, last = result.scene, until
+    compared = np.flatnonzero(proved_log(certificate).times[alignment.proved] <= until)
+    if len(compared):
+        last = min(until, float(result.events["t"][alignment.found[compared[-1]]]))
+    speed = float(np.max(np.linalg.norm(scene.velocities, axis=1)))
+    early = float(np.min(scene.radii)) / speed if speed > 0.0 else 0.0
+    return last - TIE * max(last, early)
+
+
+def _without_order(log: Log) -> Log:
+    """Return a log whose events count as one instant: those that share no ball have no order."""
+    return replace(log, windows=np.zeros_like(log.windows))
+
+
+def _swapped(result: Result, certificate: Certificate, alignment: Alignment, until: float) -> int:
+    """Count the pairs that come after one that they come before in truth."""
+    assert result.events is not None
+    times = proved_log(certificate).times
+    latest = np.maximum.accumulate(alignment.found) if len(alignment.found) else alignment.found
+    late = np.flatnonzero(alignment.found < latest)
+    swapped = 0
+    for k in late.tolist():
+        other = int(np.flatnonzero(alignment.found == latest[k])[0])
+        t, before = (float(times[alignment.proved[n]]) for n in (k, other))
+        found, after = (float(result.events["t"][alignment.found[n]]) for n in (k, other))
+        tied = t - before <= TIE * t or after - found <= TIE * after
+        swapped += t <= until and not tied
+    return swapped
+
+
+def _time_errors(
+    result: Result, certificate: Certificate, alignment: Alignment, until: float
+) -> FloatArray:
+    assert result.events is not None
+    times = proved_log(certificate).times[alignment.proved].tolist()
+    found = result.events["t"][alignment.found].tolist()
+    return np.array(
+        [
+            _distance(ours, certificate.events[i].t) / math.ulp(t)
+            for i, t, ours in zip(alignment.proved.tolist(), times, found, strict=True)
+            if t <= until
+        ]
+    )
+
+
+def _position_errors(
+    result: Result, certificate: Certificate, within: Gradable
+) -> tuple[float, FloatArray]:
+    """Compare positions at the instant [s] that they are graded at.
+
+    Returns that instant, finite, and each ball's distance from the truth, (n,) [m].
+    """
+    t = within.compared_at
+    if t < float(certificate.t_end) or within.extent == "horizon":
+        truth = _proved_motion(result.scene, certificate)
+        at = np.array([t])
+        apart = _positions(result.sample(at)) - _positions(truth.sample(at))
+        return t, np.hypot(apart[:, 0], apart[:, 1])
+    if within.extent == "whole":
+        t, positions = result.rest_time, result.rest_positions
+    else:
+        positions = result.sample([t]).positions[0]
+    errors = [
+        math.hypot(*(_distance(x, e) for x, e in zip(place, enclosures, strict=False)))
+        for place, enclosures in zip(positions.tolist(), certificate.positions, strict=True)
+    ]
+    return t, np.array(errors)
+
+
+def _positions(samples: Samples) -> FloatArray:
+    positions: FloatArray = samples.positions[0]
+    return positions
+
+
+def _distance(value: float, enclosure: Enclosure) -> float:
+    """Return how far a double is from an enclosure, 0 inside; inf where it isn't finite."""
+    if not math.isfinite(value):
+        return math.inf
+    # In units of a power of two all three are integers, and Python rounds their quotient correctly.
+    mantissa, denominator = value.as_integer_ratio()
+    exponent = 1 - denominator.bit_length()
+    lowest = min(exponent, enclosure.mid_exponent, enclosure.rad_exponent, 0)
+    middle = enclosure.mid_mantissa << (enclosure.mid_exponent - lowest)
+    radius = enclosure.rad_mantissa << (enclosure.rad_exponent - lowest)
+    beyond = abs((mantissa << (exponent - lowest)) - middle) - radius
+    return max(beyond, 0) / (1 << -lowest)
+
+
+def _quality(result: Result, errors: FloatArray, within: Gradable) -> tuple[float | None, str]:
+    """Return the largest error, (n,) [m], over what rounding does until then; or None, and why."""
+    if within.sizes is None or not isinstance(result.trajectory, ExactTrajectory):
+        return None, f"engine `{result.engine}` records frames: its steps err by more than rounding"
+    scale = UNIT_ROUNDOFF * within.sizes
+    known = np.isfinite(scale)
+    if not known.any():
+        return None, "no derivative says what rounding does to the shot until then"
+    errors, scale = errors[known], scale[known]
+    if not scale.any() and not errors.any():
+        return None, "nothing has moved in what is graded"
+    # A ball that nothing can have moved, and that has moved, is infinitely wrong.
+    still = scale == 0.0
+    factors = np.where(still, np.where(errors > 0.0, math.inf, 0.0), 0.0)
+    factors[~still] = errors[~still] / scale[~still]
+    return float(np.max(factors)), ""

@@ -1,0 +1,1 @@
+"""A pool of processes, and kernels compiled in it before many scenes are run."""

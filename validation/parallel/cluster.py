@@ -1,0 +1,351 @@
+"""The same tasks on the workers of a Dask cluster; `distributed` is an optional dependency.
+
+A worker of the cluster does each task in a process of its own, as this machine would: so a crash
+costs one task and says why, a task has its limit of time, and what it prints is kept. Where a
+worker itself is killed, another one does its tasks again. A task that nobody waits for any more is
+ended, be it that the run was interrupted or killed.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import math
+import multiprocessing
+import pickle
+import threading
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor, wait as wait_for
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from itertools import islice
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any, TypeVar
+from uuid import uuid4
+
+from engine.errors import GhostballError
+from validation.parallel.pool import WAKE, Answer, Process
+from validation.parallel.sources import versions
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+CONNECT_LIMIT = 10.0
+"""Seconds after which a scheduler that doesn't answer can't be reached."""
+
+PATIENCE = 60.0
+"""Seconds that a cluster may be without a worker."""
+
+_START_LIMIT = 3600.0
+"""Seconds that a process gets to start: it may have to compile all kernels."""
+
+_FETCH_LIMIT = 30.0
+"""Seconds after which what a task gave is asked for again: its worker may be lost by then."""
+
+_IDLE_LIMIT = 60.0
+"""Seconds after which a worker ends a process that it has no task for."""
+
+
+class ClusterError(GhostballError):
+    """A cluster that can't be used: not installed, not to be reached, or of other versions."""
+
+
+class ClusterLostError(ClusterError):
+    """A cluster that was lost while it worked."""
+
+
+@contextmanager
+def cluster_at(address: str | None) -> Iterator[Cluster | None]:
+    """Connect with the scheduler of a Dask cluster for as long as the block runs.
+
+    Parameters
+    ----------
+    address : str or None
+        Such as tcp://10.0.0.1:8786; None for no cluster.
+
+    Raises
+    ------
+    ClusterError
+        Where Dask isn't installed, or nothing answers there.
+    """
+    if address is None:
+        yield None
+        return
+    try:
+        from distributed import Client  # noqa: PLC0415 - optional, and takes half a second
+    except ImportError:
+        raise ClusterError(
+            "a cluster needs Dask, which isn't installed here: pip install 'ghostball[cluster]'"
+        ) from None
+    # What goes wrong is said by our own errors, once.
+    logger = logging.getLogger("distributed")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        try:
+            with ThreadPoolExecutor(1) as thread:  # there may be an event loop in this one
+                found = thread.submit(asyncio.run, _what_answers(address)).result()
+            if found != "Scheduler":
+                raise ValueError(f"a {found.lower()} answers")
+            client = Client(address, timeout=CONNECT_LIMIT, set_as_default=False)
+        except Exception as error:
+            why = str(error) or f"no answer within {CONNECT_LIMIT:g} s"
+            raise ClusterError(
+                f"no Dask scheduler can be reached at {address!r}: {why}. Give the address that "
+                "`dask scheduler` prints, such as tcp://10.0.0.1:8786"
+            ) from error
+        try:
+            yield Cluster(client, address)
+        finally:
+            with suppress(Exception):  # it may be gone
+                client.close(timeout=WAKE)
+    finally:
+        logger.setLevel(level)
+
+
+async def _what_answers(address: str) -> str:
+    """Return what there is at an address: a client would wait for ever where it is no Dask."""
+    from distributed import Security, rpc  # noqa: PLC0415
+
+    secrets = Security().get_connection_args("client")
+    async with rpc(address, connection_args=secrets, timeout=CONNECT_LIMIT) as there:
+        identity = await asyncio.wait_for(there.identity(), CONNECT_LIMIT)
+    return str(identity["type"])
+
+
+class Cluster:
+    """A cluster that does tasks, as many at once as its workers have threads."""
+
+    def __init__(self, client: Client, address: str) -> None:
+        self._client, self._address = client, address
+        self._threads, self._asked = 0, -math.inf
+        self._alone_since: float | None = None
+
+    def run_tasks(
+        self,
+        tasks: Iterable[T],
+        work: Callable[[T], R],
+        died: Callable[[T, str], R],
+        limit: Callable[[T], float] | None = None,
+        printed: Callable[[T, str], None] | None = None,
+        prepare: Callable[[], object] | None = None,
+    ) -> Generator[R]:
+        """Do tasks; yield what each gives: see `validation.parallel.pool.run_tasks`.
+
+        Raises
+        ------
+        ClusterError
+            Where a worker has other code than this machine, or lacks it.
+        ClusterLostError
+            Where the scheduler ends, or there is no worker for a minute.
+        """
+        first = pickle.dumps((_first, (versions(), pickle.dumps(prepare))))
+        run = uuid4().hex
+        queue = iter(tasks)
+        doing: dict[str, tuple[Future, T]] = {}
+        done: SimpleQueue[Future] = SimpleQueue()
+        try:
+            while True:
+                for task in islice(queue, max(0, self._room() - len(doing))):
+                    key = f"ghostball-{uuid4().hex}"
+                    seconds = None if limit is None else limit(task)
+                    job = _Job((run, first, key, pickle.dumps((work, task)), seconds))
+                    future = self._client.submit(pickle.loads, pickle.dumps(job), key=key)
+                    doing[key] = future, task
+                    future.add_done_callback(done.put)
+                if not doing:
+                    return
+                try:
+                    future = done.get(timeout=WAKE)
+                except Empty:
+                    continue
+                answer = self._answer(future)
+                if answer is None:
+                    future.add_done_callback(done.put)
+                    continue
+                _, task = doing.pop(future.key)
+                if answer.printed and printed is not None:
+                    printed(task, answer.printed)
+                yield died(task, answer.reason) if answer.reason else answer.given()
+        finally:
+            # What runs is ended by the workers, which look whether anybody waits for it.
+            with suppress(Exception):  # the cluster may be gone
+                self._client.cancel([future for future, _ in doing.values()], force=True)
+
+    def _room(self) -> int:
+        """Return how many tasks can be done at once; at least one, which then waits for a worker.
+
+        Raises
+        ------
+        ClusterLostError
+        """
+        now = time.monotonic()
+        if self._client.status != "running":
+            raise self._lost()
+        if now - self._asked >= WAKE:
+            try:
+                self._threads, self._asked = sum(self._client.nthreads().values()), now
+            except OSError as error:
+                raise self._lost() from error
+        if self._threads:
+            self._alone_since = None
+        elif self._alone_since is None:
+            self._alone_since = now
+        elif now - self._alone_since > PATIENCE:
+            raise self._lost(f"it has had no worker for {PATIENCE:g} s")
+        return max(1, self._threads)
+
+    def _answer(self, future: Future) -> Answer | None:
+        """Return what came of a task that is done; None where it has to be waited for again."""
+        from distributed import KilledWorker  # noqa: PLC0415
+
+        if future.status in ("cancelled", "lost"):
+            raise self._lost()
+        if future.status == "error":
+            error = future.exception(timeout=_FETCH_LIMIT)
+            if isinstance(error, KilledWorker):
+                workers = error.allowed_failures + 1
+                return Answer(b"", f"it ended {workers} workers of the cluster, one by one", "")
+            if isinstance(error, ClusterError):
+                raise ClusterError(
+                    f"a worker of the cluster at {self._address} has other code: {error}. Install "
+                    "the same there"
+                ) from error
+            while error.__cause__ is not None:  # such as what of ours it can't import
+                error = error.__cause__
+            why = " ".join(str(error).split())
+            raise ClusterError(
+                f"the cluster at {self._address} can't run ghostball: {type(error).__name__}: "
+                f"{why}. Install the same version of ghostball on its workers"
+            ) from error
+        try:
+            answer: Answer = future.result(timeout=_FETCH_LIMIT)
+        except TimeoutError:
+            return None
+        return answer
+
+    def _lost(self, why: str = "its scheduler does not answer any more") -> ClusterLostError:
+        return ClusterLostError(
+            f"lost the cluster at {self._address}: {why}. What is done is kept: the same command "
+            "goes on from there"
+        )
+
+
+@dataclass(frozen=True)
+class _Job:
+    """A task as a worker is given it: read by `pickle.loads`, it is done; see `serve`.
+
+    So a worker's own part is of the standard library, and one that lacks ghostball, or has another,
+    says so: it would end if it could not read what it is given.
+    """
+
+    given: tuple[str, bytes, str, bytes, float | None]
+
+    def __reduce__(self) -> Any:
+        return serve, self.given
+
+
+def _first(given: tuple[dict[str, str], bytes]) -> str:
+    """Prepare this process for tasks; return in what its code differs, if in anything."""
+    wanted, prepare = given
+    here = versions()
+    differences = [
+        f"{name} is {here.get(name, 'missing')} there and {wanted.get(name, 'missing')} here"
+        for name in {**wanted, **here}
+        if here.get(name) != wanted.get(name)
+    ]
+    if not differences and (found := pickle.loads(prepare)) is not None:
+        found()
+    return ", ".join(differences)
+
+
+_LOCK = threading.Lock()
+_IDLE: dict[Process, tuple[str, threading.Timer]] = {}
+"""Processes of this worker that have no task: the run that each is of, and what will end it."""
+
+
+def serve(run: str, first: bytes, key: str, pickled: bytes, limit: float | None) -> Answer:
+    """Do a task in a process of this worker.
+
+    Parameters
+    ----------
+    run : str
+        What the run is called: its processes are kept for each other's tasks.
+    first : bytes
+        `_first` and what it is given, pickled: what a new process does before.
+    key : str
+        What Dask calls the task.
+    pickled : bytes
+        What does the task, and the task.
+    limit : float or None [s]
+
+    Raises
+    ------
+    ClusterError
+        Where the code here is another.
+    """
+    process = _idle_process(run)
+    is_new = process is None
+    process = process or _new_process()
+    with ExitStack() as ending:
+        ending.callback(process.close)
+        if is_new:
+            answer = _answered(process, key, first, _START_LIMIT)
+            if answer.reason:
+                return answer
+            if differences := answer.given():
+                raise ClusterError(differences)
+        answer = _answered(process, key, pickled, limit)
+        if answer.reason:
+            return answer
+        ending.pop_all()
+    _keep(process, run)
+    return answer
+
+
+def _answered(process: Process, key: str, pickled: bytes, limit: float | None) -> Answer:
+    from distributed import get_worker  # noqa: PLC0415
+
+    tasks = get_worker().state.tasks
+    process.give(pickled, limit)
+    while (answer := process.answer()) is None:
+        wait_for([process.future], WAKE)
+        if key not in tasks or tasks[key].state == "cancelled":
+            return Answer(b"", "nobody waits for it any more", "")
+    return answer
+
+
+def _new_process() -> Process:
+    # Workers are daemonic, and may start no process, which could outlive them. Ours do not.
+    multiprocessing.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
+    return Process(pickle.dumps((None, None)), _START_LIMIT)
+
+
+def _idle_process(run: str) -> Process | None:
+    with _LOCK:
+        found = next(
+            (one for one, (name, _) in _IDLE.items() if name == run and one.is_alive), None
+        )
+        if found is not None:
+            _IDLE.pop(found)[1].cancel()
+        return found
+
+
+def _keep(process: Process, run: str) -> None:
+    """Keep a process for the next task of its run, if one comes soon."""
+    timer = threading.Timer(_IDLE_LIMIT, _end, [process])
+    timer.daemon = True
+    with _LOCK:
+        _IDLE[process] = run, timer
+        timer.start()
+
+
+def _end(process: Process) -> None:
+    with _LOCK:
+        idle = _IDLE.pop(process, None) is not None
+    if idle:
+        process.close()

@@ -1,0 +1,329 @@
+"""Work in several processes: a crash costs one task, an interrupt leaves no process behind.
+
+A task that hangs costs no more than itself either, where it has a limit of time. Processes, limits
+and crashes are pebble's; each process is a pool of its own there, since those of one pool share
+pipes, which one that dies in the midst of its answer leaves unusable for all.
+
+Nothing of what the tasks do is imported here: a process imports what its own tasks need.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import multiprocessing
+import os
+import pickle
+import signal
+import tempfile
+import threading
+import time
+import traceback
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, wait as wait_for
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from itertools import islice
+from multiprocessing import resource_tracker
+from multiprocessing.connection import wait as wait_for_any
+from multiprocessing.context import SpawnContext, SpawnProcess
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pebble import ProcessPool
+
+from reference_adapters.output import captured, divert, flush, text_of
+
+if TYPE_CHECKING:
+    from validation.parallel.cluster import Cluster
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+START_LIMIT = 300.0
+"""Seconds that a process gets to start and import, where tasks have a limit of time."""
+
+WAKE = 1.0
+"""Seconds that we wait at a time.
+
+Ctrl-C that comes between Python's last look for it and the wait, or that another thread is given,
+is seen only when the wait ends.
+"""
+
+_JOIN_TIMEOUT = 5.0
+"""Seconds that a process whose end pebble has seen gets until its exit code is known."""
+
+_FAILED = 1
+"""Exit code of a process whose task raised what it must not, and of one whose parent is gone."""
+
+
+def limit_of(seconds: float | None) -> Callable[[object], float] | None:
+    """Return the `limit` of `run_tasks` that is the same for every task; None for none."""
+    return None if seconds is None else lambda _: seconds
+
+
+def run_tasks(
+    tasks: Iterable[T],
+    jobs: int | Cluster,
+    work: Callable[[T], R],
+    died: Callable[[T, str], R],
+    limit: Callable[[T], float] | None = None,
+    printed: Callable[[T, str], None] | None = None,
+    prepare: Callable[[], object] | None = None,
+) -> Generator[R]:
+    """Do tasks in other processes; yield what each gives.
+
+    In this very process where `jobs` is 1 and there is no limit. Nothing that a task prints reaches
+    our own standard output or, from another process, standard error.
+
+    Parameters
+    ----------
+    tasks : iterable
+        Taken one by one, as processes become free.
+    jobs : int or Cluster
+        Processes of this machine, or a cluster, which does as many tasks at once as it can.
+    work : callable
+        Does a task; a function of a module, for other processes must find it.
+    died : callable
+        Given a task and why its process died of it; what it returns is yielded instead.
+    limit : callable, optional
+        How long a task may take [s]: after that its process is ended, and it has died of it. The
+        start of a process doesn't count; that has a limit of its own, of minutes.
+    printed : callable, optional
+        Given a task and what was printed while it was done, where that is anything, before what the
+        task gives is yielded; it is dropped otherwise.
+    prepare : callable, optional
+        What another process does first, such as importing what tasks need: no task's limit of time
+        runs meanwhile.
+
+    Notes
+    -----
+    Close the generator to stop early: its processes are gone when `close` returns.
+    """
+    if not isinstance(jobs, int):
+        yield from jobs.run_tasks(tasks, work, died, limit, printed, prepare)
+        return
+    if jobs == 1 and limit is None:
+        for task in tasks:
+            with captured() as output:
+                given = work(task)
+            if output.text and printed is not None:
+                printed(task, output.text)
+            yield given
+        return
+    first = pickle.dumps((work, prepare))
+    queue = iter(tasks)
+    processes: list[Process] = []
+    doing: dict[Process, T] = {}
+
+    def free() -> Process:
+        for process in [one for one in processes if one not in doing]:
+            if process.is_alive:
+                return process
+            # It died since its last task, of what that left behind: the next one isn't to blame.
+            process.close()
+            processes.remove(process)
+        processes.append(Process(first, START_LIMIT))
+        return processes[-1]
+
+    try:
+        while True:
+            for task in islice(queue, jobs - len(doing)):
+                process = free()
+                process.give(pickle.dumps((work, task)), None if limit is None else limit(task))
+                doing[process] = task
+            if not doing:
+                return
+            wait_for([process.future for process in doing], WAKE, FIRST_COMPLETED)
+            for process, task in tuple(doing.items()):
+                answer = process.answer()
+                if answer is None:
+                    continue
+                if answer.reason:
+                    process.close()
+                    processes.remove(process)
+                del doing[process]
+                if answer.printed and printed is not None:
+                    printed(task, answer.printed)
+                yield died(task, answer.reason) if answer.reason else answer.given()
+    finally:
+        for process in processes:
+            process.stop()
+        for process in processes:
+            process.close()
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What came of a task: what it gave, pickled, or why its process died; and what it printed."""
+
+    pickled: bytes
+    reason: str
+    printed: str
+
+    def given(self) -> Any:
+        """Return what the task gave."""
+        return pickle.loads(self.pickled)
+
+
+class Process:
+    """Another process, which does one task after another until it is closed, or dies.
+
+    Parameters
+    ----------
+    first : bytes
+        What does its tasks, and what it does before; pickled, as all that it is given.
+    start_limit : float [s]
+        How long it may take to start, where the first task has a limit of time.
+
+    Attributes
+    ----------
+    future : Future
+        Done when the task is that it was given last, or the process has ended.
+    """
+
+    future: Future[bytes]
+
+    def __init__(self, first: bytes, start_limit: float) -> None:
+        self._start_limit = start_limit
+        file, self._path = tempfile.mkstemp(prefix="ghostball-")
+        self._output = os.fdopen(file, "r+b", buffering=0)
+        self._started = _StartedOnce()
+        self._pool = ProcessPool(
+            max_workers=1,
+            initializer=_begin,
+            initargs=(self._path, first),
+            context=self._started,
+        )
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether it can be given a task."""
+        return self._started.process is not None and self._started.process.is_alive()
+
+    def give(self, pickled: bytes, limit: float | None) -> None:
+        """Let it do a task, within so many seconds; the one before must have been answered."""
+        os.ftruncate(self._output.fileno(), 0)  # of the task before
+        with _interrupts_held():  # the first task starts the process
+            self.future = self._pool.schedule(_do, (pickled,), timeout=limit)
+        self._limit, self._given = limit, time.monotonic()
+
+    def answer(self) -> Answer | None:
+        """Return what came of the task; None while it is being done."""
+        pickled, reason = b"", ""
+        if self.future.done():
+            error = self.future.exception()
+            if error is None:
+                pickled = self.future.result()
+            elif isinstance(error, TimeoutError):
+                reason = f"it took longer than {self._limit:g} s, and was ended"
+            else:  # of pebble, which sees the end of the process or of a pipe, whichever is first
+                self._process.join(_JOIN_TIMEOUT)
+                reason = f"the process running it died (exit code {self._process.exitcode})"
+        else:
+            waited = time.monotonic() - self._given
+            if self._limit is None or self.future.running() or waited < self._start_limit:
+                return None
+            reason = f"its process did not start within {self._start_limit:g} s"
+        return Answer(pickled, reason, text_of(self._output))
+
+    def stop(self) -> None:
+        """Have it end, whatever it does, without waiting for that."""
+        self._pool.stop()
+
+    def close(self) -> None:
+        """End it, whatever it does: it is gone then, with all that was made for it."""
+        self._pool.stop()
+        self._pool.join()
+        self._output.close()
+        with suppress(OSError):
+            os.unlink(self._path)
+
+    @property
+    def _process(self) -> SpawnProcess:
+        assert self._started.process is not None
+        return self._started.process
+
+
+class _StartedOnce(SpawnContext):
+    """Starts a process for pebble, and none in the place of one that is lost.
+
+    Not fork: pybullet's and numba's threads and locks don't survive it.
+    """
+
+    process: SpawnProcess | None = None
+
+    def Process(self, **given: Any) -> SpawnProcess:  # type: ignore[override]  # noqa: N802
+        """Return the process, to be started."""
+        if self.process is not None:
+            raise OSError("the process is lost")  # pebble then gives the pool up
+        self.process = SpawnProcess(**given)
+        return self.process
+
+    def RLock(self) -> Any:  # noqa: N802
+        """Return a lock of the pipes, which no other process uses.
+
+        A real one is a file, which would outlive a parent that is killed.
+        """
+        return _NoLock()
+
+
+class _NoLock:
+    """Does what a lock does where there is nobody to be locked out."""
+
+    def acquire(self, **_: object) -> bool:
+        """Return that it was acquired."""
+        return True
+
+    def release(self) -> None:
+        """Do nothing."""
+
+
+def _begin(output: str, pickled: bytes) -> None:
+    """Prepare this process for tasks, in a process of its own."""
+    divert(output)
+    faulthandler.enable(all_threads=False)  # a crash then says where, into what is printed
+    # Pebble's answer to it would wait until native code that hangs returns.
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    _, prepare = pickle.loads(pickled)  # and import what the work needs
+    if prepare is not None:
+        prepare()
+
+
+def _do(pickled: bytes) -> bytes:
+    """Do a task, and return what it gives, pickled: what can't be read costs pebble its pool."""
+    try:
+        work, task = pickle.loads(pickled)
+        given = pickle.dumps(work(task))
+    except BaseException:
+        traceback.print_exc()
+        flush()
+        os._exit(_FAILED)
+    flush()
+    return given
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Hold Ctrl-C back for a moment; it takes effect at the end.
+
+    A process started meanwhile inherits the hold, and so is deaf to Ctrl-C from its first
+    instruction on, not only once it has imported everything and gets to say so itself.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    # Its start lets interrupts through again, so it must not be the first process that starts it.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _end_with_parent() -> None:
+    """End this process once its parent is gone, also in the midst of a task that hangs."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    wait_for_any([parent.sentinel])
+    os._exit(_FAILED)

@@ -1,0 +1,96 @@
+"""The code that runs on this machine: our sources, and what they compute with."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+from pathlib import Path
+
+from engine.errors import GhostballError
+
+OUR_PACKAGES = ("engine", "reference_adapters", "validation")
+"""Packages whose every line may decide a result."""
+
+CODE_ENDINGS = (".py", ".so", ".pyd")
+"""Files that hold code. Scenes and criteria lie beside them, and are inputs."""
+
+LIBRARIES = (
+    *("numpy", "numba", "llvmlite", "pymunk", "cffi", "pybullet"),
+    *("mpmath", "gmpy2", "python-flint", "pydantic", "pydantic-core"),
+)
+"""Distributions that compute, or that are beneath one that does. See above for edits of them."""
+
+
+class SourcesError(GhostballError):
+    """Sources that can't be looked at, so that nobody can say whether they changed."""
+
+
+def source_folders() -> tuple[Path, ...]:
+    """Return the folders of our packages, as they are imported.
+
+    Raises
+    ------
+    SourcesError
+        Where one is not in a folder, such as in a zip archive.
+    """
+    folders = []
+    for name in OUR_PACKAGES:
+        spec = find_spec(name)
+        folder = Path(spec.origin).parent if spec is not None and spec.origin else None
+        if folder is None or next(code_entries(folder), None) is None:
+            raise SourcesError(f"package `{name}`: its source files can't be found")
+        folders.append(folder)
+    return tuple(folders)
+
+
+def hash_sources(folders: Iterable[Path]) -> str:
+    """Return the hash of every file of code below `folders`: names, places and contents."""
+    digest = hashlib.sha256()
+    for folder in folders:
+        for parts in code_files(folder):
+            with open(os.path.join(folder, *parts), "rb") as file:
+                content = file.read()
+            head = [folder.name, "/".join(parts), len(content)]
+            digest.update(json.dumps(head).encode() + content)
+    return digest.hexdigest()
+
+
+def code_files(folder: Path) -> list[list[str]]:
+    """Return the files of code below a folder by the parts of their names, in order."""
+    above = len(str(folder)) + 1
+    return sorted(entry.path[above:].split(os.sep) for entry in code_entries(folder))
+
+
+def code_entries(folder: Path) -> Iterator[os.DirEntry[str]]:
+    """Yield the files of code below a folder, in no order.
+
+    By the system's own listing and without a `Path` of each: a run looks after each result, and
+    `Path.rglob` takes ten times as long, which was a fifth of a run of short shots.
+    """
+    folders = [str(folder)]
+    while folders:
+        with os.scandir(folders.pop()) as entries:
+            for entry in entries:
+                if entry.is_dir(follow_symlinks=False):
+                    folders.append(entry.path)
+                elif entry.name.endswith(CODE_ENDINGS):
+                    yield entry
+
+
+def versions() -> dict[str, str]:
+    """Return what is the same where the same code runs: what our sources are, and versions."""
+    found = {
+        "ghostball": version("ghostball"),
+        "ghostball's sources": hash_sources(source_folders())[:12],
+        "Python": platform.python_version(),
+    }
+    for name in LIBRARIES:
+        with suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found

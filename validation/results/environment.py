@@ -1,0 +1,84 @@
+"""Where and with what a run was made: kept with its results, for numbers mean little without."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+from datetime import UTC, datetime
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from validation.results.git import GitError, run_git
+
+PACKAGES = (
+    "ghostball",
+    "numpy",
+    "numba",
+    "llvmlite",
+    "pymunk",
+    "pybullet",
+    "mpmath",
+    "python-flint",
+    "pydantic",
+)
+"""Distributions whose versions can change a number."""
+
+
+def describe_environment() -> dict[str, Any]:
+    """Return machine, versions, revision and command line as plain values."""
+    return {
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "command": [Path(sys.argv[0]).name, *sys.argv[1:]],
+        "cpu": cpu_name(),
+        "cores": os.cpu_count(),
+        "os": platform.platform(),
+        "python": platform.python_version(),
+        "versions": {name: _version(name) for name in PACKAGES},
+        "git": git_state(Path(__file__).resolve().parents[2]),
+    }
+
+
+def cpu_name() -> str:
+    """Return the processor's model name, or its architecture where the system hides the name."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:  # not Linux
+        return platform.processor() or platform.machine()
+    models = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(models, platform.machine())
+
+
+def cpu_flags() -> str:
+    """Return what the processor says that it can do, "" where the system hides it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:  # not Linux
+        return ""
+    flags = (line.partition(":")[2] for line in lines if line.startswith(("flags", "Features")))
+    return next(flags, "").strip()
+
+
+def git_state(root: Path) -> dict[str, Any] | None:
+    """Return revision and whether files differ from it, or None where `root` is no checkout.
+
+    A package installed inside someone else's repository is no checkout of ours.
+    """
+    if not (root / ".git").exists():
+        return None
+    try:
+        revision = run_git(root, "rev-parse", "HEAD")
+        changes = run_git(root, "status", "--porcelain")
+    except GitError:  # no git here, or no commit yet
+        return None
+    return {"revision": revision, "dirty": bool(changes)}
+
+
+@cache  # reading what is installed takes milliseconds, and every results folder asks
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None

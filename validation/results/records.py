@@ -1,0 +1,299 @@
+"""What is known of a case: its record, its checks, its motion.
+
+The store writes these, and reports are made of them alone.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from hashlib import sha256
+from typing import Annotated, Any, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ConfigDict, PlainSerializer, PlainValidator
+
+from engine import GhostballError, Scene, SceneError, Status
+from engine.result import Events
+
+SCHEMA: Final = 4
+"""Version of records and of the folder that holds them; another one is refused."""
+
+CLOSED_FORM: Final = "closed form"
+CERTIFIED: Final = "certified"
+OUR_ENGINE: Final = "our engine (not independent)"
+
+INDEPENDENT: Final = frozenset({CLOSED_FORM, CERTIFIED})
+"""Kinds of truth that owe nothing to our engine."""
+
+CaseOutcome = Literal["ran", "not-representable", "unavailable", "failed"]
+LimitKind = Literal["at_most", "at_least", "equals"]
+
+Fault = Literal["", "engine", "ghostball"]
+"""Whose fault it is that a case failed; "" where none did.
+
+Ghostball's are a truth that could not be computed, a measurement that raised, and what our own
+engine raises; an engine's are whatever it raises or returns, a crash, and the limit of time.
+"""
+
+_SIGNS: Final[Mapping[LimitKind, str]] = {"at_most": "<=", "at_least": ">=", "equals": "=="}
+
+
+def _array_from_json(value: Any) -> NDArray[np.float64]:
+    return np.array(value, dtype=np.float64)  # null, which stands for "not finite", becomes nan
+
+
+def _array_to_json(value: NDArray[np.float64]) -> Any:
+    # An engine that blew up returns nan or infinity, which JSON has no word for.
+    plain = value.astype(object)
+    plain[~np.isfinite(value)] = None
+    return plain.tolist()
+
+
+FloatArray = Annotated[
+    NDArray[np.float64],
+    PlainValidator(_array_from_json),
+    PlainSerializer(_array_to_json, when_used="json"),
+]
+
+
+def definition_hash(definition: Mapping[str, Any]) -> str:
+    """Return the hash of a scene's definition as plain values, as a `CaseRecord` has it."""
+    return sha256(json.dumps(definition, sort_keys=True).encode()).hexdigest()
+
+
+def scene_hash(scene: Scene) -> str:
+    """Return the hash of a scene."""
+    return definition_hash(scene.model_dump(mode="json", by_alias=True))
+
+
+def scene_from(definition: Mapping[str, Any], name: str) -> Scene:
+    """Return the scene that results hold the definition of.
+
+    Raises
+    ------
+    GhostballError
+        Where it is damaged: a file that was edited by hand, for a scene is checked before it runs.
+    """
+    try:
+        return Scene.model_validate(definition)
+    except SceneError as error:
+        raise GhostballError(
+            f'the stored results of scene "{name}" are damaged: {error} Run them again'
+        ) from None
+
+
+def status_name(status: Status) -> str:
+    """Return how a record names the way in which a simulation ended, such as "t-max"."""
+    return status.name.lower().replace("_", "-")
+
+
+COMPLETE_STATUSES = frozenset(status_name(status) for status in Status if status.complete)
+"""How runs end by themselves, as records name it."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One metric against its limit.
+
+    Attributes
+    ----------
+    metric, unit : str
+        Name and unit; see `validation.checks.metric_table.METRICS`.
+    value : int, float or None
+        None where it could not be computed; `note` says why.
+    limit_kind : "at_most", "at_least" or "equals"
+    limit : int or float
+    passed : bool or None
+        None is "reference": the value compares our engine with itself and proves nothing.
+    reason : str
+        Why the limit is what it is, from the scene's criteria.
+    note : str
+        Why there is no value or no verdict; else "".
+    """
+
+    metric: str
+    value: int | float | None
+    limit_kind: LimitKind
+    limit: int | float
+    unit: str
+    passed: bool | None
+    reason: str
+    note: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """The limit and the value in one sentence, with the unit."""
+        limit = f"{_SIGNS[self.limit_kind]} {number_with_unit(self.limit, self.unit)}"
+        if self.value is None:
+            return f"{self.metric} must be {limit}, but has no value: {self.note}"
+        return f"{self.metric} must be {limit}, got {number_with_unit(self.value, self.unit)}"
+
+
+def number_with_unit(value: float | int | None, unit: str) -> str:
+    """Return a value as messages of checks have it; a pure number, unit "1", is alone."""
+    number = "nothing" if value is None else f"{value:.6g}"
+    return number if unit == "1" else f"{number} {unit}"
+
+
+@dataclass(frozen=True, eq=False)
+class CaseRecord:
+    """One scene on one engine: one line of `results.jsonl`.
+
+    Attributes
+    ----------
+    scene, title, tags : str, str, tuple of str
+        From the scene.
+    definition : dict
+        The whole scene as plain values; `load_scene` makes the `Scene` of it.
+    label : str
+        The engine as asked for, such as "pymunk:mode=landed".
+    engine : str
+        Its name alone, "pymunk".
+    settings : dict
+        All its settings.
+    outcome : "ran", "not-representable", "unavailable" or "failed"
+    status : str or None
+        How the simulation ended: "rest", "t-max", ...; None where it did not run.
+    reason : str
+        Why it did not run, failed, or stopped early; else "".
+    traceback : str
+        Where it failed; else "".
+    fault : "", "engine" or "ghostball"
+        Whose fault it is that it failed.
+    printed : str
+        What the engine printed meanwhile; else "".
+    approximations : tuple of str
+        What the engine represents only approximately in this scene, one sentence each.
+    truth : "closed form", "certified", "our engine (not independent)" or None
+    truth_positions : (n, 3) float64 [m] or None
+        Rest positions that are compared with.
+    horizon : float [s] or None
+        Until when this engine can be expected to play this shot (`Truth.horizon_of`), where that
+        is before its end; nothing is said of the end then.
+    truth_rest_time : float [s] or None
+    truth_counts : dict of str to int, or None
+        True collision counts by kind.
+    rest_positions : (n, 3) float64 [m] or None
+        nan where the engine returned no finite number.
+    ball_errors : (n,) float64 [m] or None
+        Distance of each ball from `truth_positions`.
+    rest_time : float [s] or None
+    collision_counts : dict of str to int
+        By kind: "ball-ball", "ball-cushion".
+    energy_initial, energy_final : float [J] or None
+    work : dict of str to int
+        Machine-independent counters.
+    wall_time : float [s] or None
+    metrics : dict of str to int, float or None
+        By name; None where it can't be computed, and `notes` says why.
+    notes : dict of str to str
+        By metric.
+    checks : tuple of Check
+    left_out : tuple of str
+        The metric of each limit that wasn't judged, for the run didn't ask for that metric.
+    motion : str or None
+        File of the sampled motion, relative to the folder; `ResultsFolder.motion` reads it.
+    motion_hash : str
+        SHA-256 of that file; "" where there is none.
+    measured : str
+        When the case was run: date and time in UTC, ISO 8601. `wall_time` is of then.
+    taken_over : bool
+        Whether it was run by an earlier run than the one that the folder is of, and is unchanged.
+    inputs_hash, code_hash : str
+        Hashes of all that decides what is measured; see `validation.suite.unchanged`. "" where the
+        case must be run again whatever they are.
+    schema : int
+    """
+
+    scene: str
+    title: str
+    tags: tuple[str, ...]
+    definition: dict[str, Any]
+    label: str
+    engine: str
+    outcome: CaseOutcome
+    settings: dict[str, Any] = field(default_factory=dict)
+    status: str | None = None
+    reason: str = ""
+    traceback: str = ""
+    fault: Fault = ""
+    printed: str = ""
+    approximations: tuple[str, ...] = ()
+    truth: str | None = None
+    truth_positions: FloatArray | None = None
+    truth_rest_time: float | None = None
+    horizon: float | None = None
+    truth_counts: dict[str, int] | None = None
+    rest_positions: FloatArray | None = None
+    ball_errors: FloatArray | None = None
+    rest_time: float | None = None
+    collision_counts: dict[str, int] = field(default_factory=dict)
+    energy_initial: float | None = None
+    energy_final: float | None = None
+    work: dict[str, int] = field(default_factory=dict)
+    wall_time: float | None = None
+    metrics: dict[str, int | float | None] = field(default_factory=dict)
+    notes: dict[str, str] = field(default_factory=dict)
+    checks: tuple[Check, ...] = ()
+    left_out: tuple[str, ...] = ()
+    motion: str | None = None
+    motion_hash: str = ""
+    measured: str = ""
+    taken_over: bool = False
+    inputs_hash: str = ""
+    code_hash: str = ""
+    schema: int = SCHEMA
+
+    __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
+
+    @property
+    def passed(self) -> bool | None:
+        """Whether every check passed; None where there is nothing to judge."""
+        verdicts = [check.passed for check in self.checks if check.passed is not None]
+        return all(verdicts) if verdicts else None
+
+    def load_scene(self) -> Scene:
+        """Return the scene that was run.
+
+        Raises
+        ------
+        GhostballError
+            Where the definition was damaged.
+        """
+        return scene_from(self.definition, self.scene)
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Events and sampled motion of one case.
+
+    Attributes
+    ----------
+    events : structured array (`engine.EVENT_DTYPE`) in order of time
+    times : (k,) float64 [s]
+        A uniform grid united with the event times and, where balls slide along curves, with enough
+        more to draw them; increasing.
+    positions, velocities, angular_velocities : (k, n, 3) float64 [m], [m/s], [rad/s]
+    energy_translation, energy_rotation, energy_height : (k,) float64 [J]
+    phases : (k, n) int8 or None
+        `engine.trajectory.Phase` of each ball; None where the engine records frames, which have no
+        phases, or where the motion was stored by a version that kept none.
+    """
+
+    events: Events
+    times: NDArray[np.float64]
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    angular_velocities: NDArray[np.float64]
+    energy_translation: NDArray[np.float64]
+    energy_rotation: NDArray[np.float64]
+    energy_height: NDArray[np.float64]
+    phases: NDArray[np.int8] | None = None
+
+    @property
+    def energy(self) -> NDArray[np.float64]:
+        """Total energy, (k,) float64 [J]."""
+        return self.energy_translation + self.energy_rotation + self.energy_height

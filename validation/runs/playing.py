@@ -1,0 +1,196 @@
+"""Running an engine, anyone's: the one door through which results come in.
+
+Whatever an engine does is its own failure, and named so: it may raise, exit, crash, hang, or hand
+back what no engine may.
+
+    >>> with apart(make_engine("pymunk"), time_limit=60.0) as engine:
+    ...     result = run_engine(engine, scene)
+"""
+
+from __future__ import annotations
+
+import pickle
+import traceback
+from collections import deque
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from typing import Any
+
+from engine import EngineFailedError, Record, Result, Scene, Status, UnsupportedSceneError
+from reference_adapters.base import EngineSettings, ReferenceEngine
+from reference_adapters.registry import OURS, EngineUnavailableError
+from validation.parallel.pool import limit_of, run_tasks
+from validation.runs.returned import ResultRefusedError, check_result
+
+
+@contextmanager
+def blamed_on_engine(name: str) -> Iterator[None]:
+    """Make whatever an engine raises in the block its failure, by name.
+
+    What it says of a scene that it lacks something for, or of itself, stays as it is.
+
+    Raises
+    ------
+    EngineFailedError
+    """
+    try:
+        yield
+    except (UnsupportedSceneError, EngineUnavailableError, EngineFailedError):
+        raise
+    except (Exception, SystemExit) as error:
+        raise failure_of(name, error) from error
+
+
+def failure_of(name: str, error: BaseException) -> EngineFailedError:
+    """Return what an engine raised, or that what it returned is refused, as its failure."""
+    if isinstance(error, ResultRefusedError) and name != OURS:
+        return EngineFailedError(name, str(error))  # where we looked at it says nothing
+    trace = "".join(traceback.format_exception(error))
+    return EngineFailedError(name, f"{type(error).__name__}: {error}", trace)
+
+
+def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajectory") -> Result:
+    """Run a scene on an engine, and make sure that what it returns can be measured.
+
+    Raises
+    ------
+    UnsupportedSceneError
+        Where the engine says that it can't represent the scene.
+    EngineFailedError
+        Where it raises anything else, or what it returns breaks the contract of `Result`.
+    KeyboardInterrupt
+        Where it was interrupted, and handed back what it had.
+    """
+    if hasattr(engine, "runs_apart"):  # it comes through this door in the other process
+        return engine.simulate(scene, record=record)
+    with blamed_on_engine(engine.name):
+        result = engine.simulate(scene, record=record)
+        check_result(result, scene, engine.name, record)
+    if result.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    return result
+
+
+@contextmanager
+def apart(
+    engine: ReferenceEngine,
+    time_limit: float | None,
+    printed: Callable[[str], None] | None = None,
+) -> Iterator[ReferenceEngine]:
+    """Yield the same engine, whose shots run in another process: a crash or a hang costs the shot.
+
+    Parameters
+    ----------
+    engine : ReferenceEngine
+    time_limit : float or None [s]
+        For each shot; None runs them in this process, which an engine that crashes then ends.
+    printed : callable, optional
+        Given what was printed during a shot, where that is anything; it is dropped otherwise.
+
+    Notes
+    -----
+    An engine that is made of the one yielded, with other settings, runs there too. The process ends
+    with the block. Our own engine runs in this one: it is no stranger.
+    """
+    if engine.name == OURS:
+        yield engine
+        return
+    base: Any = type(engine)
+    with _Line(base.__module__, time_limit, printed) as line:
+
+        class Apart(base):  # type: ignore[misc]
+            """The engine, but for where it runs."""
+
+            runs_apart = True
+
+            def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+                """Run the scene in the other process; see `ReferenceEngine.simulate`."""
+                return line.run(_Shot(base, self.settings, scene, record))
+
+        yield Apart(engine.settings)
+
+
+@dataclass(frozen=True)
+class _Shot:
+    """What another process is asked to run."""
+
+    engine: type[ReferenceEngine]
+    settings: EngineSettings
+    scene: Scene
+    record: Record
+
+
+@dataclass(frozen=True)
+class _Answer:
+    """A result, pickled, or the error that stands for it."""
+
+    result: bytes = b""
+    error: Exception | None = None
+
+
+class _Line:
+    """One process that is asked for one shot after another."""
+
+    def __init__(
+        self, module: str, time_limit: float | None, printed: Callable[[str], None] | None
+    ) -> None:
+        self._waiting: deque[_Shot] = deque()
+        self._answers: Generator[_Answer] = run_tasks(
+            self,
+            1,
+            _play,
+            _died,
+            limit_of(time_limit),
+            printed=None if printed is None else lambda _, text: printed(text),
+            prepare=partial(import_module, module),
+        )
+
+    def __iter__(self) -> Iterator[_Shot]:
+        return self
+
+    def __next__(self) -> _Shot:
+        if not self._waiting:
+            raise StopIteration
+        return self._waiting.popleft()
+
+    def __enter__(self) -> _Line:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with closing(self._answers):
+            pass
+
+    def run(self, shot: _Shot) -> Result:
+        self._waiting.append(shot)
+        answer = next(self._answers)
+        if answer.error is not None:
+            raise answer.error
+        result: Result = pickle.loads(answer.result)
+        return result
+
+
+def _play(shot: _Shot) -> _Answer:
+    name = shot.engine.name
+    try:
+        make: Any = shot.engine  # see `make_engine`
+        with blamed_on_engine(name):
+            engine = make(shot.settings)
+            return _Answer(pickle.dumps(run_engine(engine, shot.scene, shot.record)))
+    except (UnsupportedSceneError, EngineUnavailableError, EngineFailedError) as error:
+        return _Answer(error=_sendable(name, error))
+
+
+def _sendable(name: str, error: Exception) -> Exception:
+    """Return an error that can be sent to another process: one of an engine's own may not be."""
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:
+        return failure_of(name, error)
+    return error
+
+
+def _died(shot: _Shot, reason: str) -> _Answer:
+    return _Answer(error=EngineFailedError(shot.engine.name, reason))

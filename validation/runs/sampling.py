@@ -1,0 +1,170 @@
+"""When to sample a result, and its energy and overlaps there.
+
+A stepping engine's frames are joined by straight lines, so between two frames its velocity is a
+blend, and the energy of a blend of two velocities is less than either's. Its energy is therefore
+taken at the frames alone and interpolated; our own engine's motion is exact at any time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import (
+    Energy,
+    ExactTrajectory,
+    GhostballError,
+    Result,
+    SampledTrajectory,
+    Samples,
+    Scene,
+)
+from engine.result import Events
+from engine.trajectory import energy_of
+from validation.results.records import Motion
+
+FloatArray = NDArray[np.float64]
+
+UNIFORM_TIMES = 401
+"""Times of the stored motion's uniform grid: more than a figure's width resolves."""
+
+MAX_TIMES = 4_000
+"""Times of the stored motion at most, events included: 3 MB for 16 balls before compression."""
+
+PATH_DEVIATION = 2e-4
+"""How far a stored path may run beside a curved one [m]: a tenth of a pixel in a figure."""
+
+DENSE_TIMES = 20_001
+"""Times at which an exact motion is searched for overlaps: 1 mm of path at 2 m/s for 10 s."""
+
+_CHUNK = 1_000
+"""Times handled at once when searching for overlaps: 2 MB for 16 balls."""
+
+
+def union_times(
+    t_end: float, event_times: FloatArray, *, uniform: int, limit: int, before: bool = False
+) -> FloatArray:
+    """Return a uniform grid on [0, t_end] united with event times, (k,) float64 [s], increasing.
+
+    Where there are more than `limit`, events are left out evenly, never the grid. With `before`,
+    each event that is kept also brings the last instant before it.
+    """
+    grid = np.linspace(0.0, t_end, uniform)
+    events = np.unique(event_times[(event_times >= 0.0) & (event_times <= t_end)])
+    events = _thinned(events, (limit - uniform) // (2 if before else 1))
+    parts = [grid, events, np.nextafter(events, 0.0)] if before else [grid, events]
+    return np.unique(np.concatenate(parts))
+
+
+def motion_of(result: Result) -> Motion:
+    """Return the motion of a result recorded with `record="trajectory"`, as it is stored.
+
+    It holds the states on both sides of an event: balls that an engine lets overlap, and then pulls
+    apart, overlap at the instant before. Where an exact motion bends, it holds enough states to
+    draw the curve.
+    """
+    events = events_of(result)
+    times = union_times(
+        result.rest_time, events["t"], uniform=UNIFORM_TIMES, limit=MAX_TIMES, before=True
+    )
+    phases = None
+    if isinstance(result.trajectory, ExactTrajectory):
+        bends = result.trajectory.bend_times(PATH_DEVIATION, UNIFORM_TIMES)
+        times = np.union1d(times, _thinned(bends, MAX_TIMES - len(times)))
+        phases = result.phases(times)
+    return Motion(events, times, *result.sample(times), *energy_at(result, times), phases)
+
+
+def energy_at(result: Result, times: FloatArray) -> Energy:
+    """Return the energy of a result at `times`, (k,) [J]; see the module's note."""
+    frames = _frames(result)
+    if frames is None:
+        return result.energy(times)
+    at_frames = _energy_at_frames(result.scene, frames)
+    return Energy(*(np.interp(times, frames.times, part) for part in at_frames))
+
+
+def energy_series(result: Result) -> FloatArray:
+    """Return the total energy over a whole run, (k,) [J], at every recorded frame.
+
+    Where the motion is exact: on a uniform grid, at each event, and the last instant before it.
+    """
+    frames = _frames(result)
+    if frames is not None:
+        return _energy_at_frames(result.scene, frames).total
+    events = events_of(result)["t"]
+    times = union_times(
+        result.rest_time,
+        events,
+        uniform=UNIFORM_TIMES,
+        limit=UNIFORM_TIMES + 2 * len(events),
+        before=True,
+    )
+    return np.concatenate(
+        [result.energy(times[start : start + _CHUNK]).total for start in _starts(times)]
+    )
+
+
+def deepest_overlap(result: Result) -> float:
+    """Return how deep any two balls overlap in the recorded motion at most [m]; 0 if never.
+
+    Searched at every frame of a stepping engine, at `DENSE_TIMES` and all events of an exact one.
+    """
+    frames = _frames(result)
+    if frames is None:
+        times = union_times(
+            result.rest_time,
+            events_of(result)["t"],
+            uniform=DENSE_TIMES,
+            limit=2 * DENSE_TIMES,
+        )
+        chunks = (result.sample(times[start : start + _CHUNK]) for start in _starts(times))
+        return max(_overlap(result.scene, chunk.positions) for chunk in chunks)
+    stored = frames.positions
+    return max(_overlap(result.scene, stored[start : start + _CHUNK]) for start in _starts(stored))
+
+
+def events_of(result: Result) -> Events:
+    """Return the event log of a result.
+
+    Raises
+    ------
+    GhostballError
+        Where the engine kept none, though it was asked to.
+    """
+    if result.events is None:
+        raise GhostballError(
+            f"engine `{result.engine}` returned no `events` though it ran with "
+            'record="trajectory". Mend that engine'
+        )
+    return result.events
+
+
+def _thinned(times: FloatArray, room: int) -> FloatArray:
+    """Return at most `room` of `times`, evenly chosen."""
+    if len(times) <= room:
+        return times
+    return times[np.linspace(0, len(times) - 1, max(room, 0)).astype(np.intp)]
+
+
+def _frames(result: Result) -> SampledTrajectory | None:
+    return result.trajectory if isinstance(result.trajectory, SampledTrajectory) else None
+
+
+def _energy_at_frames(scene: Scene, frames: SampledTrajectory) -> Energy:
+    states = Samples(frames.positions, frames.velocities, frames.angular_velocities)
+    return energy_of(scene, states)
+
+
+def _starts(rows: FloatArray) -> range:
+    return range(0, len(rows), _CHUNK)
+
+
+def _overlap(scene: Scene, positions: FloatArray) -> float:
+    """Deepest overlap in a few states, positions (k, n, 3) [m]; 0 where there is none."""
+    # On the cloth balls touch in the plane of their centres; see "Geometry" in engine/__init__.py.
+    centres = positions[:, :, : 3 if scene.physics.airborne else 2]
+    first, second = np.triu_indices(len(scene.balls), k=1)
+    reach = scene.radii[first] + scene.radii[second]
+    apart = np.linalg.norm(centres[:, first] - centres[:, second], axis=2)
+    return float(np.max(reach - apart, initial=0.0))

@@ -1,0 +1,61 @@
+"""Commands that a reader can copy: each does again, or explains, what a report speaks of.
+
+A scene of a user's own is no name to `ghostball`: it needs its file, which is taken to lie where
+the command is given.
+"""
+
+from __future__ import annotations
+
+import shlex
+
+from validation.scenes.library import scene_names
+
+
+def scene_argument(scene: str) -> str:
+    """Return what stands for a scene on the command line: a shipped one's name, else a file's."""
+    return shlex.quote(scene if scene in scene_names() else f"./{scene}.toml")
+
+
+def simulate(scene: str, engine: str | None = None, *, recorded: bool = False) -> str:
+    """Return the command that runs one scene on one engine (default: ours).
+
+    Parameters
+    ----------
+    scene : str
+    engine : str, optional
+        With its settings, as a label says it.
+    recorded : bool
+        Whether it prints all that it found, the hash too.
+    """
+    record = " --record events --json" if recorded else ""
+    return f"ghostball simulate {scene_argument(scene)}{_engine(engine)}{record}"
+
+
+def explain(scene: str, engine: str) -> str:
+    """Return the command that says where an engine leaves the true shot, and why."""
+    return f"ghostball explain {scene_argument(scene)}{_engine(engine)}"
+
+
+def validate(scene: str, engine: str, out: str) -> str:
+    """Return the command that judges one scene on one engine again, in a folder of its own."""
+    engines = f"--engines {shlex.quote(engine)} --out {shlex.quote(out)}"
+    return f"ghostball validate {scene_argument(scene)} {engines}"
+
+
+def regress(scene: str | None = None, against: str | None = None) -> str:
+    """Return the command that compares our engine with its baselines, or with a revision.
+
+    Parameters
+    ----------
+    scene : str, optional
+        None compares all: also what is made by a rule and has no file.
+    against : str, optional
+        A revision; None is the accepted baselines.
+    """
+    chosen = "" if scene is None else f" {scene_argument(scene)}"
+    base = "" if against is None else f" --against {shlex.quote(against)}"
+    return f"ghostball regress{chosen}{base}"
+
+
+def _engine(engine: str | None) -> str:
+    return "" if engine is None else f" --engine {shlex.quote(engine)}"

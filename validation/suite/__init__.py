@@ -1,0 +1,1 @@
+"""Scenes x engines, run, measured, judged, stored; one engine held against them."""

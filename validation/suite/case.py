@@ -1,0 +1,199 @@
+"""One case: one scene on one engine, run, measured and judged."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from engine import EngineFailedError, Result, Scene, Status, UnsupportedSceneError
+from engine.result import initial_state
+from engine.scene.features import scene_features
+from engine.trajectory import energy_of
+from reference_adapters.base import ReferenceEngine, resolution_of
+from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
+from validation.checks.criteria import Criterion
+from validation.checks.metric_table import METRICS
+from validation.checks.metrics import measure
+from validation.results.records import CaseRecord, Fault, Motion, status_name
+from validation.runs.playing import blamed_on_engine, run_engine
+from validation.runs.sampling import motion_of
+from validation.truth.scene_truth import Truth
+
+
+@dataclass(frozen=True, eq=False)
+class TruthFailure:
+    """Why the truth of a scene could not be computed: a fault, and where it arose."""
+
+    reason: str
+    traceback: str
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What to run, and what to hold it against.
+
+    Attributes
+    ----------
+    scene : Scene
+    label : str
+        The engine with its settings, as asked for.
+    truth : Truth or TruthFailure
+    criteria : tuple of Criterion
+        Those that apply to this engine with its settings, and whose metric is computed.
+    metrics : tuple of str, or None
+        The metrics that are computed; None is all of them.
+    left_out : tuple of str
+        The metric of each criterion that would apply too, but isn't computed.
+    """
+
+    scene: Scene
+    label: str
+    truth: Truth | TruthFailure
+    criteria: tuple[Criterion, ...] = ()
+    metrics: tuple[str, ...] | None = None
+    left_out: tuple[str, ...] = ()
+
+
+def run_case(
+    case: Case, make: Callable[[str], ReferenceEngine] = make_engine
+) -> tuple[CaseRecord, Motion | None]:
+    """Run a case; whatever goes wrong becomes part of the record.
+
+    Parameters
+    ----------
+    case : Case
+    make : callable
+        Makes the engine of the case's label: an installed one, unless told.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Where the run was interrupted; what it did until then is dropped.
+    """
+    record = blank_record(case)
+    if isinstance(case.truth, TruthFailure):
+        reason = f"the truth of the scene could not be computed: {case.truth.reason}"
+        return failed(record, reason, case.truth.traceback, fault="ghostball"), None
+    try:
+        with blamed_on_engine(record.engine):
+            engine = make(case.label)
+            record = replace(
+                record,
+                settings=plain_settings(engine),
+                approximations=approximations_of(engine, case.scene),
+            )
+            resolution = resolution_of(engine, case.scene)
+        result = run_engine(engine, case.scene)
+        if result.status is Status.FAILED:  # of its numbers none need be one
+            return failed(record, f"it says that it failed: {result.reason}"), None
+        # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
+        with np.errstate(invalid="ignore", over="ignore"):
+            return _judged(record, case, case.truth, result, resolution), motion_of(result)
+    except EngineUnavailableError as error:
+        return replace(record, outcome="unavailable", reason=str(error)), None
+    except UnsupportedSceneError as error:
+        reason = "; ".join(error.features)
+        return replace(record, outcome="not-representable", reason=reason), None
+    except EngineFailedError as error:
+        fault: Fault = "ghostball" if error.is_our_bug else "engine"
+        return failed(record, error.reason, error.trace, fault=fault), None
+    # What is left is a bug of the harness: kept, never fatal.
+    except (Exception, SystemExit) as error:
+        reason, trace = f"{type(error).__name__}: {error}", traceback.format_exc()
+        return failed(record, reason, trace, fault="ghostball"), None
+
+
+def blank_record(case: Case) -> CaseRecord:
+    """Return a record that names the case and holds no result yet."""
+    scene = case.scene
+    return CaseRecord(
+        scene=scene.name,
+        title=scene.title,
+        tags=scene.tags,
+        definition=scene.model_dump(mode="json", by_alias=True),
+        label=case.label,
+        engine=parse_spec(case.label)[0],
+        outcome="failed",
+    )
+
+
+def failed(
+    record: CaseRecord, reason: str, trace: str = "", *, fault: Fault = "engine"
+) -> CaseRecord:
+    """Return the record of a case that went wrong, with where it did, and whose fault it is."""
+    return replace(record, outcome="failed", reason=reason, traceback=trace, fault=fault)
+
+
+def plain_settings(engine: ReferenceEngine) -> dict[str, Any]:
+    """Return all settings of an engine as plain values."""
+    return engine.settings.model_dump(mode="json")
+
+
+def approximations_of(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
+    """Return what of a scene an engine represents only approximately, one sentence each."""
+    capabilities = engine.capabilities
+    return tuple(
+        f"{feature.value}: {capabilities[feature].how}"
+        for feature in scene_features(scene)
+        if feature in capabilities and capabilities[feature].support == "approximate"
+    )
+
+
+def _judged(
+    record: CaseRecord, case: Case, truth: Truth, result: Result, resolution: float | None
+) -> CaseRecord:
+    horizon = truth.horizon_of(resolution)
+    anyway = {criterion.metric for criterion in case.criteria if criterion.past_horizon}
+    measured = measure(
+        result, truth, case.metrics, horizon=horizon, resolution=resolution, anyway=anyway
+    )
+    start = energy_of(result.scene, initial_state(result.scene))
+    end = energy_of(result.scene, result.final_state)
+    return replace(
+        record,
+        outcome="ran",
+        # An engine says in its result what a setting left open, such as a step of None, came to.
+        settings=record.settings | dict(result.settings),
+        status=status_name(result.status),
+        reason=result.reason,
+        truth=truth.kind,
+        truth_positions=truth.rest_positions,
+        truth_rest_time=truth.rest_time,
+        horizon=_before_end(horizon, truth),
+        truth_counts=truth.collision_counts,
+        rest_positions=result.rest_positions,
+        ball_errors=measured.ball_errors,
+        rest_time=float(result.rest_time),
+        collision_counts=_integers(result.collision_counts),
+        energy_initial=float(start.total[0]),
+        energy_final=float(end.total[0]),
+        work=_integers(result.work),
+        wall_time=float(result.wall_time),
+        metrics=measured.values,
+        notes=measured.notes,
+        checks=tuple(
+            criterion.check(
+                measured.values[criterion.metric],
+                measured.notes.get(criterion.metric, ""),
+                reference=truth.is_own_measure(record.engine, METRICS[criterion.metric].compares),
+            )
+            for criterion in case.criteria
+            if not criterion.if_measured
+            or measured.values[criterion.metric] is not None
+            or criterion.metric in measured.fell_short
+        ),
+        left_out=case.left_out,
+    )
+
+
+def _before_end(horizon: float, truth: Truth) -> float | None:
+    """Return a horizon that comes before the end of the shot, else None."""
+    return horizon if truth.rest_time is not None and horizon < truth.rest_time else None
+
+
+def _integers(counters: Mapping[str, int]) -> dict[str, int]:
+    return {name: int(count) for name, count in counters.items()}

@@ -1,0 +1,498 @@
+"""The suite: scenes x engines, run, measured, judged, and written as they come.
+
+>>> from validation import run_suite, select
+>>> outcome = run_suite(select(suite="smoke"), ["ghostball", "pymunk"], Path("out"))
+>>> outcome.exit_status
+0
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import traceback
+from collections.abc import Callable, Container, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from engine import GhostballError, Scene
+from engine.compilation import MANY
+from reference_adapters.registry import (
+    EngineUnavailableError,
+    engine_names,
+    make_engine,
+    parse_spec,
+)
+from validation.checks.criteria import (
+    SUFFIX,
+    Criteria,
+    Criterion,
+    common_criteria,
+    criteria_beside,
+)
+from validation.checks.metric_table import METRICS, choose_metrics
+from validation.checks.verdict import is_nothing_judged, is_unfinished
+from validation.parallel.cluster import Cluster
+from validation.parallel.compiling import compile_kernels
+from validation.parallel.pool import limit_of, run_tasks
+from validation.results.environment import describe_environment
+from validation.results.files import ResultsError
+from validation.results.records import CaseRecord, Motion
+from validation.results.store import ResultsFolder, ResultsWriter, RunState, read_earlier
+from validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
+from validation.suite.case import Case, TruthFailure, blank_record, failed, plain_settings, run_case
+from validation.suite.unchanged import (
+    Code,
+    Pair,
+    Unchanged,
+    dates_of,
+    find_unchanged,
+    inputs_hash,
+    is_ours,
+    stamped,
+)
+from validation.truth.scene_truth import PARTS, Truth, TruthPart, check_truth, truth_of
+
+_LOGGER = logging.getLogger("ghostball.validation")
+
+DEFAULT_ENGINES: tuple[str, ...] = (
+    "ghostball",
+    "pymunk",
+    "pymunk:mode=landed",
+    "pymunk:config=default",
+    "pybullet",
+    "pybullet:mode=landed",
+    "pybullet:config=default",
+    "paper-discrete",
+    "paper-continuous",
+)
+"""What `ghostball validate` runs where `--engines` is left out."""
+
+PASSED, CHECK_FAILED, HARNESS_FAILED, NOTHING_JUDGED = 0, 1, 3, 4
+"""Exit statuses of a run that went to its end."""
+
+INTERRUPTED = 130
+"""Exit status of an interrupted run, as shells have it: 128 + SIGINT."""
+
+Finished = tuple[CaseRecord, Motion | None]
+"""A case that is done, and the motion that is stored beside it."""
+
+Progress = Callable[[CaseRecord, int, int], None]
+"""Called with each case that is done, how many are, and how many there are; see `run_suite`."""
+
+Announce = Callable[[Unchanged], None]
+"""Called once, before anything runs, with what is taken over from earlier results."""
+
+
+@dataclass(frozen=True)
+class Counts:
+    """How many cases, by outcome, and how many checks, by verdict.
+
+    Unfinished is a case that is no run to its end: it failed, or it stopped early.
+    """
+
+    ran: int = 0
+    not_representable: int = 0
+    unavailable: int = 0
+    failed: int = 0
+    unfinished: int = 0
+    checks_passed: int = 0
+    checks_failed: int = 0
+    checks_reference: int = 0
+    checks_left_out: int = 0
+    taken_over: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What a run came to.
+
+    Attributes
+    ----------
+    folder : Path
+        Where the results are.
+    cases : list of CaseRecord
+        Those that are done: those taken over, then the others in order of completion.
+    planned : int
+        How many there would have been.
+    interrupted : bool
+        Whether the run was cut short by Ctrl-C; the folder then holds what was done.
+    begun : bool
+        Whether earlier results in the folder gave way to those of this run, be they none.
+    """
+
+    folder: Path
+    cases: list[CaseRecord] = field(default_factory=list)
+    planned: int = 0
+    interrupted: bool = False
+    begun: bool = False
+
+    @property
+    def counts(self) -> Counts:
+        """Cases by outcome and checks by verdict."""
+        outcomes = [case.outcome for case in self.cases]
+        verdicts = [check.passed for case in self.cases for check in case.checks]
+        return Counts(
+            ran=outcomes.count("ran"),
+            not_representable=outcomes.count("not-representable"),
+            unavailable=outcomes.count("unavailable"),
+            failed=outcomes.count("failed"),
+            unfinished=sum(is_unfinished(case) for case in self.cases),
+            checks_passed=verdicts.count(True),
+            checks_failed=verdicts.count(False),
+            checks_reference=verdicts.count(None),
+            checks_left_out=sum(len(case.left_out) for case in self.cases),
+            taken_over=sum(case.taken_over for case in self.cases),
+        )
+
+    @property
+    def exit_status(self) -> int:
+        """0 all passed; 1 a check failed, or an engine didn't come to its end; 130 interrupted.
+
+        3 ghostball itself failed to judge a case; 4 nothing was judged.
+        """
+        counts = self.counts
+        if self.interrupted:
+            return INTERRUPTED
+        if any(case.fault == "ghostball" for case in self.cases):
+            return HARNESS_FAILED
+        if counts.unfinished or counts.checks_failed:
+            return CHECK_FAILED
+        return NOTHING_JUDGED if is_nothing_judged(self.cases) else PASSED
+
+
+class SuiteError(GhostballError, ValueError):
+    """A run that can't start: no scene, no engine, the same one twice, a wrong number of jobs."""
+
+
+def run_suite(
+    scenes: Sequence[Scene],
+    engine_specs: Sequence[str],
+    out: Path,
+    *,
+    jobs: int = 1,
+    cluster: Cluster | None = None,
+    progress: Progress | None = None,
+    criteria: Mapping[str, Criteria] | None = None,
+    metrics: Sequence[str] | None = None,
+    reuse: bool = False,
+    announce: Announce | None = None,
+    time_limit: float | None = None,
+) -> Outcome:
+    """Run every scene on every engine and write a results folder.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+        Names must differ.
+    engine_specs : sequence of str
+        `NAME` or `NAME:key=value,...`; an engine that is known but can't run here gives cases
+        that say so.
+    out : Path
+        The results folder; earlier results in it are replaced when the first case that runs is
+        done.
+    jobs : int
+        Processes; 1, without a `time_limit`, runs everything in this one, which an engine that
+        crashes then ends. Wall times are best taken with 1.
+    cluster : Cluster, optional
+        Where the cases run instead; `jobs` processes then only compile.
+    progress : callable, optional
+        See `Progress`. Called first with the cases that are taken over.
+    criteria : mapping of str to Criteria, optional
+        By scene name. A scene that isn't named here and equals a shipped one has that one's.
+    metrics : sequence of str, optional
+        Names, or patterns such as "rest_error_*", of the metrics that are computed and judged; all
+        where it is left out. A criterion on another metric isn't judged: `CaseRecord.left_out`.
+    reuse : bool
+        Whether cases that are unchanged since an earlier run into the same folder are taken over
+        from there instead of run again; see `validation.suite.unchanged`.
+    announce : callable, optional
+        See `Announce`.
+    time_limit : float, optional [s]
+        For each case, which then runs in another process, also with one of `jobs`: an engine that
+        takes longer, or crashes, costs that case, which has "failed". Guard a script with
+        `if __name__ == "__main__"`.
+
+    Raises
+    ------
+    GhostballError
+        Before anything runs: where an engine, a setting or a metric is unknown, the criteria are
+        wrong, or the folder can't be used, such as while another run writes there.
+
+    Notes
+    -----
+    Each case is recorded with its whole motion. The truth of a scene is computed once. Interrupted
+    by Ctrl-C, the run stops, keeps what is done and says so in `Outcome.interrupted`; what earlier
+    runs found and this one has not come to is kept too, for a later run with `reuse`.
+    """
+    plan = _plan(scenes, engine_specs, criteria or {}, jobs, metrics)
+    check_time_limit(time_limit)
+    writer = ResultsWriter(out)
+    with writer.reserved():
+        return _run(plan, writer, jobs, cluster, progress, reuse, announce, time_limit)
+
+
+def _run(
+    plan: _Plan,
+    writer: ResultsWriter,
+    jobs: int,
+    cluster: Cluster | None,
+    progress: Progress | None,
+    reuse: bool,
+    announce: Announce | None,
+    time_limit: float | None,
+) -> Outcome:
+    outcome = Outcome(writer.path, planned=plan.size)
+    code, earlier = Code.now(), _read_earlier(writer.path)
+    unchanged = Unchanged()
+    if reuse:
+        unchanged = find_unchanged(writer.path, earlier, plan.inputs, code, plan.foreign)
+    if announce is not None:
+        announce(unchanged)
+    taken_over = list(unchanged.cases.values())
+    environment = describe_environment() | plan.describe() | {"taken_over": dates_of(taken_over)}
+    state: RunState = "interrupted"
+
+    def begin() -> None:
+        writer.begin(environment, taken_over=taken_over, earlier=earlier)
+        outcome.cases.extend(taken_over)
+
+    try:
+        if progress is not None:
+            for done, record in enumerate(taken_over, start=1):
+                progress(record, done, plan.size)
+        rest = plan.without(unchanged.cases)
+        if not rest:
+            begin()
+        else:
+            scenes = plan.scenes_of(rest)
+            compiled = compile_kernels(scenes, jobs, tangents=True, contacts_from=MANY)
+            cases = run_cases(plan.cases(rest), cluster or jobs, time_limit, compiled)
+            with closing(cases) as finished:
+                for ran, motion in finished:
+                    if not writer.begun:
+                        begin()
+                    record = stamped(ran, plan.inputs[ran.scene, ran.label], code)
+                    outcome.cases.append(writer.write(record, motion))
+                    if progress is not None:
+                        progress(outcome.cases[-1], len(outcome.cases), plan.size)
+        state = "complete"
+    except KeyboardInterrupt:
+        outcome = replace(outcome, interrupted=True)
+    finally:
+        # What this code could never take over is of no use once a run has come to its end.
+        writer.finish(
+            state,
+            still_of_use=(lambda case: case.code_hash == code.hash)
+            if state == "complete"
+            else None,
+        )
+    if outcome.interrupted and writer.begun:
+        # What the folder says: the interrupt may have come between a line and its being noted here.
+        outcome.cases[:] = ResultsFolder.load(writer.path).cases
+    return replace(outcome, begun=writer.begun)
+
+
+def run_cases(
+    cases: Iterable[Case],
+    jobs: int | Cluster,
+    time_limit: float | None = None,
+    prepare: Callable[[], object] | None = None,
+) -> Generator[Finished]:
+    """Run cases in `jobs` processes, or on a cluster; yield each as it ends.
+
+    In this one where `jobs` is 1 and there is no `time_limit` [s] for a case. Parameters and notes
+    are those of `validation.parallel.pool.run_tasks`; what an engine prints is in its record.
+    """
+    outputs: dict[Pair, str] = {}
+
+    def keep(case: Case, text: str) -> None:
+        outputs[case.scene.name, case.label] = text
+
+    finished = run_tasks(cases, jobs, run_case, _died, limit_of(time_limit), keep, prepare)
+    with closing(finished):
+        for record, motion in finished:
+            yield replace(record, printed=outputs.pop((record.scene, record.label), "")), motion
+
+
+def _died(case: Case, reason: str) -> Finished:
+    return failed(blank_record(case), reason), None
+
+
+def check_time_limit(seconds: float | None) -> None:
+    """Refuse a limit of time that is none.
+
+    Raises
+    ------
+    SuiteError
+        Where it isn't a positive number of seconds.
+    """
+    if seconds is not None and not 0.0 < seconds < math.inf:
+        raise SuiteError(f"`time_limit` must be a positive number of seconds, got {seconds!r}")
+
+
+def shipped_criteria(scene: Scene) -> Criteria:
+    """Return the criteria of the shipped scene that `scene` is; none where it is no shipped one.
+
+    A scene that shares its name with a shipped one but differs in a value has none: the numbers
+    were chosen for the shipped values.
+
+    Raises
+    ------
+    CriteriaError
+        Where its criteria file is refused.
+    """
+    path = FOLDER / f"{scene.name}{SUFFIX}"
+    if scene.name not in scene_names() or find_scene(scene.name) != scene or not path.exists():
+        return Criteria()
+    return Criteria.load(path)
+
+
+def criteria_beside_paths(names_or_tags: Sequence[str]) -> dict[str, Criteria]:
+    """Return the criteria of the scenes that are given by path, by scene name.
+
+    Parameters
+    ----------
+    names_or_tags : sequence of str
+        What `select` was asked for; names and tags are passed over.
+
+    Raises
+    ------
+    GhostballError
+        Where such a scene or the criteria beside it are refused.
+    """
+    return {find_scene(path).name: criteria_beside(path) for path in paths_among(names_or_tags)}
+
+
+@dataclass(frozen=True, eq=False)
+class _Plan:
+    """A run, checked: what will be run and against which criteria."""
+
+    scenes: Sequence[Scene]
+    settings: Mapping[str, dict[str, Any] | None]  # by label; None: the engine is unavailable
+    criteria: Mapping[str, Criteria]  # by scene name
+    applying: Mapping[Pair, tuple[Criterion, ...]]  # by scene name and label
+    left_out: Mapping[Pair, tuple[str, ...]]  # metrics of the criteria that aren't judged
+    inputs: Mapping[Pair, str]  # hashes; "": always run
+    metrics: tuple[str, ...] | None  # None: all
+    foreign: tuple[str, ...]  # labels of engines that other packages bring
+
+    @property
+    def size(self) -> int:
+        return len(self.scenes) * len(self.settings)
+
+    def describe(self) -> dict[str, Any]:
+        """Return what `env.json` says of the run."""
+        return {
+            "scenes": [scene.name for scene in self.scenes],
+            "engines": list(self.settings),
+            "engine_settings": dict(self.settings),
+            "metrics": list(self.metrics or METRICS),
+        }
+
+    def without(self, done: Container[Pair]) -> list[Pair]:
+        """Return the cases that aren't in `done`, scene by scene."""
+        return [pair for pair in self.inputs if pair not in done]
+
+    def scenes_of(self, pairs: Sequence[Pair]) -> list[Scene]:
+        """Return the scenes that these cases need, each once."""
+        names = {name for name, _ in pairs}
+        return [scene for scene in self.scenes if scene.name in names]
+
+    def cases(self, pairs: Sequence[Pair]) -> Iterator[Case]:
+        """Yield these cases, scene by scene; a scene's truth is computed when its turn comes."""
+        computed = METRICS if self.metrics is None else self.metrics
+        parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
+        for scene in self.scenes_of(pairs):
+            truth = truth_or_failure(scene, self.criteria[scene.name], parts)
+            for pair in pairs:
+                if pair[0] == scene.name:
+                    yield Case(
+                        scene,
+                        pair[1],
+                        truth,
+                        self.applying[pair],
+                        self.metrics,
+                        self.left_out[pair],
+                    )
+
+
+def _plan(
+    scenes: Sequence[Scene],
+    labels: Sequence[str],
+    criteria: Mapping[str, Criteria],
+    jobs: int,
+    metrics: Sequence[str] | None,
+) -> _Plan:
+    if jobs < 1:
+        raise SuiteError(f"`jobs` must be at least 1, got {jobs}")
+    chosen = None if metrics is None else choose_metrics(metrics)
+    _each_once("scene", [scene.name for scene in scenes])
+    _each_once("engine", labels)
+    settings = {label: _settings_of(label) for label in labels}
+    own = {
+        scene.name: criteria[scene.name] if scene.name in criteria else shipped_criteria(scene)
+        for scene in scenes
+    }
+    for scene in scenes:
+        own[scene.name].check_engines(engine_names(), f'criteria of scene "{scene.name}"')
+        if scene.name in criteria:  # the shipped ones are checked as their truth is computed
+            check_truth(scene, own[scene.name].truth)
+    foreign = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))
+    applying: dict[Pair, tuple[Criterion, ...]] = {}
+    left_out: dict[Pair, tuple[str, ...]] = {}
+    inputs: dict[Pair, str] = {}
+    for scene in scenes:
+        for label, values in settings.items():
+            pair, limits = (scene.name, label), own[scene.name]
+            asked = (
+                ()
+                if values is None
+                else limits.over_common(common_criteria(), parse_spec(label)[0], values)
+            )
+            judged = tuple(one for one in asked if chosen is None or one.metric in chosen)
+            applying[pair] = judged
+            left_out[pair] = tuple(one.metric for one in asked if one not in judged)
+            inputs[pair] = (
+                ""
+                if values is None or label in foreign
+                else inputs_hash(scene, label, values, judged, limits.truth, chosen, left_out[pair])
+            )
+    return _Plan(scenes, settings, own, applying, left_out, inputs, chosen, foreign)
+
+
+def _read_earlier(folder: Path) -> list[CaseRecord]:
+    """Return what earlier runs left in a folder that a later run may take over."""
+    try:
+        return [case for case in read_earlier(folder) if case.inputs_hash]
+    except ResultsError as error:
+        _LOGGER.warning("nothing is taken over from the results that are there: %s", error)
+        return []
+
+
+def _each_once(what: str, names: Sequence[str]) -> None:
+    if not names:
+        raise SuiteError(f"a run needs at least one {what}, got none")
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise SuiteError(f"each {what} must be given once, got {', '.join(repeated)} again")
+
+
+def _settings_of(label: str) -> dict[str, Any] | None:
+    """Return all settings of the engine that `label` names, or None where it can't run here."""
+    try:
+        return plain_settings(make_engine(label))
+    except EngineUnavailableError:
+        return None
+
+
+def truth_or_failure(
+    scene: Scene, criteria: Criteria, parts: frozenset[TruthPart] = PARTS
+) -> Truth | TruthFailure:
+    """Return the truth of a scene, or why it could not be computed."""
+    try:
+        return truth_of(scene, criteria.truth, parts, least=criteria.least_proved)
+    except Exception as error:  # a fault of ours; the run goes on and reports it
+        return TruthFailure(f"{type(error).__name__}: {error}", traceback.format_exc())

@@ -1,0 +1,1 @@
+"""What a scene's runs are compared with (closed forms, proofs, our engine), and until when."""

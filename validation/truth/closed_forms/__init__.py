@@ -1,0 +1,147 @@
+"""Closed forms: where a shot ends, to 50 digits, by formula and from the scene's own doubles.
+
+Nothing here is shared with the engine: other code, other arithmetic, and for each shot the order
+of its collisions stated by hand and checked. `FORMS` holds one solver for each scene that has one.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from mpmath import mp, mpf
+from numpy.typing import NDArray
+
+from engine import Scene
+from engine.result import COLLISION_KINDS
+from validation.truth.closed_forms._forms import FORMS, Form
+from validation.truth.closed_forms._setup import (
+    DIGITS,
+    Collision,
+    Key,
+    OrderError,
+    Outcome,
+    Vector,
+    numbers_of,
+    setup_of,
+)
+
+__all__ = ["DIGITS", "FORMS", "ClosedForm", "closed_form", "has_closed_form"]
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedForm:
+    """The exact end of a shot, and how far rounding of its inputs alone moves it.
+
+    Multiprecision values keep their digits only in arithmetic under `mpmath.workdps(DIGITS)`.
+
+    Attributes
+    ----------
+    rest_positions : tuple of (mpf, mpf), one for each ball [m]
+        Centres in the plane where the run ends: at rest, or at `t_max`.
+    rest_time : mpf [s]
+        When the last ball came to rest, or `t_max`.
+    final_velocities : tuple of (mpf, mpf), one for each ball [m/s]
+        Zero where the balls came to rest.
+    collision_counts : dict of str to int
+        By kind, as in `Result.collision_counts`.
+    event_sequence : tuple of (str, int, int or str)
+        The collisions in order of time: kind label, first ball, second ball or cushion's name.
+    conditioning : (n,) float64 [m]
+        For each ball the sum over the scene's numbers x of |d position / d x| |x|, and at least
+        |position|: times 2^-52 it is the error that rounding the inputs once would cause.
+    rest_time_conditioning : float [s]
+        The same of the rest time.
+    """
+
+    rest_positions: tuple[Vector, ...]
+    rest_time: mpf
+    final_velocities: tuple[Vector, ...]
+    collision_counts: dict[str, int]
+    event_sequence: tuple[Collision, ...]
+    conditioning: NDArray[np.float64]
+    rest_time_conditioning: float
+
+
+@lru_cache(maxsize=64)  # a scene's truth is asked for more than once; many balls take seconds
+def closed_form(scene: Scene) -> ClosedForm | None:
+    """Return the closed form of `scene`, or None where it has none.
+
+    A scene that shares its name with a shipped one, but whose values lead to other collisions or
+    other physics than the form is for, has none.
+    """
+    exact = _solved(scene)
+    if exact is None:
+        return None
+    with mp.workdps(DIGITS):
+        conditioning, rest_time_conditioning = _conditioning(
+            scene, FORMS[scene.name], numbers_of(scene), exact
+        )
+    counts = Counter(kind for kind, _, _ in exact.collisions)
+    return ClosedForm(
+        exact.positions,
+        exact.time,
+        exact.velocities,
+        {kind.label: counts[kind.label] for kind in COLLISION_KINDS},
+        exact.collisions,
+        conditioning,
+        rest_time_conditioning,
+    )
+
+
+def has_closed_form(scene: Scene) -> bool:
+    """Whether `closed_form` gives one; in a fraction of the time, for it leaves the nudges out."""
+    return _solved(scene) is not None
+
+
+@lru_cache(maxsize=64)
+def _solved(scene: Scene) -> Outcome | None:
+    """Return how the form of `scene` says that it ends, or None where it has none."""
+    form = FORMS.get(scene.name)
+    if form is None or not _is_for(form, scene):
+        return None
+    with mp.workdps(DIGITS):
+        try:
+            return form.solve(setup_of(scene, numbers_of(scene), verify=True))
+        except OrderError:
+            return None
+
+
+def _is_for(form: Form, scene: Scene) -> bool:
+    """Whether the scene's physics is among what the forms' impacts and motions cover."""
+    physics = scene.physics
+    cushions = scene.table is not None and bool(scene.table.cushions)
+    rubs = physics.ball_friction != 0.0 or physics.cushion in ("frictional", "han2005")
+    return (
+        physics.motion == form.motion
+        and (physics.motion == "sliding" or not rubs)
+        and (physics.ball_impact == "frictional" or len(scene.balls) == 1)
+        and (physics.cushion != "mathavan2010" or not cushions)
+        and physics.air_drag == 0.0
+        and not physics.airborne
+    )
+
+
+def _conditioning(
+    scene: Scene, form: Form, numbers: Mapping[Key, mpf], exact: Outcome
+) -> tuple[NDArray[np.float64], float]:
+    """Sum |d outcome / d x| |x| over the scene's numbers, each by one relative nudge of 1e-25."""
+    nudge = mp.mpf(10) ** (-DIGITS // 2)
+    positions = [mp.mpf(0) for _ in exact.positions]
+    time = mp.mpf(0)
+    for key, value in numbers.items():
+        if value == 0:
+            continue
+        nudged = {**numbers, key: value * (1 + nudge)}
+        moved = form.solve(setup_of(scene, nudged, verify=False))
+        for ball, (there, here) in enumerate(zip(moved.positions, exact.positions, strict=True)):
+            positions[ball] += mp.hypot(there[0] - here[0], there[1] - here[1]) / nudge
+        time += abs(moved.time - exact.time) / nudge
+    floors = [mp.hypot(*position) for position in exact.positions]
+    return (
+        np.array([float(max(pair)) for pair in zip(positions, floors, strict=True)]),
+        float(max(time, exact.time)),
+    )

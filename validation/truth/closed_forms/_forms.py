@@ -1,0 +1,174 @@
+"""The closed form of each shipped scene that has one, by the scene's name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import lru_cache
+from itertools import combinations
+from typing import Literal, NamedTuple
+
+from mpmath import mpf
+
+from validation.truth.closed_forms._contacts import hit_on_two, pushed_along, wedged
+from validation.truth.closed_forms._setup import OrderError, Outcome, Setup
+from validation.truth.closed_forms._shot import Shot
+from validation.truth.closed_forms._unfolding import unfolded_bounces, unfolded_masses
+
+
+class Form(NamedTuple):
+    """How to solve a scene, and which motion on the cloth the solution is for."""
+
+    solve: Callable[[Setup], Outcome]
+    motion: Literal["rolling", "sliding"] = "rolling"
+
+
+def _undisturbed(setup: Setup) -> Outcome:
+    """Balls that meet nothing: each slides, rolls v^2 / (2 mu g) and rests."""
+    return Shot(setup).end()
+
+
+def _one_hit(setup: Setup) -> Outcome:
+    """Let balls 0 and 1 collide once; then both come to rest."""
+    return Shot(setup).hit(0, 1).end()
+
+
+def _chain(setup: Setup) -> Outcome:
+    """Let each ball of a line hit the next: it rolls through the gap, or touches it all the time.
+
+    Of balls that touch, one impact comes after the other, as with gaps that vanish.
+    """
+    shot = Shot(setup)
+    for ball in range(len(setup.positions) - 1):
+        shot.hit(ball, ball + 1)
+    return shot.end()
+
+
+def _hit_of_the_last(setup: Setup) -> Outcome:
+    """Let the first ball pass the second and hit the third."""
+    return Shot(setup).hit(0, 2).end()
+
+
+def _bounce_right(setup: Setup) -> Outcome:
+    """One bounce from the right cushion by the law of the scene."""
+    return Shot(setup).bounce(0, "right").end()
+
+
+def _squeezed_out(setup: Setup) -> Outcome:
+    """Let the first ball hit the second, which lies on the left cushion, bounces, and hits back."""
+    return Shot(setup).hit(0, 1).bounce(1, "left").hit(0, 1).end()
+
+
+class _Pair(NamedTuple):
+    """Two balls that collide once: when, how they end, and a box around their paths and radii."""
+
+    contact: mpf
+    outcome: Outcome
+    low: tuple[mpf, mpf]
+    high: tuple[mpf, mpf]
+
+
+def _pairs_apart(setup: Setup) -> Outcome:
+    """Many shots on one cloth: balls 0 and 1, balls 2 and 3, ... each pair collides once.
+
+    No pair comes into the box around another's paths, so that each is a shot of its own.
+    """
+    n = len(setup.positions)
+    if n % 2 or setup.cushions:
+        raise OrderError("needs pairs of balls on an unbounded cloth")
+    pairs = [_solve_pair(_part(setup, 2 * k)) for k in range(n // 2)]
+    if setup.verify and any(_overlap(a, b) for a, b in combinations(pairs, 2)):
+        raise OrderError("the pairs come too close to each other")
+    order = sorted(range(len(pairs)), key=lambda k: pairs[k].contact)
+    return Outcome(
+        tuple(position for pair in pairs for position in pair.outcome.positions),
+        tuple(velocity for pair in pairs for velocity in pair.outcome.velocities),
+        max(pair.outcome.time for pair in pairs),
+        tuple(("ball-ball", 2 * k, 2 * k + 1) for k in order),
+    )
+
+
+@lru_cache(maxsize=256)  # a nudge for the conditioning changes one pair, or all by one number
+def _solve_pair(setup: Setup) -> _Pair:
+    shot = Shot(setup).hit(0, 1)
+    contact, outcome, reach = shot.time, shot.end(), max(setup.radii)
+    if not setup.verify:
+        return _Pair(contact, outcome, (reach, reach), (reach, reach))
+    xs, ys = zip(*shot.hull, strict=True)
+    return _Pair(
+        contact,
+        outcome,
+        (min(xs) - reach, min(ys) - reach),
+        (max(xs) + reach, max(ys) + reach),
+    )
+
+
+def _part(setup: Setup, first: int) -> Setup:
+    """Return the setup of two neighbouring balls alone."""
+    pair = slice(first, first + 2)
+    return replace(
+        setup,
+        positions=setup.positions[pair],
+        velocities=setup.velocities[pair],
+        spins=setup.spins[pair],
+        rolls=setup.rolls[pair],
+        radii=setup.radii[pair],
+        masses=setup.masses[pair],
+        rolling_frictions=setup.rolling_frictions[pair],
+        sliding_frictions=setup.sliding_frictions[pair],
+        spin_decelerations=setup.spin_decelerations[pair],
+    )
+
+
+def _overlap(a: _Pair, b: _Pair) -> bool:
+    return all(a.low[axis] <= b.high[axis] and b.low[axis] <= a.high[axis] for axis in (0, 1))
+
+
+FORMS: Mapping[str, Form] = {
+    "stop": Form(_undisturbed),
+    "roll-distance": Form(_undisturbed),
+    "wall-bounce": Form(unfolded_bounces),
+    "corner-double-bounce": Form(unfolded_bounces),
+    "corner-exact": Form(unfolded_bounces),
+    "around-the-table": Form(unfolded_bounces),
+    "rail-along": Form(_undisturbed),
+    "rail-into": Form(unfolded_bounces),
+    "restitution-bounce": Form(_bounce_right),
+    "head-on": Form(_one_hit),
+    "half-ball-cut": Form(_one_hit),
+    "thin-cut": Form(_one_hit),
+    "unequal-balls": Form(_one_hit),
+    "unbounded-cut": Form(_one_hit),
+    "catch-up": Form(_one_hit),
+    "moving-moving": Form(_one_hit),
+    "figure4-head-on": Form(_one_hit),
+    "figure4-skewed": Form(_one_hit),
+    "restitution-head-on": Form(_one_hit),
+    "restitution-cut": Form(_one_hit),
+    "three-ball-chain": Form(_chain),
+    "cradle": Form(_chain),
+    "three-ball-symmetric": Form(hit_on_two),
+    "frozen-to-cushion": Form(_squeezed_out),
+    "sliding-stun": Form(_undisturbed, motion="sliding"),
+    "sliding-swerve": Form(_undisturbed, motion="sliding"),
+    "stun-shot": Form(_one_hit, motion="sliding"),
+    "draw-shot": Form(_one_hit, motion="sliding"),
+    "follow-shot": Form(_one_hit, motion="sliding"),
+    "half-ball-rolling": Form(_one_hit, motion="sliding"),
+    "masse": Form(_hit_of_the_last, motion="sliding"),
+    "throw-slip": Form(_one_hit, motion="sliding"),
+    "throw-stick": Form(_one_hit, motion="sliding"),
+    "throw-alciatore": Form(_one_hit, motion="sliding"),
+    "gearing": Form(_one_hit, motion="sliding"),
+    "english-running": Form(_bounce_right, motion="sliding"),
+    "english-check": Form(_bounce_right, motion="sliding"),
+    "han-running": Form(_bounce_right, motion="sliding"),
+    "han-check": Form(_bounce_right, motion="sliding"),
+    "thirty-degree-rule": Form(_pairs_apart, motion="sliding"),
+    "throw-by-angle": Form(_pairs_apart, motion="sliding"),
+    "throw-by-spin": Form(_pairs_apart, motion="sliding"),
+    "push": Form(pushed_along, motion="sliding"),
+    "wedged": Form(wedged, motion="sliding"),
+    **{f"galperin-{k}": Form(unfolded_masses) for k in range(5)},
+}
+"""Solvers by name of scene; `closed_form` applies them."""

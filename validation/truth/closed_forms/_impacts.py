@@ -1,0 +1,146 @@
+"""What one impact does, in multiprecision: ball against ball, and ball against cushion.
+
+Each works in a frame n, t, z: n the normal of the contact, t = z x n along it, z up.
+"""
+
+from __future__ import annotations
+
+from mpmath import mp, mpf
+
+from validation.truth.closed_forms._motion import (
+    State,
+    along,
+    dot,
+    length_of,
+    negligible,
+    rolling_spin,
+    scaled,
+    slip_of,
+)
+from validation.truth.closed_forms._setup import Setup, Spin, Vector
+
+NORMALS = {"left": (-1, 0), "right": (1, 0), "bottom": (0, -1), "top": (0, 1)}
+"""Unit vectors into the cushions."""
+
+
+def alciatore_friction(speed: mpf) -> mpf:
+    """Return the friction of two balls whose surfaces slip at `speed` [m/s] (TP A.14).
+
+    Marlow's measurements, fitted by Alciatore; the coefficients as doubles, as an engine has them.
+    """
+    return mp.mpf(9.951e-3) + mp.mpf(0.108) * mp.exp(-mp.mpf(1.088) * speed)
+
+
+def ball_impact(
+    setup: Setup, a: int, b: int, state_a: State, state_b: State
+) -> tuple[State, State]:
+    """Return the states of two touching balls after their impact.
+
+    Along n the impulse is (1 + e) m_r (v_a - v_b).n. Across it friction acts against the slip U of
+    the surfaces: mu times that, but no more than (2/7) m_r U, which stops the slip (Wallace and
+    Schroeder 1988; Alciatore TP A.14). The upward part turns the balls and is lost in the cloth.
+    """
+    between = along(state_b.position, mp.mpf(-1), state_a.position)
+    normal = scaled(1 / length_of(between), between)
+    closing = dot(state_a.velocity, normal) - dot(state_b.velocity, normal)
+    push = (1 + setup.ball_restitution) * closing  # these three over the reduced mass [m/s]
+    rub, lift = _rubbing(setup, normal, push, (a, state_a), (b, state_b))
+    mass_a, mass_b = setup.masses[a], setup.masses[b]
+    reduced = mass_a * mass_b / (mass_a + mass_b)
+    after = []
+    for ball, state, sign in ((a, state_a, -1), (b, state_b, 1)):
+        share = reduced / setup.masses[ball]
+        velocity = along(state.velocity, sign * share * push, normal)
+        velocity = along(velocity, sign * share * rub, _across(normal))
+        if not setup.slides:
+            after.append(state._replace(velocity=velocity))
+            continue
+        turn = 5 * share / (2 * setup.radii[ball])
+        tx, ty = scaled(turn * lift, _across(normal))
+        wx, wy, wz = rolling_spin(state, setup.radii[ball])
+        spin = (wx + tx, wy + ty, wz - turn * rub)
+        after.append(_settled(State(state.position, velocity, spin, False), setup.radii[ball]))
+    return after[0], after[1]
+
+
+def cushion_impact(setup: Setup, ball: int, cushion: str, state: State) -> State:
+    """Return the state of a ball that touches a cushion after the impact, by the scene's law."""
+    nx, ny = NORMALS[cushion]
+    normal = (mp.mpf(nx), mp.mpf(ny))
+    across = _across(normal)
+    radius = setup.radii[ball]
+    spin = rolling_spin(state, radius)
+    vn, vt = dot(state.velocity, normal), dot(state.velocity, across)
+    if setup.cushion in ("mirror", "restitution"):
+        vn, vt = -setup.cushion_restitution * vn, setup.cushion_tangential_restitution * vt
+    else:
+        turning = (dot(spin[:2], normal), dot(spin[:2], across), spin[2])
+        vn, vt, (wn, wt, wz) = _han(setup, radius, vn, vt, turning)
+        horizontal = along(scaled(wn, normal), wt, across)
+        spin = (horizontal[0], horizontal[1], wz)
+    velocity = along(scaled(vn, normal), vt, across)
+    if not setup.slides:
+        return state._replace(velocity=velocity)
+    return _settled(State(state.position, velocity, spin, False), radius)
+
+
+def _rubbing(
+    setup: Setup, normal: Vector, push: mpf, a: tuple[int, State], b: tuple[int, State]
+) -> tuple[mpf, mpf]:
+    """Return friction's impulse on b along t and up, over the reduced mass [m/s]."""
+    across = _across(normal)
+    slip, rise = mp.mpf(0), mp.mpf(0)
+    for (ball, state), sign in ((a, 1), (b, -1)):
+        radius = setup.radii[ball]
+        spin = rolling_spin(state, radius)
+        slip += sign * dot(state.velocity, across) + radius * spin[2]
+        rise -= radius * dot(spin[:2], across)
+    speed = mp.hypot(slip, rise)
+    friction = setup.ball_friction
+    if friction is None:
+        friction = alciatore_friction(speed)
+    if not setup.slides or negligible(speed):
+        return mp.mpf(0), mp.mpf(0)
+    size = min(friction * push, 2 * speed / 7)
+    return size * slip / speed, size * rise / speed
+
+
+def _han(setup: Setup, radius: mpf, vn: mpf, vt: mpf, turning: Spin) -> tuple[mpf, mpf, Spin]:
+    """Return velocity and angular velocity in the frame n, t, z after a cushion of Han's.
+
+    Han 2005, J. Mech. Sci. Tech. 19(4) 976, eqs 12-21 with the print's slips mended. The nose
+    touches the ball at the angle theta above its centre. "frictional" is the same at theta = 0.
+    Impulses are over the ball's mass [m/s]; I = (2/5) m R^2.
+    """
+    wn, wt, wz = turning
+    sin = setup.cushion_height / radius - 1 if setup.cushion == "han2005" else mp.mpf(0)
+    cos = mp.sqrt(1 - sin**2)
+    sx = vn * sin + radius * wt
+    sy = -vt - radius * wz * cos + radius * wn * sin
+    pz = (1 + setup.cushion_restitution) * vn * cos
+    slip = mp.hypot(sx, sy)
+    if 2 * slip / 7 <= setup.cushion_friction * pz:
+        px, py = 2 * sx / 7, 2 * sy / 7
+    else:
+        px, py = (setup.cushion_friction * pz * part / slip for part in (sx, sy))
+    impulse_n, impulse_up = -px * sin - pz * cos, px * cos - pz * sin
+    turn = 5 / (2 * radius)
+    return (
+        vn + impulse_n,
+        vt + py,
+        (
+            wn - turn * py * sin,
+            wt + turn * (impulse_n * sin - impulse_up * cos),
+            wz + turn * py * cos,
+        ),
+    )
+
+
+def _across(normal: Vector) -> Vector:
+    """Return t = z x n."""
+    return (-normal[1], normal[0])
+
+
+def _settled(state: State, radius: mpf) -> State:
+    """Return a state that says whether the ball rolls."""
+    return state._replace(rolls=negligible(length_of(slip_of(state, radius))))

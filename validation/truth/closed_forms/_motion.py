@@ -1,0 +1,159 @@
+"""How a ball moves on the cloth until something hits it: slide, roll, rest, each by its formula."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from mpmath import mp, mpf
+
+from validation.truth.closed_forms._setup import Setup, Spin, Vector
+
+ROUNDING_DIGITS = 40
+"""A speed of less than 1e-40 m/s is what rounding to 50 digits left of 0.
+
+The conditioning nudges numbers by 1e-25 of themselves: what that does to a speed is larger.
+"""
+
+
+class State(NamedTuple):
+    """A ball: position [m], velocity [m/s], angular velocity [rad/s], whether it rolls."""
+
+    position: Vector
+    velocity: Vector
+    spin: Spin  # of a ball that rolls or rests only the third component means something
+    rolls: bool
+
+
+class Cloth(NamedTuple):
+    """What the cloth does to one ball: decelerations [m/s^2], of spin [rad/s^2]; its radius [m]."""
+
+    radius: mpf
+    rolling: mpf
+    sliding: mpf
+    spinning: mpf
+
+
+class Segment(NamedTuple):
+    """A constant acceleration [m/s^2] from `start` [s] on, with which the ball has `state`."""
+
+    start: mpf
+    state: State
+    acceleration: Vector
+
+
+def dot(a: Vector, b: Vector) -> mpf:
+    """Return the scalar product."""
+    return a[0] * b[0] + a[1] * b[1]
+
+
+def along(a: Vector, factor: mpf, b: Vector) -> Vector:
+    """Return a + factor b."""
+    return (a[0] + factor * b[0], a[1] + factor * b[1])
+
+
+def scaled(factor: mpf, a: Vector) -> Vector:
+    """Return factor a."""
+    return (factor * a[0], factor * a[1])
+
+
+def length_of(a: Vector) -> mpf:
+    """Return the Euclidean length."""
+    return mp.sqrt(dot(a, a))
+
+
+def negligible(speed: mpf) -> bool:
+    """Whether a speed [m/s] is but what rounding left of 0."""
+    return bool(speed < mp.mpf(10) ** -ROUNDING_DIGITS)
+
+
+def cloth_of(setup: Setup, ball: int) -> Cloth:
+    """Return what the cloth does to a ball of the setup."""
+    return Cloth(
+        setup.radii[ball],
+        setup.rolling_frictions[ball] * setup.gravity,
+        setup.sliding_frictions[ball] * setup.gravity,
+        setup.spin_decelerations[ball],
+    )
+
+
+def starting_state(setup: Setup, ball: int) -> State:
+    """Return how a ball of the setup starts."""
+    return State(
+        setup.positions[ball],
+        setup.velocities[ball],
+        setup.spins[ball],
+        setup.rolls[ball] or not setup.slides,
+    )
+
+
+def rolling_spin(state: State, radius: mpf) -> Spin:
+    """Return the angular velocity of a ball: where it rolls, k x v / R; else its own."""
+    if not state.rolls:
+        return state.spin
+    return (-state.velocity[1] / radius, state.velocity[0] / radius, state.spin[2])
+
+
+def slip_of(state: State, radius: mpf) -> Vector:
+    """Return the velocity of the ball's lowest point over the cloth, v + w x (-R z)."""
+    (vx, vy), (wx, wy, _) = state.velocity, state.spin
+    return (vx - radius * wy, vy + radius * wx)
+
+
+def path_of(state: State, cloth: Cloth) -> list[Segment]:
+    """Return how a ball goes on if nothing hits it: a slide, a roll and a rest, or some of them.
+
+    Sliding friction acts against the slip u and never turns it, so the path is a parabola for
+    T = 2 |u0| / (7 mu_s g), ends with v = v0 - (2/7) u0, and a straight line of v^2 / (2 mu g)
+    follows (Coriolis 1835; Alciatore TP A.4).
+    """
+    path = []
+    start = mp.mpf(0)
+    if not state.rolls:
+        slip = slip_of(state, cloth.radius)
+        speed = length_of(slip)
+        if not negligible(speed):
+            friction = scaled(-cloth.sliding / speed, slip)
+            path.append(Segment(start, state, friction))
+            start = 2 * speed / (7 * cloth.sliding) if cloth.sliding else mp.inf
+            if start == mp.inf:
+                return path
+            state = moved(path[-1], cloth, start)
+        state = state._replace(rolls=True)
+    speed = length_of(state.velocity)
+    if not negligible(speed):
+        path.append(Segment(start, state, scaled(-cloth.rolling / speed, state.velocity)))
+        if not cloth.rolling:
+            return path
+        stop = speed / cloth.rolling
+        state = moved(path[-1], cloth, stop)
+        start += stop
+    zero = mp.mpf(0)
+    path.append(Segment(start, state._replace(velocity=(zero, zero)), (zero, zero)))
+    return path
+
+
+def moved(segment: Segment, cloth: Cloth, dt: mpf) -> State:
+    """Return the state `dt` after the segment's start: dw/dt = (5 / 2R) (ay, -ax) of a slide."""
+    state, acceleration = segment.state, segment.acceleration
+    turn = 5 * dt / (2 * cloth.radius)
+    position = along(along(state.position, dt, state.velocity), dt**2 / 2, acceleration)
+    velocity = along(state.velocity, dt, acceleration)
+    wx, wy, wz = state.spin
+    left = max(abs(wz) - cloth.spinning * dt, mp.mpf(0))
+    spin = (wx + turn * acceleration[1], wy - turn * acceleration[0], mp.sign(wz) * left)
+    return State(position, velocity, spin, state.rolls)
+
+
+def state_at(path: list[Segment], cloth: Cloth, dt: mpf) -> State:
+    """Return the state after `dt` on a path."""
+    segment = next(segment for segment in reversed(path) if segment.start <= dt)
+    return moved(segment, cloth, dt - segment.start)
+
+
+def time_to_rest(path: list[Segment], cloth: Cloth) -> mpf:
+    """Return when the ball neither moves nor spins any more [s]; a spin that nothing slows may."""
+    last = path[-1]
+    if length_of(last.state.velocity) != 0:
+        return mp.inf
+    spinning = abs(path[0].state.spin[2])
+    return max(last.start, spinning / cloth.spinning if cloth.spinning else mp.mpf(0))

@@ -1,0 +1,187 @@
+"""A shot replayed through a stated order of collisions, each step by its formula, in `mpf`."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+from mpmath import mp, mpf
+
+from validation.truth.closed_forms._impacts import NORMALS, ball_impact, cushion_impact
+from validation.truth.closed_forms._motion import (
+    Segment,
+    along,
+    cloth_of,
+    dot,
+    moved,
+    path_of,
+    starting_state,
+    state_at,
+    time_to_rest,
+)
+from validation.truth.closed_forms._polynomials import Polynomial, first_fall_below_zero
+from validation.truth.closed_forms._setup import Collision, OrderError, Outcome, Setup, Vector
+
+TOUCHING = mp.mpf(2) ** -46
+"""Overlap, in units of a radius, that balls in contact may have: their places are given in doubles.
+
+Such balls touch as soon as they approach.
+"""
+
+
+class Shot:
+    """Balls that slide, roll and spin, advanced from one stated collision to the next.
+
+    Where `setup.verify`, each step makes sure that nothing else happens first, and raises
+    `OrderError` where something does: then the stated order isn't that of these values.
+
+    Attributes
+    ----------
+    time : mpf [s]
+        Reached so far.
+    collisions : list of Collision
+        So far.
+    hull : list of Vector [m]
+        Points whose convex hull holds the paths of all centres so far; kept where `setup.verify`.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup = setup
+        self.time = mp.mpf(0)
+        self.collisions: list[Collision] = []
+        self.hull: list[Vector] = []
+        balls = range(len(setup.positions))
+        self._cloths = [cloth_of(setup, i) for i in balls]
+        self._states = [starting_state(setup, i) for i in balls]
+        self._paths = [path_of(self._states[i], self._cloths[i]) for i in balls]
+
+    def hit(self, a: int, b: int) -> Shot:
+        """Move until balls `a` and `b` touch, and let them collide."""
+        self._advance(self._time_of_contact(a, b), ("ball-ball", a, b))
+        self._states[a], self._states[b] = ball_impact(
+            self.setup, a, b, self._states[a], self._states[b]
+        )
+        self._replan(a, b)
+        return self
+
+    def bounce(self, ball: int, cushion: str) -> Shot:
+        """Move until the ball touches the cushion, and let it bounce by the scene's law."""
+        self._advance(self._time_of_bounce(ball, cushion), ("ball-cushion", ball, cushion))
+        self._states[ball] = cushion_impact(self.setup, ball, cushion, self._states[ball])
+        self._replan(ball)
+        return self
+
+    def end(self) -> Outcome:
+        """Move until every ball rests and none spins, or to `t_max`."""
+        stops = (time_to_rest(p, c) for p, c in zip(self._paths, self._cloths, strict=True))
+        dt = max(stops)
+        if self.setup.t_max is not None:
+            dt = min(dt, self.setup.t_max - self.time)
+        self._advance(dt, None)
+        return Outcome(
+            tuple(state.position for state in self._states),
+            tuple(state.velocity for state in self._states),
+            self.time,
+            tuple(self.collisions),
+        )
+
+    def _replan(self, *balls: int) -> None:
+        for i in balls:
+            self._paths[i] = path_of(self._states[i], self._cloths[i])
+
+    def _advance(self, dt: mpf | None, collision: Collision | None) -> None:
+        if dt is None:
+            raise OrderError(f"{collision} never happens")
+        if self.setup.verify:
+            self._make_sure_nothing_precedes(dt, collision)
+            self._note_hull(dt)
+        for i, (path, cloth) in enumerate(zip(self._paths, self._cloths, strict=True)):
+            self._states[i] = state_at(path, cloth, dt)
+        self._replan(*range(len(self._states)))
+        self.time += dt
+        if collision is not None:
+            self.collisions.append(collision)
+
+    def _make_sure_nothing_precedes(self, dt: mpf, collision: Collision | None) -> None:
+        balls = range(len(self._states))
+        others: list[tuple[Collision, mpf | None]] = [
+            (("ball-ball", a, b), self._time_of_contact(a, b)) for a, b in combinations(balls, 2)
+        ]
+        others += [
+            (("ball-cushion", ball, cushion), self._time_of_bounce(ball, cushion))
+            for ball in balls
+            for cushion in self.setup.cushions
+        ]
+        for other, when in others:
+            if other != collision and when is not None and when <= dt:
+                raise OrderError(f"{other} comes before {collision}")
+
+    def _note_hull(self, dt: mpf) -> None:
+        """Note the corners of each parabola's triangle: its ends, and where its tangents meet."""
+        for path, cloth in zip(self._paths, self._cloths, strict=True):
+            for segment, end in _with_ends(path):
+                duration = min(end, dt) - segment.start
+                if duration >= 0:
+                    start = segment.state.position
+                    tangents = along(start, duration / 2, segment.state.velocity)
+                    self.hull += [start, tangents, moved(segment, cloth, duration).position]
+
+    def _time_of_bounce(self, ball: int, cushion: str) -> mpf | None:
+        """Return when the ball's gap to the cushion's line falls through 0, or None."""
+        axis = 0 if cushion in ("left", "right") else 1
+        sign = NORMALS[cushion][axis]
+        extent = self.setup.length if axis == 0 else self.setup.width
+        radius, path = self.setup.radii[ball], self._paths[ball]
+        target = radius if sign < 0 else extent - radius
+        for segment, end in _with_ends(path):
+            position, velocity = segment.state.position, segment.state.velocity
+            gap = (
+                sign * (target - position[axis]),
+                -sign * velocity[axis],
+                -sign * segment.acceleration[axis] / 2,
+            )
+            if end == mp.inf:  # a rest, or a velocity that lasts
+                if gap[1] < 0 and gap[0] > -TOUCHING * radius:
+                    return segment.start + max(-gap[0] / gap[1], mp.mpf(0))
+                continue
+            dt = first_fall_below_zero(gap, end - segment.start, TOUCHING * radius)
+            if dt is not None:
+                return segment.start + dt
+        return None
+
+    def _time_of_contact(self, a: int, b: int) -> mpf | None:
+        """Return when two balls touch, one pair of segments of their paths after the other."""
+        reach = self.setup.radii[a] + self.setup.radii[b]
+        starts = sorted({s.start for ball in (a, b) for s in self._paths[ball]})
+        for start, end in zip(starts, [*starts[1:], mp.inf], strict=True):
+            gap = self._gap_from(start, a, b, reach)
+            duration = end - start
+            if duration == mp.inf:  # at one relative velocity, if any, until they pass each other
+                duration = max(-gap[1] / gap[2] / 2, mp.mpf(0)) if gap[2] else mp.mpf(0)
+            dt = first_fall_below_zero(gap, duration, TOUCHING * reach**2)
+            if dt is not None:
+                return start + dt
+        return None
+
+    def _gap_from(self, start: mpf, a: int, b: int, reach: mpf) -> Polynomial:
+        """Return |r + v t + A t^2 / 2|^2 - reach^2 as a polynomial of the time since `start`."""
+        ends = []
+        for ball in (a, b):
+            segment = next(s for s in reversed(self._paths[ball]) if s.start <= start)
+            ends.append((moved(segment, self._cloths[ball], start - segment.start), segment))
+        (state_a, segment_a), (state_b, segment_b) = ends
+        r = along(state_b.position, mp.mpf(-1), state_a.position)
+        v = along(state_b.velocity, mp.mpf(-1), state_a.velocity)
+        acceleration = along(segment_b.acceleration, mp.mpf(-1), segment_a.acceleration)
+        return (
+            dot(r, r) - reach**2,
+            2 * dot(r, v),
+            dot(v, v) + dot(r, acceleration),
+            dot(v, acceleration),
+            dot(acceleration, acceleration) / 4,
+        )
+
+
+def _with_ends(path: list[Segment]) -> list[tuple[Segment, mpf]]:
+    """Return each segment with the instant at which it ends."""
+    ends = [segment.start for segment in path[1:]]
+    return list(zip(path, [*ends, mp.inf], strict=True))

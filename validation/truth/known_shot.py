@@ -1,0 +1,108 @@
+"""The motion that a scene's runs are held against: certified where it can be, else the next best.
+
+Unlike `validation.truth.scene_truth`, which says where balls end and how often they collide, this
+is a whole motion, that can be sampled at any instant: what explaining a difference needs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import GhostballError, Result, Scene, UnsupportedSceneError
+from reference_adapters.certified import CertifiedEngine
+from validation.runs.our_run import run_ours
+from validation.truth.closed_forms import closed_form
+from validation.truth.scene_truth import truth_of
+
+FloatArray = NDArray[np.float64]
+
+KnownBy = Literal["certified", "closed form", "our engine"]
+"""Who vouches for a motion; a closed form vouches for its end, the rest is our engine's."""
+
+ENGINES: dict[KnownBy, str] = {
+    "certified": "certified",
+    "closed form": "ghostball",
+    "our engine": "ghostball",
+}
+"""Name of the engine whose motion it is."""
+
+
+class NoKnownShotError(GhostballError):
+    """A scene whose motion nobody here can give."""
+
+
+@dataclass(frozen=True, eq=False)
+class KnownShot:
+    """The best known motion of a scene.
+
+    Attributes
+    ----------
+    kind : KnownBy
+    result : Result
+        With its trajectory.
+    rest_positions : (n, 3) float64 [m]
+        Where the balls end.
+    why : str
+        Why it is no certified one; else "".
+    """
+
+    kind: KnownBy
+    result: Result
+    rest_positions: FloatArray
+    why: str = ""
+
+    @property
+    def engine(self) -> str:
+        """Name of the engine whose motion it is."""
+        return ENGINES[self.kind]
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self.result.scene
+
+    def positions(self, instant: float | None) -> FloatArray:
+        """Return the centres at an instant [s], or where the balls end: (n, 2) float64 [m]."""
+        if instant is None:
+            return self.rest_positions[:, :2]
+        centres: FloatArray = self.result.sample([instant]).positions[0, :, :2]
+        return centres
+
+
+def known_shot(scene: Scene) -> KnownShot:
+    """Return the best known motion of a scene.
+
+    Raises
+    ------
+    NoKnownShotError
+        Where it can't be certified and our engine doesn't come to its end.
+    UnsupportedSceneError
+        Where neither of the two represents the scene.
+    """
+    certified, why = _certified(scene)
+    if certified is not None:
+        return KnownShot("certified", certified, certified.rest_positions)
+    ours = run_ours(scene)
+    if not ours.status.complete:
+        raise NoKnownShotError(
+            f'scene "{scene.name}": nothing to compare with: it is not certified ({why}), and our '
+            f"engine stopped early: {ours.status.value}"
+        )
+    if closed_form(scene) is not None:
+        truth = truth_of(scene, "closed-form", parts={"rest"})
+        assert truth.rest_positions is not None  # what a closed form is about
+        return KnownShot("closed form", ours, truth.rest_positions, why)
+    return KnownShot("our engine", ours, ours.rest_positions, why)
+
+
+def _certified(scene: Scene) -> tuple[Result | None, str]:
+    """Return the certified motion, or None and why there is none."""
+    try:
+        result = CertifiedEngine().simulate(scene, record="trajectory")
+    except UnsupportedSceneError as error:
+        return None, "; ".join(error.features)
+    return (result, "") if result.status.complete else (None, result.reason)

@@ -1,0 +1,377 @@
+"""What a scene's runs are compared with, and whether that is independent of our engine.
+
+The closed form where the scene has one, else the certified truth where the whole shot is proved,
+else our own engine. A closed form says where and when the balls end and in which order they
+collide; the energy curve and the times of the collisions come from the proof, where there is one;
+else from our engine, so that those parts are not independent of it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any, Literal, get_args
+
+import mpmath
+import numpy as np
+from numpy.typing import NDArray
+
+from engine import CUSHIONS, EventKind, GhostballError, Result, Scene, UnsupportedSceneError
+from engine.result import COLLISION_KINDS, Events
+from reference_adapters.certified import Certificate, CertifiedSettings
+from reference_adapters.certified.engine import result_of
+from validation.grading.certified_growth import growth_of_proof
+from validation.grading.grading import Gradable, gradable
+from validation.grading.sequences import Collision
+from validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
+from validation.runs.our_run import run_ours
+from validation.runs.sampling import MAX_TIMES, UNIFORM_TIMES, energy_at, events_of, union_times
+from validation.truth.closed_forms import DIGITS, ClosedForm, closed_form, has_closed_form
+from validation.truth.horizons import Growth, growth_of
+from validation.truth.proof import proof_of, refused_features
+
+FloatArray = NDArray[np.float64]
+
+TruthPart = Literal["rest", "time", "events", "energy", "conditioning", "proof"]
+"""What a metric may be measured against; "proof" is what is proved, be it of a part of the shot."""
+
+WantedTruth = Literal["closed-form", "certified", "engine"]
+"""What a scene's criteria may ask for."""
+
+PARTS: frozenset[TruthPart] = frozenset(get_args(TruthPart))
+
+_NO_TIMES: FloatArray = np.empty(0)
+
+
+OUR_NAME = "ghostball"
+"""Name of the engine that stands in where a scene has no truth of its own."""
+
+
+class TruthError(GhostballError):
+    """A scene whose criteria ask for a truth that it doesn't have."""
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """The truth of one scene, in plain arrays: it travels to worker processes.
+
+    Attributes
+    ----------
+    kind : "closed form", "certified", "our engine (not independent)" or None
+        None: there is no truth, and `missing` says why.
+    independent : frozenset of TruthPart
+        Parts that owe nothing to our engine: only against these can it pass or fail itself.
+    missing : str
+        Why our engine gave nothing; "" where it did.
+    rest_positions, rest_positions_low : (n, 3) float64 [m] or None
+        Where the balls end; the true value is the sum of the two, exact to about 2^-106.
+    rest_time, rest_time_low : float [s] or None
+        Likewise.
+    conditioning : (n,) float64 [m] or None
+        Times 2^-52: the error of each ball that rounding the scene's numbers once would cause.
+    rest_time_conditioning : float [s] or None
+    collisions : tuple of Collision, or None
+        In order of time, the lower ball first.
+    collision_times : (m,) float64 [s]
+        When they come; empty where a closed form gives their order alone.
+    collision_counts : dict of str to int, or None
+    energy_times, energy : (k,) float64 [s], [J]; None where there is no curve
+    certificate : Certificate or None
+        What is proved of the shot, with its motion; also where that isn't all of it.
+    no_certificate : str
+        Why there is none; "" where there is one.
+    growth : Growth or None
+        How errors grow along the shot: as it is proved, or, where the proof isn't of the whole
+        shot, as our engine says. None where nothing says it, or it wasn't asked, as for a closed
+        form.
+    graded : Gradable or None
+        What of the proof an exact engine is graded against; None where there is no proof, or no
+        part "proof" was asked for.
+    graded_steps : Gradable or None
+        What of it an engine that steps is: where all of the shot is proved and that is what it is
+        compared with, up to where roundings leave it predictable; else to the end.
+    """
+
+    kind: str | None
+    independent: frozenset[TruthPart] = frozenset({"proof"})
+    missing: str = ""
+    rest_positions: FloatArray | None = None
+    rest_positions_low: FloatArray = field(default_factory=lambda: np.zeros(3))
+    rest_time: float | None = None
+    rest_time_low: float = 0.0
+    conditioning: FloatArray | None = None
+    rest_time_conditioning: float | None = None
+    collisions: tuple[Collision, ...] | None = None
+    collision_times: FloatArray = field(default_factory=lambda: _NO_TIMES)
+    collision_counts: dict[str, int] | None = None
+    energy_times: FloatArray = field(default_factory=lambda: _NO_TIMES)
+    energy: FloatArray | None = None
+    certificate: Certificate | None = None
+    no_certificate: str = "it was not asked for"
+    growth: Growth | None = None
+    graded: Gradable | None = None
+    graded_steps: Gradable | None = None
+
+    def horizon_of(self, resolution: float | None) -> float:
+        """Return until when an engine can be compared with this truth [s]; inf: to the end.
+
+        Parameters
+        ----------
+        resolution : float [m] or None
+            Of the engine; see `reference_adapters.base.resolution_of`.
+
+        Notes
+        -----
+        A closed form is compared with whatever an engine's errors become: it is of a shot that
+        somebody could solve, ties included. So is what proves its shots.
+        """
+        if self.kind == CLOSED_FORM or self.growth is None or resolution is None:
+            return math.inf
+        return self.growth.horizon(resolution)
+
+    def why_not(self, part: TruthPart) -> str:
+        """Return why a part of the truth is missing, one sentence."""
+        if part == "conditioning":
+            return "only a closed form says what rounding may do, and this truth is none"
+        if part == "proof":
+            return f"no proof: {self.no_certificate}"
+        return f"no truth: {self.missing}"
+
+    def is_own_measure(self, engine: str, part: TruthPart | None) -> bool:
+        """Whether measuring `engine` against this part compares our engine with itself."""
+        return engine == OUR_NAME and part is not None and part not in self.independent
+
+
+def check_truth(scene: Scene, wanted: WantedTruth | None) -> None:
+    """Make sure that a scene can have the truth that its criteria ask for; see `truth_of`."""
+    if wanted == "closed-form" and not has_closed_form(scene):
+        raise TruthError(
+            f'scene "{scene.name}": its criteria say `truth` = "closed-form", but its values have '
+            'no closed form. Write `truth` = "certified" or "engine", or add the form to '
+            "validation/truth/closed_forms"
+        )
+    if wanted == "certified" and (why := refused_features(scene)):
+        raise TruthError(
+            f'scene "{scene.name}": its criteria say `truth` = "certified", but it can\'t be '
+            f'proved: {why}. Write `truth` = "engine"'
+        )
+
+
+def truth_of(
+    scene: Scene,
+    wanted: WantedTruth | None = None,
+    parts: Collection[TruthPart] = PARTS,
+    *,
+    least: int | None = 0,
+) -> Truth:
+    """Return the truth of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    wanted : "closed-form", "certified", "engine" or None
+        What the scene's criteria ask for; None takes the first of them that there is.
+    parts : collection of TruthPart
+        Those that will be measured against; what only others need may be left out.
+    least : int or None
+        Events that must be proved, where the scene can be proved at all; None: all, to its end.
+
+    Raises
+    ------
+    TruthError
+        Where a closed form is asked for and the scene has none; or a proof, and not the whole shot
+        is proved; or where less is proved than must be.
+    """
+    check_truth(scene, wanted)
+    form = closed_form(scene) if wanted in ("closed-form", None) else None
+    # A closed form lacks these alone.
+    needed = form is None or not {"events", "energy", "proof"}.isdisjoint(parts)
+    proof, no_proof = (None, "it was not asked for")
+    if needed and (wanted != "engine" or "proof" in parts):
+        proof, no_proof = proof_of(scene)
+    whole = proof is not None and proof.proved
+    if wanted == "certified" and not whole:
+        raise TruthError(
+            f'scene "{scene.name}": its criteria say `truth` = "certified", but the whole shot '
+            f'isn\'t proved: {_why_partial(proof, no_proof)}. Write `truth` = "engine"'
+        )
+    if proof is not None and not whole and (least is None or len(proof.events) < least):
+        must = "all to its end" if least is None else f"{least}"
+        raise TruthError(
+            f'scene "{scene.name}": only {len(proof.events)} of its events are proved, {must} must '
+            f"be: {_why_partial(proof, no_proof)}. Write `proved` = {len(proof.events)} into its "
+            "criteria if no more can be proved"
+        )
+    ours, missing = _our_run(scene) if needed else (None, "it was not asked for")
+    if form is not None:
+        truth = _from_form(scene, form, ours, proof if whole else None, missing, parts)
+    elif proof is not None and whole and wanted != "engine":
+        truth = _from_proof(scene, proof, parts)
+    elif ours is not None:
+        truth = _from_our_run(ours, parts)
+    else:
+        truth = Truth(None, missing=missing)
+    growth, graded, graded_steps, horizon = None, None, None, math.inf
+    if truth.kind != CLOSED_FORM and proof is not None and whole:
+        proved = result_of(scene, proof, CertifiedSettings(), "trajectory")
+        of_proof = growth_of_proof(scene, proof)
+        growth, horizon = growth_of(proved, of_proof), of_proof.rounding_horizon
+    elif truth.kind != CLOSED_FORM and ours is not None:
+        growth = growth_of(ours)
+    # How errors grow takes longer to compute than many a run: once is enough for all engines.
+    if proof is not None and "proof" in parts:
+        graded = gradable(scene, proof)
+        graded_steps = gradable(scene, proof, exact=False, horizon=horizon)
+    return replace(
+        truth,
+        certificate=proof,
+        no_certificate=no_proof,
+        growth=growth,
+        graded=graded,
+        graded_steps=graded_steps,
+    )
+
+
+def _why_partial(proof: Certificate | None, no_proof: str) -> str:
+    return no_proof if proof is None else f"{proof.ending}: {proof.reason}"
+
+
+def _from_our_run(ours: Result, parts: Collection[TruthPart]) -> Truth:
+    collisions, times = collisions_of(events_of(ours))
+    energy_times, energy = _energy_curve(ours, parts)
+    return Truth(
+        OUR_ENGINE,
+        rest_positions=ours.rest_positions,
+        rest_positions_low=np.zeros_like(ours.rest_positions),
+        rest_time=ours.rest_time,
+        collisions=tuple(collisions),
+        collision_times=times,
+        collision_counts=dict(ours.collision_counts),
+        energy_times=energy_times,
+        energy=energy,
+    )
+
+
+def _from_proof(scene: Scene, proof: Certificate, parts: Collection[TruthPart]) -> Truth:
+    proved = result_of(scene, proof, CertifiedSettings(), "trajectory")
+    collisions, times = collisions_of(events_of(proved))
+    energy_times, energy = _energy_curve(proved, parts)
+    high, low = np.zeros((2, len(scene.balls), 3))
+    high[:, 2] = scene.radii
+    for k, place in enumerate(proof.positions):
+        for axis, enclosure in enumerate(place):
+            high[k, axis], low[k, axis] = _halves(enclosure.mid)
+    rest_time, rest_time_low = _halves(proof.t_end.mid)
+    return Truth(
+        CERTIFIED,
+        independent=frozenset({"rest", "time", "events", "energy", "proof"}),
+        rest_positions=high,
+        rest_positions_low=low,
+        rest_time=rest_time,
+        rest_time_low=rest_time_low,
+        collisions=tuple(collisions),
+        collision_times=times,
+        collision_counts=dict(proved.collision_counts),
+        energy_times=energy_times,
+        energy=energy,
+    )
+
+
+def collisions_of(events: Events) -> tuple[list[Collision], FloatArray]:
+    """Return the collisions of an event log, the lower ball first, and their times (k,) [s]."""
+    kept = events[np.isin(events["kind"], COLLISION_KINDS)]
+    collisions = [
+        _lower_first(int(kind), int(a), int(b))
+        for kind, a, b in zip(kept["kind"], kept["a"], kept["b"], strict=True)
+    ]
+    return collisions, kept["t"].astype(np.float64)
+
+
+def _from_form(
+    scene: Scene,
+    form: ClosedForm,
+    ours: Result | None,
+    proof: Certificate | None,
+    missing: str,
+    parts: Collection[TruthPart],
+) -> Truth:
+    """Return a closed form; what it leaves open is from a whole proof, else from our engine."""
+    rest = ours if proof is None else result_of(scene, proof, CertifiedSettings(), "trajectory")
+    with mpmath.workdps(DIGITS):
+        high, low = _split(
+            [[*xy, r] for xy, r in zip(form.rest_positions, scene.radii, strict=True)]
+        )
+        (time_high,), (time_low,) = _split([form.rest_time])
+    collisions = tuple(_from_labels(*collision) for collision in form.event_sequence)
+    times, energy_times, energy = _NO_TIMES, _NO_TIMES, None
+    if rest is not None:
+        found, found_times = collisions_of(events_of(rest))
+        times = found_times if tuple(found) == collisions else _NO_TIMES
+        energy_times, energy = _energy_curve(rest, parts)
+    independent: set[TruthPart] = {"rest", "time", "events", "conditioning", "proof"}
+    return Truth(
+        CLOSED_FORM,
+        independent=frozenset(independent if proof is None else independent | {"energy"}),
+        missing=missing,
+        rest_positions=high,
+        rest_positions_low=low,
+        rest_time=float(time_high),
+        rest_time_low=float(time_low),
+        conditioning=form.conditioning,
+        rest_time_conditioning=form.rest_time_conditioning,
+        collisions=collisions,
+        collision_times=times,
+        collision_counts=dict(form.collision_counts),
+        energy_times=energy_times,
+        energy=energy,
+    )
+
+
+def _our_run(scene: Scene) -> tuple[Result | None, str]:
+    """Run our engine; where that gives no truth, None and why."""
+    try:
+        result = run_ours(scene)
+    except UnsupportedSceneError as error:
+        return None, str(error)
+    if not result.status.complete:
+        return None, f"our engine stopped early: {result.status.value}"
+    return result, ""
+
+
+def _energy_curve(
+    result: Result, parts: Collection[TruthPart]
+) -> tuple[FloatArray, FloatArray | None]:
+    """Return times [s] and the total energy there [J], (k,) each; none where it isn't needed."""
+    if "energy" not in parts:
+        return _NO_TIMES, None
+    times = union_times(
+        result.rest_time, events_of(result)["t"], uniform=UNIFORM_TIMES, limit=MAX_TIMES
+    )
+    return times, energy_at(result, times).total
+
+
+def _split(values: Sequence[Any]) -> tuple[FloatArray, FloatArray]:
+    """Split multiprecision values in their nearest doubles and the doubles nearest to the rest."""
+    exact = np.array(values, dtype=object)
+    high = exact.astype(np.float64)
+    low = (exact - high).astype(np.float64)
+    return high, low
+
+
+def _halves(value: Fraction) -> tuple[float, float]:
+    """Split a rational in its nearest double and the double nearest to the rest."""
+    high = float(value)
+    return high, float(value - Fraction(high))
+
+
+def _from_labels(kind: str, a: int, b: int | str) -> Collision:
+    if kind == EventKind.BALL_CUSHION.label:
+        return (int(EventKind.BALL_CUSHION), a, CUSHIONS.index(b))
+    return _lower_first(int(EventKind.BALL_BALL), a, int(b))
+
+
+def _lower_first(kind: int, a: int, b: int) -> Collision:
+    """Return the collision with the lower ball first; a cushion's index stays second."""
+    return (kind, b, a) if kind == EventKind.BALL_BALL and b < a else (kind, a, b)
