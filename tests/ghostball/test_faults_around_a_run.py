@@ -1,4 +1,4 @@
-"""Faults around a run: engines that crash or hang, a kill, a full disk. The harness goes on.
+"""Faults around a run: engines that crash or hang, kills, a full disk. The harness goes on.
 
 Commands are run for real, in processes of their own, beside an engine that fails as it is told.
 """
@@ -6,10 +6,13 @@ Commands are run for real, in processes of their own, beside an engine that fail
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from faulty_engine import FaultyEngine, planted
 
@@ -213,4 +216,71 @@ def test_a_full_disk_is_said_and_a_next_run_goes_on_from_there(command):
     status, errors = asked.run(first=full)
     assert status in (2, 3), errors
     assert "can't" in errors
+    asked.assert_goes_on(least=1)
+
+
+class OnCluster:
+    """A command on a cluster of two workers, interfered with once it has a result."""
+
+    def __init__(self, asked, folder):
+        pytest.importorskip("distributed", reason="needs Dask: pip install 'ghostball[cluster]'")
+        self._asked, self._folder = asked, folder
+
+    def run(self, interfere):
+        """Run the command to its end; return its exit status and what it says."""
+        from dask_cluster import dask_cluster
+
+        with (
+            dask_cluster(self._folder) as cluster,
+            self._asked.start("--cluster", cluster.address) as process,
+        ):
+            deadline = time.monotonic() + PATIENCE
+            while self._asked.count() < 1 and process.poll() is None:
+                assert time.monotonic() < deadline
+                time.sleep(0.02)
+            interfere(cluster)
+            _, errors = process.communicate(timeout=PATIENCE)
+        assert "Traceback" not in errors
+        return process.returncode, errors
+
+
+def numbers(command):
+    """Return all that a run found but times, by scene or trial, and engine."""
+    if command == "validate":
+        return {
+            (one.scene, one.label): (
+                one.outcome,
+                one.reason,
+                {name: value for name, value in one.metrics.items() if name != "wall_time"},
+                one.checks,
+                np.asarray(one.rest_positions).tolist(),
+            )
+            for one in ResultsFolder.load("out").cases
+        }
+    return {
+        (one.trial, one.label): replace(one, seconds=0.0)
+        for one in StressFolder.load("out").findings
+    }
+
+
+@pytest.mark.slow
+@COMMANDS
+def test_a_cluster_finds_what_one_machine_finds_though_a_worker_is_killed(here, tmp_path, command):
+    asked = Asked(command, ["faulty:slow=1.0", "faulty:does=die", "ghostball"], count=4)
+    status, errors = OnCluster(asked, tmp_path).run(lambda cluster: cluster.workers[0].kill())
+    found = numbers(command)
+    assert set(found) == asked.results
+    shutil.rmtree("out")
+    assert asked.run() == (status, errors)
+    assert numbers(command) == found
+
+
+@pytest.mark.slow
+@COMMANDS
+def test_a_scheduler_that_dies_is_said_and_a_next_run_goes_on_from_there(here, tmp_path, command):
+    asked = Asked(command, ["ghostball", "faulty:slow=1.0"], count=2)
+    status, errors = OnCluster(asked, tmp_path).run(lambda cluster: cluster.scheduler.kill())
+    assert status == 3
+    assert errors.startswith("error: lost the cluster at tcp://")
+    assert errors.count("\n") == 1
     asked.assert_goes_on(least=1)

@@ -41,7 +41,7 @@ class DaskCluster:
 
     def _start(self, kind: str, *options: str, **variables: str) -> subprocess.Popen[bytes]:
         self._log = self._folder / f"{kind}-{len(self.workers)}.log"
-        path = os.pathsep.join(filter(None, sys.path))
+        path = os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH"), *sys.path]))
         with self._log.open("wb") as log:
             process = subprocess.Popen(
                 [sys.executable, "-m", f"distributed.cli.dask_{kind}", "--no-dashboard", *options],

@@ -255,7 +255,7 @@ class _StartedOnce(SpawnContext):
         """Return the process, to be started."""
         if self.process is not None:
             raise OSError("the process is lost")  # pebble then gives the pool up
-        self.process = SpawnProcess(**given)
+        self.process = _Child(**given)
         return self.process
 
     def RLock(self) -> Any:  # noqa: N802
@@ -264,6 +264,19 @@ class _StartedOnce(SpawnContext):
         A real one is a file, which would outlive a parent that is killed.
         """
         return _NoLock()
+
+
+class _Child(SpawnProcess):
+    """A process that is ended where this one exits, which else would wait for it."""
+
+    @property
+    def daemon(self) -> bool:
+        """Whether it is ended then: also where pebble says no."""
+        return True
+
+    @daemon.setter
+    def daemon(self, _: bool) -> None:
+        pass
 
 
 class _NoLock:

@@ -150,16 +150,21 @@ def test_closing_ends_what_the_workers_do(cluster, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_run_that_is_killed_leaves_nothing_at_work(cluster, tmp_path):
+@pytest.mark.parametrize("sign", [signal.SIGKILL, signal.SIGINT])
+def test_a_run_that_ends_early_leaves_nothing_at_work(cluster, tmp_path, sign):
     note, script = tmp_path / "note", tmp_path / "run.py"
     script.write_text(RUN)
     path = os.pathsep.join(filter(None, sys.path))
     with subprocess.Popen(
         [sys.executable, str(script), cluster.address, f"note {note}"],
         env=os.environ | {"PYTHONPATH": path},
+        stderr=subprocess.PIPE,
     ) as run:
         until(lambda: pids(note))
-        run.kill()
+        run.send_signal(sign)
+        _, errors = run.communicate(timeout=30.0)
+    assert run.returncode == -sign
+    assert errors.decode().endswith("KeyboardInterrupt\n" if sign == signal.SIGINT else "")
     until(lambda: not is_running(pids(note)[0][1]))
 
 
@@ -197,9 +202,11 @@ def test_a_task_that_kills_its_workers_has_crashed(tmp_path):
     with dask_cluster(
         tmp_path, workers=0, DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="1"
     ) as cluster:
-        cluster.add_worker("--nanny")
+        nanny = cluster.add_worker("--nanny")
         with cluster_at(cluster.address) as there:
             found = list(run_tasks(["a", "kill", "b"], there, work, died, LIMIT))
+        nanny.terminate()
+        nanny.wait(6.0)  # it would kill a worker that waited for a process of ours after 8 s
     assert sorted(found) == [
         "done a",
         "done b",
