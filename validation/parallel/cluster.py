@@ -50,6 +50,10 @@ _IDLE_LIMIT = 60.0
 """Seconds after which a worker ends a process that it has no task for."""
 
 
+_LOGGERS = ("distributed", "distributed.client", "tornado.application")
+"""Those that Dask gives a level of their own."""
+
+
 class ClusterError(GhostballError):
     """A cluster that can't be used: not installed, not to be reached, or of other versions."""
 
@@ -82,9 +86,9 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
             "a cluster needs Dask, which isn't installed here: pip install 'ghostball[cluster]'"
         ) from None
     # What goes wrong is said by our own errors, once.
-    logger = logging.getLogger("distributed")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL)
+    levels = {logging.getLogger(name): logging.getLogger(name).level for name in _LOGGERS}
+    for logger in levels:
+        logger.setLevel(logging.CRITICAL)
     try:
         try:
             with ThreadPoolExecutor(1) as thread:  # there may be an event loop in this one
@@ -104,7 +108,8 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
             with suppress(Exception):  # it may be gone
                 client.close(timeout=WAKE)
     finally:
-        logger.setLevel(level)
+        for logger, level in levels.items():
+            logger.setLevel(level)
 
 
 async def _what_answers(address: str) -> str:
@@ -154,19 +159,21 @@ class Cluster:
                     key = f"ghostball-{uuid4().hex}"
                     seconds = None if limit is None else limit(task)
                     job = _Job((run, first, key, pickle.dumps((work, task)), seconds))
-                    future = self._client.submit(pickle.loads, pickle.dumps(job), key=key)
+                    with self._answering():
+                        future = self._client.submit(pickle.loads, pickle.dumps(job), key=key)
+                        future.add_done_callback(done.put)
                     doing[key] = future, task
-                    future.add_done_callback(done.put)
                 if not doing:
                     return
                 try:
                     future = done.get(timeout=WAKE)
                 except Empty:
                     continue
-                answer = self._answer(future)
-                if answer is None:
-                    future.add_done_callback(done.put)
-                    continue
+                with self._answering():
+                    answer = self._answer(future)
+                    if answer is None:
+                        future.add_done_callback(done.put)
+                        continue
                 _, task = doing.pop(future.key)
                 if answer.printed and printed is not None:
                     printed(task, answer.printed)
@@ -184,19 +191,17 @@ class Cluster:
         ClusterLostError
         """
         now = time.monotonic()
-        if self._client.status != "running":
-            raise self._lost()
-        if now - self._asked >= WAKE:
-            try:
+        with self._answering():
+            if self._client.status != "running":
+                raise ConnectionError
+            if now - self._asked >= WAKE:
                 self._threads, self._asked = sum(self._client.nthreads().values()), now
-            except OSError as error:
-                raise self._lost() from error
         if self._threads:
             self._alone_since = None
         elif self._alone_since is None:
             self._alone_since = now
         elif now - self._alone_since > PATIENCE:
-            raise self._lost(f"it has had no worker for {PATIENCE:g} s")
+            raise ClusterLostError(self._lost(f"it has had no worker for {PATIENCE:g} s"))
         return max(1, self._threads)
 
     def _answer(self, future: Future) -> Answer | None:
@@ -204,7 +209,7 @@ class Cluster:
         from distributed import KilledWorker  # noqa: PLC0415
 
         if future.status in ("cancelled", "lost"):
-            raise self._lost()
+            raise ConnectionError
         if future.status == "error":
             error = future.exception(timeout=_FETCH_LIMIT)
             if isinstance(error, KilledWorker):
@@ -228,8 +233,23 @@ class Cluster:
             return None
         return answer
 
-    def _lost(self, why: str = "its scheduler does not answer any more") -> ClusterLostError:
-        return ClusterLostError(
+    @contextmanager
+    def _answering(self) -> Iterator[None]:
+        """Ask the scheduler for something in the block.
+
+        Raises
+        ------
+        ClusterLostError
+            Where it does not answer.
+        """
+        try:
+            yield
+        except (OSError, asyncio.CancelledError) as error:
+            why = self._lost("its scheduler does not answer any more")
+            raise ClusterLostError(why) from error
+
+    def _lost(self, why: str) -> str:
+        return (
             f"lost the cluster at {self._address}: {why}. What is done is kept: the same command "
             "goes on from there"
         )
