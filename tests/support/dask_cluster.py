@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 PATIENCE = 60.0
@@ -66,10 +66,10 @@ class DaskCluster:
 
 
 def kill_group(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process, and all that it started."""
-    with suppress(ProcessLookupError):
+    """Kill a process that hasn't ended, and all that it started."""
+    if process.poll() is None:
         os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
+        process.wait()
 
 
 @contextmanager
