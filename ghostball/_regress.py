@@ -40,7 +40,7 @@ from validation.baselines.regression import BASELINES, Change
 from validation.baselines.timing import ROUNDS
 from validation.results.environment import describe_environment
 from validation.results.records import COMPLETE_STATUSES, CaseRecord
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 from validation.scenes.library import scene_names, select
 from validation.suite.suite import Outcome, criteria_beside_paths, run_suite
 from validation.truth.scene_truth import OUR_NAME
@@ -121,7 +121,7 @@ def run(
     if outcome.interrupted:
         say("[bold]Interrupted:[/] nothing was compared. The same command goes on from there")
         return ExitStatus.INTERRUPTED
-    results = ResultsFolder.load(out)
+    results = Results.open(out)
     try:
         if against is not None:
             with counting("comparing") as count:

@@ -30,15 +30,12 @@ from validation.checks.verdict import NOTHING_JUDGED, Verdict, is_nothing_judged
 from validation.diagnose.predictability.predict import predict_scenes
 from validation.results.environment import describe_environment
 from validation.results.records import COMPLETE_STATUSES
-from validation.results.store import CaseRecord, ResultsFolder, is_results_folder, read_earlier
+from validation.results.store import CaseRecord, Results, has_results
 from validation.scenes.library import Suite, scene_names, select
 from validation.suite.junit import write_junit
 from validation.suite.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite
 from validation.suite.unchanged import Unchanged
 from validation.truth.scene_truth import OUR_NAME
-
-SHOWN = 3
-"""How many of the motions that are damaged are named."""
 
 
 def run(
@@ -104,7 +101,7 @@ def run(
     if not outcome.cases:
         say(f"[bold]Interrupted[/] before the first case was done: {_left(outcome)} in {folder}")
         return outcome.exit_status
-    results = ResultsFolder.load(out)
+    results = Results.open(out)
     if junit is not None:
         write_junit(results.cases, junit)
     # What was measured is said before anything is made of it: whatever may yet fail or be
@@ -151,7 +148,7 @@ def _has_baseline(scene: Scene) -> bool:
 
 
 def _compare(
-    results: ResultsFolder, scenes: Sequence[Scene], known: MachineTimes | None, *, whole: bool
+    results: Results, scenes: Sequence[Scene], known: MachineTimes | None, *, whole: bool
 ) -> str:
     """Compare our engine with its baselines where it ran; store that, and return it in words.
 
@@ -206,16 +203,9 @@ def _announce(unchanged: Unchanged, out: Path) -> None:
         say(_taken_over(len(unchanged.cases), out))
     elif unchanged.stored or unchanged.why:
         why = unchanged.why or "scene, settings, criteria or metrics of every case differ"
-        if unchanged.damaged and not unchanged.why:
-            why = "what is unchanged is damaged"
         say(f"nothing is taken over from {escape(str(out))}: {escape(why)}")
     if unchanged.stored and unchanged.always:
         say(f"always run, for other packages bring them: {escape(', '.join(unchanged.always))}")
-    first, others = unchanged.damaged[:SHOWN], len(unchanged.damaged) - SHOWN
-    for name in first:
-        say(f"run again, for its motion is missing or damaged: {escape(str(out / name))}")
-    if others > 0:
-        say(f"run again, for their motion is missing or damaged: {others} more")
 
 
 def _taken_over(count: int, out: Path) -> str:
@@ -225,13 +215,11 @@ def _taken_over(count: int, out: Path) -> str:
 
 def _left(outcome: Outcome) -> str:
     """Say what an interrupted run without a case of its own left in its folder."""
-    if not is_results_folder(outcome.folder):
+    if not has_results(outcome.folder):
         return "no results"
     if not outcome.begun:
         return "the results stay as they were"
-    if read_earlier(outcome.folder):
-        return "no results yet, but the earlier ones that a next run may take over are put by"
-    return "no results"
+    return "no results yet, but what earlier runs found and a next run may take over is kept"
 
 
 def _headline(outcome: Outcome, seconds: float) -> str:

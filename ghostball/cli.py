@@ -501,9 +501,9 @@ def report(
         write(folder, summary=summary, text=text)
         return
     from ghostball import _report  # noqa: PLC0415
-    from validation.stress.findings import FINDINGS_FILE  # noqa: PLC0415
+    from validation.results.database import documents_in  # noqa: PLC0415
 
-    if (folder / FINDINGS_FILE).exists():
+    if documents_in(folder) == {"stress"}:
         from reports import write_stress_report  # noqa: PLC0415
 
         typer.echo(write_stress_report(folder))
@@ -512,6 +512,28 @@ def report(
     typer.echo(written.page)
     typer.echo(written.report)
     raise typer.Exit(written.status())
+
+
+@app.command()
+@command
+def export(
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Folder of a run, of any command that has --out.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the files (default: DIR/export)."),
+    ] = None,
+) -> None:
+    """Write the results of a run as JSON lines and CSV, a file for each table.
+
+    Such as cases, checks, metrics and events; print the files. `Results.open(DIR).to_frame()` gives
+    Python the same tables as data frames.
+    """
+    from validation.results.frames import export as write  # noqa: PLC0415
+
+    for path in write(folder, folder / "export" if out is None else out):
+        typer.echo(path)
 
 
 @app.command()

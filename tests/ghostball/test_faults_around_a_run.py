@@ -15,7 +15,7 @@ from faulty_engine import FaultyEngine, planted
 
 from validation.ensembles import Ensembles
 from validation.results.files import ResultsError
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 from validation.stress import StressFolder
 
 TIME_LIMIT = 8.0
@@ -112,7 +112,7 @@ class Asked:
     def outcomes(self):
         """Return outcome and reason of what there is a result of: scene or trial, and engine."""
         if self.command == "validate":
-            cases = ResultsFolder.load("out").cases
+            cases = Results.open("out").cases
             return {(one.scene, one.label): (one.outcome, one.reason) for one in cases}
         findings = StressFolder.load("out").findings
         return {(one.trial, one.label): (one.outcome, "; ".join(one.faults)) for one in findings}

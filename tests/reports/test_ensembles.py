@@ -15,7 +15,7 @@ from reports import style, write_report
 from reports.figures import draw_ensemble
 from reports.markdown_ensembles import ensembles_section, without_end_text
 from validation.ensembles import EnsembleRecord, Ensembles, Size, run_ensembles
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 from validation.scenes.library import find_scene
 from validation.suite.suite import run_suite
 
@@ -33,7 +33,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def section(folder: Path) -> str:
-    return "\n\n".join(ensembles_section(ResultsFolder.load(folder), {}))
+    return "\n\n".join(ensembles_section(Results.open(folder), {}))
 
 
 def loaded(folder: Path) -> Ensembles:
@@ -75,7 +75,7 @@ def test_a_comparison_with_proved_shots_is_said_to_be_one(folder: Path, tmp_path
 
 
 def test_a_folder_without_ensembles_has_no_section(small_folder: Path):
-    assert ensembles_section(ResultsFolder.load(small_folder), {}) == []
+    assert ensembles_section(Results.open(small_folder), {}) == []
 
 
 @pytest.mark.slow

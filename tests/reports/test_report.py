@@ -18,7 +18,7 @@ from reports import (
 )
 from reports.report import WHOLE_FIGURES
 from reports.shots import load_shot
-from validation.results.store import CaseRecord, ResultsFolder, ResultsWriter
+from validation.results.store import CaseRecord, Results, ResultsWriter
 from validation.suite.junit import write_junit
 
 
@@ -189,7 +189,7 @@ def test_another_process_draws_the_same(small_folder):
 
 def test_an_engine_that_is_unavailable_has_no_settings_and_costs_nothing(small_folder, tmp_path):
     # On Python 3.12 there is no pybullet: the default run has cases without their engine.
-    results = ResultsFolder.load(small_folder)
+    results = Results.open(small_folder)
     missing = CaseRecord(
         scene="stop",
         title="One ball",
@@ -215,7 +215,7 @@ def test_an_engine_that_is_unavailable_has_no_settings_and_costs_nothing(small_f
     assert "<code>pybullet</code><td>unavailable here\n" in settings
     assert "<code>ghostball</code><td>none\n" in settings
     assert "dt = 0.001" in settings
-    without = ResultsFolder.load(writer.path)
+    without = Results.open(writer.path)
     assert "– unavailable" in summary_markdown(without, None)
     assert "stop: warning: pybullet: unavailable: pybullet isn't" in summary_text(without, None)
     write_junit(without.cases, tmp_path / "junit.xml")
@@ -254,7 +254,7 @@ def test_an_unwritable_folder_is_an_error_that_names_it(small_folder):
 
 def test_an_unknown_scene_names_those_there_are(results_folder):
     with pytest.raises(GhostballError, match=r'"nonsense".*stop, head-on'):
-        load_shot(ResultsFolder.load(results_folder), "nonsense")
+        load_shot(Results.open(results_folder), "nonsense")
 
 
 def test_the_gallery_is_complete(results_folder, tmp_path, monkeypatch):
@@ -282,7 +282,7 @@ def test_a_gallery_without_its_scenes_is_an_error(small_folder, tmp_path):
 def result(results_folder):
     import numpy as np
 
-    shot = load_shot(ResultsFolder.load(results_folder), "head-on")
+    shot = load_shot(Results.open(results_folder), "head-on")
     motion, state = shot.ours.motion, initial_state(shot.scene)
     return Result(
         engine="ghostball",

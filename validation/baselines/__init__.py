@@ -1,6 +1,6 @@
 """The gate: what a change of our engine changed, against accepted baselines or another revision.
 
->>> results = ResultsFolder.load("out/regress")          # runs of our engine
+>>> results = Results.open("out/regress")          # runs of our engine
 >>> regression = compare_results(results, whole=True)    # against validation/baselines/accepted
 >>> regression.outcome, [one.scene for one in regression.scenes if one.failed]
 """
@@ -45,10 +45,8 @@ from validation.baselines.timing import (
     time_scenes,
     times_path,
 )
-from validation.results.files import REGRESSION_FILE
 
 __all__ = [
-    "REGRESSION_FILE",
     "AcceptError",
     "Acceptance",
     "Baseline",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -30,14 +29,12 @@ from validation.baselines.timing import (
 from validation.checks.criteria import Criteria
 from validation.checks.metrics import measure
 from validation.results.environment import describe_environment
-from validation.results.files import cannot_write, save_motion
+from validation.results.motions import save_sides
+from validation.results.records import Motion
 from validation.runs.sampling import motion_of
 from validation.scenes import commands
 from validation.suite.suite import shipped_criteria
 from validation.truth.scene_truth import OUR_NAME, Truth, truth_of
-
-BASE_FOLDER = "base"
-"""Folder in a results folder: motion of the base, and of the head beside it."""
 
 Progress = Callable[[int, int, str], None]
 
@@ -117,10 +114,15 @@ def compare_revisions(
             with _playing(sides) as (base, head):
                 times |= _by_turns(doubtful, base, head, rounds, known, lambda _: None)
     changes = []
-    with _motion_folder(out) as folder:
-        for shot in shots:
-            changes.append(_change(shot, times.get(shot.scene.name), folder, revision))
-            one_more(f"comparing {shot.scene.name}")
+    motions: dict[tuple[str, str], Motion] = {}
+    for shot in shots:
+        change = _change(shot, times.get(shot.scene.name), revision)
+        changes.append(change)
+        if change.base_hash != change.head_hash and isinstance(shot.base, Result):
+            for side, result in (("base", shot.base), ("head", shot.head)):
+                motions[shot.scene.name, side] = motion_of(result)
+        one_more(f"comparing {shot.scene.name}")
+    save_sides(out, motions)
     environment = describe_environment()
     return Regression(
         against=revision,
@@ -203,7 +205,7 @@ def _threshold(name: str, known: MachineTimes | None) -> float | None:
     return None if calibrated is None else calibrated.threshold
 
 
-def _change(shot: _Shot, time: TimeChange | None, folder: Path, revision: str) -> SceneChange:
+def _change(shot: _Shot, time: TimeChange | None, revision: str) -> SceneChange:
     scene = shot.scene
     command = commands.regress(scene.name, revision)
     if isinstance(shot.base, PlayError):
@@ -225,29 +227,9 @@ def _change(shot: _Shot, time: TimeChange | None, folder: Path, revision: str) -
     if time is not None and time.slower:
         update["failed"] = True
         update["summary"] = f"{change.summary}; {time.words}"
-    if base.bits != head.bits:
-        for side, result in (("base", shot.base), ("head", shot.head)):
-            name = f"{scene.name}-{side}.npz"
-            save_motion(folder / name, motion_of(result))
-            update[f"{side}_motion"] = f"{BASE_FOLDER}/{name}"
     return change.model_copy(update=update)
 
 
 def _observed(result: Result, truth: Truth) -> Observed:
     horizon = truth.horizon_of(resolution_of(make_engine(OUR_NAME), result.scene))
     return Observed.of_result(result, measure(result, truth, horizon=horizon).values, truth.kind)
-
-
-@contextmanager
-def _motion_folder(out: Path) -> Iterator[Path]:
-    """Yield an empty folder for motion; what an earlier comparison left there goes."""
-    folder = out / BASE_FOLDER
-    try:
-        if folder.exists():
-            shutil.rmtree(folder)
-        folder.mkdir(parents=True)
-        yield folder
-        if not any(folder.iterdir()):
-            folder.rmdir()
-    except OSError as error:
-        raise cannot_write(out, error) from error

@@ -11,11 +11,9 @@ from typing import Any
 
 from engine import Scene
 from validation.baselines.baseline import (
-    ENDING,
     FOLDER,
     Accepted,
     Baseline,
-    BaselineError,
     BaselineSchemaError,
     baseline_names,
     baseline_path,
@@ -28,9 +26,8 @@ from validation.baselines.rounding import allowance_of
 from validation.baselines.timing import MachineTimes, compare_times
 from validation.bench.skips import many_balls
 from validation.results.environment import describe_environment
-from validation.results.files import cannot_write, write_whole
 from validation.results.records import CaseRecord
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 from validation.runs.our_run import run_ours
 from validation.runs.returned import check_result
 from validation.scenes import commands
@@ -38,9 +35,6 @@ from validation.scenes.library import select
 from validation.suite.case import Case, TruthFailure, blank_record, failed
 from validation.suite.unchanged import hash_sources, source_folders
 from validation.truth.scene_truth import OUR_NAME
-
-CANDIDATES = "candidates"
-"""Folder in a results folder: the baselines that accepting it would write."""
 
 PENDING = "not accepted yet"
 
@@ -74,7 +68,7 @@ def check_baselines(folder: Path, scenes: Sequence[str]) -> None:
 
 
 def compare_results(
-    results: ResultsFolder,
+    results: Results,
     folder: Path = FOLDER,
     *,
     whole: bool,
@@ -85,12 +79,9 @@ def compare_results(
 ) -> Regression:
     """Compare the runs of our engine in a results folder with their baselines.
 
-    The baselines that would accept what has moved are written into the results folder, below
-    `CANDIDATES`, whole and readable; earlier ones there go.
-
     Parameters
     ----------
-    results : ResultsFolder
+    results : Results
     folder : Path
         Of the baselines.
     whole : bool
@@ -99,7 +90,7 @@ def compare_results(
     only : container of str, optional
         Names of the scenes that are compared; all that were run where it is left out.
     candidates : bool
-        Whether to write these; none are left there otherwise.
+        Whether to say which baselines would accept what has moved.
     times : mapping of str to Timing, optional
         Run times, by scene.
     known : MachineTimes, optional
@@ -108,18 +99,11 @@ def compare_results(
     Raises
     ------
     GhostballError
-        Where a baseline is nonsense, a motion can't be read, or the baselines lie where candidates
-        are written to, and removed from.
+        Where a baseline is nonsense, or a motion can't be read.
     """
-    if folder.resolve() == (results.path / CANDIDATES).resolve():
-        raise BaselineError(
-            f"{folder}: holds what may be accepted, so it can't hold what was. Choose another "
-            "`--baselines`"
-        )
     names = baseline_names(folder)
     environment = describe_environment() | {"sources": hash_sources(source_folders())}
     changes: list[SceneChange] = []
-    moved: list[Baseline] = []
     accepted: dict[str, Any] = {}
     scenes: list[str] = []
     for scene, found in _observed(results, whole):
@@ -136,10 +120,10 @@ def compare_results(
         time = (times or {}).get(scene.name)
         if time is not None:
             change = change.model_copy(update={"time": _time(time, scene.name, known)})
+        if candidate is not None and candidates:
+            change = change.model_copy(update={"candidate": candidate.text()})
         changes.append(change)
-        moved += [candidate] if candidate is not None else []
         accepted = before or accepted
-    _write_candidates(results.path, moved if candidates else [])
     stale = tuple(name for name in names if name not in scenes) if whole else ()
     return Regression(
         against=BASELINES,
@@ -160,7 +144,7 @@ def outcome_of(changes: Sequence[SceneChange]) -> Any:
     return "no-baseline" if incomparable or not changes else "passed"
 
 
-def _observed(results: ResultsFolder, whole: bool) -> Iterator[tuple[Scene, Observed | CaseRecord]]:
+def _observed(results: Results, whole: bool) -> Iterator[tuple[Scene, Observed | CaseRecord]]:
     """Yield each scene with what our engine did there, or with the case that did not run."""
     for name in results.scene_names:
         case = results.case(name, OUR_NAME)
@@ -186,7 +170,7 @@ def _crowd(scene: Scene) -> Observed | CaseRecord:
     return Observed.of_result(result)
 
 
-def with_cases(regression: Regression, results: ResultsFolder) -> Regression:
+def with_cases(regression: Regression, results: Results) -> Regression:
     """Return a comparison with what else was found of our engine: broken limits, and crashes."""
     cases = {case.scene: case for case in results.cases if case.label == OUR_NAME}
     changes = [_within_limits(one, cases.pop(one.scene, None)) for one in regression.scenes]
@@ -281,21 +265,6 @@ def _warnings(changes: Sequence[SceneChange], stale: Sequence[str]) -> Iterator[
                 yield f"{change.scene}: `{one.name}` {one.base} -> {one.head}: {one.why}"
     if stale:
         yield f"baselines of scenes that are no more: {', '.join(stale)}"
-
-
-def _write_candidates(folder: Path, candidates: Sequence[Baseline]) -> None:
-    target = folder / CANDIDATES
-    try:
-        for old in target.glob(f"*{ENDING}"):
-            old.unlink()
-        if candidates:
-            target.mkdir(exist_ok=True)
-        for candidate in candidates:
-            write_whole(baseline_path(target, candidate.scene), candidate.text())
-        if target.is_dir() and not any(target.iterdir()):
-            target.rmdir()
-    except OSError as error:
-        raise cannot_write(folder, error) from error
 
 
 def revision_of(environment: Mapping[str, Any]) -> str:

@@ -14,15 +14,8 @@ from typing import Any
 from validation.results.git import GitError, run_git
 
 PACKAGES = (
-    "ghostball",
-    "numpy",
-    "numba",
-    "llvmlite",
-    "pymunk",
-    "pybullet",
-    "mpmath",
-    "python-flint",
-    "pydantic",
+    *("ghostball", "numpy", "numba", "llvmlite", "pymunk", "cffi", "pybullet"),
+    *("mpmath", "gmpy2", "python-flint", "pydantic", "pydantic-core"),
 )
 """Distributions whose versions can change a number."""
 
@@ -36,7 +29,7 @@ def describe_environment() -> dict[str, Any]:
         "cores": os.cpu_count(),
         "os": platform.platform(),
         "python": platform.python_version(),
-        "versions": {name: _version(name) for name in PACKAGES},
+        "versions": versions(),
         "git": git_state(Path(__file__).resolve().parents[2]),
     }
 
@@ -74,6 +67,11 @@ def git_state(root: Path) -> dict[str, Any] | None:
     except GitError:  # no git here, or no commit yet
         return None
     return {"revision": revision, "dirty": bool(changes)}
+
+
+def versions() -> dict[str, str | None]:
+    """Return the versions of `PACKAGES`; None of what isn't installed."""
+    return {name: _version(name) for name in PACKAGES}
 
 
 @cache  # reading what is installed takes milliseconds, and every results folder asks

@@ -22,7 +22,7 @@ from validation.baselines import (
     Timing,
     save_regression,
 )
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 from validation.stress.findings import Finding, StressRun, StressWriter
 
 # The page needs no figure.
@@ -493,4 +493,4 @@ def test_a_shot_in_which_nothing_moves(small_folder):
 
 def page_part(folder):
     """The scene's part alone: the figures of the report have tests of their own."""
-    return scene_part(load_shot(ResultsFolder.load(folder), "stop")).html
+    return scene_part(load_shot(Results.open(folder), "stop")).html

@@ -26,7 +26,7 @@ from validation.baselines.regression import REGRESSION_FILE, Regression, Timing,
 from validation.baselines.timing import MachineTimes, SceneTimes
 from validation.checks.criteria import Criteria
 from validation.results.files import ResultsError
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 from validation.suite.suite import run_suite
 
 SCENES = [gate.cut_shot(), gate.roll_shot()]
@@ -45,7 +45,7 @@ class Workshop:
         criteria = {scene.name: ours for scene in scenes}
         run_suite(scenes, ["ghostball"], self.out, criteria=criteria)
         options = {"whole": False, **options}
-        found = compare_results(ResultsFolder.load(self.out), self.baselines, **options)
+        found = compare_results(Results.open(self.out), self.baselines, **options)
         save_regression(found, self.out)
         return found
 
@@ -334,7 +334,7 @@ def test_a_motion_that_is_missing_is_told(accepted):
     motion = next((accepted.out / "motion").glob("cut*"))
     motion.unlink()
     with pytest.raises(ResultsError, match="Run the suite again"):
-        compare_results(ResultsFolder.load(accepted.out), accepted.baselines, whole=False)
+        compare_results(Results.open(accepted.out), accepted.baselines, whole=False)
 
 
 def test_candidates_that_cannot_be_written_are_told(shop):

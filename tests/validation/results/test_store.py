@@ -24,8 +24,8 @@ from validation.results.store import (
     CaseRecord,
     Check,
     Motion,
+    Results,
     ResultsError,
-    ResultsFolder,
     ResultsWriter,
     read_earlier,
 )
@@ -105,7 +105,7 @@ def test_a_case_reads_back_to_the_bit(tmp_path: Path) -> None:
         code_hash="34",
     )
     written(tmp_path, full)
-    (read,) = ResultsFolder.load(tmp_path).cases
+    (read,) = Results.open(tmp_path).cases
     for part in fields(CaseRecord):
         before, after = getattr(full, part.name), getattr(read, part.name)
         if part.name == "motion":
@@ -123,7 +123,7 @@ def test_a_case_reads_back_to_the_bit(tmp_path: Path) -> None:
 
 def test_a_motion_reads_back_to_the_bit(tmp_path: Path) -> None:
     written(tmp_path, record())
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     read = folder.motion(folder.cases[0])
     assert read is not None
     for part in fields(Motion):
@@ -138,7 +138,7 @@ def test_what_is_not_finite_reads_back_as_nan_or_none(tmp_path: Path) -> None:
     blown = record(rest_positions=np.array([[np.nan, np.inf, 1.0]]), rest_time=float("inf"))
     written(tmp_path, blown)
     json.loads((tmp_path / RESULTS_FILE).read_text(), parse_constant=pytest.fail)
-    (read,) = ResultsFolder.load(tmp_path).cases
+    (read,) = Results.open(tmp_path).cases
     assert read.rest_positions is not None
     assert np.array_equal(np.isnan(read.rest_positions), [[True, True, False]])
     assert read.rest_time is None
@@ -146,7 +146,7 @@ def test_what_is_not_finite_reads_back_as_nan_or_none(tmp_path: Path) -> None:
 
 def test_names_come_in_the_order_asked_for(tmp_path: Path) -> None:
     written(tmp_path, record("ghostball", "other"), record("pymunk", "roll"))
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert folder.scene_names == ["roll", "other"]
     assert folder.labels == ["pymunk", "ghostball"]
     assert folder.case("roll", "pymunk") is folder.cases[1]
@@ -160,7 +160,7 @@ def test_labels_that_look_alike_in_a_file_name_keep_their_own_motion(tmp_path: P
     writer.write(record("a:b=1"), motion(1))
     writer.write(record("a-b-1"), motion(2))
     writer.finish("complete")
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     first, second = (folder.motion(case) for case in folder.cases)
     assert first is not None
     assert second is not None
@@ -174,7 +174,7 @@ def test_a_motion_without_phases_reads_back(tmp_path: Path) -> None:
     writer.begin(ENVIRONMENT)
     writer.write(record(), replace(motion(), phases=None))
     writer.finish("complete")
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     read = folder.motion(folder.cases[0])
     assert read is not None
     assert read.phases is None
@@ -186,7 +186,7 @@ def test_a_case_without_motion_has_none(tmp_path: Path) -> None:
     writer.begin(ENVIRONMENT)
     writer.write(record(outcome="failed"), None)
     writer.finish("complete")
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert folder.motion(folder.cases[0]) is None
 
 
@@ -207,12 +207,12 @@ def test_a_case_passes_where_all_its_verdicts_do(
 def test_a_run_that_was_killed_reads_back(tmp_path: Path) -> None:
     # No finish(): what `write` returned from must be on disk already.
     writer = written(tmp_path, record(), finish=False)
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert len(folder.cases) == 1
     assert folder.motion(folder.cases[0]) is not None
     assert folder.state == "running"
     writer.finish("interrupted")
-    assert ResultsFolder.load(tmp_path).state == "interrupted"
+    assert Results.open(tmp_path).state == "interrupted"
 
 
 @pytest.mark.parametrize("cut", [1, 40])
@@ -221,7 +221,7 @@ def test_a_last_line_that_is_cut_short_is_left_out_and_named(tmp_path: Path, cut
     written(tmp_path, record(), record("ghostball"))
     path = tmp_path / RESULTS_FILE
     path.write_bytes(path.read_bytes()[:-cut])
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert [case.label for case in folder.cases] == ["pymunk"]
     assert folder.cut_short == f"{path}:2"
     assert folder.state == "killed"
@@ -232,11 +232,11 @@ def test_a_line_cut_short_elsewhere_or_within_a_character(tmp_path: Path) -> Non
     path = tmp_path / RESULTS_FILE
     whole = path.read_bytes()
     path.write_bytes(whole + "µ".encode()[:1])
-    assert len(ResultsFolder.load(tmp_path).cases) == 2
+    assert len(Results.open(tmp_path).cases) == 2
     first, second = whole.splitlines()
     path.write_bytes(first[:-40] + b"\n" + second + b"\n")
     with pytest.raises(ResultsError, match=r"results\.jsonl:1: not valid JSON"):
-        ResultsFolder.load(tmp_path)
+        Results.open(tmp_path)
 
 
 @pytest.mark.parametrize("left", [0, 30])
@@ -245,7 +245,7 @@ def test_an_environment_that_is_cut_short_is_said_to_be(tmp_path: Path, left: in
     path = tmp_path / ENVIRONMENT_FILE
     path.write_bytes(path.read_bytes()[:left])
     with pytest.raises(ResultsError, match=r"env\.json: is cut short"):
-        ResultsFolder.load(tmp_path)
+        Results.open(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -263,7 +263,7 @@ def test_a_damaged_line_is_named(tmp_path: Path, line: str, message: str) -> Non
     with (tmp_path / RESULTS_FILE).open("a") as file:
         file.write(line + "\n")
     with pytest.raises(ResultsError, match=message):
-        ResultsFolder.load(tmp_path)
+        Results.open(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -275,23 +275,23 @@ def test_another_folder_is_refused(tmp_path: Path, change: dict[str, Any], messa
     path = tmp_path / ENVIRONMENT_FILE
     path.write_text(json.dumps(json.loads(path.read_text()) | change))
     with pytest.raises(ResultsError, match=message):
-        ResultsFolder.load(tmp_path)
+        Results.open(tmp_path)
 
 
 def test_what_is_missing_is_said(tmp_path: Path) -> None:
     with pytest.raises(ResultsError, match="no such results folder"):
-        ResultsFolder.load(tmp_path / "none")
+        Results.open(tmp_path / "none")
     with pytest.raises(ResultsError, match="not a results folder"):
-        ResultsFolder.load(tmp_path)
+        Results.open(tmp_path)
     written(tmp_path / "out", record())
     (tmp_path / "out" / RESULTS_FILE).unlink()
     with pytest.raises(ResultsError, match="missing"):
-        ResultsFolder.load(tmp_path / "out")
+        Results.open(tmp_path / "out")
 
 
 def test_a_damaged_motion_is_named(tmp_path: Path) -> None:
     written(tmp_path, record())
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     path = tmp_path / str(folder.cases[0].motion)
     path.write_bytes(path.read_bytes()[:100])
     with pytest.raises(ResultsError, match=r"roll--pymunk\.npz: can't read the motion of `pymunk`"):
@@ -310,7 +310,7 @@ def test_earlier_results_stay_until_the_run_begins(tmp_path: Path) -> None:
     writer.begin(ENVIRONMENT)
     writer.write(record("pybullet"), motion())
     writer.finish("complete")
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert [case.label for case in folder.cases] == ["pybullet"]
     assert [path.name for path in (tmp_path / "motion").iterdir()] == ["roll--pybullet.npz"]
     assert (tmp_path / "report.md").exists()  # not the store's to delete
@@ -332,7 +332,7 @@ def begin(writer: ResultsWriter) -> None:
 
 
 def all_motions_read(path: Path) -> bool:
-    folder = ResultsFolder(path, [], {})
+    folder = Results(path, [], {})
     return all(folder.motion(case) is not None for case in read_earlier(path))
 
 
@@ -341,7 +341,7 @@ def test_cases_that_are_taken_over_come_first_and_keep_their_motion(tmp_path: Pa
     begin(writer)
     writer.write(record("pymunk"), motion(7))
     writer.finish("complete", still_of_use=lambda case: False)
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert [(case.label, case.taken_over) for case in folder.cases] == [
         ("ghostball", True),
         ("pymunk", False),
@@ -368,7 +368,7 @@ def test_a_run_that_is_killed_leaves_earlier_cases_with_their_own_motion(tmp_pat
     left = read_earlier(tmp_path)
     assert labels(left) == ["pymunk", "ghostball", "pybullet", "ghostball"]
     assert all_motions_read(tmp_path)
-    read = ResultsFolder(tmp_path, [], {}).motion(left[0])
+    read = Results(tmp_path, [], {}).motion(left[0])
     assert read is not None
     assert np.array_equal(read.positions, motion().positions)
     writer.finish("interrupted")
@@ -383,7 +383,7 @@ def test_what_is_not_replaced_stays_put_by_if_it_is_of_use(tmp_path: Path, state
     else:
         writer.write(record("pymunk"), motion(7))
         writer.finish("interrupted")
-    assert labels(ResultsFolder.load(tmp_path).cases)[0] == "ghostball"
+    assert labels(Results.open(tmp_path).cases)[0] == "ghostball"
     assert labels(read_earlier(tmp_path))[0] == "pybullet"
     assert sum(label == "pymunk" for label in labels(read_earlier(tmp_path))) == (
         state == "interrupted"
@@ -440,7 +440,7 @@ def test_two_writers_are_never_in_one_folder(tmp_path: Path) -> None:
     first.write(record("ghostball"), motion())
     first.finish("complete")
     written(tmp_path, record("pybullet"))
-    assert labels(ResultsFolder.load(tmp_path).cases) == ["pybullet"]
+    assert labels(Results.open(tmp_path).cases) == ["pybullet"]
 
 
 def test_a_reserved_folder_is_free_only_afterwards(tmp_path: Path) -> None:
@@ -486,7 +486,7 @@ def test_a_killed_run_locks_nobody_out(tmp_path: Path) -> None:
         finally:
             process.kill()
     written(tmp_path, record())
-    assert labels(ResultsFolder.load(tmp_path).cases) == ["pymunk"]
+    assert labels(Results.open(tmp_path).cases) == ["pymunk"]
 
 
 def test_the_lock_is_no_part_of_the_results(tmp_path: Path) -> None:
@@ -495,7 +495,7 @@ def test_the_lock_is_no_part_of_the_results(tmp_path: Path) -> None:
     assert contents(tmp_path) in ({}, {LOCK_FILE: b""})  # Windows leaves none
     assert read_earlier(tmp_path) == []
     with pytest.raises(ResultsError, match="not a results folder"):
-        ResultsFolder.load(tmp_path)
+        Results.open(tmp_path)
     written(tmp_path, record())  # not taken for something of the user's
     assert set(contents(tmp_path)) - {LOCK_FILE} == {
         "env.json",

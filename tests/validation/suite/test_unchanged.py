@@ -26,7 +26,7 @@ from reference_adapters.ghostball import GhostballEngine
 from reference_adapters.paper.discrete import PaperDiscreteEngine
 from validation.checks.criteria import Criteria, Criterion
 from validation.results.records import CaseRecord, Motion, status_name
-from validation.results.store import ResultsError, ResultsFolder, ResultsWriter
+from validation.results.store import Results, ResultsError, ResultsWriter
 from validation.scenes.library import find_scene
 from validation.suite.suite import Outcome, run_suite
 from validation.suite.unchanged import (
@@ -119,10 +119,10 @@ def test_what_is_taken_over_is_what_is_measured_again_to_the_bit(tmp_path: Path)
     out, again = tmp_path / "out", tmp_path / "again"
     options = {"criteria": {"roll": limits()}}
     run(out, **options)
-    before = ResultsFolder.load(out)
+    before = Results.open(out)
     run(out, **options)
     run(again, reuse=False, **options)
-    taken, measured = ResultsFolder.load(out), ResultsFolder.load(again)
+    taken, measured = Results.open(out), Results.open(again)
     for pair in PAIRS:
         first, kept, fresh = (folder.case(*pair) for folder in (before, taken, measured))
         assert first is not None
@@ -157,7 +157,7 @@ def test_nothing_runs_twice_and_all_say_so(tmp_path: Path, ran: list[tuple[str, 
     assert seen == [(pair[0], True, k, 4) for k, pair in enumerate(PAIRS, start=1)]
     assert [list(one.cases) for one in announced] == [PAIRS]
     assert (outcome.counts.taken_over, outcome.counts.ran) == (4, 4)
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert folder.state == "complete"
     assert folder.environment["taken_over"] == {
         "cases": 4,
@@ -360,7 +360,7 @@ def test_engines_of_other_packages_always_run(
 @pytest.mark.parametrize("damage", ["cut", "missing", "swapped"])
 def test_a_motion_that_is_not_whole_runs_its_case_again(tmp_path: Path, damage: str) -> None:
     run(tmp_path)
-    case = ResultsFolder.load(tmp_path).case("cut", "ghostball")
+    case = Results.open(tmp_path).case("cut", "ghostball")
     assert case is not None
     path = tmp_path / str(case.motion)
     if damage == "cut":
@@ -372,7 +372,7 @@ def test_a_motion_that_is_not_whole_runs_its_case_again(tmp_path: Path, damage: 
     announced: list[Unchanged] = []
     assert run(tmp_path, announce=announced.append).counts.taken_over == 3
     assert announced[0].damaged == (case.motion,)
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     for mended in folder.cases:
         assert folder.motion(mended) is not None
 
@@ -408,7 +408,7 @@ def test_files_that_changed_since_they_were_loaded_reuse_nothing(
         announced: list[Unchanged] = []
         assert run(tmp_path, announce=announced.append).counts.taken_over == 0
         assert announced[0].why == "files of code changed since this process loaded them"
-        assert all(case.inputs_hash == "" for case in ResultsFolder.load(tmp_path).cases)
+        assert all(case.inputs_hash == "" for case in Results.open(tmp_path).cases)
     assert run(tmp_path).counts.taken_over == 0
 
 
@@ -678,7 +678,7 @@ def test_an_interrupted_run_goes_on(tmp_path: Path, ran: list[tuple[str, str]]) 
     outcome = run(tmp_path)
     assert ran == PAIRS[3:]
     assert (outcome.counts.taken_over, outcome.exit_status) == (3, 0)
-    assert ResultsFolder.load(tmp_path).state == "complete"
+    assert Results.open(tmp_path).state == "complete"
 
 
 def test_an_interrupted_second_run_loses_nothing(
@@ -688,7 +688,7 @@ def test_an_interrupted_second_run_loses_nothing(
     with monkeypatch.context() as edited:  # an edit that is taken back
         touch_sources(edited)
         assert run(tmp_path, progress=interrupt_at(1)).interrupted
-        assert [case.scene for case in ResultsFolder.load(tmp_path).cases] == ["cut"]
+        assert [case.scene for case in Results.open(tmp_path).cases] == ["cut"]
     ran.clear()
     assert run(tmp_path).counts.taken_over == 3
     assert ran == PAIRS[:1]
@@ -750,7 +750,7 @@ def test_an_interrupt_while_a_run_begins_leaves_a_folder_that_reads_back(
         outcome = run(tmp_path, scenes=faster)
     assert pressed
     assert outcome.interrupted
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     shown = [(case.scene, case.taken_over) for case in folder.cases]
     assert [(case.scene, case.taken_over) for case in outcome.cases] in (shown, [])
     if outcome.begun:
@@ -794,7 +794,7 @@ def test_a_run_of_a_part_leaves_the_rest_for_the_next(
 ) -> None:
     run(tmp_path)
     assert run(tmp_path, scenes=scenes()[:1], engines=["ghostball"]).counts.taken_over == 1
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert [(case.scene, case.label) for case in folder.cases] == PAIRS[:1]  # no other is shown
     ran.clear()
     assert run(tmp_path).counts.taken_over == 4
