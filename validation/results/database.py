@@ -90,8 +90,7 @@ CREATE TABLE ensembles (
     current INTEGER NOT NULL,
     scene TEXT NOT NULL AS (json_extract(record, '$.scene')) STORED,
     label TEXT NOT NULL AS (json_extract(record, '$.label')) STORED,
-    stream TEXT NOT NULL AS (json_extract(record, '$.stream')) STORED,
-    UNIQUE (scene, label, stream)
+    stream TEXT NOT NULL AS (json_extract(record, '$.stream')) STORED
 );
 CREATE TABLE members (
     ensemble_id INTEGER NOT NULL REFERENCES ensembles ON DELETE CASCADE,
@@ -180,8 +179,15 @@ def writing(folder: Path) -> Iterator[sqlite3.Connection]:
 
 @contextmanager
 def transaction(database: sqlite3.Connection) -> Iterator[None]:
-    """Change a database wholly or not at all, whatever is raised in the block: also Ctrl-C."""
-    with database:
+    """Change a database wholly or not at all, whatever is raised in the block: also Ctrl-C.
+
+    Raises
+    ------
+    ResultsError
+        Where the disk is full, or another process writes there.
+    """
+    (_, _, path) = database.execute("PRAGMA database_list").fetchone()
+    with _explained(Path(path)), database:
         database.execute("BEGIN IMMEDIATE")
         yield
 
@@ -272,6 +278,11 @@ def _check(database: sqlite3.Connection, path: Path) -> None:
             f"{path}: its version must be {SCHEMA}, got {version}: another version of ghostball "
             f"wrote it. {AGAIN}"
         )
+    # SQLite reads what is missing of a last page as zeros. While a run writes, pages lie elsewhere.
+    (pages,) = database.execute("PRAGMA page_count").fetchone()
+    (size,) = database.execute("PRAGMA page_size").fetchone()
+    if path.stat().st_size < pages * size and not path.with_name(f"{DATABASE}-wal").exists():
+        raise ResultsError(f"{path}: is cut short or damaged (a page is not whole). {AGAIN}")
 
 
 @contextmanager

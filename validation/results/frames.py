@@ -19,7 +19,7 @@ TABLES: Final[Mapping[str, str]] = {
     "metrics": "SELECT * FROM metrics",
     "checks": (
         "SELECT scene, label, value AS record FROM cases, json_each(record, '$.checks') "
-        "WHERE current ORDER BY id"
+        "WHERE current ORDER BY cases.id"
     ),
     "events": (
         "SELECT cases.scene, label, t, kind, a, b FROM cases JOIN motions ON case_id = cases.id "

@@ -23,6 +23,7 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -172,14 +173,13 @@ def is_ours(label: str) -> bool:
 
 def code_hash() -> str:
     """Return the hash of the code that runs here; "" where its sources can't be found."""
-    folders = source_folders()
-    return _hash(describe_code()) if all(map(_code_files, folders)) else ""
+    return _hash(describe_code()) if all(map(_code_files, source_folders())) else ""
 
 
 def describe_code() -> dict[str, Any]:
     """Return what the hash of the code is made of, as plain values."""
     return {
-        "sources": hash_sources(source_folders()),
+        "sources": _loaded_sources(),
         "python": [sys.version, sys.implementation.name],
         "versions": versions(),
         "machine": [platform.platform(), platform.machine(), cpu_name(), cpu_flags()],
@@ -189,6 +189,11 @@ def describe_code() -> dict[str, Any]:
             if name.startswith(VARIABLES) and name not in HARMLESS
         },
     }
+
+
+@cache  # modules stay in memory as they were loaded, whatever becomes of their files
+def _loaded_sources() -> str:
+    return hash_sources(source_folders())
 
 
 def source_folders() -> tuple[Path, ...]:

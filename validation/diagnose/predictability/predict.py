@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,17 +43,21 @@ def predict_scenes(
     """
     code = code_hash()
     earlier = load_predictability(folder) if reuse and code else {}
-    known = []
-    for done, scene in enumerate(scenes):
-        if progress is not None:
-            progress(done, len(scenes), scene.name)
-        stored = earlier.get(scene.name)
-        asked = (scene_hash(scene), code)
-        if stored is None or (stored.definition_hash, stored.code_hash) != asked:
-            try:
-                stored = replace(predictability_of(scene), code_hash=code)
-            except UnsupportedSceneError:
-                continue
-            save_predictability(folder, stored)
-        known.append(stored)
+    known: list[Predictability] = []
+
+    def measured() -> Iterator[Predictability]:
+        for done, scene in enumerate(scenes):
+            if progress is not None:
+                progress(done, len(scenes), scene.name)
+            stored = earlier.get(scene.name)
+            asked = (scene_hash(scene), code)
+            if stored is None or (stored.definition_hash, stored.code_hash) != asked:
+                try:
+                    stored = replace(predictability_of(scene), code_hash=code)
+                except UnsupportedSceneError:
+                    continue
+                yield stored
+            known.append(stored)
+
+    save_predictability(folder, measured())
     return known

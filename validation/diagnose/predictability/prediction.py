@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -87,18 +88,19 @@ class Predictability:
 _RECORD = TypeAdapter(Predictability)
 
 
-def save_predictability(folder: Path, record: Predictability) -> None:
-    """Store how far a shot can be predicted, in place of what was stored of a scene of its name.
+def save_predictability(folder: Path, records: Iterable[Predictability]) -> None:
+    """Store how far shots can be predicted, each at once, in place of what was of its scene's name.
 
     Raises
     ------
     ResultsError
         Where the folder can't be written.
     """
-    with writing(folder) as database, transaction(database):
-        database.execute("DELETE FROM predictions WHERE scene = ?", [record.scene])
-        text = _RECORD.dump_json(record).decode()
-        database.execute("INSERT INTO predictions (record) VALUES (?)", [text])
+    with writing(folder) as database:
+        for record in records:
+            text = _RECORD.dump_json(record).decode()
+            with transaction(database):
+                database.execute("INSERT OR REPLACE INTO predictions (record) VALUES (?)", [text])
 
 
 def load_predictability(folder: Path) -> dict[str, Predictability]:
