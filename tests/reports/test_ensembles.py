@@ -1,6 +1,5 @@
 """The report's section on ensembles, and its figure: from what is stored alone."""
 
-import json
 import re
 import shutil
 from itertools import combinations
@@ -8,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stored_results import edit_document, in_database
 
 import validation.ensembles.run as run_module
 from engine import Ball, Scene
@@ -100,7 +100,7 @@ def test_the_report_holds_figure_and_section_and_nothing_stale(tmp_path: Path):
     assert "[![How 4 perturbed shots of stop end](figures/stop-ensemble.png)]" in text
     assert text.index("## Scenes") < text.index("## Ensembles") < text.index("## Environment")
     assert (tmp_path / "figures" / "stop-ensemble.svg").exists()
-    (tmp_path / "ensembles.jsonl").unlink()
+    in_database(tmp_path, "DELETE FROM documents WHERE name = 'ensembles'")
     assert "Ensembles" not in write_report(tmp_path).read_text()
     assert not (tmp_path / "figures" / "stop-ensemble.png").exists()
 
@@ -118,9 +118,7 @@ def test_an_interrupted_run_and_another_state_of_the_code_are_said(tmp_path: Pat
             raise KeyboardInterrupt
 
     run_ensembles([scene], LABELS[:2], tmp_path, 4, progress=interrupt)
-    environment = json.loads((tmp_path / "env.json").read_text())
-    environment["git"] = {"revision": "another", "dirty": False}
-    (tmp_path / "env.json").write_text(json.dumps(environment))
+    edit_document(tmp_path, "suite", git={"revision": "another", "dirty": False})
     text = section(tmp_path)
     assert "**These ensembles are not complete**: the run was interrupted" in text
     assert "another state of the code than the cases above" in text
