@@ -24,7 +24,7 @@ TIME_LIMIT = 8.0
 PATIENCE = 240.0
 """Seconds after which a command that should have ended hangs."""
 
-FILE_SIZE = 24 * 1024
+FILE_SIZE = 128 * 1024
 """Bytes past which no file can be written, where the disk is full: room for a few results."""
 
 SAYS = {

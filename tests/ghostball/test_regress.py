@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 
 import gate
 import pytest
+from stored_results import cut_short, in_database
 from typer.testing import CliRunner
 
 import ghostball._regress
@@ -20,8 +21,7 @@ from validation.baselines import NotComparableError, RevisionError, load_regress
 from validation.baselines.accept import CHANGES_FILE
 from validation.baselines.baseline import FOLDER, baseline_path
 from validation.baselines.calibrate import times_of
-from validation.baselines.gate import CANDIDATES
-from validation.baselines.regression import REGRESSION_FILE, Regression, Timing
+from validation.baselines.regression import Regression, Timing
 from validation.baselines.timing import MachineTimes, SceneTimes, save_times, times_path
 from validation.bench.measurements import measured_where
 from validation.results.environment import describe_environment
@@ -124,7 +124,8 @@ def test_what_moved_is_told_and_fails(accepted, planted):
     assert re.search(r"cut +worse against truth +.*rests 1\.\d+e-09 m", result.stdout)
     assert result.stdout.splitlines()[-1].startswith("failed: 1 identical, 1 worse against truth")
     assert "`ghostball report out/regress` shows it" in result.stderr
-    assert (accepted / "out" / "regress" / CANDIDATES / "cut.toml").exists()
+    compared = load_regression(accepted / "out" / "regress").scenes
+    assert [one.scene for one in compared if one.candidate] == ["cut"]
 
 
 def test_one_of_two_is_accepted_by_its_pattern(accepted, busier):
@@ -228,10 +229,10 @@ def test_a_baseline_that_is_nonsense_is_refused_before_anything_runs(accepted):
     path = baseline_path(accepted / "accepted", "cut")
     path.write_text(path.read_text("utf-8").replace('"error"', '"fatal"', 1), "utf-8")
     before = contents(accepted / "accepted")
-    (accepted / "out" / "regress" / REGRESSION_FILE).unlink()
+    in_database(accepted / "out" / "regress", "DELETE FROM documents WHERE name = 'regression'")
     assert refused(regress("--rerun"), "accepted/cut.toml", "'fatal'", "git checkout")
     assert contents(accepted / "accepted") == before
-    assert not (accepted / "out" / "regress" / REGRESSION_FILE).exists()
+    assert load_regression(accepted / "out" / "regress") is None
 
 
 def test_a_baseline_of_another_version_cannot_be_compared(accepted):
@@ -272,7 +273,7 @@ def test_damaged_times_of_a_machine_are_refused(accepted):
 
 def test_accepting_needs_a_reason_and_a_comparison(here):
     assert cli("accept").exit_code == 2
-    assert refused(accept(), REGRESSION_FILE, "`ghostball regress")
+    assert refused(accept(), "holds no comparison", "`ghostball regress")
     regress()
     assert refused(accept(reason=" "), "`reason`")
     assert refused(accept("--from", "cut.toml"), "cut.toml")
@@ -281,9 +282,8 @@ def test_accepting_needs_a_reason_and_a_comparison(here):
 
 def test_a_comparison_that_was_cut_short_is_not_accepted(here):
     regress()
-    path = here / "out" / "regress" / REGRESSION_FILE
-    path.write_bytes(path.read_bytes()[:-40])
-    assert refused(accept(), "cut short", "Run `ghostball regress` again")
+    cut_short(here / "out" / "regress")
+    assert refused(accept(), "is cut short or damaged", "Move the file away")
     assert not (here / "accepted").exists()
 
 
@@ -297,7 +297,7 @@ def test_what_can_not_be_compared_exits_with_4_and_prints_no_result(accepted, mo
     assert result.stdout == ""
     assert "error: revision abc can't be built [here]" in result.stderr
     # What was compared before is not of these results.
-    assert not (accepted / "out" / "regress" / REGRESSION_FILE).exists()
+    assert load_regression(accepted / "out" / "regress") is None
 
 
 def test_a_revision_that_there_is_not_exits_with_2(accepted, monkeypatch):
@@ -340,8 +340,8 @@ def test_an_interrupt_leaves_no_comparison(accepted, monkeypatch, where):
     result = cli("regress", "cut.toml", "--baselines", "accepted")
     assert result.exit_code == 130
     assert "Interrupted" in result.stderr
-    assert not (accepted / "out" / "regress" / REGRESSION_FILE).exists()
-    assert refused(accept(), REGRESSION_FILE)
+    assert load_regression(accepted / "out" / "regress") is None
+    assert refused(accept(), "holds no comparison")
 
 
 def test_an_interrupt_of_the_runs_compares_nothing(here, monkeypatch):
@@ -394,7 +394,7 @@ def test_validate_compares_with_the_shipped_baselines(here):
     assert "moved since" not in result.output
     found = load_regression(here / "out")
     assert found.scene("stop").change == "identical"
-    assert not (here / "out" / CANDIDATES).exists()
+    assert refused(accept("--from", "out"), "nothing to accept")
 
 
 def test_validate_says_what_moved_and_judges_by_truth_alone(here, busier):

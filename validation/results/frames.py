@@ -115,7 +115,7 @@ def export(folder: Path, target: Path) -> list[Path]:
 
 def _spread(row: dict[str, Any]) -> dict[str, Any]:
     """Return a row with what its record holds in the record's place."""
-    record = json.loads(row.pop("record", "{}"))
+    record: dict[str, Any] = json.loads(row.pop("record", "{}"))
     return {name: row[name] for name in row if name not in record} | record | row
 
 

@@ -21,13 +21,14 @@ import numpy as np
 import pytest
 
 import validation
-from engine import GhostballError, simulate
+from engine import EVENT_DTYPE, GhostballError, simulate
 from validation.baselines import against as against_module
-from validation.baselines.against import BASE_FOLDER, compare_revisions
+from validation.baselines.against import compare_revisions
 from validation.baselines.player import NotComparableError, PlayError
 from validation.baselines.regression import load_regression
 from validation.baselines.timing import MachineTimes, SceneTimes, save_times, times_path
 from validation.results.environment import describe_environment
+from validation.results.motions import motion_of_side, save_sides
 from validation.results.store import Motion
 
 ROOT = Path(validation.__file__).resolve().parent.parent
@@ -135,8 +136,7 @@ def test_a_revision_is_identical_to_itself(checkout):
     for one in found["scenes"]:
         assert one["time"]["ratio"] > 0.0
         assert one["time"]["threshold"] == 1e9
-        assert one["base_motion"] is None
-    assert not (checkout.place / "out" / BASE_FOLDER).exists()
+        assert motion_of_side(checkout.place / "out", one["scene"], "base") is None
 
 
 @pytest.mark.slow
@@ -150,19 +150,14 @@ def test_a_planted_bug_is_told_from_both_sides_with_the_motion_of_both(checkout)
     assert (roll.change, roll.failed) == ("identical", False)
     assert cut.first_difference.index > 0, "the first event is no cushion's"
     assert cut.first_difference.before_horizon
-    for name, rest in ((cut.base_motion, cut.rest_base), (cut.head_motion, cut.rest_head)):
-        motion = load_motion(checkout.place / "worse" / name)
+    for side, rest in (("base", cut.rest_base), ("head", cut.rest_head)):
+        motion = motion_of_side(checkout.place / "worse", "cut", side)
         assert motion.positions[-1].tolist() == [list(place) for place in rest]
-    assert roll.base_motion is None
+    assert motion_of_side(checkout.place / "worse", "roll", "base") is None
     # The other way round, what was wrong is right now.
     done = checkout.regress("lossy", "better")
     assert done.returncode == 1, done.stderr
     assert load_regression(checkout.place / "better").scene("cut").change == "better"
-
-
-def load_motion(path):
-    with np.load(path, allow_pickle=False) as stored:
-        return Motion(**{name: stored[name] for name in stored.files})
 
 
 @pytest.mark.slow
@@ -208,6 +203,7 @@ class Plays:
 @pytest.fixture
 def sides(monkeypatch, tmp_path):
     """Return a function that compares two sides that are played in this process."""
+    (tmp_path / "out").mkdir()
 
     def compare(base, head, scenes=(CUT, ROLL), **options):
         waiting = cycle([base, head])
@@ -321,16 +317,19 @@ def test_nothing_to_compare_is_no_pass(sides):
 
 
 def test_motion_of_an_earlier_comparison_goes(sides, tmp_path):
-    old = tmp_path / "out" / BASE_FOLDER / "old.npz"
-    old.parent.mkdir(parents=True)
-    old.write_bytes(b"")
+    out = tmp_path / "out"
+    still = np.zeros((1, 1, 3))
+    motion = Motion(np.zeros(0, EVENT_DTYPE), np.zeros(1), still, still, still, *np.zeros((3, 1)))
+    save_sides(out, {("roll", "base"): motion})
+    assert motion_of_side(out, "roll", "base") is not None
     sides(Plays(), Plays(), scenes=[ROLL])
-    assert not old.parent.exists()
+    assert motion_of_side(out, "roll", "base") is None
 
 
 def test_motion_that_cannot_be_written_is_told(sides, tmp_path):
+    (tmp_path / "out").rmdir()
     (tmp_path / "out").write_text("in the way")
-    with pytest.raises(GhostballError, match="Choose another `--out`"):
+    with pytest.raises(GhostballError, match="choose another `--out`"):
         sides(Plays(), Plays(), scenes=[ROLL])
 
 
