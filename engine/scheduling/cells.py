@@ -246,10 +246,9 @@ def earliest(
             return t, -1, -1
         single, settled = NOWHERE, True
         first = first_due(cells.tree, t, 0)
-        only = cells.slot[first, SECOND_BOUND] > t
+        alone = least_of_others(cells.tree, first) > t
         i = first
         while i != NOWHERE:
-            only = only and i == first
             if balls.state[i].own_time == t:
                 if single == NOWHERE or takes_precedence(balls, i, single):
                     single = i
@@ -265,8 +264,9 @@ def earliest(
                 cells.link[i, MATE] = NOWHERE
                 enter_next(balls, cells, i)
                 settled = False
-            i = first_due(cells.tree, t, i + 1)
+            i = NOWHERE if alone else first_due(cells.tree, t, i + 1)
         if settled:
+            only = alone and cells.slot[first, SECOND_BOUND] > t
             return t, single, first if only else -1
 
 

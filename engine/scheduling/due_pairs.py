@@ -116,7 +116,7 @@ def _follow(
         list_hit(balls, 0, i, j)
         if verdict == IMPACT and laws.simultaneous:
             tied = t + tie_rounding(balls, i, j, t) / speed
-            if more_due(balls, pairs, cells, 1, t, tied):
+            if until <= tied and more_due(balls, pairs, cells, 1, t, tied):
                 count = _join_ties(balls, laws, pairs, cells, contacts, t, tied, 1, counters)
     put_bound(balls, laws, pairs, cells, contacts, i, j, bound, t, counters)
     return Event(t if verdict != NOT_YET else math.inf, -1, count, verdict, 1)
