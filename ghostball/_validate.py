@@ -16,19 +16,14 @@ from ghostball._terminal import ExitStatus, check_writable, say, say_printed, st
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
 from validation.baselines import (
-    MachineTimes,
     check_baselines,
     compare_results,
-    load_times,
     save_regression,
-    time_scenes,
-    times_path,
 )
 from validation.baselines.baseline import FOLDER, baseline_path
 from validation.checks.criteria import SUFFIX
 from validation.checks.verdict import NOTHING_JUDGED, Verdict, is_nothing_judged, verdict_of
 from validation.diagnose.predictability.predict import predict_scenes
-from validation.results.environment import describe_environment
 from validation.results.records import COMPLETE_STATUSES
 from validation.results.store import CaseRecord, Results, has_results
 from validation.scenes.library import Suite, scene_names, select
@@ -69,7 +64,6 @@ def run(
             make_engine(spec)
     scenes, criteria = select(names_or_tags, suite), criteria_beside_paths(names_or_tags)
     check_baselines(FOLDER, [scene.name for scene in scenes])
-    known = load_times(times_path(FOLDER, describe_environment()))
     patterns = None if metrics is None else [name.strip() for name in metrics.split(",")]
     request = None
     if ensemble is not None:
@@ -119,7 +113,7 @@ def run(
         if outcome.interrupted or not _predict(scenes, out, reuse=not rerun):
             raise KeyboardInterrupt
         shipped = [one for one in scenes if one.name not in criteria or _has_baseline(one)]
-        if changed := _compare(results, shipped, known, whole=patterns is None):
+        if changed := _compare(results, shipped, whole=patterns is None):
             console.print(changed, soft_wrap=True)
         if request is not None:
             status = _ensembles.run(
@@ -147,9 +141,7 @@ def _has_baseline(scene: Scene) -> bool:
     return baseline_path(FOLDER, scene.name).exists()
 
 
-def _compare(
-    results: Results, scenes: Sequence[Scene], known: MachineTimes | None, *, whole: bool
-) -> str:
+def _compare(results: Results, scenes: Sequence[Scene], *, whole: bool) -> str:
     """Compare our engine with its baselines where it ran; store that, and return it in words.
 
     It is shown, not judged: `ghostball regress` is the gate. Nothing is compared where not the
@@ -167,15 +159,11 @@ def _compare(
     compared = [scene for scene in scenes if scene.name in ran]
     if not whole or not compared:
         return ""
-    with counting("timing") as count:
-        times = time_scenes(compared, progress=count)
     regression = compare_results(
         results,
         whole=False,
         only={scene.name for scene in scenes},
         candidates=False,
-        times=times,
-        known=known,
     )
     save_regression(regression, results.path)
     moved = [one.scene for one in regression.scenes if one.failed]

@@ -378,7 +378,7 @@ def regress(
         float, typer.Option(metavar="SECONDS", help="How long a scene may take.")
     ] = 600.0,
     times: Annotated[
-        bool, typer.Option(help="Time the scenes too; against baselines times only warn.")
+        bool, typer.Option(help="With --against: time the scenes too, both sides by turns.")
     ] = True,
     as_json: AsJson = False,
 ) -> None:
@@ -445,22 +445,6 @@ def accept(
             even_though_limits_fail=even_though_limits_fail,
         )
     )
-
-
-@app.command()
-@command
-def calibrate(
-    baselines: BaselineFolder = None,
-    processes: Annotated[
-        int, typer.Option(min=2, help="Processes that run the same code by turns.")
-    ] = 5,
-    repeats: Annotated[int, typer.Option(min=1, help="How often each times each scene.")] = 15,
-    as_json: AsJson = False,
-) -> None:
-    """Measure this machine's noise: from which ratio on `regress` calls a scene slower."""
-    from ghostball._regress import run_calibrate  # noqa: PLC0415
-
-    run_calibrate(baselines=baselines, processes=processes, rounds=repeats, as_json=as_json)
 
 
 @app.command()

@@ -1,8 +1,7 @@
-"""`ghostball regress`, `accept`, `calibrate`: options, exit statuses, what is printed where."""
+"""`ghostball regress`, `accept`: options, exit statuses, what is printed where."""
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -20,11 +19,7 @@ from ghostball.cli import app
 from validation.baselines import NotComparableError, RevisionError, load_regression
 from validation.baselines.accept import CHANGES_FILE
 from validation.baselines.baseline import FOLDER, baseline_path
-from validation.baselines.calibrate import times_of
-from validation.baselines.regression import Regression, Timing
-from validation.baselines.timing import MachineTimes, SceneTimes, save_times, times_path
-from validation.bench.measurements import measured_where
-from validation.results.environment import describe_environment
+from validation.baselines.regression import Regression
 
 
 @pytest.fixture
@@ -44,7 +39,7 @@ def cli(*arguments):
 
 
 def regress(*arguments, scenes=("cut.toml", "roll.toml")):
-    return cli("regress", *scenes, "--baselines", "accepted", "--no-times", *arguments)
+    return cli("regress", *scenes, "--baselines", "accepted", *arguments)
 
 
 def accept(*arguments, reason="It is right."):
@@ -111,7 +106,7 @@ def test_no_baseline_then_accepted_then_passed(here):
 
 def test_a_scene_of_ones_own_is_accepted_into_ones_own_folder_only(here):
     # Breaks where a user is told to accept into the package that is installed.
-    result = cli("regress", "cut.toml", "--no-times")
+    result = cli("regress", "cut.toml")
     assert result.exit_code == 4, result.output
     assert "no baselines of scenes of your own, such as cut" in result.stderr
     assert "--baselines DIR" in result.stderr
@@ -195,24 +190,6 @@ def test_another_folder_is_named_in_the_advice(here):
     assert accept("--from", "other").exit_code == 0
 
 
-def test_times_are_taken_and_only_warn(accepted, monkeypatch):
-
-    was = SceneTimes(median=1e-9, low=1e-9, high=1e-9, samples=9, noise=1.0, threshold=1.1)
-    known = MachineTimes(machine="m", environment={}, processes=2, scenes={"cut": was})
-
-    save_times(known, times_path(accepted / "accepted", describe_environment()))
-    slow = Timing(median=1.0, low=1.0, high=1.0, samples=9)
-    monkeypatch.setattr(
-        ghostball._regress, "time_scenes", lambda scenes, **_: {one.name: slow for one in scenes}
-    )
-    result = cli("regress", "cut.toml", "roll.toml", "--baselines", "accepted")
-    assert result.exit_code == 0, result.output
-    assert "warning: cut: took 1000000000.00 times as long" in result.stdout
-    found = load_regression(accepted / "out" / "regress")
-    assert found.scene("cut").time.slower
-    assert "ghostball calibrate" in found.scene("roll").time.words
-
-
 # --- exit statuses and input ------------------------------------------------------------------
 
 
@@ -261,14 +238,6 @@ def test_a_baseline_of_another_version_cannot_be_compared(accepted):
 def test_bad_input_is_refused(here, arguments, said):
     scenes = () if arguments == ["none-such"] else ("cut.toml",)
     assert refused(cli("regress", *scenes, *arguments), said)
-
-
-def test_damaged_times_of_a_machine_are_refused(accepted):
-
-    path = times_path(accepted / "accepted", describe_environment())
-    path.parent.mkdir()
-    path.write_text("schema = ", "utf-8")
-    assert refused(regress(), str(path.name), "`ghostball calibrate`")
 
 
 def test_accepting_needs_a_reason_and_a_comparison(here):
@@ -331,7 +300,7 @@ def test_limits_of_truth_that_are_broken_fail_though_no_bit_moved(accepted):
     assert last.startswith("failed: 2 identical, 1 limits of truth broken")
 
 
-@pytest.mark.parametrize("where", ["time_scenes", "compare_results", "save_regression"])
+@pytest.mark.parametrize("where", ["compare_results", "save_regression"])
 def test_an_interrupt_leaves_no_comparison(accepted, monkeypatch, where):
     def stop(*_, **__):
         raise KeyboardInterrupt
@@ -353,32 +322,6 @@ def test_an_interrupt_of_the_runs_compares_nothing(here, monkeypatch):
     assert result.exit_code == 130, result.output
     assert "nothing was compared" in result.stderr
     assert result.stdout == ""
-
-
-# --- calibrate --------------------------------------------------------------------------------
-
-
-def test_calibrating_stores_the_times_of_this_machine(here, monkeypatch):
-    monkeypatch.setattr(ghostball._regress, "machine_scenes", lambda: [gate.roll_shot()])
-    monkeypatch.setattr(ghostball._regress, "calibrate", calibrated)
-    result = cli("calibrate", "--baselines", "accepted")
-    assert result.exit_code == 0, result.output
-    assert "roll" in result.stdout
-    (path,) = (here / "accepted" / "machines").iterdir()
-    assert str(path.name) in result.stdout
-    result = cli("calibrate", "--baselines", "accepted", "--json")
-    assert json.loads(result.stdout)["scenes"]["roll"]["threshold"] > 1.0
-    assert cli("calibrate", "--processes", "1").exit_code == 2
-    assert cli("calibrate", "--repeats", "0").exit_code == 2
-
-
-def calibrated(scenes, *, processes, rounds, progress):
-
-    progress(1, 1, "round 1")
-    assert (processes, rounds) == (5, 15)
-    environment = {name: measured_where()[name] for name in ("cpu", "cores")}
-    times = {scene.name: times_of([[1e-5], [1.1e-5]]) for scene in scenes}
-    return MachineTimes(machine="m", environment=environment, processes=processes, scenes=times)
 
 
 # --- validate ---------------------------------------------------------------------------------
@@ -407,14 +350,6 @@ def test_validate_says_what_moved_and_judges_by_truth_alone(here, busier):
     assert contents(FOLDER) == before
 
 
-def test_validate_refuses_nonsense_before_anything_runs(here, monkeypatch):
-    damaged = here / "machine.toml"
-    damaged.write_text("schema = ", "utf-8")
-    monkeypatch.setattr("ghostball._validate.times_path", lambda *_: damaged)
-    assert refused(validate(), "machine.toml", "`ghostball calibrate`")
-    assert not (here / "out").exists()
-
-
 def test_validate_without_our_engine_compares_nothing(here):
     validate()
     result = cli("validate", "stop", "--engines", "pymunk", "--no-report")
@@ -433,7 +368,6 @@ def test_validate_without_our_engine_compares_nothing(here):
             ["--against", "--baselines", "--junit", "--no-times", "Exit status 1", "4 where"],
         ),
         ("accept", ["--reason", "--only", "--from", "--baselines"]),
-        ("calibrate", ["--processes", "--repeats", "--baselines", "noise"]),
     ],
 )
 def test_help_names_every_option(command, parts):

@@ -22,8 +22,7 @@ from validation.baselines.baseline import (
     baseline_folder,
     load_baseline,
 )
-from validation.baselines.calibrate import calibrate
-from validation.baselines.gate import check_baselines, compare_results, machine_scenes
+from validation.baselines.gate import check_baselines, compare_results
 from validation.baselines.player import NotComparableError
 from validation.baselines.regression import (
     FirstDifference,
@@ -37,14 +36,6 @@ from validation.baselines.regression import (
     save_regression,
 )
 from validation.baselines.revision import RevisionError
-from validation.baselines.timing import (
-    MachineTimes,
-    TimesError,
-    load_times,
-    save_times,
-    time_scenes,
-    times_path,
-)
 
 __all__ = [
     "AcceptError",
@@ -55,28 +46,20 @@ __all__ = [
     "FirstDifference",
     "LimitsBrokenError",
     "LoggedEvent",
-    "MachineTimes",
     "NotComparableError",
     "Quantity",
     "Regression",
     "RevisionError",
     "SceneChange",
     "TimeChange",
-    "TimesError",
     "Timing",
     "accept",
     "baseline_folder",
-    "calibrate",
     "can_be_accepted",
     "check_baselines",
     "compare_results",
     "compare_revisions",
     "load_baseline",
     "load_regression",
-    "load_times",
-    "machine_scenes",
     "save_regression",
-    "save_times",
-    "time_scenes",
-    "times_path",
 ]

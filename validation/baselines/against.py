@@ -23,7 +23,6 @@ from validation.baselines.rounding import allowance_of
 from validation.baselines.timing import (
     ROUNDS,
     RUNS,
-    MachineTimes,
     compare_samples,
 )
 from validation.checks.criteria import Criteria
@@ -56,7 +55,6 @@ def compare_revisions(
     out: Path,
     *,
     criteria: Mapping[str, Criteria] | None = None,
-    known: MachineTimes | None = None,
     rounds: int = ROUNDS,
     progress: Progress | None = None,
 ) -> Regression:
@@ -71,8 +69,6 @@ def compare_revisions(
         A results folder; the motion of both sides goes into it.
     criteria : mapping of str to Criteria, optional
         By scene name; those of shipped scenes where left out.
-    known : MachineTimes, optional
-        What `ghostball calibrate` measured: from which ratio on a scene counts as slower.
     rounds : int
         How often each scene is timed; 0: not at all.
     progress : callable, optional
@@ -107,12 +103,12 @@ def compare_revisions(
                     f"revision {commit[:12]} can play none of these scenes: {shots[0].base}"
                 )
             ended = _ended(shots) if rounds else []
-            times = _by_turns(ended, base, head, rounds, known, one_more)
+            times = _by_turns(ended, base, head, rounds, one_more)
         doubtful = [shot for shot in ended if times[shot.scene.name].slower]
         if doubtful:
             # Where memory lies costs time, and is another place in each process.
             with _playing(sides) as (base, head):
-                times |= _by_turns(doubtful, base, head, rounds, known, lambda _: None)
+                times |= _by_turns(doubtful, base, head, rounds, lambda _: None)
     changes = []
     motions: dict[tuple[str, str], Motion] = {}
     for shot in shots:
@@ -170,7 +166,6 @@ def _by_turns(
     base: Player,
     head: Player,
     rounds: int,
-    known: MachineTimes | None,
     one_more: Callable[[str], None],
 ) -> dict[str, TimeChange]:
     """Time both sides by turns."""
@@ -180,9 +175,7 @@ def _by_turns(
     for turn in range(rounds):
         _one_round(shots, base, head, turn, samples)
         one_more(f"timing, round {turn + 1}")
-    return {
-        name: compare_samples(*taken, _threshold(name, known)) for name, taken in samples.items()
-    }
+    return {name: compare_samples(*taken) for name, taken in samples.items()}
 
 
 def _one_round(
@@ -198,11 +191,6 @@ def _one_round(
         sides = [(base, before), (head, after)]
         for player, taken in sides if turn % 2 == 0 else reversed(sides):
             taken.append(player.seconds(shot.path, RUNS))
-
-
-def _threshold(name: str, known: MachineTimes | None) -> float | None:
-    calibrated = None if known is None else known.scenes.get(name)
-    return None if calibrated is None else calibrated.threshold
 
 
 def _change(shot: _Shot, time: TimeChange | None, revision: str) -> SceneChange:

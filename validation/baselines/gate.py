@@ -21,9 +21,8 @@ from validation.baselines.baseline import (
 )
 from validation.baselines.classify import Bands, classify
 from validation.baselines.observed import Observed
-from validation.baselines.regression import BASELINES, Regression, SceneChange, TimeChange, Timing
+from validation.baselines.regression import BASELINES, Regression, SceneChange
 from validation.baselines.rounding import allowance_of
-from validation.baselines.timing import MachineTimes, compare_times
 from validation.bench.skips import many_balls
 from validation.results.environment import describe_environment
 from validation.results.records import CaseRecord
@@ -31,7 +30,6 @@ from validation.results.store import Results
 from validation.runs.our_run import run_ours
 from validation.runs.returned import check_result
 from validation.scenes import commands
-from validation.scenes.library import select
 from validation.suite.case import Case, TruthFailure, blank_record, failed
 from validation.suite.unchanged import hash_sources, source_folders
 from validation.truth.scene_truth import OUR_NAME
@@ -43,11 +41,6 @@ PENDING = "not accepted yet"
 def crowds() -> tuple[Scene, ...]:
     """Return the shots of many balls that have baselines but no files: they are made by a rule."""
     return many_balls()
-
-
-def machine_scenes() -> list[Scene]:
-    """Return the scenes that are timed: all that are shipped."""
-    return select()
 
 
 def check_baselines(folder: Path, scenes: Sequence[str]) -> None:
@@ -74,8 +67,6 @@ def compare_results(
     whole: bool,
     only: Container[str] | None = None,
     candidates: bool = True,
-    times: Mapping[str, Timing] | None = None,
-    known: MachineTimes | None = None,
 ) -> Regression:
     """Compare the runs of our engine in a results folder with their baselines.
 
@@ -91,10 +82,6 @@ def compare_results(
         Names of the scenes that are compared; all that were run where it is left out.
     candidates : bool
         Whether to say which baselines would accept what has moved.
-    times : mapping of str to Timing, optional
-        Run times, by scene.
-    known : MachineTimes, optional
-        What this machine took when it was calibrated.
 
     Raises
     ------
@@ -117,9 +104,6 @@ def compare_results(
             continue
         change, candidate, before = _compare(scene, found, folder, environment)
         change = _within_limits(change, results.case(scene.name, OUR_NAME))
-        time = (times or {}).get(scene.name)
-        if time is not None:
-            change = change.model_copy(update={"time": _time(time, scene.name, known)})
         if candidate is not None and candidates:
             change = change.model_copy(update={"candidate": candidate.text()})
         changes.append(change)
@@ -252,14 +236,8 @@ def _not_run(case: CaseRecord) -> SceneChange:
     )
 
 
-def _time(head: Timing, scene: str, known: MachineTimes | None) -> TimeChange:
-    return compare_times(head, None if known is None else known.scenes.get(scene))
-
-
 def _warnings(changes: Sequence[SceneChange], stale: Sequence[str]) -> Iterator[str]:
     for change in changes:
-        if change.time is not None and change.time.slower:
-            yield f"{change.scene}: {change.time.words}"
         for one in (*change.metrics, *change.counters):
             if one.level == "warn" and not one.within:
                 yield f"{change.scene}: `{one.name}` {one.base} -> {one.head}: {one.why}"

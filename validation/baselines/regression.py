@@ -100,19 +100,17 @@ class Timing(_Model):
 
 
 class TimeChange(_Model):
-    """Run times of one scene; `ratio` is head over base, and None where there is no base.
+    """Run times of one scene in two revisions that ran by turns; `ratio` is head over base.
 
-    `threshold` is the ratio from which on it counts as slower; `slower` says so beyond doubt: the
-    whole interval of the ratio lies above the threshold. Where both sides ran by turns, that is the
-    interval of the ratio's median that holds 999 times in 1000, for many scenes are looked at.
+    `slower` says so beyond doubt: the whole interval of the ratio's median, which holds it 999
+    times in 1000, for many scenes are looked at, lies above `validation.baselines.timing.SLOWER`.
     """
 
-    base: Timing | None
+    base: Timing
     head: Timing
-    ratio: float | None = None
-    ratio_low: float | None = None
-    ratio_high: float | None = None
-    threshold: float | None = None
+    ratio: float
+    ratio_low: float
+    ratio_high: float
     slower: bool = False
     words: str = ""
 

@@ -321,7 +321,7 @@ def regression(**changes):
         "time": TimeChange(
             base=Timing(median=1e-3, low=0.9e-3, high=1.1e-3, samples=30),
             head=Timing(median=2e-3, low=1.9e-3, high=2.2e-3, samples=30),
-            ratio=2.0, ratio_low=1.8, ratio_high=2.2, threshold=1.2, slower=True,
+            ratio=2.0, ratio_low=1.8, ratio_high=2.2, slower=True,
         ),
         "command": "ghostball regress stop",
     }  # fmt: skip

@@ -22,8 +22,7 @@ from validation.baselines.baseline import (
     load_baseline,
 )
 from validation.baselines.gate import check_baselines, compare_results, outcome_of
-from validation.baselines.regression import Regression, Timing, load_regression, save_regression
-from validation.baselines.timing import MachineTimes, SceneTimes
+from validation.baselines.regression import Regression, load_regression, save_regression
 from validation.checks.criteria import Criteria
 from validation.results.files import ResultsError
 from validation.results.frames import rows_of
@@ -346,21 +345,6 @@ def test_an_engine_that_gives_other_bits_each_time_is_told(accepted, monkeypatch
         monkeypatch.setattr(module, "simulate", unsteady)
     with pytest.raises(GhostballError, match="must be deterministic"):
         accepted.compare()
-
-
-# --- times ------------------------------------------------------------------------------------
-
-
-def test_a_slower_run_warns_and_passes(accepted):
-    slow = Timing(median=2.0, low=1.9, high=2.1, samples=15)
-    was = SceneTimes(median=1.0, low=0.9, high=1.1, samples=75, noise=1.01, threshold=1.1)
-    known = MachineTimes(machine="m", environment={}, processes=2, scenes={"cut": was})
-    found = accepted.compare(times={"cut": slow, "roll": slow}, known=known)
-    assert found.outcome == "passed"
-    assert found.scene("cut").time.slower
-    assert not found.scene("roll").time.slower
-    (warning,) = found.warnings
-    assert warning.startswith("cut: took 2.00 times as long")
 
 
 # --- accept -----------------------------------------------------------------------------------

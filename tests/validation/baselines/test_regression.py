@@ -22,6 +22,7 @@ SHOT = gate.cut_shot()
 BASE = gate.observed(SHOT)
 OTHER = gate.cut_shot(1.01)
 TIMING = Timing(median=1e-5, low=0.9e-5, high=1.1e-5, samples=15)
+TIMES = TimeChange(base=TIMING, head=TIMING, ratio=1.0, ratio_low=0.9, ratio_high=1.1)
 CHANGE = gate.compared(BASE, gate.observed(OTHER, like=SHOT), OTHER)
 REGRESSION = Regression(
     against="baselines",
@@ -29,7 +30,7 @@ REGRESSION = Regression(
     head={"git": None, "versions": {"numba": "1"}},
     outcome="failed",
     scenes=(
-        CHANGE.model_copy(update={"time": TimeChange(base=None, head=TIMING, words="no ratio")}),
+        CHANGE.model_copy(update={"time": TIMES}),
         gate.compared(BASE, BASE, SHOT),
     ),
     stale=("gone",),
