@@ -61,7 +61,7 @@ def test_an_engine_that_cannot_run_here_is_refused_where_it_is_named(tmp_path, m
     assert found["pybullet"]["unavailable"] == found["ghostball"]["survived"] == 1
 
 
-def in_this_process(tasks, jobs, work, died, limit, printed):
+def in_this_process(tasks, jobs, work, *_):
     yield from map(work, tasks)
 
 

@@ -209,11 +209,11 @@ def test_all_of_our_labels_must_hold_or_else_all_that_are_asked(outcomes, status
 @pytest.mark.usefixtures("faulty")
 def test_an_engine_that_crashes_or_hangs_costs_its_trial(tmp_path, monkeypatch):
     # The hanging one has a limit of its own: that of the others must do for a busy machine.
-    def impatient(tasks, jobs, work, died, limit, printed):
+    def impatient(tasks, jobs, work, died, limit, *more):
         def shortened(task):
             return 0.5 if "hang" in task.label else limit(task)
 
-        return run_tasks(tasks, jobs, work, died, shortened, printed)
+        return run_tasks(tasks, jobs, work, died, shortened, *more)
 
     monkeypatch.setattr(validation.stress.run, "run_tasks", impatient)
     labels = ["faulty:does=die", "faulty:does=hang", "faulty:does=exit", "faulty"]
@@ -233,7 +233,7 @@ def test_an_engine_that_crashes_or_hangs_costs_its_trial(tmp_path, monkeypatch):
 def test_a_limit_of_time_only_shortens_that_of_a_trial(tmp_path, monkeypatch):
     seen = []
 
-    def tasks_done(tasks, jobs, work, died, limit, printed):
+    def tasks_done(tasks, jobs, work, died, limit, *_):
         seen.extend(limit(task) for task in tasks)
         yield from ()
 
