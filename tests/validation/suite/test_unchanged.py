@@ -424,8 +424,9 @@ def test_every_library_that_our_code_imports_is_hashed() -> None:
         )
     }
     known = sys.stdlib_module_names | {*OUR_PACKAGES, "__future__", ""}
-    # Where caches lie; how a scene is written; who may write results; when a module is imported.
-    harmless = {"platformdirs", "tomli_w", "filelock", "lazy_loader"}
+    # Where caches lie; how a scene is written; who may write results; when a module is imported;
+    # in which process a task is done.
+    harmless = {"platformdirs", "tomli_w", "filelock", "lazy_loader", "pebble", "distributed"}
     # An import's name need not be that of the package which brings it.
     brings = packages_distributions()
     needed = {
