@@ -42,13 +42,6 @@ for as long as they push, in steps that keep every gap within a tolerance
 (`engine/resting_contact/step.py`).
 """
 
-# ruff: noqa: E402 - the instant must be taken before anything else is loaded.
-import time
-
-# Files that change after this instant [ns] needn't be what is loaded: `validation.unchanged`, which
-# may be imported much later, asks for it.
-_IMPORTED_NS = time.time_ns()
-
 from engine.batch import STATUSES, Batch, simulate_many, simulate_sweep
 from engine.compilation import warm_up
 from engine.errors import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError

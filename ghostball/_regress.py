@@ -1,4 +1,4 @@
-"""What `ghostball regress`, `accept` and `calibrate` do."""
+"""What `ghostball regress` and `accept` do."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import time
 from collections import Counter
 from collections.abc import Container, Sequence
 from pathlib import Path
-from typing import Any
 
 from rich import box
 from rich.markup import escape
@@ -22,25 +21,18 @@ from validation.baselines import (
     SceneChange,
     accept,
     baseline_folder,
-    calibrate,
     can_be_accepted,
     check_baselines,
     compare_results,
     compare_revisions,
-    load_times,
-    machine_scenes,
     save_regression,
-    save_times,
-    time_scenes,
-    times_path,
 )
 from validation.baselines.gate import crowds, with_cases
 from validation.baselines.junit import write_regression_junit
 from validation.baselines.regression import BASELINES, Change
 from validation.baselines.timing import ROUNDS
-from validation.results.environment import describe_environment
-from validation.results.records import COMPLETE_STATUSES, CaseRecord
-from validation.results.store import ResultsFolder
+from validation.results.records import CaseRecord
+from validation.results.store import Results
 from validation.scenes.library import scene_names, select
 from validation.suite.suite import Outcome, criteria_beside_paths, run_suite
 from validation.truth.scene_truth import OUR_NAME
@@ -98,7 +90,6 @@ def run(
     if junit is not None:
         check_writable(junit, "--junit")
         junit.unlink(missing_ok=True)  # of an earlier run: an interrupt must not leave it behind
-    known = load_times(times_path(folder, describe_environment()))
     if against is None:
         made = () if names_or_tags else crowds()
         check_baselines(folder, [scene.name for scene in (*scenes, *made)])
@@ -121,7 +112,7 @@ def run(
     if outcome.interrupted:
         say("[bold]Interrupted:[/] nothing was compared. The same command goes on from there")
         return ExitStatus.INTERRUPTED
-    results = ResultsFolder.load(out)
+    results = Results.open(out)
     try:
         if against is not None:
             with counting("comparing") as count:
@@ -130,21 +121,12 @@ def run(
                     against,
                     out,
                     criteria=criteria,
-                    known=known,
                     rounds=ROUNDS if timed else 0,
                     progress=count,
                 )
                 regression = with_cases(regression, results)
         else:
-            times = None
-            if timed:
-                # The time to a limit says nothing.
-                ended = {one.scene for one in outcome.cases if one.status in COMPLETE_STATUSES}
-                with counting("timing") as count:
-                    times = time_scenes(_chosen(scenes, ended), progress=count)
-            regression = compare_results(
-                results, folder, whole=not names_or_tags, times=times, known=known
-            )
+            regression = compare_results(results, folder, whole=not names_or_tags)
     except NotComparableError as error:
         say(f"[bold red]error:[/] {escape(str(error))}")
         if junit is not None:
@@ -244,7 +226,7 @@ def _say_what_next(regression: Regression, out: Path, baselines: Path | None) ->
 
 def _show_times(regression: Regression) -> None:
     times = [one.time for one in regression.scenes if one.time is not None]
-    ratios = sorted(one.ratio for one in times if one.ratio is not None)
+    ratios = sorted(one.ratio for one in times)
     if ratios:
         middle = ratios[len(ratios) // 2]
         stdout().print(
@@ -302,34 +284,3 @@ def run_accept(
         )
     stdout().print(f"noted in {done.changelog}", soft_wrap=True, markup=False)
     return ExitStatus.PASSED
-
-
-def run_calibrate(*, baselines: Path | None, processes: int, rounds: int, as_json: bool) -> None:
-    """Calibrate this machine, store it, and show the noisiest scenes."""
-    folder = baseline_folder(baselines)
-    with counting("timing") as count:
-        times = calibrate(machine_scenes(), processes=processes, rounds=rounds, progress=count)
-    path = times_path(folder, times.environment)
-    save_times(times, path)
-    if as_json:
-        print(times.model_dump_json(by_alias=True))
-        return
-    table = Table(box=box.SIMPLE_HEAD, title="the noisiest scenes")
-    columns: list[tuple[str, Any]] = [
-        ("scene", "left"),
-        ("median", "right"),
-        ("noise", "right"),
-        ("slower from", "right"),
-    ]
-    for name, justify in columns:
-        table.add_column(name, justify=justify)
-    noisiest = sorted(times.scenes.items(), key=lambda item: -item[1].noise)[:8]
-    for name, one in noisiest:
-        table.add_row(
-            escape(name),
-            f"{one.median * 1e6:.1f} us",
-            f"{100 * (one.noise - 1):.1f} %",
-            f"{one.threshold:.2f} x",
-        )
-    stdout().print(table)
-    stdout().print(f"{len(times.scenes)} scenes, stored in {path}", soft_wrap=True, markup=False)

@@ -10,7 +10,7 @@ import typer
 from ghostball._terminal import check_writable
 from reports import add_summary, summary_markdown, summary_text, write_summary
 from validation.baselines import load_regression
-from validation.results.store import ResultsFolder, is_results_folder
+from validation.results.store import Results, has_results
 
 STDOUT = Path("-")
 
@@ -28,8 +28,8 @@ def write(folder: Path, *, summary: Path | None, text: Path | None) -> None:
             check_writable(path, option)
     regression = load_regression(folder) if folder.is_dir() else None
     # A comparison may lie in a folder of its own; what is no folder of ours says so as it is read.
-    alone = regression is not None and not is_results_folder(folder)
-    results = None if alone else ResultsFolder.load(folder)
+    alone = regression is not None and not has_results(folder)
+    results = None if alone else Results.open(folder)
     if summary is not None:
         _put(summary_markdown(results, regression), summary, add_summary)
     if text is not None:

@@ -16,30 +16,22 @@ from ghostball._terminal import ExitStatus, check_writable, say, say_printed, st
 from ghostball._verdicts import colour_of, verdict_tables
 from reference_adapters import make_engine, split_specs
 from validation.baselines import (
-    MachineTimes,
     check_baselines,
     compare_results,
-    load_times,
     save_regression,
-    time_scenes,
-    times_path,
 )
 from validation.baselines.baseline import FOLDER, baseline_path
 from validation.checks.criteria import SUFFIX
 from validation.checks.verdict import NOTHING_JUDGED, Verdict, is_nothing_judged, verdict_of
 from validation.diagnose.predictability.predict import predict_scenes
 from validation.parallel.cluster import Cluster
-from validation.results.environment import describe_environment
 from validation.results.records import COMPLETE_STATUSES
-from validation.results.store import CaseRecord, ResultsFolder, is_results_folder, read_earlier
+from validation.results.store import CaseRecord, Results, has_results
 from validation.scenes.library import Suite, scene_names, select
 from validation.suite.junit import write_junit
 from validation.suite.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite
 from validation.suite.unchanged import Unchanged
 from validation.truth.scene_truth import OUR_NAME
-
-SHOWN = 3
-"""How many of the motions that are damaged are named."""
 
 
 def run(
@@ -74,7 +66,6 @@ def run(
             make_engine(spec)
     scenes, criteria = select(names_or_tags, suite), criteria_beside_paths(names_or_tags)
     check_baselines(FOLDER, [scene.name for scene in scenes])
-    known = load_times(times_path(FOLDER, describe_environment()))
     patterns = None if metrics is None else [name.strip() for name in metrics.split(",")]
     request = None
     if ensemble is not None:
@@ -107,7 +98,7 @@ def run(
     if not outcome.cases:
         say(f"[bold]Interrupted[/] before the first case was done: {_left(outcome)} in {folder}")
         return outcome.exit_status
-    results = ResultsFolder.load(out)
+    results = Results.open(out)
     if junit is not None:
         write_junit(results.cases, junit)
     # What was measured is said before anything is made of it: whatever may yet fail or be
@@ -125,7 +116,7 @@ def run(
         if outcome.interrupted or not _predict(scenes, out, reuse=not rerun):
             raise KeyboardInterrupt
         shipped = [one for one in scenes if one.name not in criteria or _has_baseline(one)]
-        if changed := _compare(results, shipped, known, whole=patterns is None):
+        if changed := _compare(results, shipped, whole=patterns is None):
             console.print(changed, soft_wrap=True)
         if request is not None:
             status = _ensembles.run(
@@ -160,9 +151,7 @@ def _has_baseline(scene: Scene) -> bool:
     return baseline_path(FOLDER, scene.name).exists()
 
 
-def _compare(
-    results: ResultsFolder, scenes: Sequence[Scene], known: MachineTimes | None, *, whole: bool
-) -> str:
+def _compare(results: Results, scenes: Sequence[Scene], *, whole: bool) -> str:
     """Compare our engine with its baselines where it ran; store that, and return it in words.
 
     It is shown, not judged: `ghostball regress` is the gate. Nothing is compared where not the
@@ -180,15 +169,11 @@ def _compare(
     compared = [scene for scene in scenes if scene.name in ran]
     if not whole or not compared:
         return ""
-    with counting("timing") as count:
-        times = time_scenes(compared, progress=count)
     regression = compare_results(
         results,
         whole=False,
         only={scene.name for scene in scenes},
         candidates=False,
-        times=times,
-        known=known,
     )
     save_regression(regression, results.path)
     moved = [one.scene for one in regression.scenes if one.failed]
@@ -216,16 +201,9 @@ def _announce(unchanged: Unchanged, out: Path) -> None:
         say(_taken_over(len(unchanged.cases), out))
     elif unchanged.stored or unchanged.why:
         why = unchanged.why or "scene, settings, criteria or metrics of every case differ"
-        if unchanged.damaged and not unchanged.why:
-            why = "what is unchanged is damaged"
         say(f"nothing is taken over from {escape(str(out))}: {escape(why)}")
     if unchanged.stored and unchanged.always:
         say(f"always run, for other packages bring them: {escape(', '.join(unchanged.always))}")
-    first, others = unchanged.damaged[:SHOWN], len(unchanged.damaged) - SHOWN
-    for name in first:
-        say(f"run again, for its motion is missing or damaged: {escape(str(out / name))}")
-    if others > 0:
-        say(f"run again, for their motion is missing or damaged: {others} more")
 
 
 def _taken_over(count: int, out: Path) -> str:
@@ -235,13 +213,11 @@ def _taken_over(count: int, out: Path) -> str:
 
 def _left(outcome: Outcome) -> str:
     """Say what an interrupted run without a case of its own left in its folder."""
-    if not is_results_folder(outcome.folder):
+    if not has_results(outcome.folder):
         return "no results"
     if not outcome.begun:
         return "the results stay as they were"
-    if read_earlier(outcome.folder):
-        return "no results yet, but the earlier ones that a next run may take over are put by"
-    return "no results"
+    return "no results yet, but what earlier runs found and a next run may take over is kept"
 
 
 def _headline(outcome: Outcome, seconds: float) -> str:

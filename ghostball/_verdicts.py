@@ -16,7 +16,7 @@ from reports import style
 from reports.figures.summary import independent_errors
 from reports.shots import NUMBERS_KEY, cell_text, legend_text
 from validation.checks.verdict import Verdict, unfinished_text, verdict_of
-from validation.results.store import CaseRecord, Check, ResultsFolder
+from validation.results.store import CaseRecord, Check, Results
 
 COLOURS = {
     Verdict.PASS: "green",
@@ -38,7 +38,7 @@ KEY = (
 COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"}
 
 
-def verdict_tables(results: ResultsFolder, console: Console) -> RenderableType:
+def verdict_tables(results: Results, console: Console) -> RenderableType:
     """Return what `console` has room for: the matrix of verdicts, the engines, the failures."""
     parts: list[RenderableType] = []
     matrix = _matrix(results)
@@ -53,7 +53,7 @@ def colour_of(case: CaseRecord) -> str:
     return COLOURS.get(verdict_of(case), "default")
 
 
-def _matrix(results: ResultsFolder) -> Table:
+def _matrix(results: Results) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column("scene", no_wrap=True)
     for label in results.labels:
@@ -67,7 +67,7 @@ def _cell(case: CaseRecord | None) -> str:
     return "" if case is None else f"[{colour_of(case)}]{cell_text(case)}[/]"
 
 
-def _engines(results: ResultsFolder) -> Table:
+def _engines(results: Results) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("engine", no_wrap=True)
     for heading in (

@@ -385,7 +385,7 @@ def regress(
         float, typer.Option(metavar="SECONDS", help="How long a scene may take.")
     ] = 600.0,
     times: Annotated[
-        bool, typer.Option(help="Time the scenes too; against baselines times only warn.")
+        bool, typer.Option(help="With --against: time the scenes too, both sides by turns.")
     ] = True,
     as_json: AsJson = False,
 ) -> None:
@@ -456,22 +456,6 @@ def accept(
 
 @app.command()
 @command
-def calibrate(
-    baselines: BaselineFolder = None,
-    processes: Annotated[
-        int, typer.Option(min=2, help="Processes that run the same code by turns.")
-    ] = 5,
-    repeats: Annotated[int, typer.Option(min=1, help="How often each times each scene.")] = 15,
-    as_json: AsJson = False,
-) -> None:
-    """Measure this machine's noise: from which ratio on `regress` calls a scene slower."""
-    from ghostball._regress import run_calibrate  # noqa: PLC0415
-
-    run_calibrate(baselines=baselines, processes=processes, rounds=repeats, as_json=as_json)
-
-
-@app.command()
-@command
 def report(
     folder: Annotated[
         Path,
@@ -508,9 +492,9 @@ def report(
         write(folder, summary=summary, text=text)
         return
     from ghostball import _report  # noqa: PLC0415
-    from validation.stress.findings import FINDINGS_FILE  # noqa: PLC0415
+    from validation.results.database import documents_in  # noqa: PLC0415
 
-    if (folder / FINDINGS_FILE).exists():
+    if documents_in(folder) == {"stress"}:
         from reports import write_stress_report  # noqa: PLC0415
 
         typer.echo(write_stress_report(folder))
@@ -519,6 +503,28 @@ def report(
     typer.echo(written.page)
     typer.echo(written.report)
     raise typer.Exit(written.status())
+
+
+@app.command()
+@command
+def export(
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Folder of a run, of any command that has --out.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the files (default: DIR/export)."),
+    ] = None,
+) -> None:
+    """Write the results of a run as JSON lines and CSV, a file for each table.
+
+    Such as cases, checks, metrics and events; print the files. `Results.open(DIR).to_frame()` gives
+    Python the same tables as data frames.
+    """
+    from validation.results.frames import export as write  # noqa: PLC0415
+
+    for path in write(folder, folder / "export" if out is None else out):
+        typer.echo(path)
 
 
 @app.command()

@@ -8,7 +8,7 @@ import numpy as np
 
 from reports import style
 from validation.diagnose.predictability import Predictability, predictability_in
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +23,7 @@ _LOWEST = 1e-16
 """Least distance that is drawn [m]."""
 
 
-def draw_chaos(results: ResultsFolder) -> Figure | None:
+def draw_chaos(results: Results) -> Figure | None:
     """Draw the distance of neighbouring shots against time; None where none are stored."""
     shots = [one for one in predictability_in(results) if one.separations]
     if not shots:

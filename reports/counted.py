@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from validation.results.store import CaseRecord, ResultsFolder
+from validation.results.store import CaseRecord, Results
 
 COUNTED = {
     "joint_impacts": "impacts of one instant, resolved together",
@@ -41,7 +41,7 @@ def work_text(case: CaseRecord) -> str:
     return ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in case.work.items())
 
 
-def counted_rows(results: ResultsFolder) -> Iterator[tuple[str, str, int, str]]:
+def counted_rows(results: Results) -> Iterator[tuple[str, str, int, str]]:
     """Yield engine, what it counted, how often in all, and in which scenes, most first."""
     for label in results.labels:
         cases = [case for case in results.cases if case.label == label]
@@ -56,7 +56,7 @@ def counted_rows(results: ResultsFolder) -> Iterator[tuple[str, str, int, str]]:
             yield label, words, sum(found.values()), ", ".join(shown)
 
 
-def unsolved(results: ResultsFolder) -> int:
+def unsolved(results: Results) -> int:
     """Return how many joint impacts and contact steps of all runs were left without a solution."""
     return sum(case.work.get(name, 0) for case in results.cases for name in UNSOLVED)
 

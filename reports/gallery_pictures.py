@@ -18,7 +18,7 @@ from reports.precision_figure import draw_precision_or_committed
 from reports.racks_figure import draw_racks_or_committed
 from reports.scaling_figure import draw_scaling_or_committed
 from reports.shots import Shot, load_shot
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,7 +39,7 @@ HERO_ENGINES = (
 HERO_COLUMNS = 3
 
 
-def draw_hero(results: ResultsFolder) -> Figure | None:
+def draw_hero(results: Results) -> Figure | None:
     """Draw what the project is about: one break on several engines, above all engines' errors.
 
     None where no break, or no closed-form scene, is stored.
@@ -70,7 +70,7 @@ def draw_hero(results: ResultsFolder) -> Figure | None:
     return figure
 
 
-def _hero_shot(results: ResultsFolder) -> Shot | None:
+def _hero_shot(results: Results) -> Shot | None:
     name = next((name for name in HERO_SCENES if name in results.scene_names), None)
     if name is None:
         return None
@@ -78,7 +78,7 @@ def _hero_shot(results: ResultsFolder) -> Shot | None:
     return shot if shot.ours is not None else None
 
 
-GALLERY: dict[str, Callable[[ResultsFolder], Figure | None]] = {
+GALLERY: dict[str, Callable[[Results], Figure | None]] = {
     "hero": draw_hero,
     "verdicts": draw_verdicts,
     **PHYSICS_FIGURES,
@@ -86,7 +86,7 @@ GALLERY: dict[str, Callable[[ResultsFolder], Figure | None]] = {
 }
 
 
-OPTIONAL: dict[str, Callable[[ResultsFolder], Figure | None]] = {
+OPTIONAL: dict[str, Callable[[Results], Figure | None]] = {
     "chaos": draw_chaos,
     "scaling": draw_scaling_or_committed,
     "racks": draw_racks_or_committed,
@@ -106,7 +106,7 @@ def write_gallery(results_dir: str | Path, gallery_dir: str | Path) -> list[Path
         Where the folder holds no results, lacks a scene that a picture needs, or nothing can be
         written.
     """
-    results = ResultsFolder.load(results_dir)
+    results = Results.open(results_dir)
     folder = Path(gallery_dir)
     git = results.environment.get("git") or {"revision": "unknown", "dirty": False}
     revision = git["revision"] + ", with changes" * git["dirty"]
@@ -128,7 +128,7 @@ def write_gallery(results_dir: str | Path, gallery_dir: str | Path) -> list[Path
     return [path for paths in saved for path in paths]
 
 
-def _drawn(results: ResultsFolder, name: str) -> Figure:
+def _drawn(results: Results, name: str) -> Figure:
     figure = GALLERY[name](results)
     if figure is None:
         raise GhostballError(

@@ -38,7 +38,7 @@ from validation.checks.verdict import (
     rest_error_standing,
     verdict_of,
 )
-from validation.results.store import INDEPENDENT, CaseRecord, ResultsFolder
+from validation.results.store import INDEPENDENT, CaseRecord, Results
 
 PHYSICS_CAPTIONS = {
     "physics-deflection": "The 30 degree rule: deflection of a rolling cue ball by a cut",
@@ -62,7 +62,6 @@ SCENE_FIGURES_ADVICE = (
 )
 
 STATES = {
-    "killed": "it was killed while it wrote a case",
     "running": "it is still running, or was killed",
 }
 """What became of a run that isn't complete, where its state alone doesn't say it."""
@@ -91,7 +90,7 @@ part, since each collision multiplies the smallest difference; that is chaos, no
 
 
 def report_text(
-    results: ResultsFolder,
+    results: Results,
     whole: Drawn,
     scenes: Mapping[str, Drawn] | None,
     physics: Drawn,
@@ -103,7 +102,7 @@ def report_text(
 
     Parameters
     ----------
-    results : ResultsFolder
+    results : Results
     whole : figures of the whole run
     scenes : figures of each scene, by its name; None where they weren't asked for
     physics : figures of laws of the game, over their closed forms
@@ -164,7 +163,7 @@ def report_text(
     return harmless_markdown(text)
 
 
-def headline(results: ResultsFolder) -> str:
+def headline(results: Results) -> str:
     """Return what became of all cases in numbers, with those that are not right by name."""
     verdicts = [verdict_of(case) for case in results.cases]
     passed, failed = verdicts.count(Verdict.PASS), verdicts.count(Verdict.FAIL)
@@ -188,17 +187,13 @@ def headline(results: ResultsFolder) -> str:
     if results.state == "complete":
         return counts
     why = STATES.get(results.state, results.state)
-    lines = [
+    return (
         f"> **This run is not complete**: {why}; {len(results.cases)} of "
-        f"{many(results.planned, 'case')} are done."
-    ]
-    if results.cut_short:
-        place = results.cut_short.replace(str(results.path), ".", 1)
-        lines.append(f"> The last line, `{place}`, was cut short and is left out.")
-    return "\n".join(lines) + f"\n\n{counts}"
+        f"{many(results.planned, 'case')} are done.\n\n{counts}"
+    )
 
 
-def metrics_text(results: ResultsFolder) -> str:
+def metrics_text(results: Results) -> str:
     """Say which metrics were measured, where it isn't all, and what that leaves unjudged."""
     measured = results.environment.get("metrics", list(METRICS))
     if len(measured) == len(METRICS):
@@ -212,7 +207,7 @@ def metrics_text(results: ResultsFolder) -> str:
     )
 
 
-def _engines_text(results: ResultsFolder) -> str:
+def _engines_text(results: Results) -> str:
     """Say how many engines there are; one with other settings is no other engine."""
     labels, engines = results.labels, {case.engine for case in results.cases}
     text = many(len(engines), "engine")
@@ -221,7 +216,7 @@ def _engines_text(results: ResultsFolder) -> str:
     return f"{text} in {many(len(labels), 'configuration')}"
 
 
-def _verdict_table(results: ResultsFolder) -> str:
+def _verdict_table(results: Results) -> str:
     header = ["scene", *(f"`{label}`" for label in results.labels)]
     rows = [
         [f"[{scene}](#{scene})", *(_verdict_cell(results.case(scene, e)) for e in results.labels)]
@@ -240,7 +235,7 @@ def _verdict_cell(case: CaseRecord | None) -> str:
     return f"**{text}**" if verdict_of(case) in BAD else text
 
 
-def engine_table(results: ResultsFolder) -> str:
+def engine_table(results: Results) -> str:
     """Return how each engine did over all scenes."""
     header = [
         "engine",
@@ -308,7 +303,7 @@ def _median_metric(cases: Sequence[CaseRecord], name: str) -> float | None:
     return median(values) if values else None
 
 
-def counted_section(results: ResultsFolder) -> str:
+def counted_section(results: Results) -> str:
     """Say by engine what runs did beyond exact events."""
     rows = [
         [f"`{label}`", words, str(total), where]
@@ -320,7 +315,7 @@ def counted_section(results: ResultsFolder) -> str:
     return f"## What the runs counted\n\n{COUNTED_MEANS}\n\n{table_of(header, rows)}"
 
 
-def environment_table(results: ResultsFolder) -> str:
+def environment_table(results: Results) -> str:
     """Return where and with what a run was made."""
     used = {
         label: UNAVAILABLE if values is None else values
@@ -332,7 +327,7 @@ def environment_table(results: ResultsFolder) -> str:
     )
 
 
-def engine_settings(results: ResultsFolder) -> dict[str, dict[str, Any] | None]:
+def engine_settings(results: Results) -> dict[str, dict[str, Any] | None]:
     """Return the settings of each engine as used, by its label; None where it is unavailable.
 
     `env.json` has them as asked for, where a step may be left to the engine.

@@ -17,7 +17,7 @@ from validation.ensembles import (
     compare,
 )
 from validation.ensembles.compare import LEVEL
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 REASONS_SHOWN = 3
 """How many members without an end are named for an engine; the others are counted."""
@@ -44,12 +44,12 @@ as a part of the initial energy.\
 _CERTIFIED = "`certified` proves each of its shots: against those, it is a comparison with truth."
 
 
-def ensembles_section(results: ResultsFolder, figures: Mapping[str, PurePosixPath]) -> list[str]:
+def ensembles_section(results: Results, figures: Mapping[str, PurePosixPath]) -> list[str]:
     """Return the parts of the section; none where the folder holds no ensembles.
 
     Parameters
     ----------
-    results : ResultsFolder
+    results : Results
     figures : mapping of str to path
         By scene.
     """
@@ -108,7 +108,7 @@ def without_end_text(record: EnsembleRecord) -> str:
     return ". ".join(said)
 
 
-def _state_text(results: ResultsFolder, ensembles: Ensembles) -> str:
+def _state_text(results: Results, ensembles: Ensembles) -> str:
     """Say whether the ensembles are whole, and when they were run where that was another run."""
     run = ensembles.run
     lines = []

@@ -8,7 +8,7 @@ from pathlib import PurePosixPath
 
 from reference_adapters.output import harmless
 from reports import style
-from validation.results.store import CaseRecord, ResultsFolder
+from validation.results.store import CaseRecord, Results
 
 Drawn = Mapping[str, PurePosixPath]
 """Figures by kind: file without its ending, relative to the report."""
@@ -44,7 +44,7 @@ def many(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
-def taken_over_text(results: ResultsFolder) -> str:
+def taken_over_text(results: Results) -> str:
     """Say which cases an earlier run measured; "" where none is."""
     dates = sorted(case.measured for case in results.cases if case.taken_over)
     if not dates:

@@ -14,7 +14,7 @@ from reports.precision_text import (
 from reports.stored import stored_in
 from validation.bench import PrecisionMeasurement
 from validation.bench.precision import TARGETS
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 FIGURES = {
     "precision": "Largest rest error against the time of a run",
@@ -28,7 +28,7 @@ a step is a point. An open marker had other collisions than the true ones.\
 """
 
 
-def precision_section(results: ResultsFolder, figures: Drawn) -> list[str]:
+def precision_section(results: Results, figures: Drawn) -> list[str]:
     """Return the parts of the section; none where the folder holds no measurement."""
     measured = stored_in(results, PrecisionMeasurement)
     if measured is None:

@@ -7,7 +7,7 @@ from pathlib import PurePosixPath
 from reports import style
 from reports.markdown_parts import figure_link, one_line, table_of
 from validation.diagnose.predictability import Predictability, predictability_in
-from validation.results.store import CaseRecord, ResultsFolder
+from validation.results.store import CaseRecord, Results
 
 _MEANS = """\
 *Growth* is what rounding the state once at the start and at each event becomes by the end, over
@@ -31,12 +31,12 @@ the shot another course, and no error of how it ends is printed, unless a criter
 CAPTION = "Shots that begin almost alike part exponentially, as the tangent map says"
 
 
-def predictability_section(results: ResultsFolder, figure: PurePosixPath | None) -> list[str]:
+def predictability_section(results: Results, figure: PurePosixPath | None) -> list[str]:
     """Return the parts of the section; none where nothing is stored.
 
     Parameters
     ----------
-    results : ResultsFolder
+    results : Results
     figure : path or None
         Of the shots that begin almost alike.
     """
@@ -57,7 +57,7 @@ def predictability_section(results: ResultsFolder, figure: PurePosixPath | None)
     return parts
 
 
-def _horizons(results: ResultsFolder) -> list[str]:
+def _horizons(results: Results) -> list[str]:
     """Return the table of engines that can't be expected to play a shot to its end."""
     labels = [
         label

@@ -8,7 +8,7 @@ from reports import style
 from reports.markdown_parts import figure_link, many, one_line, table_of
 from reports.scaling_figure import NAMES, measured_scaling
 from validation.bench import ScalingMeasurement
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 CAPTION = "Time per event, against the number of balls and against their packing"
 _MEANS = """\
@@ -19,7 +19,7 @@ and of rest. Times are those of this machine.\
 """
 
 
-def scaling_section(results: ResultsFolder, figure: PurePosixPath | None) -> list[str]:
+def scaling_section(results: Results, figure: PurePosixPath | None) -> list[str]:
     """Return the parts of the section; none where the folder holds no measurement."""
     measured = measured_scaling(results)
     if measured is None:

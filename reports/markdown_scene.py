@@ -19,7 +19,7 @@ from reports.markdown_parts import (
 )
 from reports.shots import rest_error_text, standing_text
 from validation.checks.verdict import RestError, is_own_measure, rest_error_standing, verdict_of
-from validation.results.store import CLOSED_FORM, INDEPENDENT, CaseRecord, Check, ResultsFolder
+from validation.results.store import CLOSED_FORM, INDEPENDENT, CaseRecord, Check, Results
 
 FIGURE_TITLES = {
     "paths": "Paths and rest positions",
@@ -36,7 +36,7 @@ FIGURE_TITLES_AT_END = {
 COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"}
 
 
-def scene_section(results: ResultsFolder, scene: str, drawn: Drawn) -> list[str]:
+def scene_section(results: Results, scene: str, drawn: Drawn) -> list[str]:
     """Return the section of one scene: heading, numbers, remarks, checks, figures."""
     cases = [c for e in results.labels if (c := results.case(scene, e)) is not None]
     truth = next((case.truth for case in cases if case.truth), "none")

@@ -14,7 +14,7 @@ from reports.markdown_parts import many
 from validation.baselines.junit import UNCOMPARED
 from validation.baselines.regression import Regression, SceneChange
 from validation.checks.verdict import Verdict, verdict_of
-from validation.results.store import CaseRecord, ResultsFolder
+from validation.results.store import CaseRecord, Results
 from validation.scenes import commands
 
 BAD = (Verdict.FAIL, Verdict.CRASHED)
@@ -54,12 +54,12 @@ class Overall:
     why: str
 
 
-def overall(results: ResultsFolder | None, regression: Regression | None) -> Overall:
+def overall(results: Results | None, regression: Regression | None) -> Overall:
     """Return the verdict on a whole run: the word names both answers, the sign is the worse one's.
 
     Parameters
     ----------
-    results : ResultsFolder or None
+    results : Results or None
         None where a comparison stands alone.
     regression : Regression or None
         None where nothing was compared; one of both is there.
@@ -79,7 +79,7 @@ def overall(results: ResultsFolder | None, regression: Regression | None) -> Ove
     return Overall(sign, word[0].upper() + word[1:], _KINDS[sign], why)
 
 
-def of_limits(results: ResultsFolder) -> Answer:
+def of_limits(results: Results) -> Answer:
     """Say whether every limit on every case holds."""
     verdicts = Counter(map(verdict_of, results.cases))
     failed, crashed = verdicts[Verdict.FAIL], verdicts[Verdict.CRASHED]
@@ -154,6 +154,6 @@ def kinds_text(changes: Sequence[SceneChange]) -> str:
     return ", ".join(f"{n} {kind}" for kind, n in Counter(map(kind_text, order)).items())
 
 
-def bad_cases(results: ResultsFolder) -> list[CaseRecord]:
+def bad_cases(results: Results) -> list[CaseRecord]:
     """Return the cases that make a run fail, in its order."""
     return [case for case in results.cases if verdict_of(case) in BAD]

@@ -17,7 +17,7 @@ from engine import EventKind
 from reports import style
 from reports.figures._table import View, aspect_of, draw_ball, draw_scale_bar, draw_table, view_of
 from reports.shots import Run, Shot, load_shot
-from validation.results.store import Motion, ResultsFolder
+from validation.results.store import Motion, Results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,7 +56,7 @@ class Overlap:
     depth: float
 
 
-def draw_figure_1(results: ResultsFolder) -> Figure | None:
+def draw_figure_1(results: Results) -> Figure | None:
     """Draw the break of 7 at four instants; None where our engine's motion isn't stored."""
     shot = _ours(results, BREAK)
     if shot is None:
@@ -81,7 +81,7 @@ def draw_figure_1(results: ResultsFolder) -> Figure | None:
     return figure
 
 
-def draw_figure_2(results: ResultsFolder) -> Figure | None:
+def draw_figure_2(results: Results) -> Figure | None:
     """Draw two clipped instants of the paper's first algorithm, and ours at the same instants.
 
     None where no break holds the motions of both.
@@ -103,7 +103,7 @@ def draw_figure_2(results: ResultsFolder) -> Figure | None:
     return figure
 
 
-def draw_figure_3(results: ResultsFolder) -> Figure | None:
+def draw_figure_3(results: Results) -> Figure | None:
     """Draw the cushion collision at three instants; None where it isn't stored."""
     shot = _ours(results, WALL)
     if shot is None:
@@ -128,7 +128,7 @@ def draw_figure_3(results: ResultsFolder) -> Figure | None:
     return figure
 
 
-def draw_figure_4(results: ResultsFolder) -> Figure | None:
+def draw_figure_4(results: Results) -> Figure | None:
     """Draw head-on and slightly skewed, before and after; None where one isn't stored."""
     shots = [_ours(results, name) for name in (HEAD_ON, SKEWED)]
     found = [shot for shot in shots if shot is not None]
@@ -159,7 +159,7 @@ def draw_figure_4(results: ResultsFolder) -> Figure | None:
     return figure
 
 
-PAPER_FIGURES: dict[str, Callable[[ResultsFolder], Figure | None]] = {
+PAPER_FIGURES: dict[str, Callable[[Results], Figure | None]] = {
     "paper-figure-1": draw_figure_1,
     "paper-figure-2": draw_figure_2,
     "paper-figure-3": draw_figure_3,
@@ -181,7 +181,7 @@ def overlaps(shot: Shot, motion: Motion) -> list[Overlap]:
     ]
 
 
-def _clippings(results: ResultsFolder) -> list[tuple[Shot, Run, Overlap]]:
+def _clippings(results: Results) -> list[tuple[Shot, Run, Overlap]]:
     """Return two deep overlaps of different pairs, from different breaks where there are two."""
     found: list[tuple[Shot, Run, Overlap]] = []
     for name in (BREAK, BIG_BREAK):
@@ -288,7 +288,7 @@ def _draw_balls(axes: Axes, shot: Shot, centres: FloatArray, alpha: float = 1.0)
         draw_ball(axes, centre, float(shot.scene.radii[ball]), zorder=4, **look)
 
 
-def _ours(results: ResultsFolder, name: str) -> Shot | None:
+def _ours(results: Results, name: str) -> Shot | None:
     """Return a scene where it is stored with our engine's motion."""
     if name not in results.scene_names:
         return None

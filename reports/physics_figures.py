@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from engine import EventKind, Scene
 from reports import style
 from reports.shots import Run, Shot, load_shot
-from validation.results.store import Motion, ResultsFolder
+from validation.results.store import Motion, Results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -143,7 +143,7 @@ def cuts_of(scene: Scene, motion: Motion) -> list[Cut]:
     return found
 
 
-def draw_deflection(results: ResultsFolder) -> Figure | None:
+def draw_deflection(results: Results) -> Figure | None:
     """Draw the 30 degree rule; None where its sweep isn't stored with a motion."""
     shot = _sweep(results, DEFLECTION)
     if shot is None:
@@ -175,7 +175,7 @@ def draw_deflection(results: ResultsFolder) -> Figure | None:
     return figure
 
 
-def draw_throw(results: ResultsFolder) -> Figure | None:
+def draw_throw(results: Results) -> Figure | None:
     """Draw throw against cut angle and side spin; None where a sweep isn't stored with a motion."""
     by_angle, by_spin = (_sweep(results, name) for name in (THROW_BY_ANGLE, THROW_BY_SPIN))
     if by_angle is None or by_spin is None:
@@ -210,7 +210,7 @@ def draw_throw(results: ResultsFolder) -> Figure | None:
     return figure
 
 
-PHYSICS_FIGURES: dict[str, Callable[[ResultsFolder], Figure | None]] = {
+PHYSICS_FIGURES: dict[str, Callable[[Results], Figure | None]] = {
     "physics-deflection": draw_deflection,
     "physics-throw": draw_throw,
 }
@@ -226,7 +226,7 @@ _PUBLISHED: dict[str, Any] = {
 }
 
 
-def _sweep(results: ResultsFolder, name: str) -> Shot | None:
+def _sweep(results: Results, name: str) -> Shot | None:
     """Return a sweep where it is stored with a motion in which a pair met."""
     if name not in results.scene_names:
         return None

@@ -10,7 +10,7 @@ from reports.precision_text import legend_text, works_of
 from reports.stored import committed, stored_in
 from validation.bench import PrecisionMeasurement
 from validation.bench.precision import TARGETS, PrecisionPoint
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -33,17 +33,17 @@ LINES = {target: style.format_length(target) for target in TARGETS} | {2.0**-52:
 _NAME: Any = {"xycoords": ("axes fraction", "data"), "fontsize": 6.5, "color": style.GREY}
 
 
-def draw_precision(results: ResultsFolder) -> Figure | None:
+def draw_precision(results: Results) -> Figure | None:
     """Draw errors against time, of a results folder's measurement; None where it has none."""
     return _drawn(stored_in(results, PrecisionMeasurement), draw_against_time)
 
 
-def draw_precision_work(results: ResultsFolder) -> Figure | None:
+def draw_precision_work(results: Results) -> Figure | None:
     """Draw errors against work, of a results folder's measurement; None where it has none."""
     return _drawn(stored_in(results, PrecisionMeasurement), draw_against_work)
 
 
-def draw_precision_or_committed(results: ResultsFolder) -> Figure | None:
+def draw_precision_or_committed(results: Results) -> Figure | None:
     """Draw errors against time, also those that are committed; None without either."""
     measured = stored_in(results, PrecisionMeasurement) or committed(PrecisionMeasurement)
     return _drawn(measured, draw_against_time)

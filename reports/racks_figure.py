@@ -10,7 +10,7 @@ from reports import style
 from reports.stored import committed, stored_in
 from validation.bench import RacksMeasurement
 from validation.bench.racks import RackTimes
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +22,7 @@ MARKERS = {"median": "o", "mean": "D", "p99": "^", "slowest": "s"}
 NAMES = {"p99": "99th percentile"}
 
 
-def draw_racks_or_committed(results: ResultsFolder) -> Figure | None:
+def draw_racks_or_committed(results: Results) -> Figure | None:
     """Draw the measurement of a results folder, else the committed one; None without either."""
     measured = stored_in(results, RacksMeasurement) or committed(RacksMeasurement)
     return None if measured is None else draw_racks(measured)

@@ -7,7 +7,6 @@ somebody asks for them.
 
 from __future__ import annotations
 
-import logging
 import multiprocessing
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -33,12 +32,10 @@ from validation.baselines import Regression, load_regression
 from validation.diagnose.predictability import Predictability, predictability_in
 from validation.ensembles import Ensembles
 from validation.results.files import write_all_whole
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-_LOGGER = logging.getLogger("ghostball.reports")
 
 FIGURES = "figures"
 REPORT = "report.md"
@@ -57,7 +54,7 @@ PICTURES = "figures of "
 Progress = Callable[[int, int, str], None]
 """Called with how many parts are done, of how many, and which was the last."""
 
-WHOLE_FIGURES: dict[str, Callable[[ResultsFolder], Figure | None]] = {
+WHOLE_FIGURES: dict[str, Callable[[Results], Figure | None]] = {
     "verdicts": draw_verdicts,
     "accuracy": draw_accuracy,
     "chaos": draw_chaos,
@@ -77,14 +74,14 @@ class ReportError(GhostballError):
 class Source:
     """What a report is made of: the cases, how far shots can be predicted, and what changed."""
 
-    results: ResultsFolder
+    results: Results
     predictability: dict[str, Predictability]
     regression: Regression | None
 
     @classmethod
     def load(cls, path: str | Path) -> Source:
         """Read a results folder; errors are those of its parts."""
-        results = ResultsFolder.load(path)
+        results = Results.open(path)
         known = {one.scene: one for one in predictability_in(results)}
         return cls(results, known, load_regression(results.path))
 
@@ -127,11 +124,6 @@ def write_report(
     if not results.cases:
         raise ReportError(
             f"{results.path}: holds no case, so there is nothing to report. Run the suite again"
-        )
-    if results.cut_short:
-        _LOGGER.warning(
-            "%s: the last line is cut short, for the run was killed while it wrote; it is left out",
-            results.cut_short,
         )
     ensembles = Ensembles.load(results.path)
     perturbed = () if ensembles is None else ensembles.run.scenes

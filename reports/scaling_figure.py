@@ -9,7 +9,7 @@ from reports import style
 from reports.stored import committed, stored_in
 from validation.bench import ScalingMeasurement
 from validation.bench.measurements import Physics, Point
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -20,18 +20,18 @@ WIDTH, HEIGHT = 8.8, 4.6
 NAMES: dict[Physics, str] = {"gas": "elastic gas", "cloth": "pool's physics"}
 
 
-def measured_scaling(results: ResultsFolder) -> ScalingMeasurement | None:
+def measured_scaling(results: Results) -> ScalingMeasurement | None:
     """Return the measurement of a results folder, or None where it has none."""
     return stored_in(results, ScalingMeasurement)
 
 
-def draw_scaling(results: ResultsFolder) -> Figure | None:
+def draw_scaling(results: Results) -> Figure | None:
     """Draw the measurement of a results folder; None where it has none."""
     measured = measured_scaling(results)
     return None if measured is None else draw_measured(measured)
 
 
-def draw_scaling_or_committed(results: ResultsFolder) -> Figure | None:
+def draw_scaling_or_committed(results: Results) -> Figure | None:
     """Draw the measurement of a results folder, else the committed one; None without either."""
     measured = measured_scaling(results) or committed(ScalingMeasurement)
     return None if measured is None else draw_measured(measured)

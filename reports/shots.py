@@ -21,7 +21,7 @@ from validation.checks.verdict import (
     verdict_of,
     wrong_count,
 )
-from validation.results.store import CaseRecord, Motion, ResultsFolder
+from validation.results.store import CaseRecord, Motion, Results
 
 FloatArray = NDArray[np.float64]
 
@@ -196,7 +196,7 @@ class Shot:
         return len(self.scene.balls) >= CROWD
 
 
-def load_shot(results: ResultsFolder, name: str) -> Shot:
+def load_shot(results: Results, name: str) -> Shot:
     """Read one scene of a results folder with its motions.
 
     Raises

@@ -8,12 +8,12 @@ from typing import TypeVar
 from validation.bench import Measurement
 from validation.bench.measurements import load, machine_name, stored_paths
 from validation.results.environment import describe_environment
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 Measured = TypeVar("Measured", bound=Measurement)
 
 
-def stored_in(results: ResultsFolder, kind: type[Measured]) -> Measured | None:
+def stored_in(results: Results, kind: type[Measured]) -> Measured | None:
     """Return the measurement that `ghostball bench ... --out FOLDER` put there, or None."""
     path = results.path / file_of(kind)
     return load(path, kind) if path.exists() else None

@@ -1,7 +1,7 @@
 """What a CI shows of a run: Markdown for a page of GitHub Actions, plain lines for any other.
 
     >>> from reports import summary_markdown
-    >>> print(summary_markdown(ResultsFolder.load("out"), load_regression(Path("out"))))
+    >>> print(summary_markdown(Results.open("out"), load_regression(Path("out"))))
 
 Made from stored results alone, like the report.
 """
@@ -31,7 +31,7 @@ from validation.baselines.junit import UNCOMPARED, moved_text
 from validation.baselines.regression import Quantity, Regression, SceneChange
 from validation.checks.verdict import Verdict, unfinished_text, verdict_of
 from validation.results.files import write_whole
-from validation.results.store import CaseRecord, ResultsFolder
+from validation.results.store import CaseRecord, Results
 from validation.scenes import commands
 
 LIMIT = 200_000
@@ -44,13 +44,13 @@ _UNMOVED = ("identical", "rounding-only")
 
 
 def summary_markdown(
-    results: ResultsFolder | None, regression: Regression | None, *, limit: int = LIMIT
+    results: Results | None, regression: Regression | None, *, limit: int = LIMIT
 ) -> str:
     """Return the summary as Markdown: the verdict, what changed, what failed, all verdicts.
 
     Parameters
     ----------
-    results : ResultsFolder or None
+    results : Results or None
         None where only a comparison was made.
     regression : Regression or None
     limit : int
@@ -65,7 +65,7 @@ def summary_markdown(
     return _fitted(blocks, limit)
 
 
-def summary_text(results: ResultsFolder | None, regression: Regression | None) -> str:
+def summary_text(results: Results | None, regression: Regression | None) -> str:
     """Return the summary as lines `SCENE: LEVEL: MESSAGE`, errors and warnings first.
 
     The level is "error", "warning" or "note"; the last lines, of `ghostball`, are the verdicts.
@@ -166,15 +166,13 @@ def _size(text: str) -> int:
     return len(text.encode())
 
 
-def _headlines(results: ResultsFolder | None, regression: Regression | None) -> Iterator[str]:
+def _headlines(results: Results | None, regression: Regression | None) -> Iterator[str]:
     whole = overall(results, regression)
     yield f"## {whole.sign} Ghostball: {whole.word}"
     yield from (f"{sign} {words}" for sign, words in _verdicts(results, regression))
 
 
-def _verdicts(
-    results: ResultsFolder | None, regression: Regression | None
-) -> list[tuple[str, str]]:
+def _verdicts(results: Results | None, regression: Regression | None) -> list[tuple[str, str]]:
     """Return what came of it all, a sign and a sentence each; what is no pass stands first."""
     said = []
     if regression is not None:
@@ -188,12 +186,12 @@ def _verdicts(
     return sorted(said, key=lambda one: one[0] == "✓")
 
 
-def _unfinished(results: ResultsFolder) -> str:
+def _unfinished(results: Results) -> str:
     done = f"{len(results.cases)} of {many(results.planned, 'case')} are done"
     return f"The run is not complete ({results.state}): {done}."
 
 
-def _case_verdict(results: ResultsFolder) -> str:
+def _case_verdict(results: Results) -> str:
     verdicts = [verdict_of(case) for case in results.cases]
     failed, crashed = verdicts.count(Verdict.FAIL), verdicts.count(Verdict.CRASHED)
     crashes = f", {crashed} did not finish" if crashed else ""
@@ -249,7 +247,7 @@ def _left_band(change: SceneChange, level: str = "error") -> list[Quantity]:
     return [one for one in quantities if not one.within and one.level == level]
 
 
-def _failures(results: ResultsFolder) -> Iterator[_Block]:
+def _failures(results: Results) -> Iterator[_Block]:
     bad = bad_cases(results)
     if not bad:
         return
@@ -277,7 +275,7 @@ def _command(case: CaseRecord) -> str:
     return commands.validate(case.scene, case.label, "out/again")
 
 
-def _matrix(results: ResultsFolder) -> _Block:
+def _matrix(results: Results) -> _Block:
     rows, present = [], []
     for scene in results.scene_names:
         cases = [results.case(scene, label) for label in results.labels]
@@ -289,7 +287,7 @@ def _matrix(results: ResultsFolder) -> _Block:
     return _Block(head, rows, "scene", "`report.md` of the results has them all.")
 
 
-def _case_lines(results: ResultsFolder) -> Iterator[tuple[str, str, str]]:
+def _case_lines(results: Results) -> Iterator[tuple[str, str, str]]:
     for case in bad_cases(results):
         again = f"[{_command(case)}]"
         if why := unfinished_text(case):

@@ -165,7 +165,7 @@ def test_the_commands_of_the_job_do_what_they_are_there_for(clone, tmp_path):
         assert done.returncode == 0, f"{step['name']}\n{done.stdout}{done.stderr}"
         said[step["name"]] = done.stdout
     results = clone / given["OUT"]
-    assert {"results.jsonl", "report.md"} <= {path.name for path in results.iterdir()}
+    assert {"results.db", "report.md"} <= {path.name for path in results.iterdir()}
     assert "<testsuites" in (clone / "out/validate.xml").read_text(encoding="utf-8")
     text = page.read_text(encoding="utf-8")
     assert text.startswith("## ✓ Ghostball: ")

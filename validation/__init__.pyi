@@ -7,7 +7,7 @@ from .checks.criteria import (
 from .checks.metric_table import METRICS as METRICS, Metric as Metric
 from .checks.verdict import RestError as RestError, Verdict as Verdict, verdict_of as verdict_of
 from .results.records import CaseRecord as CaseRecord, Check as Check, Motion as Motion
-from .results.store import ResultsError as ResultsError, ResultsFolder as ResultsFolder
+from .results.store import Results as Results, ResultsError as ResultsError
 from .scenes.library import find_scene as find_scene, scene_names as scene_names, select as select
 from .suite.junit import junit_xml as junit_xml, write_junit as write_junit
 from .suite.suite import (

@@ -10,7 +10,7 @@ from reports import style
 from reports.figures.paths import WIDTH
 from reports.shots import NUMBERS_KEY, cell_text, rest_error
 from validation.checks.verdict import Verdict, verdict_of
-from validation.results.store import CLOSED_FORM, CaseRecord, ResultsFolder
+from validation.results.store import CLOSED_FORM, CaseRecord, Results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,7 +36,7 @@ COLUMN_WIDTH = 1.02
 ROW_HEIGHT = 0.235
 
 
-def draw_verdicts(results: ResultsFolder) -> Figure:
+def draw_verdicts(results: Results) -> Figure:
     """Draw scenes against engines: verdict by colour and symbol, largest rest error as text."""
     scenes, labels = results.scene_names, results.labels
     figure = style.new_figure(2.2 + COLUMN_WIDTH * len(labels), 1.7 + ROW_HEIGHT * len(scenes))
@@ -80,7 +80,7 @@ def _draw_cells(axes: Axes, rows: Sequence[Sequence[CaseRecord | None]]) -> None
     axes.add_collection(cells, autolim=False)
 
 
-def _add_key(figure: Figure, results: ResultsFolder) -> None:
+def _add_key(figure: Figure, results: Results) -> None:
     from matplotlib.patches import Patch  # noqa: PLC0415
 
     present = {verdict_of(results.case(s, e)) for s in results.scene_names for e in results.labels}
@@ -102,7 +102,7 @@ def _add_key(figure: Figure, results: ResultsFolder) -> None:
     )
 
 
-def draw_accuracy(results: ResultsFolder) -> Figure | None:
+def draw_accuracy(results: Results) -> Figure | None:
     """Draw one dot for each closed-form scene and engine on a logarithmic axis of rest errors.
 
     None where no such scene is stored.
@@ -115,7 +115,7 @@ def draw_accuracy(results: ResultsFolder) -> Figure | None:
     return figure
 
 
-def accuracy_errors(results: ResultsFolder) -> dict[str, list[float]]:
+def accuracy_errors(results: Results) -> dict[str, list[float]]:
     """Return the rest errors [m] of each engine in the closed-form scenes; none is left out empty.
 
     Only scenes whose truth doesn't come from our own engine count.
@@ -180,7 +180,7 @@ def _write_right(axes: Axes, row: float, text: str) -> None:
     )
 
 
-def independent_errors(results: ResultsFolder, label: str) -> list[float]:
+def independent_errors(results: Results, label: str) -> list[float]:
     """Return an engine's largest rest error in each scene of independent truth [m]."""
     found = []
     for case in results.cases:

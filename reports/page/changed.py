@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from markupsafe import Markup
@@ -16,7 +16,8 @@ from reports.page.replay_data import motion_data
 from reports.page.scenes import REPLAY_ID
 from validation.baselines import Regression
 from validation.baselines.regression import Quantity, SceneChange
-from validation.results.store import CaseRecord, Motion, ResultsFolder
+from validation.results.motions import motion_of_side
+from validation.results.store import CaseRecord, Results
 
 COMPARE_ID = "compare-"
 """What stands before a scene's name in the id of its comparison's data."""
@@ -38,7 +39,7 @@ class Moved:
     why: str = ""
 
 
-def changed_html(results: ResultsFolder, regression: Regression | None) -> Markup:
+def changed_html(results: Results, regression: Regression | None) -> Markup:
     """Return each scene that changed or fails, with base and head; "" where none does."""
     if regression is None:
         return Markup()
@@ -50,7 +51,7 @@ def has_part(change: SceneChange) -> bool:
     return change.change in MOVED or change.failed
 
 
-def _changed(results: ResultsFolder, change: SceneChange) -> Markup:
+def _changed(results: Results, change: SceneChange) -> Markup:
     case = next((one for one in results.cases if one.scene == change.scene), None)
     data = None if case is None else _compared(results, case, change)
     quantities = [*change.metrics, *change.counters]
@@ -68,15 +69,10 @@ def _changed(results: ResultsFolder, change: SceneChange) -> Markup:
     )
 
 
-def _compared(
-    results: ResultsFolder, case: CaseRecord, change: SceneChange
-) -> dict[str, Any] | None:
+def _compared(results: Results, case: CaseRecord, change: SceneChange) -> dict[str, Any] | None:
     """Return what the comparison shows: both motions, else where the balls end in both."""
     scene = case.load_scene()
-    base, head = (
-        None if name is None else _motion(results, case, name)
-        for name in (change.base_motion, change.head_motion)
-    )
+    base, head = (motion_of_side(results.path, scene.name, side) for side in ("base", "head"))
     if base is not None and head is not None:
         return {
             side: motion_data(scene, motion, horizon=change.horizon)
@@ -90,10 +86,6 @@ def _compared(
         "rest_base": [list(place[:2]) for place in change.rest_base],
         "rest_head": [list(place[:2]) for place in change.rest_head],
     }
-
-
-def _motion(results: ResultsFolder, case: CaseRecord, name: str) -> Motion | None:
-    return results.motion(replace(case, motion=name))
 
 
 def _rests(case: CaseRecord | None, change: SceneChange) -> list[Moved]:

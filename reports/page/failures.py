@@ -16,7 +16,7 @@ from validation.baselines import Regression
 from validation.baselines.junit import moved_text
 from validation.baselines.regression import SceneChange
 from validation.checks.verdict import is_unfinished, unfinished_text
-from validation.results.store import CaseRecord, Check, ResultsFolder
+from validation.results.store import CaseRecord, Check, Results
 from validation.scenes import commands
 from validation.scenes.library import scene_names
 from validation.truth.scene_truth import OUR_NAME
@@ -104,7 +104,7 @@ class Explained:
 
 
 def failures_html(
-    results: ResultsFolder, scenes: Mapping[str, ScenePart], regression: Regression | None
+    results: Results, scenes: Mapping[str, ScenePart], regression: Regression | None
 ) -> Markup:
     """Return all that failed, explained: checks, cases that did not finish, changes."""
     failures = list(explained(results, scenes, regression))
@@ -112,7 +112,7 @@ def failures_html(
 
 
 def explained(
-    results: ResultsFolder, scenes: Mapping[str, ScenePart], regression: Regression | None
+    results: Results, scenes: Mapping[str, ScenePart], regression: Regression | None
 ) -> Iterator[Explained]:
     """Yield every failure of a run, in the order of its cases; then what fails the gate."""
     for case in bad_cases(results):
@@ -202,7 +202,7 @@ def explaining(case: CaseRecord) -> str:
     return commands.explain(case.scene, case.label) if explains else ""
 
 
-def _own_scenes(results: ResultsFolder) -> list[str]:
+def _own_scenes(results: Results) -> list[str]:
     """Return the scenes that aren't shipped: their commands need their files."""
     shipped = scene_names()
     return [name for name in results.scene_names if name not in shipped]

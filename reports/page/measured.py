@@ -21,10 +21,10 @@ from validation.baselines import Regression
 from validation.bench import PrecisionMeasurement
 from validation.checks.verdict import RestError, rest_error_standing
 from validation.diagnose.energy_ledger import ENTRIES, EnergyLedger
-from validation.results.store import CLOSED_FORM, CaseRecord, ResultsFolder
+from validation.results.store import CLOSED_FORM, CaseRecord, Results
 
 
-def closed_forms_html(results: ResultsFolder) -> Markup:
+def closed_forms_html(results: Results) -> Markup:
     """Return the errors in the scenes of closed form, in units of what rounding makes of them."""
     rows = [
         (scene, [_ulps(results.case(scene, label)) for label in results.labels])
@@ -34,7 +34,7 @@ def closed_forms_html(results: ResultsFolder) -> Markup:
     return render("closed_forms.html", labels=results.labels, rows=rows)
 
 
-def cost_html(results: ResultsFolder) -> Markup:
+def cost_html(results: Results) -> Markup:
     """Return run time against error: over ladders of steps where that was measured.
 
     Else of the cases of this run, which no ladder makes.
@@ -85,7 +85,7 @@ def cost_html(results: ResultsFolder) -> Markup:
     return render("cost.html", chart=chart, series=series)
 
 
-def horizons_html(results: ResultsFolder) -> Markup:
+def horizons_html(results: Results) -> Markup:
     """Return how far the shots can be predicted, as the report in Markdown says it."""
     parts = predictability_section(results, None)
     return render("horizons.html", parts=parts[1:])
@@ -99,7 +99,7 @@ def ledgers_html(ledgers: Mapping[str, EnergyLedger]) -> Markup:
 
 
 def hashes_html(
-    results: ResultsFolder, scenes: Mapping[str, ScenePart], regression: Regression | None
+    results: Results, scenes: Mapping[str, ScenePart], regression: Regression | None
 ) -> Markup:
     """Return the hash of what our engine did in each scene, and whether it is that of the base."""
     rows = []
@@ -113,7 +113,7 @@ def hashes_html(
     return render("hashes.html", rows=rows, compared=any(base for _, _, base, _ in rows))
 
 
-def timing_html(results: ResultsFolder, regression: Regression | None) -> Markup:
+def timing_html(results: Results, regression: Regression | None) -> Markup:
     """Return run times: with intervals where they were measured for that, else single samples."""
     timed = [] if regression is None else [one for one in regression.scenes if one.time is not None]
     single = [
@@ -149,7 +149,7 @@ def _ulps_text(case: CaseRecord, name: str) -> str:
     return f"{value:.2f}" if value < 1e3 else f"{value:.1e}"
 
 
-def _ours(results: ResultsFolder) -> Iterator[CaseRecord]:
+def _ours(results: Results) -> Iterator[CaseRecord]:
     for scene in results.scene_names:
         for case in results.cases:
             ours = style.engine_style(case.label).ours

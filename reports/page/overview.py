@@ -25,7 +25,7 @@ from reports.shots import cell_text
 from validation.baselines import Regression
 from validation.baselines.regression import SceneChange
 from validation.checks.verdict import Verdict, rest_error_standing, unfinished_text, verdict_of
-from validation.results.store import CaseRecord, ResultsFolder
+from validation.results.store import CaseRecord, Results
 
 FAILING = {"identical": "identical to the bit, but not in work, run time or the limits it keeps"}
 """What a class of changes means where it fails, if that is something else."""
@@ -60,7 +60,7 @@ class Cell:
     why: str
 
 
-def verdict_html(results: ResultsFolder, regression: Regression | None) -> Markup:
+def verdict_html(results: Results, regression: Regression | None) -> Markup:
     """Return the verdict in words and numbers, with what failed by name."""
     failures = [
         (
@@ -82,7 +82,7 @@ def verdict_html(results: ResultsFolder, regression: Regression | None) -> Marku
     )
 
 
-def changes_html(results: ResultsFolder, regression: Regression | None) -> Markup:
+def changes_html(results: Results, regression: Regression | None) -> Markup:
     """Return what changed since the baselines, by class of change: what fails stands first."""
     return render(
         "changes.html",
@@ -110,7 +110,7 @@ def _groups(regression: Regression) -> Iterator[Group]:
                 yield Group(sign, words, False, quiet, found)
 
 
-def matrix_html(results: ResultsFolder) -> Markup:
+def matrix_html(results: Results) -> Markup:
     """Return the table of engines by scenes, each cell with why it is what it is."""
     rows = [
         (scene, [_cell(results.case(scene, label)) for label in results.labels])
@@ -149,7 +149,7 @@ def _cell(case: CaseRecord | None) -> Cell:
     return Cell(cell_text(case) or "not run", CLASSES.get(verdict, ""), why_text(case))
 
 
-def _reasons(results: ResultsFolder) -> Iterator[tuple[str, str, list[str]]]:
+def _reasons(results: Results) -> Iterator[tuple[str, str, list[str]]]:
     """Yield engine, why, and the scenes of it, for every cell that is no pass."""
     found: dict[tuple[str, str], list[str]] = defaultdict(list)
     for label in results.labels:

@@ -30,7 +30,7 @@ from reports.page.surroundings import environment_html, stress_html
 from validation.baselines import Regression
 from validation.checks.verdict import Verdict, verdict_of
 from validation.diagnose.energy_ledger import EnergyLedger
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Section:
 
 
 def page_text(
-    results: ResultsFolder,
+    results: Results,
     scenes: Mapping[str, ScenePart],
     regression: Regression | None,
     failed: list[FailedPart],
@@ -53,7 +53,7 @@ def page_text(
 
     Parameters
     ----------
-    results : ResultsFolder
+    results : Results
     scenes : mapping of str to ScenePart
         The part of each scene, by its name.
     regression : Regression or None
@@ -137,18 +137,18 @@ def _made(heading: str, make: Callable[[], Markup], failed: list[FailedPart]) ->
     return render("failed.html", failed=failed[-1]) if made is None else made
 
 
-def _ledgers(results: ResultsFolder, scenes: Mapping[str, ScenePart]) -> dict[str, EnergyLedger]:
+def _ledgers(results: Results, scenes: Mapping[str, ScenePart]) -> dict[str, EnergyLedger]:
     parts = {name: scenes[name].ledger for name in results.scene_names}
     return {name: ledger for name, ledger in parts.items() if ledger is not None}
 
 
-def _title(results: ResultsFolder, regression: Regression | None) -> str:
+def _title(results: Results, regression: Regression | None) -> str:
     count = len(results.scene_names)
     scenes = "1 scene" if count == 1 else f"{count} scenes"
     return f"{overall(results, regression).word}: {scenes} - Ghostball validation report"
 
 
-def _about(results: ResultsFolder) -> list[tuple[str, str]]:
+def _about(results: Results) -> list[tuple[str, str]]:
     """Return what a reader asks first: of which code, when, where."""
     environment = results.environment
     git = environment.get("git") or {}
@@ -162,7 +162,7 @@ def _about(results: ResultsFolder) -> list[tuple[str, str]]:
     return [(name, text.strip(", ")) for name, text in said]
 
 
-def _worst(results: ResultsFolder, scene: str) -> tuple[str, str]:
+def _worst(results: Results, scene: str) -> tuple[str, str]:
     """Return the sign that stands before a scene in the list, and its words: the worst of it."""
     verdicts = {verdict_of(case) for case in results.cases if case.scene == scene}
     order = (Verdict.FAIL, Verdict.CRASHED, Verdict.PASS, Verdict.LIMITS_HOLD, Verdict.REFERENCE)
@@ -170,7 +170,7 @@ def _worst(results: ResultsFolder, scene: str) -> tuple[str, str]:
     return worst.symbol, worst.words
 
 
-def _truth_html(results: ResultsFolder) -> Markup:
+def _truth_html(results: Results) -> Markup:
     counted = counted_section(results).removeprefix("## What the runs counted\n\n")
     parts = [markdown(TRUTH_TEXT)]
     if counted:

@@ -18,7 +18,7 @@ from reports.precision_text import legend_text
 from reports.stored import stored_in
 from validation.bench import PrecisionMeasurement
 from validation.bench.precision import PrecisionPoint
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 FloatArray = NDArray[np.float64]
 
@@ -30,14 +30,14 @@ OPEN = {"●": "○", "◆": "◇", "▲": "△", "▼": "▽", "■": "□", "�
 """Signs of the page for the markers of figures; the open ones had other collisions than truth."""
 
 
-def engines_of_page(results: ResultsFolder) -> list[str]:
+def engines_of_page(results: Results) -> list[str]:
     """Return the labels that have a colour on the page, those of the run first."""
     measured = stored_in(results, PrecisionMeasurement)
     others = () if measured is None else (point.engine for point in measured.points)
     return list(dict.fromkeys([*results.labels, *others]))
 
 
-def precision_html(results: ResultsFolder, measured: PrecisionMeasurement) -> Markup:
+def precision_html(results: Results, measured: PrecisionMeasurement) -> Markup:
     """Return the charts, and the text and tables of the report in Markdown."""
     labels = engines_of_page(results)
     charts = [

@@ -12,9 +12,9 @@ from markupsafe import Markup
 from reports.markdown import UNAVAILABLE, engine_settings, flat_values
 from reports.page.rendering import render
 from reports.stress_report import about_text, survival_table, worst_cases
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 from validation.stress import StressFolder
-from validation.stress.findings import FINDINGS_FILE
+from validation.stress.findings import is_stress_folder
 
 STRESS_FOLDERS = ("stress", "stress-quick", "stress-full")
 """Where in a results folder a stress run may lie."""
@@ -22,12 +22,12 @@ STRESS_FOLDERS = ("stress", "stress-quick", "stress-full")
 _GROUPS: dict[str, tuple[str, ...]] = {
     "Machine": ("cpu", "cores", "os", "python"),
     "Versions": ("versions",),
-    "Code and run": ("git", "date", "command", "state", "format", "schema"),
+    "Code and run": ("git", "date", "command", "run", "state"),
 }
-"""Which entries of `env.json` a table shows; what is in none is in the last one, but engines."""
+"""Which entries of the environment a table shows; all others but engines are in the last one."""
 
 
-def environment_html(results: ResultsFolder) -> Markup:
+def environment_html(results: Results) -> Markup:
     """Return where and with what the run was made, as tables."""
     environment = {k: v for k, v in results.environment.items() if k != "engine_settings"}
     if isinstance(environment.get("command"), list):
@@ -51,7 +51,7 @@ def environment_html(results: ResultsFolder) -> Markup:
     )
 
 
-def stress_html(results: ResultsFolder) -> Markup:
+def stress_html(results: Results) -> Markup:
     """Return what engines survived, where a stress run lies in the results folder."""
     runs = []
     for folder in stress_folders(results.path):
@@ -70,9 +70,7 @@ def stress_folders(path: Path) -> list[StressFolder]:
         Where one of them is damaged, or of another schema version.
     """
     return [
-        StressFolder.load(path / name)
-        for name in STRESS_FOLDERS
-        if (path / name / FINDINGS_FILE).exists()
+        StressFolder.load(path / name) for name in STRESS_FOLDERS if is_stress_folder(path / name)
     ]
 
 

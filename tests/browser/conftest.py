@@ -15,7 +15,7 @@ import pytest
 from replay_run import small_run
 
 from reports import write_report
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = [
@@ -41,9 +41,9 @@ def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def results(run_folder: Path) -> ResultsFolder:
+def results(run_folder: Path) -> Results:
     """What the page shows."""
-    return ResultsFolder.load(run_folder)
+    return Results.open(run_folder)
 
 
 @pytest.fixture(scope="session")

@@ -12,6 +12,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from stored_results import cut_short, in_database, stored
 from typer.testing import CliRunner
 
 import reference_adapters.pybullet.world
@@ -20,7 +21,8 @@ from ghostball.cli import app
 from reference_adapters import make_engine
 from reference_adapters.paper.discrete import PaperDiscreteEngine
 from validation import find_scene, scene_names
-from validation.results.store import ResultsWriter
+from validation.results.database import DATABASE, has_database
+from validation.results.store import Results, ResultsWriter, has_results
 
 BALL = '[[balls]]\nid = "{id}"\nposition = [{x}, 0.5]\nvelocity = [1.0, 0.0]\n'
 HEAD = 'schema = 1\nname = "shot"\n[table]\nlength = 2.0\nwidth = 1.0\n'
@@ -318,8 +320,7 @@ def test_validate_writes_results_verdicts_and_junit(cli_with_processes, tmp_path
         "--no-report",
     )
     assert result.exit_code == 0, result.output
-    lines = (out / "results.jsonl").read_text().splitlines()
-    labels = [json.loads(line)["label"] for line in lines]
+    labels = [case.label for case in Results.open(out).cases]
     assert labels == ["ghostball", "paper-discrete:dt=1e-2,max_time=60"] * 2
     for part in ("stop", "head-on", "paper-discrete:dt=1e-2,max_time=60", "checks passed"):
         assert part in result.stdout
@@ -400,28 +401,22 @@ def test_a_second_run_takes_over_what_is_unchanged_and_says_so(cli, tmp_path):
     said = f"2 cases unchanged, taken over from {tmp_path} (run again with --rerun)"
     assert said in second.stderr
     assert f"{said}; their run times are of then" in second.stdout
-    lines = (tmp_path / "results.jsonl").read_text().splitlines()
-    cases = [json.loads(line) for line in lines]
-    assert all(case["taken_over"] for case in cases)
+    cases = Results.open(tmp_path).cases
+    assert all(case.taken_over for case in cases)
     report = (tmp_path / "report.md").read_text()
     assert "2 of 2 cases taken over from an earlier run, since they were unchanged" in report
-    assert report.count(f"({cases[0]['measured'][:10]})") == 2  # beside each run time
+    assert report.count(f"({cases[0].measured[:10]})") == 2  # beside each run time
     third = cli(*command, "--rerun", "--no-report")
     assert "taken over" not in third.output
-    lines = (tmp_path / "results.jsonl").read_text().splitlines()
-    assert not any(json.loads(line)["taken_over"] for line in lines)
+    assert not any(case.taken_over for case in Results.open(tmp_path).cases)
 
 
 def test_a_run_that_takes_over_nothing_says_why(cli, tmp_path, monkeypatch):
     command = ("validate", "stop", "--engines", "paper-discrete", "--out", tmp_path, "--no-report")
     cli(*command)
-    monkeypatch.setattr("validation.suite.unchanged.hash_sources", lambda folders: "edited")
+    monkeypatch.setattr("validation.suite.unchanged._loaded_sources", lambda: "edited")
     changed = cli(*command)
     assert f"nothing is taken over from {tmp_path}: the code or the environment" in changed.stderr
-    (motion,) = (tmp_path / "motion").iterdir()
-    motion.write_bytes(b"")
-    damaged = cli(*command)
-    assert f"its motion is missing or damaged: {motion}" in damaged.stderr
     other = cli(*command[:3], "paper-discrete:dt=0.01", *command[4:])
     assert "scene, settings, criteria or metrics of every case differ" in other.stderr
 
@@ -451,16 +446,35 @@ def test_only_the_metrics_asked_for_are_judged_and_the_others_counted(cli, tmp_p
     )
 
 
-@pytest.mark.usefixtures("without_run_figures")
-def test_a_run_that_was_killed_in_a_line_is_reported_and_said_to_be(cli, tmp_path):
-    options = ("--engines", "ghostball,paper-discrete", "--out", tmp_path, "--no-report")
-    assert cli("validate", "stop", *options).exit_code == 0
-    path = tmp_path / "results.jsonl"
-    path.write_bytes(path.read_bytes()[:-9])
-    result = cli("report", tmp_path)
+@pytest.mark.parametrize("damage", ["cut short", "another version", "no database"])
+def test_results_that_cannot_be_read_are_one_line_and_stay(cli, tmp_path, damage):
+    command = ("validate", "stop", "--engines", "paper-discrete", "--out", tmp_path, "--no-report")
+    assert cli(*command).exit_code == 0
+    path = tmp_path / DATABASE
+    if damage == "cut short":
+        cut_short(tmp_path)
+    elif damage == "another version":
+        in_database(tmp_path, "PRAGMA user_version = 1")
+    else:
+        path.write_text("years of work")
+    left = path.read_bytes()
+    said = "its version must be" if damage == "another version" else "is cut short or damaged"
+    for again in (command, ("report", tmp_path), ("export", tmp_path)):
+        assert refused(cli(*again), str(path), said, "Move the file away")
+    assert path.read_bytes() == left
+
+
+def test_export_writes_what_was_found_for_anyone(cli, tmp_path):
+    out = tmp_path / "out"
+    cli("validate", "stop", "--engines", "ghostball", "--out", out, "--no-report")
+    result = cli("export", out)
     assert result.exit_code == 0, result.output
-    assert "results.jsonl:2: the last line is cut short" in result.stderr
-    assert "1 of 2 cases are done" in (tmp_path / "report.md").read_text()
+    files = [Path(line) for line in result.stdout.splitlines()]
+    assert {path.parent for path in files} == {out / "export"}
+    assert {"cases.jsonl", "checks.csv", "events.csv"} <= {path.name for path in files}
+    assert cli("export", out, "--out", tmp_path / "there").exit_code == 0
+    assert (tmp_path / "there" / "metrics.csv").read_text().startswith("scene,label,name,value\n")
+    assert refused(cli("export", tmp_path / "none"), "no such results folder")
 
 
 def test_a_failed_check_of_the_criteria_beside_a_scene_file_fails_the_run(cli, tmp_path):
@@ -547,18 +561,18 @@ def test_ctrl_c_keeps_what_is_done_and_says_so(tmp_path):
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
-        results = out / "results.jsonl"
         give_up = time.monotonic() + 120
-        while not (results.exists() and results.read_text()):
+        while not (has_database(out) and has_results(out) and Results.open(out).cases):
             assert process.poll() is None, process.communicate()
             assert time.monotonic() < give_up
             time.sleep(0.05)
         process.send_signal(signal.SIGINT)
         stdout, stderr = process.communicate(timeout=300)
     assert process.returncode == 130, stderr
-    done = len(results.read_text().splitlines())
+    results = Results.open(out)
+    done = len(results.cases)
     assert f"Interrupted: {done} of {2 * len(names)} cases are done and kept" in stderr
-    assert json.loads((out / "env.json").read_text())["state"] == "interrupted"
+    assert results.state == "interrupted"
     assert "checks passed" in stdout
 
 
@@ -582,24 +596,25 @@ def test_ctrl_c_before_the_first_case_says_that_there_are_no_results(cli, tmp_pa
 @pytest.mark.usefixtures("without_run_figures")
 def test_ctrl_c_while_a_run_begins_says_what_became_of_the_results(cli, tmp_path, monkeypatch):
     # Breaks where it says that they stay as they were, and there are none.
-    real = ResultsWriter._drop_motion
+    real = ResultsWriter.begin
 
-    def interrupted_at_first(self):
-        monkeypatch.setattr(ResultsWriter, "_drop_motion", real)
+    def interrupted_after(self, *given):
+        monkeypatch.setattr(ResultsWriter, "begin", real)
+        real(self, *given)
         raise KeyboardInterrupt
 
     def validate(scene, folder, interrupt=False):
         if interrupt:
-            monkeypatch.setattr(ResultsWriter, "_drop_motion", interrupted_at_first)
+            monkeypatch.setattr(ResultsWriter, "begin", interrupted_after)
         return cli("validate", scene, "--engines", "paper-discrete", "--out", folder)
 
     out, new = tmp_path / "out", tmp_path / "new"
     assert validate("stop", out).exit_code == 0
     old, none = (validate("half-ball-cut", folder, interrupt=True) for folder in (out, new))
     assert (old.exit_code, none.exit_code) == (130, 130)
-    assert "no results yet, but the earlier ones that a next run may take over" in old.stderr
-    assert f"was done: no results in {new}" in none.stderr
-    assert (out / "results.jsonl").read_text() == ""
+    for result in (old, none):
+        assert "no results yet, but what earlier runs found and a next run may" in result.stderr
+    assert Results.open(out).cases == Results.open(new).cases == []
     assert "1 case unchanged, taken over" in validate("stop", out).stderr
 
 
@@ -607,21 +622,11 @@ def test_ctrl_c_while_a_run_begins_says_what_became_of_the_results(cli, tmp_path
 def test_a_second_run_into_one_folder_is_refused(cli, tmp_path):
     out = tmp_path / "out"
     assert cli("validate", "stop", "--engines", "paper-discrete", "--out", out).exit_code == 0
-    before = (out / "results.jsonl").read_bytes()
+    before = stored(out)
     with ResultsWriter(out).reserved():
         again = cli("validate", "stop", "--engines", "paper-discrete", "--out", out)
     assert refused(again, str(out), "another run writes there", "choose another `--out`")
-    assert (out / "results.jsonl").read_bytes() == before
-
-
-@pytest.mark.usefixtures("without_run_figures")
-def test_why_nothing_can_be_taken_over_is_said_also_without_earlier_results(
-    cli, tmp_path, monkeypatch
-):
-    monkeypatch.setattr("validation.suite.unchanged._is_editable", lambda name: name == "pymunk")
-    result = cli("validate", "stop", "--engines", "paper-discrete", "--out", tmp_path)
-    assert "nothing is taken over" in result.stderr
-    assert "installed editable, so that their code can't be told: pymunk" in result.stderr
+    assert stored(out) == before
 
 
 # --- lists ------------------------------------------------------------------------------------

@@ -1,14 +1,14 @@
 """`ghostball validate --ensemble`: what it prints, keeps and refuses."""
 
-import json
 from pathlib import Path
 
 import pytest
+from stored_results import in_database, stored
 from typer.testing import CliRunner
 
 import validation.ensembles.run as run_module
 from ghostball.cli import app
-from validation.ensembles import Ensembles
+from validation.ensembles import Ensembles, Size
 
 # How perturbed shots run in other processes is tested where they run; here one test does it.
 pytestmark = pytest.mark.usefixtures("without_run_figures")
@@ -75,8 +75,7 @@ def test_the_size_is_settable_and_stored(cli, tmp_path):
     )
     assert result.exit_code == 0, result.output
     assert "velocity=0.01,position=0.0001" in result.stdout
-    first = json.loads((tmp_path / "ensembles.jsonl").read_text().splitlines()[0])
-    assert first["size"] == {"velocity": 0.01, "position": 1e-4}
+    assert Ensembles.load(tmp_path).run.size == Size(velocity=0.01, position=1e-4)
 
 
 def test_engines_that_cannot_are_named(cli, tmp_path):
@@ -171,13 +170,9 @@ def test_bad_input_is_refused_before_anything_runs(cli, tmp_path, engines, more,
 
 def test_damaged_ensembles_are_refused_and_nothing_is_overwritten(cli, tmp_path):
     assert validate(cli, tmp_path, "--ensemble", 2, "--no-report").exit_code == 0
-    path = tmp_path / "ensembles.jsonl"
-    path.write_bytes(path.read_bytes()[:-20])
-    before = {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}
-    result = validate(cli, tmp_path, "--ensemble", 2)
-    assert result.exit_code == 2
-    assert "cut short" in result.stderr
-    assert {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()} == before
-    report = cli("report", tmp_path)
-    assert report.exit_code == 2
-    assert "cut short" in report.stderr
+    in_database(tmp_path, "UPDATE ensembles SET record = json_set(record, '$.times', 'soon')")
+    before = stored(tmp_path)
+    for result in (validate(cli, tmp_path, "--ensemble", 2), cli("report", tmp_path)):
+        assert result.exit_code == 2
+        assert "an ensemble is damaged: `times`" in result.stderr
+    assert stored(tmp_path) == before

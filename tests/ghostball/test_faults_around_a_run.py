@@ -18,7 +18,7 @@ from faulty_engine import FaultyEngine, planted
 
 from validation.ensembles import Ensembles
 from validation.results.files import ResultsError
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 from validation.stress import StressFolder
 
 TIME_LIMIT = 8.0
@@ -27,7 +27,7 @@ TIME_LIMIT = 8.0
 PATIENCE = 240.0
 """Seconds after which a command that should have ended hangs."""
 
-FILE_SIZE = 24 * 1024
+FILE_SIZE = 128 * 1024
 """Bytes past which no file can be written, where the disk is full: room for a few results."""
 
 SAYS = {
@@ -115,7 +115,7 @@ class Asked:
     def outcomes(self):
         """Return outcome and reason of what there is a result of: scene or trial, and engine."""
         if self.command == "validate":
-            cases = ResultsFolder.load("out").cases
+            cases = Results.open("out").cases
             return {(one.scene, one.label): (one.outcome, one.reason) for one in cases}
         findings = StressFolder.load("out").findings
         return {(one.trial, one.label): (one.outcome, "; ".join(one.faults)) for one in findings}
@@ -255,7 +255,7 @@ def numbers(command):
                 one.checks,
                 np.asarray(one.rest_positions).tolist(),
             )
-            for one in ResultsFolder.load("out").cases
+            for one in Results.open("out").cases
         }
     return {
         (one.trial, one.label): replace(one, seconds=0.0)

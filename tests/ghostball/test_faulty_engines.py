@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 from engine import Scene
 from ghostball.cli import app
+from validation.baselines import load_regression
 
 SHOT = """
 schema = 1
@@ -187,7 +188,7 @@ def test_ones_own_scene_has_no_baseline_and_needs_none(faulty):
     page = (faulty / "out" / "report.html").read_text()
     assert "not all compared" not in page.lower()
     assert "no-baseline" not in page
-    assert not (faulty / "out" / "regression.json").exists()
+    assert load_regression(faulty / "out") is None
 
 
 @pytest.mark.usefixtures("in_this_process", "without_run_figures")

@@ -1,14 +1,14 @@
-"""`ghostball regress`, `accept`, `calibrate`: options, exit statuses, what is printed where."""
+"""`ghostball regress`, `accept`: options, exit statuses, what is printed where."""
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import replace
 from xml.etree import ElementTree
 
 import gate
 import pytest
+from stored_results import cut_short, in_database
 from typer.testing import CliRunner
 
 import ghostball._regress
@@ -19,12 +19,7 @@ from ghostball.cli import app
 from validation.baselines import NotComparableError, RevisionError, load_regression
 from validation.baselines.accept import CHANGES_FILE
 from validation.baselines.baseline import FOLDER, baseline_path
-from validation.baselines.calibrate import times_of
-from validation.baselines.gate import CANDIDATES
-from validation.baselines.regression import REGRESSION_FILE, Regression, Timing
-from validation.baselines.timing import MachineTimes, SceneTimes, save_times, times_path
-from validation.bench.measurements import measured_where
-from validation.results.environment import describe_environment
+from validation.baselines.regression import Regression
 
 
 @pytest.fixture
@@ -44,7 +39,7 @@ def cli(*arguments):
 
 
 def regress(*arguments, scenes=("cut.toml", "roll.toml")):
-    return cli("regress", *scenes, "--baselines", "accepted", "--no-times", *arguments)
+    return cli("regress", *scenes, "--baselines", "accepted", *arguments)
 
 
 def accept(*arguments, reason="It is right."):
@@ -111,7 +106,7 @@ def test_no_baseline_then_accepted_then_passed(here):
 
 def test_a_scene_of_ones_own_is_accepted_into_ones_own_folder_only(here):
     # Breaks where a user is told to accept into the package that is installed.
-    result = cli("regress", "cut.toml", "--no-times")
+    result = cli("regress", "cut.toml")
     assert result.exit_code == 4, result.output
     assert "no baselines of scenes of your own, such as cut" in result.stderr
     assert "--baselines DIR" in result.stderr
@@ -124,7 +119,8 @@ def test_what_moved_is_told_and_fails(accepted, planted):
     assert re.search(r"cut +worse against truth +.*rests 1\.\d+e-09 m", result.stdout)
     assert result.stdout.splitlines()[-1].startswith("failed: 1 identical, 1 worse against truth")
     assert "`ghostball report out/regress` shows it" in result.stderr
-    assert (accepted / "out" / "regress" / CANDIDATES / "cut.toml").exists()
+    compared = load_regression(accepted / "out" / "regress").scenes
+    assert [one.scene for one in compared if one.candidate] == ["cut"]
 
 
 def test_one_of_two_is_accepted_by_its_pattern(accepted, busier):
@@ -194,24 +190,6 @@ def test_another_folder_is_named_in_the_advice(here):
     assert accept("--from", "other").exit_code == 0
 
 
-def test_times_are_taken_and_only_warn(accepted, monkeypatch):
-
-    was = SceneTimes(median=1e-9, low=1e-9, high=1e-9, samples=9, noise=1.0, threshold=1.1)
-    known = MachineTimes(machine="m", environment={}, processes=2, scenes={"cut": was})
-
-    save_times(known, times_path(accepted / "accepted", describe_environment()))
-    slow = Timing(median=1.0, low=1.0, high=1.0, samples=9)
-    monkeypatch.setattr(
-        ghostball._regress, "time_scenes", lambda scenes, **_: {one.name: slow for one in scenes}
-    )
-    result = cli("regress", "cut.toml", "roll.toml", "--baselines", "accepted")
-    assert result.exit_code == 0, result.output
-    assert "warning: cut: took 1000000000.00 times as long" in result.stdout
-    found = load_regression(accepted / "out" / "regress")
-    assert found.scene("cut").time.slower
-    assert "ghostball calibrate" in found.scene("roll").time.words
-
-
 # --- exit statuses and input ------------------------------------------------------------------
 
 
@@ -228,10 +206,10 @@ def test_a_baseline_that_is_nonsense_is_refused_before_anything_runs(accepted):
     path = baseline_path(accepted / "accepted", "cut")
     path.write_text(path.read_text("utf-8").replace('"error"', '"fatal"', 1), "utf-8")
     before = contents(accepted / "accepted")
-    (accepted / "out" / "regress" / REGRESSION_FILE).unlink()
+    in_database(accepted / "out" / "regress", "DELETE FROM documents WHERE name = 'regression'")
     assert refused(regress("--rerun"), "accepted/cut.toml", "'fatal'", "git checkout")
     assert contents(accepted / "accepted") == before
-    assert not (accepted / "out" / "regress" / REGRESSION_FILE).exists()
+    assert load_regression(accepted / "out" / "regress") is None
 
 
 def test_a_baseline_of_another_version_cannot_be_compared(accepted):
@@ -262,17 +240,9 @@ def test_bad_input_is_refused(here, arguments, said):
     assert refused(cli("regress", *scenes, *arguments), said)
 
 
-def test_damaged_times_of_a_machine_are_refused(accepted):
-
-    path = times_path(accepted / "accepted", describe_environment())
-    path.parent.mkdir()
-    path.write_text("schema = ", "utf-8")
-    assert refused(regress(), str(path.name), "`ghostball calibrate`")
-
-
 def test_accepting_needs_a_reason_and_a_comparison(here):
     assert cli("accept").exit_code == 2
-    assert refused(accept(), REGRESSION_FILE, "`ghostball regress")
+    assert refused(accept(), "holds no comparison", "`ghostball regress")
     regress()
     assert refused(accept(reason=" "), "`reason`")
     assert refused(accept("--from", "cut.toml"), "cut.toml")
@@ -281,9 +251,8 @@ def test_accepting_needs_a_reason_and_a_comparison(here):
 
 def test_a_comparison_that_was_cut_short_is_not_accepted(here):
     regress()
-    path = here / "out" / "regress" / REGRESSION_FILE
-    path.write_bytes(path.read_bytes()[:-40])
-    assert refused(accept(), "cut short", "Run `ghostball regress` again")
+    cut_short(here / "out" / "regress")
+    assert refused(accept(), "is cut short or damaged", "Move the file away")
     assert not (here / "accepted").exists()
 
 
@@ -297,7 +266,7 @@ def test_what_can_not_be_compared_exits_with_4_and_prints_no_result(accepted, mo
     assert result.stdout == ""
     assert "error: revision abc can't be built [here]" in result.stderr
     # What was compared before is not of these results.
-    assert not (accepted / "out" / "regress" / REGRESSION_FILE).exists()
+    assert load_regression(accepted / "out" / "regress") is None
 
 
 def test_a_revision_that_there_is_not_exits_with_2(accepted, monkeypatch):
@@ -331,7 +300,7 @@ def test_limits_of_truth_that_are_broken_fail_though_no_bit_moved(accepted):
     assert last.startswith("failed: 2 identical, 1 limits of truth broken")
 
 
-@pytest.mark.parametrize("where", ["time_scenes", "compare_results", "save_regression"])
+@pytest.mark.parametrize("where", ["compare_results", "save_regression"])
 def test_an_interrupt_leaves_no_comparison(accepted, monkeypatch, where):
     def stop(*_, **__):
         raise KeyboardInterrupt
@@ -340,8 +309,8 @@ def test_an_interrupt_leaves_no_comparison(accepted, monkeypatch, where):
     result = cli("regress", "cut.toml", "--baselines", "accepted")
     assert result.exit_code == 130
     assert "Interrupted" in result.stderr
-    assert not (accepted / "out" / "regress" / REGRESSION_FILE).exists()
-    assert refused(accept(), REGRESSION_FILE)
+    assert load_regression(accepted / "out" / "regress") is None
+    assert refused(accept(), "holds no comparison")
 
 
 def test_an_interrupt_of_the_runs_compares_nothing(here, monkeypatch):
@@ -353,32 +322,6 @@ def test_an_interrupt_of_the_runs_compares_nothing(here, monkeypatch):
     assert result.exit_code == 130, result.output
     assert "nothing was compared" in result.stderr
     assert result.stdout == ""
-
-
-# --- calibrate --------------------------------------------------------------------------------
-
-
-def test_calibrating_stores_the_times_of_this_machine(here, monkeypatch):
-    monkeypatch.setattr(ghostball._regress, "machine_scenes", lambda: [gate.roll_shot()])
-    monkeypatch.setattr(ghostball._regress, "calibrate", calibrated)
-    result = cli("calibrate", "--baselines", "accepted")
-    assert result.exit_code == 0, result.output
-    assert "roll" in result.stdout
-    (path,) = (here / "accepted" / "machines").iterdir()
-    assert str(path.name) in result.stdout
-    result = cli("calibrate", "--baselines", "accepted", "--json")
-    assert json.loads(result.stdout)["scenes"]["roll"]["threshold"] > 1.0
-    assert cli("calibrate", "--processes", "1").exit_code == 2
-    assert cli("calibrate", "--repeats", "0").exit_code == 2
-
-
-def calibrated(scenes, *, processes, rounds, progress):
-
-    progress(1, 1, "round 1")
-    assert (processes, rounds) == (5, 15)
-    environment = {name: measured_where()[name] for name in ("cpu", "cores")}
-    times = {scene.name: times_of([[1e-5], [1.1e-5]]) for scene in scenes}
-    return MachineTimes(machine="m", environment=environment, processes=processes, scenes=times)
 
 
 # --- validate ---------------------------------------------------------------------------------
@@ -394,7 +337,7 @@ def test_validate_compares_with_the_shipped_baselines(here):
     assert "moved since" not in result.output
     found = load_regression(here / "out")
     assert found.scene("stop").change == "identical"
-    assert not (here / "out" / CANDIDATES).exists()
+    assert refused(accept("--from", "out"), "nothing to accept")
 
 
 def test_validate_says_what_moved_and_judges_by_truth_alone(here, busier):
@@ -405,14 +348,6 @@ def test_validate_says_what_moved_and_judges_by_truth_alone(here, busier):
     assert "`ghostball regress` says how" in result.stdout
     assert load_regression(here / "out").scene("stop").failed
     assert contents(FOLDER) == before
-
-
-def test_validate_refuses_nonsense_before_anything_runs(here, monkeypatch):
-    damaged = here / "machine.toml"
-    damaged.write_text("schema = ", "utf-8")
-    monkeypatch.setattr("ghostball._validate.times_path", lambda *_: damaged)
-    assert refused(validate(), "machine.toml", "`ghostball calibrate`")
-    assert not (here / "out").exists()
 
 
 def test_validate_without_our_engine_compares_nothing(here):
@@ -433,7 +368,6 @@ def test_validate_without_our_engine_compares_nothing(here):
             ["--against", "--baselines", "--junit", "--no-times", "Exit status 1", "4 where"],
         ),
         ("accept", ["--reason", "--only", "--from", "--baselines"]),
-        ("calibrate", ["--processes", "--repeats", "--baselines", "noise"]),
     ],
 )
 def test_help_names_every_option(command, parts):

@@ -1,6 +1,5 @@
 """The report's section on ensembles, and its figure: from what is stored alone."""
 
-import json
 import re
 import shutil
 from itertools import combinations
@@ -8,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stored_results import edit_document, in_database
 
 import validation.ensembles.run as run_module
 from engine import Ball, Scene
@@ -15,7 +15,7 @@ from reports import style, write_report
 from reports.figures import draw_ensemble
 from reports.markdown_ensembles import ensembles_section, without_end_text
 from validation.ensembles import EnsembleRecord, Ensembles, Size, run_ensembles
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 from validation.scenes.library import find_scene
 from validation.suite.suite import run_suite
 
@@ -33,7 +33,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def section(folder: Path) -> str:
-    return "\n\n".join(ensembles_section(ResultsFolder.load(folder), {}))
+    return "\n\n".join(ensembles_section(Results.open(folder), {}))
 
 
 def loaded(folder: Path) -> Ensembles:
@@ -75,7 +75,7 @@ def test_a_comparison_with_proved_shots_is_said_to_be_one(folder: Path, tmp_path
 
 
 def test_a_folder_without_ensembles_has_no_section(small_folder: Path):
-    assert ensembles_section(ResultsFolder.load(small_folder), {}) == []
+    assert ensembles_section(Results.open(small_folder), {}) == []
 
 
 @pytest.mark.slow
@@ -100,7 +100,7 @@ def test_the_report_holds_figure_and_section_and_nothing_stale(tmp_path: Path):
     assert "[![How 4 perturbed shots of stop end](figures/stop-ensemble.png)]" in text
     assert text.index("## Scenes") < text.index("## Ensembles") < text.index("## Environment")
     assert (tmp_path / "figures" / "stop-ensemble.svg").exists()
-    (tmp_path / "ensembles.jsonl").unlink()
+    in_database(tmp_path, "DELETE FROM documents WHERE name = 'ensembles'")
     assert "Ensembles" not in write_report(tmp_path).read_text()
     assert not (tmp_path / "figures" / "stop-ensemble.png").exists()
 
@@ -118,9 +118,7 @@ def test_an_interrupted_run_and_another_state_of_the_code_are_said(tmp_path: Pat
             raise KeyboardInterrupt
 
     run_ensembles([scene], LABELS[:2], tmp_path, 4, progress=interrupt)
-    environment = json.loads((tmp_path / "env.json").read_text())
-    environment["git"] = {"revision": "another", "dirty": False}
-    (tmp_path / "env.json").write_text(json.dumps(environment))
+    edit_document(tmp_path, "suite", git={"revision": "another", "dirty": False})
     text = section(tmp_path)
     assert "**These ensembles are not complete**: the run was interrupted" in text
     assert "another state of the code than the cases above" in text

@@ -26,12 +26,12 @@ from reports.figures.single import draw_single
 from reports.paper_figures import PAPER_FIGURES, overlaps
 from reports.shots import Run, Shot, load_shot
 from validation.checks.verdict import Verdict, is_own_measure, verdict_of
-from validation.results.store import Check, ResultsFolder
+from validation.results.store import Check, Results
 
 
 @pytest.fixture(scope="session")
-def results(results_folder: Path) -> ResultsFolder:
-    return ResultsFolder.load(results_folder)
+def results(results_folder: Path) -> Results:
+    return Results.open(results_folder)
 
 
 def texts_of(figure) -> str:

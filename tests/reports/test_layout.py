@@ -17,7 +17,7 @@ from reports.figures import (
 from reports.figures.paths import label_balls, scale_of
 from reports.physics_figures import draw_deflection
 from reports.shots import Run, Shot, load_shot
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 from validation.runs.sampling import motion_of
 from validation.scenes.library import find_scene
 
@@ -103,7 +103,7 @@ def test_motion_of_a_few_centimetres_fills_its_axis():
 
 
 def test_where_balls_end_without_a_table_is_in_the_picture(results_folder):
-    shot = load_shot(ResultsFolder.load(results_folder), "break-7")
+    shot = load_shot(Results.open(results_folder), "break-7")
     unbounded = Shot(shot.scene.model_copy(update={"table": None}), shot.runs)
     with style.drawing():
         for axes in draw_paths(unbounded).axes[: len(shot.drawn)]:
@@ -114,7 +114,7 @@ def test_where_balls_end_without_a_table_is_in_the_picture(results_folder):
 
 def test_one_engine_alone_is_no_comparison(results_folder):
     # Breaks where a figure shows one bar, and says of all other engines that they have none.
-    shot = load_shot(ResultsFolder.load(results_folder), "head-on")
+    shot = load_shot(Results.open(results_folder), "head-on")
     unable = next(run for run in shot.runs if run.case.outcome == "not-representable")
     alone, asked_alone = Shot(shot.scene, (shot.ours, unable)), Shot(shot.scene, (shot.ours,))
     with style.drawing():
@@ -137,7 +137,7 @@ def test_energies_have_a_unit_that_suits_them():
 
 def test_the_key_of_the_verdicts_is_within_the_picture(results_folder):
     with style.drawing():
-        figure, renderer = laid_out(draw_verdicts(ResultsFolder.load(results_folder)))
+        figure, renderer = laid_out(draw_verdicts(Results.open(results_folder)))
     key = figure.legends[0].get_window_extent(renderer)
     assert 0.0 <= key.x0 < key.x1 <= figure.bbox.x1
     assert key.y0 >= 0.0
@@ -145,7 +145,7 @@ def test_the_key_of_the_verdicts_is_within_the_picture(results_folder):
 
 def test_every_deflection_is_within_the_axes(results_folder):
     with style.drawing():
-        above = draw_deflection(ResultsFolder.load(results_folder)).axes[0]
+        above = draw_deflection(Results.open(results_folder)).axes[0]
     low, high = above.get_ylim()
     for line in above.lines:
         y = np.asarray(line.get_ydata(), dtype=float)

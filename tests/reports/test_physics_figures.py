@@ -19,7 +19,7 @@ from reports.physics_figures import (
     natural_deflection,
     throw_angle,
 )
-from validation.results.store import Motion, ResultsFolder
+from validation.results.store import Motion, Results
 from validation.runs.sampling import motion_of
 from validation.scenes.library import find_scene
 from validation.truth.closed_forms import closed_form
@@ -122,7 +122,7 @@ def test_a_shot_to_the_other_side_has_the_same_angles():
 
 @pytest.mark.parametrize("name", PHYSICS_FIGURES)
 def test_a_figure_is_written_with_every_engine_that_ran(results_folder, tmp_path, name):
-    results = ResultsFolder.load(results_folder)
+    results = Results.open(results_folder)
     with style.drawing():
         figure = PHYSICS_FIGURES[name](results)
         assert all(path.stat().st_size for path in style.save_figure(figure, tmp_path / name))
@@ -133,6 +133,6 @@ def test_a_figure_is_written_with_every_engine_that_ran(results_folder, tmp_path
 
 
 def test_without_its_sweep_there_is_no_figure(small_folder):
-    results = ResultsFolder.load(small_folder)
+    results = Results.open(small_folder)
     assert draw_deflection(results) is None
     assert draw_throw(results) is None

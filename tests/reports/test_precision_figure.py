@@ -13,7 +13,7 @@ from validation.bench import PrecisionMeasurement, measurements
 from validation.bench._observed import observed_in
 from validation.bench.measurements import save
 from validation.bench.precision import LeftOut, PrecisionCurve, PrecisionPoint, Reach
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 ENVIRONMENT = {"cpu": "a | b", "cores": 2, "date": "2026-01-02T03:04:05+00:00"}
 
@@ -171,7 +171,7 @@ def test_durations_have_units_that_suit_them(seconds, text):
 
 def test_nothing_is_drawn_of_nothing(small_folder):
     assert draw_against_time(MEASURED.model_copy(update={"points": ()})) is None
-    assert draw_precision(ResultsFolder.load(small_folder)) is None
+    assert draw_precision(Results.open(small_folder)) is None
 
 
 def test_the_report_has_a_section_where_it_was_measured(with_precision):

@@ -7,7 +7,7 @@ from reports.racks_figure import draw_racks, draw_racks_or_committed
 from validation.bench import RacksMeasurement, measurements
 from validation.bench.measurements import save
 from validation.bench.racks import RackTimes
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 MEASURED = RacksMeasurement(
     environment={"cpu": "a | b", "cores": 2, "date": "2026-01-02T03:04:05+00:00"},
@@ -61,7 +61,7 @@ def test_the_gallery_draws_the_committed_measurement_if_there_is_one(
 ):
     monkeypatch.setattr(measurements, "STORE", tmp_path / "store")
     monkeypatch.setattr(gallery_pictures, "GALLERY", {})  # what else it draws is not the question
-    assert draw_racks_or_committed(ResultsFolder.load(small_folder)) is None
+    assert draw_racks_or_committed(Results.open(small_folder)) is None
     save(MEASURED, tmp_path / "store" / "some-machine" / "racks.json", "--store")
     names = {path.name for path in write_gallery(small_folder, tmp_path / "gallery")}
     assert {"racks.png", "racks.svg"} <= names

@@ -9,7 +9,7 @@ from reports import gallery_pictures, stored, style, write_gallery, write_report
 from reports.scaling_figure import draw_measured, draw_scaling, draw_scaling_or_committed
 from validation.bench import measurements
 from validation.bench.measurements import Curve, Point, ScalingMeasurement, save
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 ENVIRONMENT = {"cpu": "a | b", "cores": 2, "date": "2026-01-02T03:04:05+00:00"}
 
@@ -78,7 +78,7 @@ def test_engines_differ_in_colour_and_physics_in_more_than_colour():
 
 def test_nothing_is_drawn_of_nothing(small_folder):
     assert draw_measured(MEASURED.model_copy(update={"by_balls": (), "by_packing": ()})) is None
-    assert draw_scaling(ResultsFolder.load(small_folder)) is None
+    assert draw_scaling(Results.open(small_folder)) is None
 
 
 def test_the_report_has_a_section_where_it_was_measured(with_scaling):
@@ -131,4 +131,4 @@ def test_this_machines_measurement_wins_over_anothers(tmp_path, monkeypatch, sma
     save(MEASURED, tmp_path / "a-b-2-cores" / "scaling.json", "--store")
     assert stored.committed(ScalingMeasurement).rounds == 3
     with style.drawing():
-        assert draw_scaling_or_committed(ResultsFolder.load(small_folder)) is not None
+        assert draw_scaling_or_committed(Results.open(small_folder)) is not None

@@ -140,7 +140,7 @@ def test_figures_without_data_are_neither_drawn_nor_left_over(folder, one_figure
 
 
 def test_a_folder_without_a_run_is_refused(tmp_path):
-    with pytest.raises(GhostballError, match="not a folder"):
+    with pytest.raises(GhostballError, match="not a results folder"):
         write_stress_report(tmp_path)
 
 

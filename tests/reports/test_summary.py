@@ -12,16 +12,16 @@ from ghostball.cli import app
 from reports.outcome import overall
 from reports.summary import add_summary, summary_markdown, summary_text, write_summary
 from validation.baselines import save_regression
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 
 @pytest.fixture(scope="module")
 def results(results_folder):
-    return ResultsFolder.load(results_folder)
+    return Results.open(results_folder)
 
 
 def with_cases(results, cases, **environment):
-    return ResultsFolder(results.path, cases, results.environment | environment)
+    return Results(results.path, cases, results.environment | environment)
 
 
 def rows_of(text: str, heading: str) -> list[list[str]]:

@@ -65,6 +65,8 @@ def worse(scene="break-7", **changes):
             base=Timing(median=1e-3, low=0.9e-3, high=1.1e-3, samples=9),
             head=Timing(median=2e-3, low=1.9e-3, high=2.1e-3, samples=9),
             ratio=2.0,
+            ratio_low=1.8,
+            ratio_high=2.2,
             slower=True,
             words="2.0 times as long, 1.8 to 2.2",
         ),

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from engine import Ball, Scene, Table
-from validation.results.store import ResultsFolder, ResultsWriter
+from validation.results.store import Results, ResultsWriter
 from validation.scenes.library import find_scene
 from validation.suite.suite import run_suite
 
@@ -40,7 +40,7 @@ def small_run(within: Path) -> Path:
     names = ("half-ball-cut", "draw-shot", "three-ball-chain")
     scenes = [*map(find_scene, names), hostile_scene()]
     run_suite(scenes, ENGINES, first)
-    ran = ResultsFolder.load(first)
+    ran = Results.open(first)
     writer = ResultsWriter(folder)
     writer.begin(ran.environment | {"engines": [*ENGINES, BROKEN]})
     for case in ran.cases:

@@ -1,6 +1,6 @@
 """The gate: what a change of our engine changed, against accepted baselines or another revision.
 
->>> results = ResultsFolder.load("out/regress")          # runs of our engine
+>>> results = Results.open("out/regress")          # runs of our engine
 >>> regression = compare_results(results, whole=True)    # against validation/baselines/accepted
 >>> regression.outcome, [one.scene for one in regression.scenes if one.failed]
 """
@@ -22,8 +22,7 @@ from validation.baselines.baseline import (
     baseline_folder,
     load_baseline,
 )
-from validation.baselines.calibrate import calibrate
-from validation.baselines.gate import check_baselines, compare_results, machine_scenes
+from validation.baselines.gate import check_baselines, compare_results
 from validation.baselines.player import NotComparableError
 from validation.baselines.regression import (
     FirstDifference,
@@ -37,18 +36,8 @@ from validation.baselines.regression import (
     save_regression,
 )
 from validation.baselines.revision import RevisionError
-from validation.baselines.timing import (
-    MachineTimes,
-    TimesError,
-    load_times,
-    save_times,
-    time_scenes,
-    times_path,
-)
-from validation.results.files import REGRESSION_FILE
 
 __all__ = [
-    "REGRESSION_FILE",
     "AcceptError",
     "Acceptance",
     "Baseline",
@@ -57,28 +46,20 @@ __all__ = [
     "FirstDifference",
     "LimitsBrokenError",
     "LoggedEvent",
-    "MachineTimes",
     "NotComparableError",
     "Quantity",
     "Regression",
     "RevisionError",
     "SceneChange",
     "TimeChange",
-    "TimesError",
     "Timing",
     "accept",
     "baseline_folder",
-    "calibrate",
     "can_be_accepted",
     "check_baselines",
     "compare_results",
     "compare_revisions",
     "load_baseline",
     "load_regression",
-    "load_times",
-    "machine_scenes",
     "save_regression",
-    "save_times",
-    "time_scenes",
-    "times_path",
 ]

@@ -14,13 +14,14 @@ from validation.baselines.baseline import (
     Accepted,
     Baseline,
     BaselineSchemaError,
+    baseline_of,
     baseline_path,
     load_baseline,
 )
-from validation.baselines.gate import CANDIDATES, platform_of, revision_of
+from validation.baselines.gate import platform_of, revision_of
 from validation.baselines.regression import Regression, SceneChange, load_regression
 from validation.parallel.sources import hash_sources, source_folders
-from validation.results.files import REGRESSION_FILE, write_all_whole
+from validation.results.files import write_all_whole
 
 CHANGES_FILE = "CHANGES.md"
 
@@ -110,7 +111,7 @@ def accept(
     regression = load_regression(results)
     if regression is None:
         raise AcceptError(
-            f"{results}: holds no {REGRESSION_FILE}, so there is nothing to accept. Run "
+            f"{results}: holds no comparison, so there is nothing to accept. Run "
             f"`ghostball regress --out {results}`, and look at what it says"
         )
     if not regression.accepted:
@@ -168,21 +169,18 @@ def _accepted(regression: Regression, reason: str) -> Accepted:
 
 
 def _candidates(regression: Regression, results: Path, folder: Path) -> list[Baseline]:
-    """Read what would be accepted, checked as any baseline is, but for what was accepted before."""
+    """Return what would be accepted, but for what was accepted before."""
     found = []
     for change in regression.scenes:
-        path = baseline_path(results / CANDIDATES, change.scene)
-        if path.exists():
-            candidate = load_baseline(path)
-            if candidate.hash.bits != change.head_hash:
-                raise AcceptError(
-                    f"{path}: isn't what the comparison found: it was edited, or is of another "
-                    "run. Run `ghostball regress` again"
-                )
+        if change.candidate:
+            candidate = baseline_of(change.candidate, baseline_path(folder, change.scene))
             if not _was_accepted(change, candidate, folder):
                 found.append(candidate)
         elif can_be_accepted(change):
-            raise AcceptError(f"{path}: missing. Run `ghostball regress` again")
+            raise AcceptError(
+                f"{results}: what {change.scene} came to was only looked at. Run `ghostball "
+                f"regress --out {results}`"
+            )
     return found
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -24,20 +23,17 @@ from validation.baselines.rounding import allowance_of
 from validation.baselines.timing import (
     ROUNDS,
     RUNS,
-    MachineTimes,
     compare_samples,
 )
 from validation.checks.criteria import Criteria
 from validation.checks.metrics import measure
 from validation.results.environment import describe_environment
-from validation.results.files import cannot_write, save_motion
+from validation.results.motions import save_sides
+from validation.results.records import Motion
 from validation.runs.sampling import motion_of
 from validation.scenes import commands
 from validation.suite.suite import shipped_criteria
 from validation.truth.scene_truth import OUR_NAME, Truth, truth_of
-
-BASE_FOLDER = "base"
-"""Folder in a results folder: motion of the base, and of the head beside it."""
 
 Progress = Callable[[int, int, str], None]
 
@@ -59,7 +55,6 @@ def compare_revisions(
     out: Path,
     *,
     criteria: Mapping[str, Criteria] | None = None,
-    known: MachineTimes | None = None,
     rounds: int = ROUNDS,
     progress: Progress | None = None,
 ) -> Regression:
@@ -74,8 +69,6 @@ def compare_revisions(
         A results folder; the motion of both sides goes into it.
     criteria : mapping of str to Criteria, optional
         By scene name; those of shipped scenes where left out.
-    known : MachineTimes, optional
-        What `ghostball calibrate` measured: from which ratio on a scene counts as slower.
     rounds : int
         How often each scene is timed; 0: not at all.
     progress : callable, optional
@@ -110,17 +103,22 @@ def compare_revisions(
                     f"revision {commit[:12]} can play none of these scenes: {shots[0].base}"
                 )
             ended = _ended(shots) if rounds else []
-            times = _by_turns(ended, base, head, rounds, known, one_more)
+            times = _by_turns(ended, base, head, rounds, one_more)
         doubtful = [shot for shot in ended if times[shot.scene.name].slower]
         if doubtful:
             # Where memory lies costs time, and is another place in each process.
             with _playing(sides) as (base, head):
-                times |= _by_turns(doubtful, base, head, rounds, known, lambda _: None)
+                times |= _by_turns(doubtful, base, head, rounds, lambda _: None)
     changes = []
-    with _motion_folder(out) as folder:
-        for shot in shots:
-            changes.append(_change(shot, times.get(shot.scene.name), folder, revision))
-            one_more(f"comparing {shot.scene.name}")
+    motions: dict[tuple[str, str], Motion] = {}
+    for shot in shots:
+        change = _change(shot, times.get(shot.scene.name), revision)
+        changes.append(change)
+        if change.base_hash != change.head_hash and isinstance(shot.base, Result):
+            for side, result in (("base", shot.base), ("head", shot.head)):
+                motions[shot.scene.name, side] = motion_of(result)
+        one_more(f"comparing {shot.scene.name}")
+    save_sides(out, motions)
     environment = describe_environment()
     return Regression(
         against=revision,
@@ -168,7 +166,6 @@ def _by_turns(
     base: Player,
     head: Player,
     rounds: int,
-    known: MachineTimes | None,
     one_more: Callable[[str], None],
 ) -> dict[str, TimeChange]:
     """Time both sides by turns."""
@@ -178,9 +175,7 @@ def _by_turns(
     for turn in range(rounds):
         _one_round(shots, base, head, turn, samples)
         one_more(f"timing, round {turn + 1}")
-    return {
-        name: compare_samples(*taken, _threshold(name, known)) for name, taken in samples.items()
-    }
+    return {name: compare_samples(*taken) for name, taken in samples.items()}
 
 
 def _one_round(
@@ -198,12 +193,7 @@ def _one_round(
             taken.append(player.seconds(shot.path, RUNS))
 
 
-def _threshold(name: str, known: MachineTimes | None) -> float | None:
-    calibrated = None if known is None else known.scenes.get(name)
-    return None if calibrated is None else calibrated.threshold
-
-
-def _change(shot: _Shot, time: TimeChange | None, folder: Path, revision: str) -> SceneChange:
+def _change(shot: _Shot, time: TimeChange | None, revision: str) -> SceneChange:
     scene = shot.scene
     command = commands.regress(scene.name, revision)
     if isinstance(shot.base, PlayError):
@@ -225,29 +215,9 @@ def _change(shot: _Shot, time: TimeChange | None, folder: Path, revision: str) -
     if time is not None and time.slower:
         update["failed"] = True
         update["summary"] = f"{change.summary}; {time.words}"
-    if base.bits != head.bits:
-        for side, result in (("base", shot.base), ("head", shot.head)):
-            name = f"{scene.name}-{side}.npz"
-            save_motion(folder / name, motion_of(result))
-            update[f"{side}_motion"] = f"{BASE_FOLDER}/{name}"
     return change.model_copy(update=update)
 
 
 def _observed(result: Result, truth: Truth) -> Observed:
     horizon = truth.horizon_of(resolution_of(make_engine(OUR_NAME), result.scene))
     return Observed.of_result(result, measure(result, truth, horizon=horizon).values, truth.kind)
-
-
-@contextmanager
-def _motion_folder(out: Path) -> Iterator[Path]:
-    """Yield an empty folder for motion; what an earlier comparison left there goes."""
-    folder = out / BASE_FOLDER
-    try:
-        if folder.exists():
-            shutil.rmtree(folder)
-        folder.mkdir(parents=True)
-        yield folder
-        if not any(folder.iterdir()):
-            folder.rmdir()
-    except OSError as error:
-        raise cannot_write(out, error) from error

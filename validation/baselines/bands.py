@@ -77,7 +77,8 @@ def band_of_metric(name: str, metrics: Mapping[str, int | float]) -> Band:
     if counted is None:
         return Band(*_around(float(value), _GRAIN), "error", SMALL)
     low, high = _around(float(counted), ROUNDINGS)
-    least, most = value * (low / counted), value * (high / counted)
+    # Nothing of an error that isn't there, also where a factor is beyond all numbers.
+    least, most = (value * (bound / counted) if value else 0.0 for bound in (low, high))
     return Band(max(0.0, min(least, value - _GRAIN)), max(most, value + _GRAIN), "error", SCALED)
 
 

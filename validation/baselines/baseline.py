@@ -287,9 +287,22 @@ def load_baseline(path: Path) -> Baseline:
         Where it can't be read, or is nonsense.
     """
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise BaselineError(f"{path}: can't read the baseline: {error}") from None
+    return baseline_of(text, path)
+
+
+def baseline_of(text: str, path: Path) -> Baseline:
+    """Read the text of a baseline; `path` is its file, or the one that it would be written to.
+
+    Raises
+    ------
+    BaselineError
+        As of `load_baseline`.
+    """
+    try:
+        data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise BaselineError(f"{path}: not valid TOML: {error}. {_RESTORE}") from None
     if "schema" not in data:

@@ -11,11 +11,9 @@ from typing import Any
 
 from engine import Scene
 from validation.baselines.baseline import (
-    ENDING,
     FOLDER,
     Accepted,
     Baseline,
-    BaselineError,
     BaselineSchemaError,
     baseline_names,
     baseline_path,
@@ -23,24 +21,18 @@ from validation.baselines.baseline import (
 )
 from validation.baselines.classify import Bands, classify
 from validation.baselines.observed import Observed
-from validation.baselines.regression import BASELINES, Regression, SceneChange, TimeChange, Timing
+from validation.baselines.regression import BASELINES, Regression, SceneChange
 from validation.baselines.rounding import allowance_of
-from validation.baselines.timing import MachineTimes, compare_times
 from validation.bench.skips import many_balls
 from validation.parallel.sources import hash_sources, source_folders
 from validation.results.environment import describe_environment
-from validation.results.files import cannot_write, write_whole
 from validation.results.records import CaseRecord
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 from validation.runs.our_run import run_ours
 from validation.runs.returned import check_result
 from validation.scenes import commands
-from validation.scenes.library import select
 from validation.suite.case import Case, TruthFailure, blank_record, failed
 from validation.truth.scene_truth import OUR_NAME
-
-CANDIDATES = "candidates"
-"""Folder in a results folder: the baselines that accepting it would write."""
 
 PENDING = "not accepted yet"
 
@@ -49,11 +41,6 @@ PENDING = "not accepted yet"
 def crowds() -> tuple[Scene, ...]:
     """Return the shots of many balls that have baselines but no files: they are made by a rule."""
     return many_balls()
-
-
-def machine_scenes() -> list[Scene]:
-    """Return the scenes that are timed: all that are shipped."""
-    return select()
 
 
 def check_baselines(folder: Path, scenes: Sequence[str]) -> None:
@@ -74,23 +61,18 @@ def check_baselines(folder: Path, scenes: Sequence[str]) -> None:
 
 
 def compare_results(
-    results: ResultsFolder,
+    results: Results,
     folder: Path = FOLDER,
     *,
     whole: bool,
     only: Container[str] | None = None,
     candidates: bool = True,
-    times: Mapping[str, Timing] | None = None,
-    known: MachineTimes | None = None,
 ) -> Regression:
     """Compare the runs of our engine in a results folder with their baselines.
 
-    The baselines that would accept what has moved are written into the results folder, below
-    `CANDIDATES`, whole and readable; earlier ones there go.
-
     Parameters
     ----------
-    results : ResultsFolder
+    results : Results
     folder : Path
         Of the baselines.
     whole : bool
@@ -99,27 +81,16 @@ def compare_results(
     only : container of str, optional
         Names of the scenes that are compared; all that were run where it is left out.
     candidates : bool
-        Whether to write these; none are left there otherwise.
-    times : mapping of str to Timing, optional
-        Run times, by scene.
-    known : MachineTimes, optional
-        What this machine took when it was calibrated.
+        Whether to say which baselines would accept what has moved.
 
     Raises
     ------
     GhostballError
-        Where a baseline is nonsense, a motion can't be read, or the baselines lie where candidates
-        are written to, and removed from.
+        Where a baseline is nonsense, or a motion can't be read.
     """
-    if folder.resolve() == (results.path / CANDIDATES).resolve():
-        raise BaselineError(
-            f"{folder}: holds what may be accepted, so it can't hold what was. Choose another "
-            "`--baselines`"
-        )
     names = baseline_names(folder)
     environment = describe_environment() | {"sources": hash_sources(source_folders())}
     changes: list[SceneChange] = []
-    moved: list[Baseline] = []
     accepted: dict[str, Any] = {}
     scenes: list[str] = []
     for scene, found in _observed(results, whole):
@@ -133,13 +104,10 @@ def compare_results(
             continue
         change, candidate, before = _compare(scene, found, folder, environment)
         change = _within_limits(change, results.case(scene.name, OUR_NAME))
-        time = (times or {}).get(scene.name)
-        if time is not None:
-            change = change.model_copy(update={"time": _time(time, scene.name, known)})
+        if candidate is not None and candidates:
+            change = change.model_copy(update={"candidate": candidate.text()})
         changes.append(change)
-        moved += [candidate] if candidate is not None else []
         accepted = before or accepted
-    _write_candidates(results.path, moved if candidates else [])
     stale = tuple(name for name in names if name not in scenes) if whole else ()
     return Regression(
         against=BASELINES,
@@ -160,7 +128,7 @@ def outcome_of(changes: Sequence[SceneChange]) -> Any:
     return "no-baseline" if incomparable or not changes else "passed"
 
 
-def _observed(results: ResultsFolder, whole: bool) -> Iterator[tuple[Scene, Observed | CaseRecord]]:
+def _observed(results: Results, whole: bool) -> Iterator[tuple[Scene, Observed | CaseRecord]]:
     """Yield each scene with what our engine did there, or with the case that did not run."""
     for name in results.scene_names:
         case = results.case(name, OUR_NAME)
@@ -186,7 +154,7 @@ def _crowd(scene: Scene) -> Observed | CaseRecord:
     return Observed.of_result(result)
 
 
-def with_cases(regression: Regression, results: ResultsFolder) -> Regression:
+def with_cases(regression: Regression, results: Results) -> Regression:
     """Return a comparison with what else was found of our engine: broken limits, and crashes."""
     cases = {case.scene: case for case in results.cases if case.label == OUR_NAME}
     changes = [_within_limits(one, cases.pop(one.scene, None)) for one in regression.scenes]
@@ -268,34 +236,13 @@ def _not_run(case: CaseRecord) -> SceneChange:
     )
 
 
-def _time(head: Timing, scene: str, known: MachineTimes | None) -> TimeChange:
-    return compare_times(head, None if known is None else known.scenes.get(scene))
-
-
 def _warnings(changes: Sequence[SceneChange], stale: Sequence[str]) -> Iterator[str]:
     for change in changes:
-        if change.time is not None and change.time.slower:
-            yield f"{change.scene}: {change.time.words}"
         for one in (*change.metrics, *change.counters):
             if one.level == "warn" and not one.within:
                 yield f"{change.scene}: `{one.name}` {one.base} -> {one.head}: {one.why}"
     if stale:
         yield f"baselines of scenes that are no more: {', '.join(stale)}"
-
-
-def _write_candidates(folder: Path, candidates: Sequence[Baseline]) -> None:
-    target = folder / CANDIDATES
-    try:
-        for old in target.glob(f"*{ENDING}"):
-            old.unlink()
-        if candidates:
-            target.mkdir(exist_ok=True)
-        for candidate in candidates:
-            write_whole(baseline_path(target, candidate.scene), candidate.text())
-        if target.is_dir() and not any(target.iterdir()):
-            target.rmdir()
-    except OSError as error:
-        raise cannot_write(folder, error) from error
 
 
 def revision_of(environment: Mapping[str, Any]) -> str:

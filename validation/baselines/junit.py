@@ -39,10 +39,7 @@ def write_regression_junit(regression: Regression, path: str | Path) -> None:
 
 def regression_xml(regression: Regression) -> str:
     """Return a comparison as one JUnit document; `classname` is the scene, `name` the quantity."""
-    by_turns = not regression.accepted
-    suites = {
-        change.scene: list(_test_cases(change, by_turns=by_turns)) for change in regression.scenes
-    }
+    suites = {change.scene: list(_test_cases(change)) for change in regression.scenes}
     if regression.outcome == "no-baseline" and not any(map(_uncompared, regression.scenes)):
         nothing = case_element("regression", "baselines")
         message = f"nothing could be compared with {regression.against}"
@@ -73,7 +70,7 @@ def moved_text(quantity: Quantity) -> str:
     return f"{quantity.name} must be {band}, got {head} (before: {base})"
 
 
-def _test_cases(change: SceneChange, *, by_turns: bool) -> Iterator[ElementTree.Element]:
+def _test_cases(change: SceneChange) -> Iterator[ElementTree.Element]:
     verdict = case_element(change.scene, "verdict")
     if _uncompared(change):
         words = f"{change.change}: {change.summary}"
@@ -89,7 +86,7 @@ def _test_cases(change: SceneChange, *, by_turns: bool) -> Iterator[ElementTree.
     yield _hash_case(change)
     yield _difference_case(change)
     if change.time is not None:
-        yield _time_case(change, by_turns=by_turns)
+        yield _time_case(change)
 
 
 def _quantity_case(change: SceneChange, quantity: Quantity) -> ElementTree.Element:
@@ -131,16 +128,11 @@ def _judge_moved(element: ElementTree.Element, change: SceneChange, words: str) 
         set_output(element, [f"{change.change}: {words}"])
 
 
-def _time_case(change: SceneChange, *, by_turns: bool) -> ElementTree.Element:
+def _time_case(change: SceneChange) -> ElementTree.Element:
     assert change.time is not None
     element = case_element(change.scene, "run time", change.time.head.median)
-    if change.time.base is None:
-        set_verdict(element, "skipped", change.time.words or "there is no run time to compare with")
-    elif change.time.slower and by_turns and change.failed:
+    if change.time.slower:
         set_verdict(element, "failure", f"slower: {change.time.words}", change.command)
-    elif change.time.slower:
-        # Times of another day prove nothing.
-        set_output(element, [f"warning: slower: {change.time.words}"])
     return element
 
 

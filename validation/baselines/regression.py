@@ -1,20 +1,27 @@
-"""What a comparison of two states of our engine found: `regression.json` in a results folder.
+"""What a comparison of two states of our engine found, kept in a results folder.
 
 *Base* is what was accepted, or another revision; *head* is the engine as it is now.
 """
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from validation.results.files import REGRESSION_FILE, ResultsError, cannot_write, told, write_whole
+from validation.results.database import (
+    get_document,
+    has_database,
+    put_document,
+    reading,
+    record_of,
+    transaction,
+    writing,
+)
 
-SCHEMA: Final = 2
-"""Version of the file; another one is refused."""
+SCHEMA: Final = 3
+"""Version of what `ghostball regress --json` prints."""
 
 BASELINES: Final = "baselines"
 """What a comparison with them says that it is against."""
@@ -93,19 +100,17 @@ class Timing(_Model):
 
 
 class TimeChange(_Model):
-    """Run times of one scene; `ratio` is head over base, and None where there is no base.
+    """Run times of one scene in two revisions that ran by turns; `ratio` is head over base.
 
-    `threshold` is the ratio from which on it counts as slower; `slower` says so beyond doubt: the
-    whole interval of the ratio lies above the threshold. Where both sides ran by turns, that is the
-    interval of the ratio's median that holds 999 times in 1000, for many scenes are looked at.
+    `slower` says so beyond doubt: the whole interval of the ratio's median, which holds it 999
+    times in 1000, for many scenes are looked at, lies above `validation.baselines.timing.SLOWER`.
     """
 
-    base: Timing | None
+    base: Timing
     head: Timing
-    ratio: float | None = None
-    ratio_low: float | None = None
-    ratio_high: float | None = None
-    threshold: float | None = None
+    ratio: float
+    ratio_low: float
+    ratio_high: float
     slower: bool = False
     words: str = ""
 
@@ -132,9 +137,8 @@ class SceneChange(_Model):
         Of events and rest positions, to the bit; "" where there is none.
     rest_base, rest_head : ((x, y, z), ...) [m] or None
         Where the balls come to rest, in the scene's order.
-    base_motion, head_motion : str or None
-        Files with the motion of both sides (as `Motion`), relative to the results folder; the base
-        has one only where another revision was run.
+    candidate : str
+        The baseline that accepting it would write, as TOML; "" where there is nothing to accept.
     time : TimeChange or None
     command : str
         What shows the difference, or the scene, again.
@@ -154,8 +158,7 @@ class SceneChange(_Model):
     head_hash: str = ""
     rest_base: tuple[tuple[float, float, float], ...] | None = None
     rest_head: tuple[tuple[float, float, float], ...] | None = None
-    base_motion: str | None = None
-    head_motion: str | None = None
+    candidate: str = ""
     time: TimeChange | None = None
     command: str = ""
 
@@ -179,7 +182,7 @@ class Regression(_Model):
         What doesn't fail the gate but should be known, one sentence each.
     """
 
-    schema_version: Literal[2] = Field(default=SCHEMA, alias="schema")
+    schema_version: Literal[3] = Field(default=SCHEMA, alias="schema")
     kind: Literal["regression"] = "regression"
     against: str
     base: dict[str, Any]
@@ -205,17 +208,14 @@ class Regression(_Model):
 
 
 def save_regression(regression: Regression, folder: Path) -> None:
-    """Write it into a results folder, whole or not at all.
+    """Store it in a results folder, in place of an earlier one.
 
     Raises
     ------
     ResultsError
     """
-    path = folder / REGRESSION_FILE
-    try:
-        write_whole(path, regression.model_dump_json(indent=1, by_alias=True) + "\n")
-    except OSError as error:
-        raise cannot_write(folder, error) from error
+    with writing(folder) as database, transaction(database):
+        put_document(database, "regression", regression.model_dump_json(by_alias=True))
 
 
 def load_regression(folder: Path) -> Regression | None:
@@ -224,27 +224,13 @@ def load_regression(folder: Path) -> Regression | None:
     Raises
     ------
     ResultsError
-        Where it is damaged, or of another schema version.
+        Where the folder's database is cut short, damaged or of another version.
     """
-    path = folder / REGRESSION_FILE
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
+    if not has_database(folder):
         return None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ResultsError(f"{path}: can't be read: {error}") from None
-    try:
-        version = json.loads(text).get("schema")
-    except (ValueError, AttributeError):
-        raise ResultsError(
-            f"{path}: is cut short or no comparison of ours. Run `ghostball regress` again"
-        ) from None
-    if version != SCHEMA:
-        raise ResultsError(
-            f"{path}: `schema` must be {SCHEMA}, got {version!r}: it was written by another "
-            "version of ghostball. Run `ghostball regress` again"
-        )
-    try:
-        return Regression.model_validate_json(text)
-    except ValidationError as error:
-        raise ResultsError(f"{path}: {told(error)}. Run `ghostball regress` again") from None
+    with reading(folder) as database:
+        text = get_document(database, "regression")
+    if text is None:
+        return None
+    found: Regression = record_of(TypeAdapter(Regression), text, f"{folder}: its comparison")
+    return found

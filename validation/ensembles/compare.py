@@ -11,7 +11,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from hashlib import sha256
 from pathlib import Path
 from typing import Final, Literal
 
@@ -19,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.ensembles.ensemble_record import INSTANTS, REFERENCE, EnsembleRecord, Members
-from validation.ensembles.ensembles_folder import ENSEMBLES_FILE, Ensembles
+from validation.ensembles.ensembles_folder import Ensembles
 from validation.ensembles.members import Stream
 from validation.ensembles.statistics import TwoSample, holm, smallest_p, two_sample_tests
 
@@ -140,14 +139,13 @@ def compare(ensembles: Ensembles) -> Compared:
     Holm's correction is over all tests of the run, those of the null test included. Members that
     came to no end are left out: `EnsembleRecord.stopped` and `failed` have them.
     """
-    digest = sha256((ensembles.folder / ENSEMBLES_FILE).read_bytes()).hexdigest()
-    return _compare(ensembles.folder, digest)
+    return _compare(ensembles.folder, ensembles.run.name)
 
 
 @lru_cache(maxsize=1)
-def _compare(folder: Path, digest: str) -> Compared:  # noqa: ARG001 - tells two states apart
+def _compare(folder: Path, run: str) -> Compared:  # noqa: ARG001 - tells two states apart
     ensembles = Ensembles.load(folder)
-    assert ensembles is not None  # its hash was just taken
+    assert ensembles is not None  # it was just read
     pairs = list(_pairs(ensembles))
     permutations = permutations_for(len(QUANTITIES) * len(pairs))
     comparisons = [

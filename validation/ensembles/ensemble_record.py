@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal
+from uuid import uuid4
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +13,6 @@ from pydantic import ConfigDict
 from engine import Scene
 from validation.ensembles.members import Size, Stream
 from validation.results.records import FloatArray, scene_from
-
-SCHEMA: Final = 1
-"""Version of `ensembles.jsonl` and of the arrays beside it; another one is refused."""
-
-FORMAT: Final = "ghostball ensembles"
 
 REFERENCE: Final = "ghostball"
 """The engine that the others are compared with: the one that has every scene's own model."""
@@ -30,7 +26,7 @@ EnsembleState = Literal["running", "complete", "interrupted"]
 
 @dataclass(frozen=True)
 class EnsembleRun:
-    """What a run was asked for: the first line of `ensembles.jsonl`.
+    """What a run was asked for, and how it ended.
 
     Attributes
     ----------
@@ -39,11 +35,10 @@ class EnsembleRun:
     size : Size
     scenes, labels : tuple of str
     state : "running", "complete" or "interrupted"
-    records : int
-        Lines that follow.
     environment : dict
         Date, machine, versions, revision, command line.
-    format, schema
+    name : str
+        What tells it from any other run.
     """
 
     count: int
@@ -52,16 +47,14 @@ class EnsembleRun:
     labels: tuple[str, ...]
     environment: dict[str, Any]
     state: EnsembleState = "running"
-    records: int = 0
-    format: str = FORMAT
-    schema: int = SCHEMA
+    name: str = field(default_factory=lambda: uuid4().hex)
 
     __pydantic_config__ = ConfigDict(extra="forbid")
 
 
 @dataclass(frozen=True, eq=False)
 class EnsembleRecord:
-    """One ensemble: the members of one scene on one engine; a line of `ensembles.jsonl`.
+    """One ensemble: the members of one scene on one engine.
 
     Attributes
     ----------
@@ -84,18 +77,8 @@ class EnsembleRecord:
         Why it did not run; else "".
     stopped, failed : dict of str to str
         By number of the member: how it ended early, why it failed.
-    arrays : str or None
-        File of what the members that came to their end did, relative to the folder; None without.
-    arrays_hash : str
-        SHA-256 of that file; "" where there is none.
-    measured : str
-        When its last member was run: date and time in UTC, ISO 8601.
-    kept : bool
-        Whether it is of an earlier run and no part of this one's results: kept for a later run that
-        may find it unchanged.
     inputs_hash, code_hash : str
         Hashes of all that decides what its members do. "" where they must be run again.
-    schema : int
     """
 
     scene: str
@@ -111,13 +94,8 @@ class EnsembleRecord:
     reason: str = ""
     stopped: dict[str, str] = field(default_factory=dict)
     failed: dict[str, str] = field(default_factory=dict)
-    arrays: str | None = None
-    arrays_hash: str = ""
-    measured: str = ""
-    kept: bool = False
     inputs_hash: str = ""
     code_hash: str = ""
-    schema: int = SCHEMA
 
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
 
@@ -167,11 +145,6 @@ class Members:
             np.zeros((0, 2), dtype=np.int64),
             np.zeros((0, INSTANTS)),
         )
-
-    def below(self, count: int) -> Members:
-        """Return those whose number is below `count`."""
-        those = self.index < count
-        return Members(*(part[those] for part in self.parts()))
 
     def parts(self) -> tuple[NDArray[Any], ...]:
         """Return the arrays, in order of the attributes."""

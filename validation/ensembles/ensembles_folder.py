@@ -1,55 +1,39 @@
-"""Ensembles in a results folder.
-
-    ensembles.jsonl    what the run was asked for, then one JSON object per ensemble, one per line
-    ensembles/*.npz    what the members of each did
-
-Both are written anew, whole, as members are done: first arrays under a name of their own, then the
-lines that name them, in one step. So a run that is interrupted or killed leaves files that read
-back, and one that is cut short or damaged all the same is refused with its place.
-"""
+"""Ensembles in the database of a results folder: a row for each, and one for each member."""
 
 from __future__ import annotations
 
-import io
-import re
-import zipfile
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, replace
-from hashlib import sha256
+import sqlite3
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from pydantic import TypeAdapter
 
 from validation.ensembles.ensemble_record import (
-    FORMAT,
-    SCHEMA,
     EnsembleRecord,
     EnsembleRun,
     EnsembleState,
     Members,
 )
+from validation.ensembles.member import MemberResult
 from validation.ensembles.members import Stream
-from validation.results.files import (
-    ResultsError,
-    cannot_write,
-    hash_of_file,
-    parse_line,
-    read_whole_lines,
-    write_whole,
-    write_whole_lines,
+from validation.results.database import (
+    get_document,
+    has_database,
+    put_document,
+    reading,
+    record_of,
+    transaction,
 )
-
-ENSEMBLES_FILE: Final = "ensembles.jsonl"
-ENSEMBLES_FOLDER: Final = "ensembles"
 
 Key = tuple[str, str, Stream]
 """Scene, engine label and stream of an ensemble."""
 
 _RUN: Final = TypeAdapter(EnsembleRun)
 _RECORD: Final = TypeAdapter(EnsembleRecord)
-_AGAIN: Final = "Move it away, or choose another `--out`, and run `validate --ensemble` again"
+_MEMBER: Final = TypeAdapter(MemberResult)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,15 +45,12 @@ class Ensembles:
     folder : Path
     run : EnsembleRun
     records : list of EnsembleRecord
-        Those of the run; scene by scene, engine by engine.
-    kept : list of EnsembleRecord
-        Those of earlier runs that a later one may take over.
+        Scene by scene, engine by engine.
     """
 
     folder: Path
     run: EnsembleRun
     records: list[EnsembleRecord]
-    kept: list[EnsembleRecord]
 
     @classmethod
     def load(cls, folder: str | Path) -> Ensembles | None:
@@ -78,35 +59,23 @@ class Ensembles:
         Raises
         ------
         ResultsError
-            Where they are cut short, damaged, or of another schema version.
+            Where they can't be read.
         """
-        path = Path(folder) / ENSEMBLES_FILE
-        lines = read_whole_lines(path, _AGAIN)
-        if lines is None:
+        path = Path(folder)
+        if not has_database(path):
             return None
-        if not lines:
-            raise ResultsError(f"{path}: is empty. {_AGAIN}")
-        run: EnsembleRun = parse_line(_RUN, lines[0], f"{path}:1", SCHEMA, _AGAIN)
-        if run.format != FORMAT:
-            raise ResultsError(f"{path}:1: not ensembles of ours. {_AGAIN}")
-        records: list[EnsembleRecord] = [
-            parse_line(_RECORD, line, f"{path}:{number}", SCHEMA, _AGAIN)
-            for number, line in enumerate(lines[1:], 2)
-        ]
-        if len(records) != run.records:
-            raise ResultsError(
-                f"{path}: is cut short: {run.records} ensembles were written, {len(records)} are "
-                f"there. {_AGAIN}"
-            )
-        own = [record for record in records if not record.kept]
-        for record in own:
-            if record.scene not in run.scenes or record.label not in run.labels:
-                raise ResultsError(
-                    f'{path}: `{record.label}` in scene "{record.scene}" is there, but the first '
-                    f"line doesn't ask for it. {_AGAIN}"
-                )
-        own.sort(key=lambda record: _place(record, run))
-        return cls(path.parent, run, own, [record for record in records if record.kept])
+        with reading(path) as database:
+            text = get_document(database, "ensembles")
+            if text is None:
+                return None
+            run: EnsembleRun = record_of(_RUN, text, f"{folder}: what its ensembles are of")
+            records = [
+                _with_failures(database, number, record)
+                for number, record in _stored(database, "WHERE current")
+                if record.scene in run.scenes and record.label in run.labels
+            ]
+        records.sort(key=lambda record: _place(record, run))
+        return cls(path, run, records)
 
     def of(self, scene: str, stream: Stream = "shots") -> dict[str, EnsembleRecord]:
         """Return the ensembles of a scene by engine label, in the order of the run."""
@@ -122,113 +91,138 @@ class Ensembles:
         Raises
         ------
         ResultsError
-            Where their file is missing or damaged.
+            Where they can't be read.
         """
-        return load_members(self.folder, record).below(self.run.count)
+        with reading(self.folder) as database:
+            texts = database.execute(
+                "SELECT members.record FROM members JOIN ensembles ON ensemble_id = id "
+                "WHERE current AND (scene, label, stream) = (?, ?, ?) AND outcome = 'ended' "
+                "AND number < ? ORDER BY number",
+                [*record.key, self.run.count],
+            ).fetchall()
+        what = f"{self.folder}: a perturbed shot"
+        return members_of(
+            [record_of(_MEMBER, text, what) for (text,) in texts], len(record.definition["balls"])
+        )
 
 
-def load_members(folder: Path, record: EnsembleRecord) -> Members:
-    """Read the arrays of an ensemble.
-
-    Raises
-    ------
-    ResultsError
-        Where their file is missing or damaged.
-    """
-    if record.arrays is None:
-        return Members.none(len(record.definition["balls"]))
-    path = folder / record.arrays
-    try:
-        content = path.read_bytes()
-        if sha256(content).hexdigest() != record.arrays_hash:
-            raise ValueError("it isn't what was written")
-        with np.load(io.BytesIO(content), allow_pickle=False) as stored:
-            return Members(*(stored[part.name] for part in fields(Members)))
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise ResultsError(
-            f"{path}: can't read what the members of `{record.label}` in scene "
-            f'"{record.scene}" did: {error}. {_AGAIN}'
-        ) from error
+def members_of(ended: list[MemberResult], balls: int) -> Members:
+    """Return members that came to their end, in order of their numbers, as arrays."""
+    if not ended:
+        return Members.none(balls)
+    return Members(
+        np.array([one.index for one in ended], dtype=np.int64),
+        np.array([one.rest_positions for one in ended], dtype=np.float64),
+        np.array([one.rest_time for one in ended], dtype=np.float64),
+        np.array([one.counts for one in ended], dtype=np.int64),
+        np.array([one.energy for one in ended], dtype=np.float64),
+    )
 
 
 class EnsembleWriter:
-    """Writes the ensembles of a run as their members come.
-
-    The folder must be reserved: see `ResultsWriter.reserved`.
+    """Writes the ensembles of a run, each member as it comes; the folder must be reserved.
 
     Parameters
     ----------
-    folder : Path
+    database : sqlite3.Connection
     run : EnsembleRun
-    kept : iterable of EnsembleRecord
-        Of earlier runs, to be kept as they are.
     """
 
-    def __init__(self, folder: Path, run: EnsembleRun, kept: Iterable[EnsembleRecord]) -> None:
-        self._folder = folder
+    def __init__(self, database: sqlite3.Connection, run: EnsembleRun) -> None:
+        self._database = database
         self._run = run
-        self._kept = [replace(record, kept=True) for record in kept]
-        self._records: dict[Key, EnsembleRecord] = {}
-        self._unwritten: dict[Key, Members] = {}
+        self._numbers: dict[Key, int] = {}
 
-    def put(self, record: EnsembleRecord, members: Members | None) -> None:
-        """Take an ensemble as it is now, in place of what it was; None: its file is as it was."""
-        self._records[record.key] = record
-        if members is not None:
-            self._unwritten[record.key] = members
+    def done_before(self, code: str, count: int) -> dict[str, frozenset[int]]:
+        """Return which members the same code ran to their end, by the hash of the inputs."""
+        done = {}
+        for number, record in _stored(self._database, ""):
+            if code and record.inputs_hash and record.code_hash == code:
+                rows = self._database.execute(
+                    "SELECT number FROM members WHERE ensemble_id = ? AND outcome = 'ended' "
+                    "AND number < ?",
+                    [number, count],
+                )
+                done[record.inputs_hash] = frozenset(index for (index,) in rows)
+        return done
 
-    def write(self, state: EnsembleState) -> None:
-        """Write all that was put.
+    def begin(self, records: Mapping[EnsembleRecord, bool]) -> None:
+        """Start a run: what the same code found stays, for this run or a later one.
 
-        Raises
-        ------
-        ResultsError
-            Where the folder can't be written.
+        Parameters
+        ----------
+        records : mapping of EnsembleRecord to bool
+            What is to be run, and whether the members of an unchanged one are taken over.
         """
-        try:
-            (self._folder / ENSEMBLES_FOLDER).mkdir(exist_ok=True)
-            for key, members in self._unwritten.items():
-                self._records[key] = self._with_arrays(self._records[key], members)
-            self._unwritten.clear()
-            records = [*self._records.values(), *self._kept]
-            run = replace(self._run, state=state, records=len(records))
-            lines = [_RUN.dump_json(run), *map(_RECORD.dump_json, records)]
-            write_whole_lines(self._folder / ENSEMBLES_FILE, lines)
-            self._drop_stray({record.arrays for record in records})
-        except OSError as error:
-            raise cannot_write(self._folder, error) from error
+        with transaction(self._database):
+            execute = self._database.execute
+            stored: dict[str, int] = {}
+            codes = {record.code_hash for record in records}
+            for number, record in list(_stored(self._database, "")):
+                if record.inputs_hash and record.code_hash in codes:
+                    stored[record.inputs_hash] = number
+                else:
+                    execute("DELETE FROM ensembles WHERE id = ?", [number])
+            execute("UPDATE ensembles SET current = 0")
+            for record, taken_over in records.items():
+                before = stored.get(record.inputs_hash)
+                if before is not None and not taken_over:
+                    execute("DELETE FROM ensembles WHERE id = ?", [before])
+                if before is None or not taken_over:
+                    before = execute(
+                        "INSERT INTO ensembles (record, current) VALUES (?, 1)",
+                        [_RECORD.dump_json(record).decode()],
+                    ).lastrowid
+                    assert before is not None
+                execute("UPDATE ensembles SET current = 1 WHERE id = ?", [before])
+                execute(
+                    "DELETE FROM members WHERE ensemble_id = ? AND outcome != 'ended'", [before]
+                )
+                self._numbers[record.key] = before
+            put_document(self._database, "ensembles", _RUN.dump_json(self._run))
 
-    def _with_arrays(self, record: EnsembleRecord, members: Members) -> EnsembleRecord:
-        if not len(members):
-            return replace(record, arrays=None, arrays_hash="")
-        buffer = io.BytesIO()
-        arrays: Mapping[str, Any] = {
-            part.name: getattr(members, part.name) for part in fields(Members)
-        }
-        np.savez_compressed(buffer, **arrays)
-        content = buffer.getvalue()
-        digest = sha256(content).hexdigest()
-        slug = re.sub(r"[^A-Za-z0-9.+-]+", "-", "--".join(record.key))
-        # Part of its hash in its name: what a line names is never overwritten.
-        name = f"{ENSEMBLES_FOLDER}/{slug}-{digest[:12]}.npz"
-        write_whole(self._folder / name, content)
-        return replace(record, arrays=name, arrays_hash=digest)
+    def write(self, result: MemberResult) -> None:
+        """Add a member."""
+        number = self._numbers[result.scene, result.label, result.stream]
+        with transaction(self._database):
+            self._database.execute(
+                "INSERT INTO members (ensemble_id, record) VALUES (?, ?)",
+                [number, _MEMBER.dump_json(result).decode()],
+            )
 
-    def _drop_stray(self, named: set[str | None]) -> None:
-        for path in (self._folder / ENSEMBLES_FOLDER).iterdir():
-            stray = f"{ENSEMBLES_FOLDER}/{path.name}" not in named
-            if stray and path.suffix in (".npz", ".part"):
-                path.unlink()
+    def refuse(self, record: EnsembleRecord) -> None:
+        """Note of an ensemble that its engine can't run it."""
+        with transaction(self._database):
+            self._database.execute(
+                "UPDATE ensembles SET record = ? WHERE id = ?",
+                [_RECORD.dump_json(record).decode(), self._numbers[record.key]],
+            )
+
+    def finish(self, state: EnsembleState) -> None:
+        """Note how the run ended."""
+        with transaction(self._database):
+            run = replace(self._run, state=state)
+            put_document(self._database, "ensembles", _RUN.dump_json(run))
 
 
-def arrays_are_whole(folder: Path, record: EnsembleRecord) -> bool:
-    """Whether the arrays of an ensemble are there as they were written."""
-    if record.arrays is None:
-        return True
-    try:
-        return hash_of_file(folder / record.arrays) == record.arrays_hash
-    except OSError:
-        return False
+def _stored(database: sqlite3.Connection, which: str) -> Iterator[tuple[int, EnsembleRecord]]:
+    for number, text in database.execute(f"SELECT id, record FROM ensembles {which}").fetchall():
+        yield number, record_of(_RECORD, text, "an ensemble")
+
+
+def _with_failures(
+    database: sqlite3.Connection, number: int, record: EnsembleRecord
+) -> EnsembleRecord:
+    """Return an ensemble with what its members that came to no end say."""
+    stopped: dict[str, str] = {}
+    failed: dict[str, str] = {}
+    for index, outcome, reason in database.execute(
+        "SELECT number, outcome, json_extract(record, '$.reason') FROM members "
+        "WHERE ensemble_id = ? AND outcome != 'ended' ORDER BY number",
+        [number],
+    ):
+        (failed if outcome == "failed" else stopped)[str(index)] = reason
+    return replace(record, stopped=stopped, failed=failed)
 
 
 def _place(record: EnsembleRecord, run: EnsembleRun) -> tuple[int, int, str]:

@@ -7,12 +7,13 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ConfigDict
 
 from engine import EngineFailedError, Scene, UnsupportedSceneError
 from engine.result import COLLISION_KINDS
 from reference_adapters.registry import EngineUnavailableError, make_engine
 from validation.ensembles.members import Stream
-from validation.results.records import status_name
+from validation.results.records import FloatArray, status_name
 from validation.runs.playing import run_engine
 from validation.runs.sampling import energy_at
 
@@ -68,10 +69,12 @@ class MemberResult:
     index: int
     outcome: MemberOutcome
     reason: str = ""
-    rest_positions: NDArray[np.float64] | None = None
+    rest_positions: FloatArray | None = None
     rest_time: float | None = None
     counts: tuple[int, ...] | None = None
-    energy: NDArray[np.float64] | None = None
+    energy: FloatArray | None = None
+
+    __pydantic_config__ = ConfigDict(arbitrary_types_allowed=True)
 
 
 def run_member(task: MemberTask) -> MemberResult:

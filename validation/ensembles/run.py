@@ -11,11 +11,10 @@
 from __future__ import annotations
 
 import json
-import time
+import sqlite3
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import asdict, dataclass, field, replace
-from datetime import UTC, datetime
+from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -29,37 +28,27 @@ from reference_adapters.registry import EngineUnavailableError, make_engine, par
 from validation.ensembles.ensemble_record import (
     INSTANTS,
     REFERENCE,
-    SCHEMA,
     EnsembleOutcomeName,
     EnsembleRecord,
     EnsembleRun,
     EnsembleState,
-    Members,
 )
-from validation.ensembles.ensembles_folder import (
-    Ensembles,
-    EnsembleWriter,
-    Key,
-    arrays_are_whole,
-    load_members,
-)
+from validation.ensembles.ensembles_folder import Ensembles, EnsembleWriter, Key
 from validation.ensembles.member import MemberResult, MemberTask, died, run_member
 from validation.ensembles.members import EnsembleError, Size, Stream, perturb
 from validation.parallel.cluster import Cluster
 from validation.parallel.compiling import compile_kernels
 from validation.parallel.pool import limit_of, run_tasks
+from validation.results.database import SCHEMA, reserved, writing
 from validation.results.environment import describe_environment
-from validation.results.store import ResultsError, ResultsWriter, is_results_folder
+from validation.results.store import ResultsError, has_results
 from validation.runs.our_run import run_ours
 from validation.suite.case import plain_settings
 from validation.suite.suite import check_time_limit
-from validation.suite.unchanged import Code, is_ours
+from validation.suite.unchanged import code_hash, is_ours
 
 FEWEST, MOST = 2, 1_000
 """Members of an ensemble. The tests hold a matrix of (2 x members)^2 distances in memory."""
-
-WRITE_INTERVAL = 2.0
-"""Seconds between two times that what is done is written: a kill loses no more than that."""
 
 Progress = Callable[[MemberResult, int, int], None]
 """Called with each member that is done, how many are, and how many there are."""
@@ -162,12 +151,11 @@ def run_ensembles(
     check_time_limit(time_limit)
     if jobs < 1:
         raise EnsembleError(f"`jobs` must be at least 1, got {jobs}")
-    if not is_results_folder(out):
+    if not has_results(out):
         raise ResultsError(
             f"{out}: not a results folder yet. Run the suite into it first: `ghostball validate`"
         )
-    with ResultsWriter(out).reserved():
-        stored = Ensembles.load(out)
+    with reserved(out), writing(out) as database:
         run = EnsembleRun(
             count,
             size,
@@ -175,7 +163,7 @@ def run_ensembles(
             tuple(labels),
             describe_environment(),
         )
-        return _Run(run, scenes, out, stored, reuse).go(jobs, cluster, progress, time_limit)
+        return _Run(run, scenes, out, database, reuse).go(jobs, cluster, progress, time_limit)
 
 
 def _check_request(scenes: Sequence[Scene], labels: Sequence[str], count: int, size: Size) -> None:
@@ -204,94 +192,37 @@ class _Ensemble:
 
     record: EnsembleRecord
     scene: Scene
-    before: Members  # of an earlier run
-    ended: dict[int, MemberResult] = field(default_factory=dict)
+    before: frozenset[int]  # numbers of the members that an earlier run did
     settled: int = 0  # members of this run of which nothing more is to come
-    changed: bool = False
 
     def missing(self, count: int) -> list[int]:
         """Return the numbers of the members that must be run."""
         if self.record.outcome != "ran":
             return []
-        done = set(self.before.index.tolist())
-        return [index for index in range(count) if index not in done]
-
-    def note(self, result: MemberResult, missing: int) -> int:
-        """Take a member that is done; return how many of the missing ones that settles."""
-        record, left = self.record, missing - self.settled
-        if record.outcome != "ran":
-            return 0  # it was on its way already when the first one was refused
-        if result.outcome in ("not-representable", "unavailable") and not self.settled:
-            record = replace(record, outcome=result.outcome, reason=result.reason)
-            settles = left
-        else:
-            settles = 1
-            if result.outcome == "ended":
-                self.ended[result.index] = result
-            elif result.outcome == "failed":
-                record = replace(record, failed=record.failed | {str(result.index): result.reason})
-            else:
-                record = replace(
-                    record, stopped=record.stopped | {str(result.index): result.reason}
-                )
-        now = datetime.now(UTC).isoformat(timespec="seconds")
-        self.record = replace(record, measured=now)
-        self.settled += settles
-        self.changed = True
-        return settles
-
-    def members(self) -> Members:
-        """Return what all members did, in order of their numbers."""
-        new = [self.ended[index] for index in sorted(self.ended)]
-        if not new:
-            return self.before
-        columns = (
-            np.array([one.index for one in new], dtype=np.int64),
-            np.array([one.rest_positions for one in new], dtype=np.float64),
-            np.array([one.rest_time for one in new], dtype=np.float64),
-            np.array([one.counts for one in new], dtype=np.int64),
-            np.array([one.energy for one in new], dtype=np.float64),
-        )
-        both = [np.concatenate(pair) for pair in zip(self.before.parts(), columns, strict=True)]
-        order = np.argsort(both[0])
-        return Members(*(column[order] for column in both))
+        return [index for index in range(count) if index not in self.before]
 
 
 class _Run:
-    """A run of ensembles, from the plan to the last line."""
+    """A run of ensembles, from the plan to the last member."""
 
     def __init__(
         self,
         run: EnsembleRun,
         scenes: Sequence[Scene],
         out: Path,
-        stored: Ensembles | None,
+        database: sqlite3.Connection,
         reuse: bool,
     ) -> None:
         self._count, self._out = run.count, out
-        self._code = Code.now()
-        earlier = [] if stored is None else [*stored.records, *stored.kept]
-        of_use = {
-            record.inputs_hash: record
-            for record in earlier
-            if record.inputs_hash and record.code_hash and record.code_hash == self._code.hash
-        }
+        self._writer = EnsembleWriter(database, run)
+        code = code_hash()
+        before = self._writer.done_before(code, run.count) if reuse else {}
         self._ensembles: dict[Key, _Ensemble] = {}
         for scene in scenes:
-            for record in _planned(scene, run):
-                same = of_use.pop(record.inputs_hash, None)
-                before = Members.none(len(scene.balls))
-                if reuse and same is not None and arrays_are_whole(out, same):
-                    before = load_members(out, same)
-                    record = replace(  # noqa: PLW2901
-                        record,
-                        arrays=same.arrays,
-                        arrays_hash=same.arrays_hash,
-                        measured=same.measured,
-                        code_hash=same.code_hash,
-                    )
-                self._ensembles[record.key] = _Ensemble(record, scene, before)
-        self._writer = EnsembleWriter(out, run, of_use.values())
+            for planned in _planned(scene, run):
+                record = replace(planned, code_hash=code)
+                done = before.get(record.inputs_hash, frozenset())
+                self._ensembles[record.key] = _Ensemble(record, scene, done)
 
     def go(
         self,
@@ -300,12 +231,12 @@ class _Run:
         progress: Progress | None,
         time_limit: float | None,
     ) -> EnsembleOutcome:
-        """Run what is missing; what is done is written now and then, and at the end."""
+        """Run what is missing; each member is kept as soon as it is done."""
         missing = {key: one.missing(self._count) for key, one in self._ensembles.items()}
         planned = self._count * len(self._ensembles)
         done = taken_over = planned - sum(map(len, missing.values()))
         state: EnsembleState = "interrupted"
-        written, begun = time.monotonic(), False
+        begun, failed = False, 0
         prepare: Callable[[], None] | None = None
         try:
             if wanted := [self._ensembles[key].scene for key, those in missing.items() if those]:
@@ -320,25 +251,44 @@ class _Run:
             )
             with closing(finished):
                 for result in finished:
+                    if not begun:
+                        self._begin()
+                        begun = True
                     key = (result.scene, result.label, result.stream)
-                    done += self._ensembles[key].note(result, len(missing[key]))
-                    begun = True
+                    done += self._note(result, len(missing[key]))
+                    failed += result.outcome == "failed"
                     if progress is not None:
                         progress(result, done, planned)
-                    if time.monotonic() - written >= WRITE_INTERVAL:
-                        self._write("running")
-                        written = time.monotonic()
+            if not begun:
+                self._begin()
             state = "complete"
         except KeyboardInterrupt:
             pass  # said in the outcome
         finally:
             # Interrupted before anything was done, the folder stays as it was.
             if begun or state == "complete":
-                self._write(state)
-        failed = sum(len(one.record.failed) for one in self._ensembles.values())
+                self._writer.finish(state)
         return EnsembleOutcome(
             self._out, planned, done, taken_over, failed, state == "interrupted", begun
         )
+
+    def _begin(self) -> None:
+        self._writer.begin({one.record: bool(one.before) for one in self._ensembles.values()})
+
+    def _note(self, result: MemberResult, missing: int) -> int:
+        """Keep a member that is done; return how many of the missing ones that settles."""
+        one = self._ensembles[result.scene, result.label, result.stream]
+        if one.record.outcome != "ran":
+            return 0  # it was on its way already when the first one was refused
+        settles = 1
+        if result.outcome in ("not-representable", "unavailable") and not one.settled:
+            one.record = replace(one.record, outcome=result.outcome, reason=result.reason)
+            self._writer.refuse(one.record)
+            settles = missing
+        else:
+            self._writer.write(result)
+        one.settled += settles
+        return settles
 
     def _tasks(self, missing: Mapping[Key, Sequence[int]]) -> Iterator[MemberTask]:
         """Yield what is to be run, ensemble by ensemble; one that was refused is left at once."""
@@ -350,14 +300,6 @@ class _Run:
                 record = one.record
                 member = perturb(one.scene, record.size, index, record.stream)
                 yield MemberTask(member, record.label, record.stream, index, record.times)
-
-    def _write(self, state: EnsembleState) -> None:
-        code = self._code.hash if self._code.holds() else ""
-        for one in self._ensembles.values():
-            if one.changed:
-                one.record = replace(one.record, code_hash=code)
-            self._writer.put(one.record, one.members() if one.changed else None)
-        self._writer.write(state)
 
 
 def _planned(scene: Scene, run: EnsembleRun) -> Iterator[EnsembleRecord]:

@@ -11,19 +11,10 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from validation.parallel.sources import LIBRARIES
 from validation.results.git import GitError, run_git
 
-PACKAGES = (
-    "ghostball",
-    "numpy",
-    "numba",
-    "llvmlite",
-    "pymunk",
-    "pybullet",
-    "mpmath",
-    "python-flint",
-    "pydantic",
-)
+PACKAGES = ("ghostball", *LIBRARIES)
 """Distributions whose versions can change a number."""
 
 
@@ -36,7 +27,7 @@ def describe_environment() -> dict[str, Any]:
         "cores": os.cpu_count(),
         "os": platform.platform(),
         "python": platform.python_version(),
-        "versions": {name: _version(name) for name in PACKAGES},
+        "versions": versions(),
         "git": git_state(Path(__file__).resolve().parents[2]),
     }
 
@@ -74,6 +65,11 @@ def git_state(root: Path) -> dict[str, Any] | None:
     except GitError:  # no git here, or no commit yet
         return None
     return {"revision": revision, "dirty": bool(changes)}
+
+
+def versions() -> dict[str, str | None]:
+    """Return the versions of `PACKAGES`; None of what isn't installed."""
+    return {name: _version(name) for name in PACKAGES}
 
 
 @cache  # reading what is installed takes milliseconds, and every results folder asks

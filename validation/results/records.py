@@ -18,9 +18,6 @@ from pydantic import ConfigDict, PlainSerializer, PlainValidator
 from engine import GhostballError, Scene, SceneError, Status
 from engine.result import Events
 
-SCHEMA: Final = 4
-"""Version of records and of the folder that holds them; another one is refused."""
-
 CLOSED_FORM: Final = "closed form"
 CERTIFIED: Final = "certified"
 OUR_ENGINE: Final = "our engine (not independent)"
@@ -140,7 +137,7 @@ def number_with_unit(value: float | int | None, unit: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class CaseRecord:
-    """One scene on one engine: one line of `results.jsonl`.
+    """One scene on one engine.
 
     Attributes
     ----------
@@ -194,10 +191,6 @@ class CaseRecord:
     checks : tuple of Check
     left_out : tuple of str
         The metric of each limit that wasn't judged, for the run didn't ask for that metric.
-    motion : str or None
-        File of the sampled motion, relative to the folder; `ResultsFolder.motion` reads it.
-    motion_hash : str
-        SHA-256 of that file; "" where there is none.
     measured : str
         When the case was run: date and time in UTC, ISO 8601. `wall_time` is of then.
     taken_over : bool
@@ -205,7 +198,6 @@ class CaseRecord:
     inputs_hash, code_hash : str
         Hashes of all that decides what is measured; see `validation.suite.unchanged`. "" where the
         case must be run again whatever they are.
-    schema : int
     """
 
     scene: str
@@ -239,13 +231,10 @@ class CaseRecord:
     notes: dict[str, str] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()
     left_out: tuple[str, ...] = ()
-    motion: str | None = None
-    motion_hash: str = ""
     measured: str = ""
     taken_over: bool = False
     inputs_hash: str = ""
     code_hash: str = ""
-    schema: int = SCHEMA
 
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
 

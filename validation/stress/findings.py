@@ -1,36 +1,37 @@
-"""What a stress run found, and the folder that keeps it: `stress.jsonl` and the worst cases."""
+"""What a stress run found, and the folder that keeps it: a database, and the worst cases."""
 
 from __future__ import annotations
 
-import json
-import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import sqlite3
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal
 
-import filelock
 from pydantic import ConfigDict, TypeAdapter
 
 from engine import Scene
-from validation.results.files import ResultsError, cannot_write, parse_line, write_whole_lines
+from validation.results.database import (
+    LOCK,
+    documents_in,
+    get_document,
+    has_database,
+    put_document,
+    reading,
+    record_of,
+    reserved,
+    transaction,
+    writing,
+)
+from validation.results.files import ResultsError, cannot_write
 from validation.stress.trial import Suite
 
-FORMAT: Final = "ghostball stress"
-SCHEMA: Final = 2
-FINDINGS_FILE: Final = "stress.jsonl"
 WORST_FOLDER: Final = "worst"
-LOCK_FILE: Final = ".lock"
-PART_FILE: Final = FINDINGS_FILE + ".part"
-"""What a kill leaves of a file that was being written."""
 
 Outcome = Literal["survived", "broken", "not-representable", "unavailable", "failed"]
 """Whether every shot held; not all did; the engine can't be asked that; it can't run here; the
 harness couldn't judge it, which says nothing of the engine."""
-
-_AGAIN: Final = "Run `ghostball stress` again, into another `--out`"
-
 
 Key = tuple[str, str, str]
 """Family, trial and label."""
@@ -54,8 +55,6 @@ class Finding:
         Wall time; 0 where its process died or was ended.
     scene : mapping or None
         Definition of the shot that broke worst, or came nearest.
-    code_hash : str
-        Of the code that found it; "" where it can't be told.
     """
 
     family: str
@@ -69,8 +68,6 @@ class Finding:
     values: dict[str, Any] = field(default_factory=dict)
     seconds: float = 0.0
     scene: dict[str, Any] | None = None
-    code_hash: str = ""
-    schema: int = SCHEMA
 
     __pydantic_config__ = ConfigDict(extra="forbid")
 
@@ -82,19 +79,19 @@ class Finding:
 
 @dataclass(frozen=True)
 class StressRun:
-    """The first line of the file: what was asked for, where and with what.
+    """What was asked for, where and with what.
 
     Attributes
     ----------
     suite : "quick" or "full"
     families, labels : tuple of str
     environment : mapping
-        As in `env.json` of a results folder.
+        As of a run of the suite.
     code_hash : str
-        Of the code that ran; "" where it can't be told.
+        Of the code that ran, and of the shipped scenes; "" where it can't be told.
     missing : tuple of (str, str, str)
         Keys of what was asked for, by this run or an earlier one of the same code, and wasn't found
-        yet when this line was written.
+        yet when this was written.
     """
 
     suite: Suite
@@ -103,8 +100,6 @@ class StressRun:
     environment: dict[str, Any]
     code_hash: str = ""
     missing: tuple[Key, ...] = ()
-    format: str = FORMAT
-    schema: int = SCHEMA
 
     __pydantic_config__ = ConfigDict(extra="forbid")
 
@@ -146,33 +141,24 @@ class StressFolder:
 
     @classmethod
     def load(cls, folder: str | Path) -> StressFolder:
-        """Read a folder; a last line that a kill cut short is left out.
+        """Read a folder.
 
         Raises
         ------
         ResultsError
-            Where there is none, or it is damaged or of another schema version.
+            Where there is none, or its database is cut short, damaged or of another version.
         """
-        path = Path(folder) / FINDINGS_FILE
-        try:
-            content, _, _ = path.read_bytes().rpartition(b"\n")  # before decoding: half a character
-            lines = content.decode("utf-8").split("\n") if content else []
-        except (FileNotFoundError, NotADirectoryError):
+        path = Path(folder)
+        with reading(path) as database:
+            text = get_document(database, "stress")
+            texts = database.execute("SELECT record FROM findings ORDER BY id").fetchall()
+        if text is None:
             raise ResultsError(
-                f"{folder}: not a folder of `ghostball stress`: it has no {FINDINGS_FILE}"
-            ) from None
-        except (OSError, UnicodeDecodeError) as error:
-            raise ResultsError(f"{path}: can't be read: {error}. {_AGAIN}") from error
-        if not lines:
-            raise ResultsError(f"{path}: is empty. {_AGAIN}")
-        run: StressRun = parse_line(_RUN, lines[0], f"{path}:1", SCHEMA, _AGAIN)
-        if run.format != FORMAT:
-            raise ResultsError(f"{path}:1: not findings of ours. {_AGAIN}")
-        findings: list[Finding] = [
-            parse_line(_FINDING, line, f"{path}:{number}", SCHEMA, _AGAIN)
-            for number, line in enumerate(lines[1:], 2)
-        ]
-        return cls(path.parent, run, findings)
+                f"{folder}: not a folder of `ghostball stress`: it holds no findings"
+            )
+        run: StressRun = record_of(_RUN, text, f"{folder}: what was tried")
+        what = f"{folder}: a finding"
+        return cls(path, run, [record_of(_FINDING, one, what) for (one,) in texts])
 
     def of(self, family: str, label: str) -> list[Finding]:
         """Return what was found in a family on an engine."""
@@ -187,7 +173,7 @@ class StressFolder:
 
 
 class StressWriter:
-    """Writes findings as they come, a line each: a kill costs no more than the one in hand.
+    """Writes findings as they come: a kill costs no more than the one in hand.
 
     Within `reserved`, which keeps other runs out of the folder.
 
@@ -199,7 +185,7 @@ class StressWriter:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._lock = filelock.FileLock(path / LOCK_FILE, timeout=0)
+        self._database: sqlite3.Connection | None = None
 
     @contextmanager
     def reserved(self) -> Iterator[None]:
@@ -212,29 +198,17 @@ class StressWriter:
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            strangers = [
-                entry.name
-                for entry in self.path.iterdir()
-                if entry.name
-                not in (FINDINGS_FILE, PART_FILE, WORST_FOLDER, LOCK_FILE, "stress.md", "figures")
-            ]
-            if strangers and not (self.path / FINDINGS_FILE).exists():
-                raise ResultsError(
-                    f"{self.path}: holds something else ({sorted(strangers)[0]}), which stays as "
-                    "it is. Choose another `--out`, or empty it"
-                )
-            self._lock.acquire()
-        except filelock.Timeout:
-            raise ResultsError(
-                f"{self.path}: another run is writing there. Wait for its end, or choose another "
-                "`--out`"
-            ) from None
+            known = (WORST_FOLDER, LOCK, "stress.md", "figures")
+            strangers = sorted(one.name for one in self.path.iterdir() if one.name not in known)
         except OSError as error:
             raise cannot_write(self.path, error) from error
-        try:
+        if strangers and not has_database(self.path):
+            raise ResultsError(
+                f"{self.path}: holds something else ({strangers[0]}), which stays as it is. Choose "
+                "another `--out`, or empty it"
+            )
+        with reserved(self.path), writing(self.path) as self._database:
             yield
-        finally:
-            self._lock.release(force=True)  # its file stays: another run may wait for it
 
     def earlier(self, suite: Suite) -> StressFolder | None:
         """Return what earlier runs of a suite left in the folder; None where it is new.
@@ -244,7 +218,7 @@ class StressWriter:
         ResultsError
             Where what is there can't be read: nothing is overwritten then.
         """
-        if not (self.path / FINDINGS_FILE).exists():
+        if not is_stress_folder(self.path):
             return None
         folder = StressFolder.load(self.path)
         if folder.run.suite != suite:
@@ -255,28 +229,39 @@ class StressWriter:
         return folder
 
     def begin(self, run: StressRun, kept: Iterable[Finding]) -> None:
-        """Write the first line and what is taken over, whole or not at all."""
-        self._rewrite(run, kept)
+        """Note what is asked for, and keep of what is there what is taken over."""
+        with self._changing() as database:
+            database.execute("DELETE FROM findings")
+            put_document(database, "stress", _RUN.dump_json(run))
+            for finding in kept:
+                _insert(database, finding)
 
     def add(self, finding: Finding) -> None:
-        """Append a finding."""
-        try:
-            with (self.path / FINDINGS_FILE).open("ab") as file:
-                file.write(_line(finding) + b"\n")
-        except OSError as error:
-            raise cannot_write(self.path, error) from error
+        """Add a finding."""
+        with self._changing() as database:
+            _insert(database, finding)
 
     def finish(self, run: StressRun, findings: Sequence[Finding]) -> None:
-        """Write all again in the order of the run, and each family's worst case as a scene file."""
-        self._rewrite(run, findings)
+        """Store all in the order of the run, and each family's worst case as a scene file."""
+        self.begin(run, findings)
         save_worst(StressFolder(self.path, run, list(findings)))
 
-    def _rewrite(self, run: StressRun, findings: Iterable[Finding]) -> None:
-        lines = [_RUN.dump_json(run), *map(_line, findings)]
-        try:
-            write_whole_lines(self.path / FINDINGS_FILE, lines)
-        except OSError as error:
-            raise cannot_write(self.path, error) from error
+    @contextmanager
+    def _changing(self) -> Iterator[sqlite3.Connection]:
+        assert self._database is not None, "reserved() comes first"
+        with transaction(self._database):
+            yield self._database
+
+
+def is_stress_folder(path: Path) -> bool:
+    """Whether a folder holds what a stress run found.
+
+    Raises
+    ------
+    ResultsError
+        Where its database is cut short, damaged or of another version.
+    """
+    return "stress" in documents_in(path)
 
 
 def save_worst(folder: StressFolder) -> None:
@@ -301,14 +286,6 @@ def stem_of(family: str, label: str) -> str:
     return f"{family}-{safe}"
 
 
-def _line(finding: Finding) -> bytes:
-    return json.dumps(_plain(_FINDING.dump_python(finding, mode="json"))).encode()
-
-
-def _plain(value: Any) -> Any:
-    """Return `value` with null for every number that is not finite: JSON has none."""
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+def _insert(database: sqlite3.Connection, finding: Finding) -> None:
+    text = _FINDING.dump_json(finding).decode()
+    database.execute("INSERT INTO findings (record) VALUES (?)", [text])

@@ -40,7 +40,7 @@ from validation.stress.trial import (
     Trial,
     Verdict,
 )
-from validation.suite.unchanged import Code, is_ours
+from validation.suite.unchanged import code_hash, is_ours
 
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",
@@ -216,11 +216,10 @@ def _run(
     time_limit: float | None,
 ) -> StressOutcome:
     begun = time.perf_counter()
-    code = Code.now()
-    code_hash = _hash_of_all(code)
+    code = _hash_of_all()
     asked = [_key(task) for task in tasks]
     # What this run isn't asked for stays: a look at one family must not cost the others.
-    stays, missing = _left_by(writer.earlier(suite), code_hash, frozenset(asked))
+    stays, missing = _left_by(writer.earlier(suite), code, frozenset(asked))
     found = {key: stays[key] for key in asked if reuse and key in stays and _stands(stays[key])}
     others = [one for key, one in stays.items() if key not in frozenset(asked)]
     known = [*asked, *missing, *(one.key for one in others)]
@@ -229,7 +228,7 @@ def _run(
         tuple(name for name in FAMILIES if name in {key[0] for key in known}),
         tuple(dict.fromkeys([*labels, *(label for _, _, label in known)])),
         describe_environment(),
-        code_hash,
+        code,
         tuple(key for key in [*asked, *missing] if key not in found),
     )
     taken_over = len(found)
@@ -257,11 +256,10 @@ def _run(
         findings = run_tasks(rest, cluster or jobs, run_trial, _died, limit, printed, prepare)
         with closing(findings):
             for one in findings:
-                stamped = replace(one, code_hash=code_hash if code.holds() else "")
-                found[stamped.key] = stamped
-                writer.add(stamped)
+                found[one.key] = one
+                writer.add(one)
                 if progress is not None:
-                    progress(stamped, len(found), len(tasks))
+                    progress(one, len(found), len(tasks))
     except KeyboardInterrupt:
         interrupted = True
     in_order = [*(found[key] for key in asked if key in found), *others]
@@ -272,33 +270,29 @@ def _run(
     return StressOutcome(folder, tuple(found), taken_over, interrupted, wall_time, jobs)
 
 
-def _hash_of_all(code: Code) -> str:
+def _hash_of_all() -> str:
     """Return the hash of all that decides what is found; "" where the code can't be told.
 
     Of the code; and of the shipped scenes with their criteria, which some trials play.
     """
-    if not code.hash:
-        return ""
-    digest = hashlib.sha256(code.hash.encode())
+    code = code_hash()
+    digest = hashlib.sha256(code.encode())
     for path in sorted(FOLDER.glob("*.toml")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
-    return digest.hexdigest()
+    return digest.hexdigest() if code else ""
 
 
 def _left_by(
-    earlier: StressFolder | None, code_hash: str, asked: frozenset[Key]
+    earlier: StressFolder | None, code: str, asked: frozenset[Key]
 ) -> tuple[dict[Key, Finding], list[Key]]:
     """Return what an earlier run by the same code found, and what was asked of it in vain.
 
     The latter without what is asked of this run.
     """
-    if earlier is None or not earlier.run.code_hash == code_hash != "":
+    if earlier is None or not earlier.run.code_hash == code != "":
         return {}, []
-    stays = {one.key: one for one in earlier.findings if one.code_hash == code_hash}
-    # Files of code changed while they were tried: they have to be tried again.
-    doubtful = [one.key for one in earlier.findings if one.key not in stays]
-    wanted = dict.fromkeys([*earlier.run.missing, *doubtful])
-    return stays, [key for key in wanted if key not in stays and key not in asked]
+    stays = {one.key: one for one in earlier.findings}
+    return stays, [key for key in earlier.run.missing if key not in stays and key not in asked]
 
 
 def _stands(one: Finding) -> bool:

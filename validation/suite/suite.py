@@ -8,7 +8,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 import traceback
 from collections.abc import Callable, Container, Generator, Iterable, Iterator, Mapping, Sequence
@@ -38,15 +37,13 @@ from validation.parallel.cluster import Cluster
 from validation.parallel.compiling import compile_kernels
 from validation.parallel.pool import limit_of, run_tasks
 from validation.results.environment import describe_environment
-from validation.results.files import ResultsError
 from validation.results.records import CaseRecord, Motion
-from validation.results.store import ResultsFolder, ResultsWriter, RunState, read_earlier
+from validation.results.store import Pair, Results, ResultsWriter, RunState
 from validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
 from validation.suite.case import Case, TruthFailure, blank_record, failed, plain_settings, run_case
 from validation.suite.unchanged import (
-    Code,
-    Pair,
     Unchanged,
+    code_hash,
     dates_of,
     find_unchanged,
     inputs_hash,
@@ -54,8 +51,6 @@ from validation.suite.unchanged import (
     stamped,
 )
 from validation.truth.scene_truth import PARTS, Truth, TruthPart, check_truth, truth_of
-
-_LOGGER = logging.getLogger("ghostball.validation")
 
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",
@@ -245,18 +240,18 @@ def _run(
     time_limit: float | None,
 ) -> Outcome:
     outcome = Outcome(writer.path, planned=plan.size)
-    code, earlier = Code.now(), _read_earlier(writer.path)
-    unchanged = Unchanged()
+    code, unchanged = code_hash(), Unchanged()
     if reuse:
-        unchanged = find_unchanged(writer.path, earlier, plan.inputs, code, plan.foreign)
+        unchanged = find_unchanged(writer.path, plan.inputs, code, plan.foreign)
     if announce is not None:
         announce(unchanged)
     taken_over = list(unchanged.cases.values())
     environment = describe_environment() | plan.describe() | {"taken_over": dates_of(taken_over)}
     state: RunState = "interrupted"
+    begun = False
 
     def begin() -> None:
-        writer.begin(environment, taken_over=taken_over, earlier=earlier)
+        writer.begin(environment, unchanged.cases)
         outcome.cases.extend(taken_over)
 
     try:
@@ -272,27 +267,25 @@ def _run(
             cases = run_cases(plan.cases(rest), cluster or jobs, time_limit, compiled)
             with closing(cases) as finished:
                 for ran, motion in finished:
-                    if not writer.begun:
+                    if not begun:
                         begin()
+                        begun = True
                     record = stamped(ran, plan.inputs[ran.scene, ran.label], code)
-                    outcome.cases.append(writer.write(record, motion))
+                    writer.write(record, motion)
+                    outcome.cases.append(record)
                     if progress is not None:
-                        progress(outcome.cases[-1], len(outcome.cases), plan.size)
+                        progress(record, len(outcome.cases), plan.size)
         state = "complete"
     except KeyboardInterrupt:
         outcome = replace(outcome, interrupted=True)
     finally:
         # What this code could never take over is of no use once a run has come to its end.
-        writer.finish(
-            state,
-            still_of_use=(lambda case: case.code_hash == code.hash)
-            if state == "complete"
-            else None,
-        )
-    if outcome.interrupted and writer.begun:
+        writer.finish(state, still_of_use=code if state == "complete" else None)
+    begun = writer.begun
+    if outcome.interrupted and begun:
         # What the folder says: the interrupt may have come between a line and its being noted here.
-        outcome.cases[:] = ResultsFolder.load(writer.path).cases
-    return replace(outcome, begun=writer.begun)
+        outcome.cases[:] = Results.open(writer.path).cases
+    return replace(outcome, begun=begun)
 
 
 def run_cases(
@@ -384,7 +377,7 @@ class _Plan:
         return len(self.scenes) * len(self.settings)
 
     def describe(self) -> dict[str, Any]:
-        """Return what `env.json` says of the run."""
+        """Return what the environment of the results says of the run."""
         return {
             "scenes": [scene.name for scene in self.scenes],
             "engines": list(self.settings),
@@ -461,15 +454,6 @@ def _plan(
                 else inputs_hash(scene, label, values, judged, limits.truth, chosen, left_out[pair])
             )
     return _Plan(scenes, settings, own, applying, left_out, inputs, chosen, foreign)
-
-
-def _read_earlier(folder: Path) -> list[CaseRecord]:
-    """Return what earlier runs left in a folder that a later run may take over."""
-    try:
-        return [case for case in read_earlier(folder) if case.inputs_hash]
-    except ResultsError as error:
-        _LOGGER.warning("nothing is taken over from the results that are there: %s", error)
-        return []
 
 
 def _each_once(what: str, names: Sequence[str]) -> None:

@@ -3,10 +3,18 @@
 import json
 import re
 from collections import Counter
+from dataclasses import fields
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from stored_results import (
+    change_motion,
+    damage_motions,
+    edit_document,
+    edit_records,
+    in_database,
+)
 
 from engine import GhostballError
 from reports import PAGE, write_report
@@ -22,7 +30,8 @@ from validation.baselines import (
     Timing,
     save_regression,
 )
-from validation.results.store import ResultsFolder
+from validation.results.motions import motion_of_case, save_sides
+from validation.results.store import Motion, Results
 from validation.stress.findings import Finding, StressRun, StressWriter
 
 # The page needs no figure.
@@ -237,11 +246,13 @@ def test_without_a_script_everything_but_replays_is_there(html):
 
 
 def test_text_of_scenes_and_engines_is_inert(small_folder):
-    path = small_folder / "results.jsonl"
     evil = json.dumps(EVIL)[1:-1]
-    text = path.read_text().replace("One ball rolls to rest", evil)
-    text = text.replace("a tenth of a ball", evil).replace('"reason":""', f'"reason":"{evil}"')
-    path.write_text(text)
+
+    def spoiled(text):
+        text = text.replace("One ball rolls to rest", evil).replace("a tenth of a ball", evil)
+        return text.replace('"reason":""', f'"reason":"{evil}"')
+
+    edit_records(small_folder, spoiled)
     html = page_of(small_folder)
     reader = read(html)
     assert reader.wrong == []
@@ -254,8 +265,7 @@ def test_text_of_scenes_and_engines_is_inert(small_folder):
 
 
 def test_a_run_that_was_killed_says_so(small_folder):
-    path = small_folder / "results.jsonl"
-    path.write_bytes(path.read_bytes()[:-40])
+    edit_document(small_folder, "suite", state="running")
     text = section(page_of(small_folder), "verdict")
     assert "Not complete" in text
     assert "<strong>This run is not complete</strong>" in text
@@ -263,16 +273,17 @@ def test_a_run_that_was_killed_says_so(small_folder):
 
 def test_a_damaged_motion_leaves_the_old_page(small_folder):
     (small_folder / PAGE).write_text("old")
-    next((small_folder / "motion").iterdir()).unlink()
-    with pytest.raises(GhostballError, match="can't read the motion"):
+    damage_motions(small_folder)
+    with pytest.raises(GhostballError, match=r"the motion of .* is damaged"):
         write_report(small_folder)
     assert (small_folder / PAGE).read_text() == "old"
 
 
 def test_a_damaged_comparison_leaves_the_old_page(small_folder):
     (small_folder / PAGE).write_text("old")
-    (small_folder / "regression.json").write_text('{"schema": 99}')
-    with pytest.raises(GhostballError, match="`schema` must be 2, got 99"):
+    save_regression(regression(), small_folder)
+    edit_document(small_folder, "regression", outcome="odd")
+    with pytest.raises(GhostballError, match="its comparison is damaged: `outcome`"):
         write_report(small_folder)
     assert (small_folder / PAGE).read_text() == "old"
 
@@ -310,7 +321,7 @@ def regression(**changes):
         "time": TimeChange(
             base=Timing(median=1e-3, low=0.9e-3, high=1.1e-3, samples=30),
             head=Timing(median=2e-3, low=1.9e-3, high=2.2e-3, samples=30),
-            ratio=2.0, ratio_low=1.8, ratio_high=2.2, threshold=1.2, slower=True,
+            ratio=2.0, ratio_low=1.8, ratio_high=2.2, slower=True,
         ),
         "command": "ghostball regress stop",
     }  # fmt: skip
@@ -338,9 +349,9 @@ def test_what_changed_is_shown_with_both_sides(small_folder):
 
 
 def test_both_motions_are_compared_where_there_are_both(small_folder):
-    motion = next(p for p in (small_folder / "motion").iterdir() if "ghostball" in p.name)
-    name = f"motion/{motion.name}"
-    save_regression(regression(base_motion=name, head_motion=name), small_folder)
+    motion = motion_of_case(small_folder, "stop", "ghostball")
+    save_sides(small_folder, {("stop", "base"): motion, ("stop", "head"): motion})
+    save_regression(regression(), small_folder)
     data = re.search(r'id="compare-stop">(.*?)</script>', page_of(small_folder), re.DOTALL)
     assert {side: one["scene"] for side, one in json.loads(data[1]).items()} == {
         "base": "stop",
@@ -350,9 +361,7 @@ def test_both_motions_are_compared_where_there_are_both(small_folder):
 
 def keep_what_holds(folder):
     """Leave out the cases that break a limit, so that only a comparison may fail."""
-    path = folder / "results.jsonl"
-    kept = [line for line in path.read_text().splitlines() if '"passed":false' not in line]
-    path.write_text("".join(f"{line}\n" for line in kept))
+    in_database(folder, "DELETE FROM cases WHERE record LIKE '%\"passed\":false%'")
 
 
 def title_of(html):
@@ -460,14 +469,6 @@ def test_stress_is_shown_where_it_lies_in_the_folder(small_folder):
     assert read(html).all("img") == []
 
 
-def change_motion(folder, label, **changed):
-    """Store other numbers as the motion of an engine."""
-    path = next(p for p in (folder / "motion").iterdir() if p.name == f"stop--{label}.npz")
-    with np.load(path) as stored:
-        parts = dict(stored)
-    np.savez(path, **(parts | {name: change(parts[name]) for name, change in changed.items()}))
-
-
 @pytest.mark.parametrize("label", ["ghostball", "pymunk"])
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_an_engine_that_blew_up_does_not_break_the_page(small_folder, label, bad):
@@ -476,7 +477,7 @@ def test_an_engine_that_blew_up_does_not_break_the_page(small_folder, label, bad
 
     names = ("positions", "velocities", "angular_velocities")
     energies = ("energy_translation", "energy_rotation", "energy_height")
-    change_motion(small_folder, label, **dict.fromkeys(names + energies, blown_up))
+    change_motion(small_folder, "stop", label, **dict.fromkeys(names + energies, blown_up))
     html = page_part(small_folder)
     assert "nan" not in "".join(re.findall(r'<path[^>]* d="([^"]*)"', html))
     assert "Energy of all balls against time" in html
@@ -484,13 +485,12 @@ def test_an_engine_that_blew_up_does_not_break_the_page(small_folder, label, bad
 
 def test_a_shot_in_which_nothing_moves(small_folder):
     for label in ("ghostball", "pymunk"):
-        stored = next(p for p in (small_folder / "motion").iterdir() if f"--{label}." in p.name)
-        with np.load(stored) as parts:
-            names = [name for name in parts if name != "events"]
-        change_motion(small_folder, label, **dict.fromkeys(names, lambda values: values[:1]))
+        names = [part.name for part in fields(Motion) if part.name not in ("events", "phases")]
+        first = dict.fromkeys(names, lambda values: values[:1])
+        change_motion(small_folder, "stop", label, **first)
     assert 'id="scene=stop"' in page_part(small_folder)
 
 
 def page_part(folder):
     """The scene's part alone: the figures of the report have tests of their own."""
-    return scene_part(load_shot(ResultsFolder.load(folder), "stop")).html
+    return scene_part(load_shot(Results.open(folder), "stop")).html

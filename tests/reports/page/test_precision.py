@@ -8,7 +8,7 @@ from reports.page.measured import cost_html
 from reports.page.precision import MARKERS, OPEN, engines_of_page
 from validation.bench import PrecisionMeasurement
 from validation.bench.precision import LeftOut, PrecisionCurve, PrecisionPoint, Reach
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 
 
 def point(engine, step, seconds, error, **changed):
@@ -55,7 +55,7 @@ def results(small_folder):
         left_out=(LeftOut(scene="stop", engine="pybullet", why="<b>no table</b>"),),
     )
     (small_folder / "precision.json").write_text(measured.model_dump_json(by_alias=True))
-    return ResultsFolder.load(small_folder)
+    return Results.open(small_folder)
 
 
 def test_every_point_is_drawn_and_one_of_another_course_is_open(results):

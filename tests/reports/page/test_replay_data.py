@@ -13,7 +13,7 @@ from reports.page.replay_data import MAX_EVENTS, motion_data, scene_data
 from reports.page.replay_tracks import FARTHEST, TOLERANCE, packed, tick_of, track_of
 from reports.shots import load_shot
 from validation.results.records import Motion
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 from validation.runs.sampling import motion_of
 from validation.scenes.library import find_scene
 
@@ -149,7 +149,7 @@ def test_numbers_of_every_size_are_packed():
 
 
 def test_a_scene_holds_every_engine_that_was_asked_for(results_folder):
-    results = ResultsFolder.load(results_folder)
+    results = Results.open(results_folder)
     data = scene_data(load_shot(results, "head-on"), horizon=float("inf"))
     json.dumps(data, allow_nan=False)
     engines = {engine["label"]: engine for engine in data["engines"]}
@@ -165,7 +165,7 @@ def test_a_scene_holds_every_engine_that_was_asked_for(results_folder):
 
 
 def test_a_scene_that_no_engine_could_run_has_data_too(results_folder):
-    shot = load_shot(ResultsFolder.load(results_folder), "stop")
+    shot = load_shot(Results.open(results_folder), "stop")
     none = replace(shot, runs=tuple(run for run in shot.runs if run.motion is None))
     data = scene_data(none)
     assert all(engine["motion"] is None for engine in data["engines"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import example, given, strategies as st
 
 from engine import GhostballError
 from validation.baselines.bands import (
@@ -62,6 +62,7 @@ def test_where_logs_part_is_shown_and_not_judged():
     assert band.holds(99.0)
 
 
+@example("ball_ball_count", 0.0, 2.225073858507e-311)
 @given(
     st.sampled_from(sorted(METRICS)),
     st.floats(0.0, 1e6, allow_nan=False),

@@ -45,11 +45,10 @@ def test_a_scene_that_fails_says_by_how_much_and_how_to_see_it():
 
 def test_what_only_warns_passes_and_says_so():
     _, cases = parsed(regression(worse()))
-    roots, time = cases["break-7", "roots"], cases["break-7", "run time"]
-    assert verdict(roots) == verdict(time) == "passed"
+    roots = cases["break-7", "roots"]
+    assert verdict(roots) == "passed"
     output = roots.find("system-out").text
     assert "warning: roots must be within [10, 10], got 12 (before: 10)" in output
-    assert "slower: 2.0 times as long" in time.find("system-out").text
 
 
 def test_a_run_time_that_fails_the_gate_fails_here_too():
@@ -82,7 +81,7 @@ def test_nothing_to_compare_with_is_an_error():
 
 @pytest.mark.parametrize("change", ["rounding-only", "better", "results-changed"])
 def test_bits_that_may_move_pass_and_say_so(change):
-    _, cases = parsed(regression(worse(change=change, failed=False), outcome="passed"))
+    _, cases = parsed(regression(worse(change=change, failed=False, time=None), outcome="passed"))
     assert "failure" not in {verdict(case) for case in cases.values()}
     for name in ("hash", "first difference", "verdict"):
         assert verdict(cases["break-7", name]) == "passed"

@@ -12,7 +12,7 @@ from engine import GhostballError, simulate
 from validation.baselines.observed import Observed, judged
 from validation.checks.criteria import Criteria
 from validation.checks.metrics import measure
-from validation.results.store import ResultsFolder
+from validation.results.store import Results
 from validation.suite.suite import run_suite
 from validation.truth.scene_truth import truth_of
 
@@ -23,7 +23,7 @@ SHOT = gate.cut_shot()
 def stored(tmp_path):
     """The shot as it is stored, and its motion."""
     run_suite([SHOT], ["ghostball"], tmp_path, criteria={"cut": Criteria(truth="certified")})
-    results = ResultsFolder.load(tmp_path)
+    results = Results.open(tmp_path)
     (case,) = results.cases
     return case, results.motion(case)
 

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from engine import Ball, Scene
-from validation.results.files import ENVIRONMENT_FILE
 from validation.results.store import ResultsWriter
 
 ENGINE = """
@@ -91,5 +90,4 @@ def folder(tmp_path: Path) -> Path:
     writer = ResultsWriter(tmp_path / "out")
     writer.begin({"scenes": [], "engines": []})
     writer.finish("complete")
-    assert (writer.path / ENVIRONMENT_FILE).exists()
     return writer.path

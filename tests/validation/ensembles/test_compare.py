@@ -118,7 +118,7 @@ def test_a_shot_of_a_resting_ball_has_no_energy_and_is_compared_all_the_same(fol
     assert all(one.test is not None and np.isfinite(one.test.effect) for one in found.comparisons)
 
 
-def test_what_is_compared_follows_the_files(roll: Scene, folder: Path):
+def test_what_is_compared_is_what_was_run_last(roll: Scene, folder: Path):
     few = compared(folder, [roll], ["ghostball", "fake:shift=0.1"], count=5)
     more = compared(folder, [roll], ["ghostball", "fake:shift=0.1"], count=15)
     assert (few.comparisons[0].ended, more.comparisons[0].ended) == (5, 15)

@@ -18,7 +18,9 @@ from validation.ensembles import (
     run_ensembles,
 )
 from validation.ensembles.run import EnsembleOutcome
+from validation.results.database import transaction, writing
 from validation.results.files import ResultsError
+from validation.results.frames import rows_of
 from validation.scenes.library import find_scene
 
 BOTH = ["ghostball", "fake"]
@@ -30,9 +32,9 @@ def loaded(folder: Path) -> Ensembles:
     return ensembles
 
 
-def content(folder: Path) -> dict[str, bytes]:
-    """Every file of ensembles, but for dates in the lines."""
-    return {path.name: path.read_bytes() for path in (folder / "ensembles").iterdir()}
+def content(folder: Path) -> list[str]:
+    """Every member, and of which ensemble it is."""
+    return sorted(json.dumps(row) for row in rows_of(folder, "members"))
 
 
 # --- what is run
@@ -71,10 +73,8 @@ def test_neither_jobs_nor_order_change_a_bit(folder: Path, tmp_path: Path, roll:
     chaos = find_scene("chaos-a")
     run_ensembles([roll, chaos], BOTH, folder, 4)
     first = content(folder)
-    for path in (folder / "ensembles").iterdir():
-        path.unlink()
-    (folder / "ensembles.jsonl").unlink()
-    run_ensembles([chaos, roll], BOTH[::-1], folder, 4, jobs=2)
+    assert len(first) == 2 * 3 * 4
+    run_ensembles([chaos, roll], BOTH[::-1], folder, 4, jobs=2, reuse=False)
     assert content(folder) == first
 
 
@@ -143,7 +143,7 @@ def test_a_larger_ensemble_has_the_members_of_a_smaller_one(folder: Path):
     assert (outcome.planned, outcome.taken_over, outcome.done) == (15, 9, 15)
     many = loaded(folder).members(loaded(folder).of("stop")["paper-discrete"])
     assert many.index.tolist() == [0, 1, 2, 3, 4]
-    assert all(map(np.array_equal, few.parts(), many.below(3).parts()))
+    assert all(map(np.array_equal, few.parts(), (part[:3] for part in many.parts())))
     # Fewer again: nothing runs, nothing is lost.
     again = run_ensembles([scene], labels, folder, 2)
     assert (again.taken_over, again.begun) == (6, False)
@@ -184,17 +184,6 @@ def test_failures_run_again(folder: Path, monkeypatch: pytest.MonkeyPatch):
     assert (again.taken_over, again.failed) == (6, 0)
 
 
-def test_damaged_arrays_run_again(folder: Path):
-    scene, labels = find_scene("stop"), ["ghostball", "paper-discrete"]
-    run_ensembles([scene], labels, folder, 2)
-    (path,) = (folder / "ensembles").glob("stop--paper-discrete--*")
-    path.write_bytes(path.read_bytes()[:-40])
-    with pytest.raises(ResultsError, match="it isn't what was written"):
-        compare(loaded(folder))
-    assert run_ensembles([scene], labels, folder, 2).taken_over == 4
-    assert compare(loaded(folder)).comparisons
-
-
 # --- interrupts
 
 
@@ -226,7 +215,7 @@ def test_an_interrupt_before_the_first_member_leaves_the_folder_as_it_was(
     roll: Scene, folder: Path, monkeypatch: pytest.MonkeyPatch
 ):
     run_ensembles([roll], BOTH, folder, 2)
-    before = (folder / "ensembles.jsonl").read_bytes()
+    before, members = loaded(folder).run, content(folder)
 
     def interrupted(task):
         raise KeyboardInterrupt
@@ -234,24 +223,19 @@ def test_an_interrupt_before_the_first_member_leaves_the_folder_as_it_was(
     monkeypatch.setattr(run_module, "run_member", interrupted)
     outcome = run_ensembles([find_scene("stop")], BOTH, folder, 2)
     assert (outcome.interrupted, outcome.begun) == (True, False)
-    assert (folder / "ensembles.jsonl").read_bytes() == before
+    assert (loaded(folder).run, content(folder)) == (before, members)
 
 
-def test_what_is_written_now_and_then_reads_back(
-    roll: Scene, folder: Path, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setattr(run_module, "WRITE_INTERVAL", 0.0)
+def test_each_member_is_kept_before_it_is_told(roll: Scene, folder: Path):
     states = []
 
     def look(*_):
-        if (folder / "ensembles.jsonl").exists():
-            ensembles = loaded(folder)
-            done = sum(len(ensembles.members(record)) for record in ensembles.records)
-            states.append((ensembles.run.state, done))
+        ensembles = loaded(folder)
+        done = sum(len(ensembles.members(record)) for record in ensembles.records)
+        states.append((ensembles.run.state, done))
 
     run_ensembles([roll], BOTH, folder, 3, progress=look)
-    assert states == [("running", done) for done in range(1, 9)]
-    assert not list(folder.rglob("*.part"))
+    assert states == [("running", done) for done in range(1, 10)]
 
 
 # --- refused
@@ -275,7 +259,7 @@ def test_what_cannot_be_compared_is_refused_before_anything_runs(
         with pytest.raises(EnsembleError) as refused:
             attempt([roll], labels, folder, count)
         assert said in str(refused.value)
-    assert not (folder / "ensembles.jsonl").exists()
+    assert Ensembles.load(folder) is None
 
 
 def test_other_wrong_input_is_refused(roll: Scene, folder: Path, tmp_path: Path):
@@ -294,37 +278,14 @@ def test_other_wrong_input_is_refused(roll: Scene, folder: Path, tmp_path: Path)
     assert not (tmp_path / "empty").exists()
 
 
-@pytest.mark.parametrize(
-    ("damage", "said"),
-    [
-        (lambda text: text[:-30], "ensembles.jsonl:4: the line is cut short"),
-        (lambda text: text[: text.rstrip("\n").rindex("\n") + 1], "is cut short: 3 ensembles"),
-        (lambda text: "", "ensembles.jsonl: is empty"),
-        (lambda text: text.replace('"schema":1}', '"schema":7}', 1), "must be 1, got 7"),
-        (lambda text: text.replace("ghostball ensembles", "others", 1), "not ensembles of ours"),
-        (lambda text: text.replace('"stream":"null"', '"stream":"odd"'), "`stream` must be"),
-        (lambda text: text.replace('"outcome"', '"outcome":', 1), "not valid JSON"),
-        (lambda text: "[]\n" + text, "ensembles.jsonl:1: a JSON object was expected"),
-        (lambda text: text.replace('"labels":["ghostball","fake"]', '"labels":["fake"]'), "ask"),
-    ],
-)
-def test_damaged_ensembles_are_refused_with_their_place_and_stay(
-    roll: Scene, folder: Path, damage, said
-):
+def test_damaged_ensembles_are_refused_before_anything_runs(roll: Scene, folder: Path):
     run_ensembles([roll], BOTH, folder, 2)
-    path = folder / "ensembles.jsonl"
-    path.write_text(damage(path.read_text()))
-    damaged, arrays = path.read_bytes(), content(folder)
+    with writing(folder) as database, transaction(database):
+        database.execute("UPDATE ensembles SET record = json_set(record, '$.times', 'soon')")
+    before = content(folder)
     for attempt in (run_ensembles, check_ensembles):
         with pytest.raises(ResultsError) as refused:
             attempt([roll], BOTH, folder, 2)
-        assert said in str(refused.value)
-        assert "Move it away, or choose another `--out`" in str(refused.value)
-    assert (path.read_bytes(), content(folder)) == (damaged, arrays)
-
-
-def test_lines_are_plain_json(roll: Scene, folder: Path):
-    run_ensembles([roll], BOTH, folder, 2)
-    first, *others = map(json.loads, (folder / "ensembles.jsonl").read_text().splitlines())
-    assert (first["format"], first["schema"], first["records"]) == ("ghostball ensembles", 1, 3)
-    assert [line["schema"] for line in others] == [1, 1, 1]
+        assert "an ensemble is damaged: `times`" in str(refused.value)
+        assert "Move the file away, or choose another `--out`" in str(refused.value)
+    assert content(folder) == before

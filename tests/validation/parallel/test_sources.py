@@ -36,10 +36,10 @@ def test_the_hash_of_sources_sees_every_change(tmp_path: Path) -> None:
 
 def test_all_our_sources_are_hashed() -> None:
     hashed = {
-        "/".join([folder.name, *parts])
+        path.relative_to(ROOT).as_posix()
         for folder in source_folders()
-        for parts in code_files(folder)
-        if folder.is_relative_to(ROOT)
+        for path in code_files(folder)
+        if path.is_relative_to(ROOT)
     }
     wanted = {
         path.relative_to(ROOT).as_posix() for p in OUR_PACKAGES for path in (ROOT / p).rglob("*.py")

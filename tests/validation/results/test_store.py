@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-import os
 import re
-import subprocess
-import sys
+import sqlite3
 import threading
 from dataclasses import fields, replace
 from pathlib import Path
@@ -16,18 +13,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-import validation.results.store
 from engine import EVENT_DTYPE, Ball, GhostballError, Scene
-from validation.results.files import EARLIER_FILE, ENVIRONMENT_FILE, LOCK_FILE, RESULTS_FILE
+from validation.results.database import DATABASE, LOCK, writing
 from validation.results.store import (
-    SCHEMA,
     CaseRecord,
     Check,
     Motion,
+    Results,
     ResultsError,
-    ResultsFolder,
     ResultsWriter,
-    read_earlier,
+    has_results,
+    reusable_cases,
 )
 
 SCENE = Scene(name="roll", tags=("smoke",), balls=[Ball(id="cue", position=(0.1, 0.2))])
@@ -74,6 +70,15 @@ def contents(folder: Path) -> dict[str, bytes]:
     }
 
 
+def in_database(folder: Path, query: str) -> Any:
+    """Return what a query gives first, of the tables as anyone sees them."""
+    database = sqlite3.connect(folder / DATABASE, isolation_level=None)
+    try:
+        return (database.execute(query).fetchone() or (None,))[0]
+    finally:
+        database.close()
+
+
 # --- round trip
 
 
@@ -105,15 +110,10 @@ def test_a_case_reads_back_to_the_bit(tmp_path: Path) -> None:
         code_hash="34",
     )
     written(tmp_path, full)
-    (read,) = ResultsFolder.load(tmp_path).cases
+    (read,) = Results.open(tmp_path).cases
     for part in fields(CaseRecord):
         before, after = getattr(full, part.name), getattr(read, part.name)
-        if part.name == "motion":
-            assert after == "motion/roll--pymunk.npz"
-        elif part.name == "motion_hash":
-            content = (tmp_path / "motion/roll--pymunk.npz").read_bytes()
-            assert after == hashlib.sha256(content).hexdigest()
-        elif isinstance(before, np.ndarray):
+        if isinstance(before, np.ndarray):
             assert before.tobytes() == after.tobytes(), part.name
         else:
             assert before == after, part.name
@@ -123,7 +123,7 @@ def test_a_case_reads_back_to_the_bit(tmp_path: Path) -> None:
 
 def test_a_motion_reads_back_to_the_bit(tmp_path: Path) -> None:
     written(tmp_path, record())
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     read = folder.motion(folder.cases[0])
     assert read is not None
     for part in fields(Motion):
@@ -134,11 +134,11 @@ def test_a_motion_reads_back_to_the_bit(tmp_path: Path) -> None:
 
 
 def test_what_is_not_finite_reads_back_as_nan_or_none(tmp_path: Path) -> None:
-    # The line must stay JSON: NaN and Infinity are not.
+    # The record must stay JSON: NaN and Infinity are not.
     blown = record(rest_positions=np.array([[np.nan, np.inf, 1.0]]), rest_time=float("inf"))
     written(tmp_path, blown)
-    json.loads((tmp_path / RESULTS_FILE).read_text(), parse_constant=pytest.fail)
-    (read,) = ResultsFolder.load(tmp_path).cases
+    json.loads(in_database(tmp_path, "SELECT record FROM cases"), parse_constant=pytest.fail)
+    (read,) = Results.open(tmp_path).cases
     assert read.rest_positions is not None
     assert np.array_equal(np.isnan(read.rest_positions), [[True, True, False]])
     assert read.rest_time is None
@@ -146,26 +146,12 @@ def test_what_is_not_finite_reads_back_as_nan_or_none(tmp_path: Path) -> None:
 
 def test_names_come_in_the_order_asked_for(tmp_path: Path) -> None:
     written(tmp_path, record("ghostball", "other"), record("pymunk", "roll"))
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert folder.scene_names == ["roll", "other"]
     assert folder.labels == ["pymunk", "ghostball"]
     assert folder.case("roll", "pymunk") is folder.cases[1]
     assert folder.case("roll", "ghostball") is None
     assert folder.state == "complete"
-
-
-def test_labels_that_look_alike_in_a_file_name_keep_their_own_motion(tmp_path: Path) -> None:
-    writer = ResultsWriter(tmp_path)
-    writer.begin(ENVIRONMENT)
-    writer.write(record("a:b=1"), motion(1))
-    writer.write(record("a-b-1"), motion(2))
-    writer.finish("complete")
-    folder = ResultsFolder.load(tmp_path)
-    first, second = (folder.motion(case) for case in folder.cases)
-    assert first is not None
-    assert second is not None
-    assert np.array_equal(first.positions, motion(1).positions)
-    assert np.array_equal(second.positions, motion(2).positions)
 
 
 def test_a_motion_without_phases_reads_back(tmp_path: Path) -> None:
@@ -174,7 +160,7 @@ def test_a_motion_without_phases_reads_back(tmp_path: Path) -> None:
     writer.begin(ENVIRONMENT)
     writer.write(record(), replace(motion(), phases=None))
     writer.finish("complete")
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     read = folder.motion(folder.cases[0])
     assert read is not None
     assert read.phases is None
@@ -186,7 +172,7 @@ def test_a_case_without_motion_has_none(tmp_path: Path) -> None:
     writer.begin(ENVIRONMENT)
     writer.write(record(outcome="failed"), None)
     writer.finish("complete")
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert folder.motion(folder.cases[0]) is None
 
 
@@ -207,98 +193,59 @@ def test_a_case_passes_where_all_its_verdicts_do(
 def test_a_run_that_was_killed_reads_back(tmp_path: Path) -> None:
     # No finish(): what `write` returned from must be on disk already.
     writer = written(tmp_path, record(), finish=False)
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert len(folder.cases) == 1
     assert folder.motion(folder.cases[0]) is not None
     assert folder.state == "running"
     writer.finish("interrupted")
-    assert ResultsFolder.load(tmp_path).state == "interrupted"
+    assert Results.open(tmp_path).state == "interrupted"
 
 
-@pytest.mark.parametrize("cut", [1, 40])
-def test_a_last_line_that_is_cut_short_is_left_out_and_named(tmp_path: Path, cut: int) -> None:
-    # Also where only the line's end is missing: the JSON alone would still parse.
-    written(tmp_path, record(), record("ghostball"))
-    path = tmp_path / RESULTS_FILE
-    path.write_bytes(path.read_bytes()[:-cut])
-    folder = ResultsFolder.load(tmp_path)
-    assert [case.label for case in folder.cases] == ["pymunk"]
-    assert folder.cut_short == f"{path}:2"
-    assert folder.state == "killed"
+def test_a_folder_without_results_of_the_suite_says_so(tmp_path: Path) -> None:
+    with writing(tmp_path), pytest.raises(ResultsError, match="holds no results of the suite"):
+        Results.open(tmp_path)
+    assert not has_results(tmp_path)
+    assert reusable_cases(tmp_path, "code") == (0, {})
+    assert reusable_cases(tmp_path / "missing", "code") == (0, {})
 
 
-def test_a_line_cut_short_elsewhere_or_within_a_character(tmp_path: Path) -> None:
-    written(tmp_path, record(), record("ghostball"))
-    path = tmp_path / RESULTS_FILE
-    whole = path.read_bytes()
-    path.write_bytes(whole + "µ".encode()[:1])
-    assert len(ResultsFolder.load(tmp_path).cases) == 2
-    first, second = whole.splitlines()
-    path.write_bytes(first[:-40] + b"\n" + second + b"\n")
-    with pytest.raises(ResultsError, match=r"results\.jsonl:1: not valid JSON"):
-        ResultsFolder.load(tmp_path)
-
-
-@pytest.mark.parametrize("left", [0, 30])
-def test_an_environment_that_is_cut_short_is_said_to_be(tmp_path: Path, left: int) -> None:
+def test_what_somebody_edited_is_named(tmp_path: Path) -> None:
     written(tmp_path, record())
-    path = tmp_path / ENVIRONMENT_FILE
-    path.write_bytes(path.read_bytes()[:left])
-    with pytest.raises(ResultsError, match=r"env\.json: is cut short"):
-        ResultsFolder.load(tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("{broken", r"results\.jsonl:2: not valid JSON"),
-        ("[1]", r"results\.jsonl:2: a JSON object was expected"),
-        ("", r"results\.jsonl:2: not valid JSON"),
-        (f'{{"schema": {SCHEMA + 1}}}', r"results\.jsonl:2: `schema` must be 4, got 5"),
-        (f'{{"schema": {SCHEMA}}}', r"results\.jsonl:2: `scene` is missing"),
-    ],
-)
-def test_a_damaged_line_is_named(tmp_path: Path, line: str, message: str) -> None:
-    written(tmp_path, record())
-    with (tmp_path / RESULTS_FILE).open("a") as file:
-        file.write(line + "\n")
-    with pytest.raises(ResultsError, match=message):
-        ResultsFolder.load(tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [({"schema": 99}, "`schema` must be 4, got 99"), ({"format": "x"}, "not a results folder")],
-)
-def test_another_folder_is_refused(tmp_path: Path, change: dict[str, Any], message: str) -> None:
-    written(tmp_path, record())
-    path = tmp_path / ENVIRONMENT_FILE
-    path.write_text(json.dumps(json.loads(path.read_text()) | change))
-    with pytest.raises(ResultsError, match=message):
-        ResultsFolder.load(tmp_path)
-
-
-def test_what_is_missing_is_said(tmp_path: Path) -> None:
-    with pytest.raises(ResultsError, match="no such results folder"):
-        ResultsFolder.load(tmp_path / "none")
-    with pytest.raises(ResultsError, match="not a results folder"):
-        ResultsFolder.load(tmp_path)
-    written(tmp_path / "out", record())
-    (tmp_path / "out" / RESULTS_FILE).unlink()
-    with pytest.raises(ResultsError, match="missing"):
-        ResultsFolder.load(tmp_path / "out")
+    in_database(tmp_path, "UPDATE cases SET record = json_set(record, '$.status', 3)")
+    with pytest.raises(ResultsError, match="a case is damaged: `status` must be a valid string"):
+        Results.open(tmp_path)
 
 
 def test_a_damaged_motion_is_named(tmp_path: Path) -> None:
     written(tmp_path, record())
-    folder = ResultsFolder.load(tmp_path)
-    path = tmp_path / str(folder.cases[0].motion)
-    path.write_bytes(path.read_bytes()[:100])
-    with pytest.raises(ResultsError, match=r"roll--pymunk\.npz: can't read the motion of `pymunk`"):
+    folder = Results.open(tmp_path)
+    in_database(tmp_path, "UPDATE motions SET content = substr(content, 1, 100)")
+    with pytest.raises(ResultsError, match=r'the motion of `pymunk` in scene "roll" is damaged'):
         folder.motion(folder.cases[0])
 
 
 # --- taking over a folder
+
+
+def labels(cases: list[CaseRecord]) -> list[str]:
+    return [case.label for case in cases]
+
+
+def made_of(label: str, code: str = "code") -> CaseRecord:
+    return record(label, inputs_hash=f"inputs of {label}", code_hash=code)
+
+
+def left(path: Path, code: str = "code") -> list[str]:
+    """Return the labels of the cases that a next run may take over."""
+    return sorted(labels(list(reusable_cases(path, code)[1].values())))
+
+
+def taking_over(path: Path) -> ResultsWriter:
+    """Make a folder of three cases, and begin a run that takes over the second of them."""
+    written(path, made_of("pymunk"), made_of("ghostball"), made_of("pybullet"))
+    writer = ResultsWriter(path)
+    writer.begin(ENVIRONMENT, [("roll", "ghostball")])
+    return writer
 
 
 def test_earlier_results_stay_until_the_run_begins(tmp_path: Path) -> None:
@@ -310,38 +257,25 @@ def test_earlier_results_stay_until_the_run_begins(tmp_path: Path) -> None:
     writer.begin(ENVIRONMENT)
     writer.write(record("pybullet"), motion())
     writer.finish("complete")
-    folder = ResultsFolder.load(tmp_path)
-    assert [case.label for case in folder.cases] == ["pybullet"]
-    assert [path.name for path in (tmp_path / "motion").iterdir()] == ["roll--pybullet.npz"]
+    assert labels(Results.open(tmp_path).cases) == ["pybullet"]
     assert (tmp_path / "report.md").exists()  # not the store's to delete
 
 
-def labels(cases: list[CaseRecord]) -> list[str]:
-    return [case.label for case in cases]
+def test_a_run_that_never_begins_changes_nothing(tmp_path: Path) -> None:
+    written(tmp_path, record())
+    before = contents(tmp_path)
+    writer = ResultsWriter(tmp_path)
+    with writer.reserved():
+        writer.finish("interrupted")
+        assert not writer.begun
+    assert contents(tmp_path) == before
 
 
-def taking_over(path: Path) -> ResultsWriter:
-    """Make a folder of three cases, and a writer that will take over the second of them."""
-    written(path, record("pymunk"), record("ghostball"), record("pybullet"))
-    return ResultsWriter(path)
-
-
-def begin(writer: ResultsWriter) -> None:
-    earlier = read_earlier(writer.path)
-    writer.begin(ENVIRONMENT, taken_over=[replace(earlier[1], taken_over=True)], earlier=earlier)
-
-
-def all_motions_read(path: Path) -> bool:
-    folder = ResultsFolder(path, [], {})
-    return all(folder.motion(case) is not None for case in read_earlier(path))
-
-
-def test_cases_that_are_taken_over_come_first_and_keep_their_motion(tmp_path: Path) -> None:
+def test_cases_that_are_taken_over_keep_their_motion(tmp_path: Path) -> None:
     writer = taking_over(tmp_path)
-    begin(writer)
     writer.write(record("pymunk"), motion(7))
-    writer.finish("complete", still_of_use=lambda case: False)
-    folder = ResultsFolder.load(tmp_path)
+    writer.finish("complete", still_of_use="other code")
+    folder = Results.open(tmp_path)
     assert [(case.label, case.taken_over) for case in folder.cases] == [
         ("ghostball", True),
         ("pymunk", False),
@@ -351,75 +285,45 @@ def test_cases_that_are_taken_over_come_first_and_keep_their_motion(tmp_path: Pa
     assert new is not None
     assert np.array_equal(kept.positions, motion().positions)
     assert np.array_equal(new.positions, motion(7).positions)
-    assert sorted(path.name for path in (tmp_path / "motion").iterdir()) == [
-        "roll--ghostball.npz",
-        "roll--pymunk-2.npz",
-    ]
-    assert not (tmp_path / EARLIER_FILE).exists()
+    # Of the others nothing is left, not even in a table that no case points to.
+    assert in_database(tmp_path, "SELECT count(*) FROM motions") == 2
+    assert in_database(tmp_path, "SELECT count(*) FROM events") == 4
 
 
-def test_a_run_that_is_killed_leaves_earlier_cases_with_their_own_motion(tmp_path: Path) -> None:
-    # Breaks where a new motion takes the place of an earlier one before its line is there.
+def test_what_is_not_replaced_yet_is_kept_for_a_next_run(tmp_path: Path) -> None:
     writer = taking_over(tmp_path)
-    begin(writer)
+    assert left(tmp_path) == ["ghostball", "pybullet", "pymunk"]
     writer.write(record("pymunk"), motion(7))
-    results = tmp_path / RESULTS_FILE
-    results.write_bytes(results.read_bytes()[:-9])  # killed in the midst of that line
-    left = read_earlier(tmp_path)
-    assert labels(left) == ["pymunk", "ghostball", "pybullet", "ghostball"]
-    assert all_motions_read(tmp_path)
-    read = ResultsFolder(tmp_path, [], {}).motion(left[0])
-    assert read is not None
-    assert np.array_equal(read.positions, motion().positions)
     writer.finish("interrupted")
+    assert left(tmp_path) == ["ghostball", "pybullet"]
+    assert labels(Results.open(tmp_path).cases) == ["ghostball", "pymunk"]
 
 
-@pytest.mark.parametrize("state", ["interrupted", "complete"])
-def test_what_is_not_replaced_stays_put_by_if_it_is_of_use(tmp_path: Path, state: str) -> None:
-    writer = taking_over(tmp_path)
-    begin(writer)
-    if state == "complete":
-        writer.finish("complete", still_of_use=lambda case: case.label == "pybullet")
-    else:
-        writer.write(record("pymunk"), motion(7))
-        writer.finish("interrupted")
-    assert labels(ResultsFolder.load(tmp_path).cases)[0] == "ghostball"
-    assert labels(read_earlier(tmp_path))[0] == "pybullet"
-    assert sum(label == "pymunk" for label in labels(read_earlier(tmp_path))) == (
-        state == "interrupted"
-    )
-    assert all_motions_read(tmp_path)
-
-
-@pytest.mark.parametrize("step", range(5))
-def test_a_full_disk_while_a_run_begins_loses_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: int
+@pytest.mark.parametrize(("code", "stays"), [("code", ["ghostball", "pybullet", "pymunk"])])
+def test_a_whole_run_drops_what_its_code_could_never_take_over(
+    tmp_path: Path, code: str, stays: list[str]
 ) -> None:
+    taking_over(tmp_path).finish("complete", still_of_use=code)
+    assert left(tmp_path) == stays
+    writer = ResultsWriter(tmp_path)
+    writer.begin(ENVIRONMENT)
+    writer.finish("complete", still_of_use="edited")
+    assert left(tmp_path) == []
+    assert reusable_cases(tmp_path, "edited") == (0, {})
+
+
+def test_a_full_disk_loses_nothing_that_was_there(tmp_path: Path) -> None:
     writer = taking_over(tmp_path)
-    earlier = read_earlier(tmp_path)
-    steps = 0
-
-    def failing(real: Any) -> Any:
-        def call(*given: Any) -> Any:
-            nonlocal steps
-            steps += 1
-            if steps == step + 1:
-                raise OSError(28, "No space left on device")
-            return real(*given)
-
-        return call
-
-    with monkeypatch.context() as full:
-        full.setattr(
-            validation.results.store, "write_lines", failing(validation.results.store.write_lines)
-        )
-        for name in ("_put_by", "_write_environment", "_drop_motion"):
-            full.setattr(ResultsWriter, name, failing(getattr(ResultsWriter, name)))
-        with pytest.raises(ResultsError, match="No space left"):
-            writer.begin(ENVIRONMENT, taken_over=earlier[1:2], earlier=earlier)
-    assert steps == step + 1
-    assert set(labels(read_earlier(tmp_path))) == {"pymunk", "ghostball", "pybullet"}
-    assert all_motions_read(tmp_path)
+    writer.write(record("pymunk"), motion(7))
+    assert writer._database is not None
+    pages = in_database(tmp_path, "PRAGMA page_count")
+    writer._database.execute(f"PRAGMA max_page_count = {pages}")
+    with pytest.raises(ResultsError, match="database or disk is full"):  # noqa: PT012
+        for seed in range(100):
+            writer.write(record(f"pybullet:n={seed}"), motion(seed))
+    writer.finish("interrupted")
+    assert labels(Results.open(tmp_path).cases)[:2] == ["ghostball", "pymunk"]
+    assert left(tmp_path) == ["ghostball", "pybullet"]
 
 
 # --- two runs at once
@@ -428,7 +332,6 @@ def test_a_full_disk_while_a_run_begins_loses_nothing(
 def test_two_writers_are_never_in_one_folder(tmp_path: Path) -> None:
     # Breaks where their lines interleave, and each deletes the other's motion.
     first = written(tmp_path, record(), finish=False)
-    before = contents(tmp_path)
     second = ResultsWriter(tmp_path)
     message = f"^{re.escape(str(tmp_path))}: another run writes there. Wait .* another `--out`$"
     with pytest.raises(ResultsError, match=message):
@@ -436,11 +339,11 @@ def test_two_writers_are_never_in_one_folder(tmp_path: Path) -> None:
     with pytest.raises(ResultsError, match="another run writes there"), second.reserved():
         pass
     second.finish("interrupted")
-    assert contents(tmp_path) == before
     first.write(record("ghostball"), motion())
     first.finish("complete")
+    assert labels(Results.open(tmp_path).cases) == ["pymunk", "ghostball"]
     written(tmp_path, record("pybullet"))
-    assert labels(ResultsFolder.load(tmp_path).cases) == ["pybullet"]
+    assert labels(Results.open(tmp_path).cases) == ["pybullet"]
 
 
 def test_a_reserved_folder_is_free_only_afterwards(tmp_path: Path) -> None:
@@ -465,48 +368,14 @@ def test_a_thread_may_finish_what_another_began(tmp_path: Path) -> None:
     written(tmp_path, record())
 
 
-def test_a_killed_run_locks_nobody_out(tmp_path: Path) -> None:
-    script = (
-        "import sys, time; from pathlib import Path\n"
-        "from validation.results.store import ResultsWriter\n"
-        "writer = ResultsWriter(sys.argv[1]); writer.begin({})\n"
-        "print('begun', flush=True); time.sleep(600)"
-    )
-    with subprocess.Popen(
-        [sys.executable, "-c", script, str(tmp_path)],
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as process:
-        try:
-            assert process.stdout is not None
-            assert process.stdout.readline() == "begun\n"
-            with pytest.raises(ResultsError, match="another run writes there"):
-                written(tmp_path)
-        finally:
-            process.kill()
-    written(tmp_path, record())
-    assert labels(ResultsFolder.load(tmp_path).cases) == ["pymunk"]
-
-
 def test_the_lock_is_no_part_of_the_results(tmp_path: Path) -> None:
     with ResultsWriter(tmp_path).reserved():
         pass
-    assert contents(tmp_path) in ({}, {LOCK_FILE: b""})  # Windows leaves none
-    assert read_earlier(tmp_path) == []
+    assert contents(tmp_path) in ({}, {LOCK: b""})  # Windows leaves none
     with pytest.raises(ResultsError, match="not a results folder"):
-        ResultsFolder.load(tmp_path)
+        Results.open(tmp_path)
     written(tmp_path, record())  # not taken for something of the user's
-    assert set(contents(tmp_path)) - {LOCK_FILE} == {
-        "env.json",
-        "results.jsonl",
-        "motion/roll--pymunk.npz",
-    }
-
-
-def test_a_folder_without_results_holds_nothing_earlier(tmp_path: Path) -> None:
-    assert read_earlier(tmp_path) == []
-    assert read_earlier(tmp_path / "missing") == []
+    assert set(contents(tmp_path)) - {LOCK} == {DATABASE}
 
 
 def test_a_folder_that_is_not_ours_is_refused_and_left_alone(tmp_path: Path) -> None:

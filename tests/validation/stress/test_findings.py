@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import json
+import sqlite3
 
-import filelock
 import pytest
 
-import validation.results.files
+from validation.results.database import DATABASE, reserved, transaction, writing
 from validation.results.files import ResultsError
 from validation.stress.findings import (
-    FINDINGS_FILE,
-    LOCK_FILE,
     Finding,
     StressFolder,
     StressRun,
     StressWriter,
+    is_stress_folder,
 )
 
 KEYS = tuple(("grazing", name, "ghostball") for name in "abc")
@@ -49,38 +48,21 @@ def test_what_was_added_reads_back(folder):
     assert StressFolder.load(folder).findings[0].values == {"depth": None, "é": "\u2028"}
 
 
-@pytest.mark.parametrize("cut", [1, 10, 100])
-def test_a_line_that_a_kill_cut_short_costs_itself(folder, cut):
-    path = folder / FINDINGS_FILE
-    path.write_bytes(path.read_bytes()[:-cut])
-    assert trials(folder) == ["a"]
-
-
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        (b"{\n", "not valid JSON"),
-        (b"[]\n", "a JSON object was expected"),
-        (b'{"schema": 99}\n', "`schema` must be 2"),
-        (b'{"schema": 2, "more": 1}\n', "`"),
-        (b"\xff\n", "can't be read"),
-    ],
-)
-def test_damage_elsewhere_is_named_with_its_line(folder, line, message):
-    path = folder / FINDINGS_FILE
-    lines = path.read_bytes().splitlines(keepends=True)
-    path.write_bytes(lines[0] + line + lines[2])
-    with pytest.raises(ResultsError, match=message) as caught:
-        StressFolder.load(folder)
-    assert FINDINGS_FILE in str(caught.value)
-
-
-def test_another_file_is_no_folder_of_ours(tmp_path):
+def test_a_folder_of_something_else_is_said_to_be(tmp_path):
+    with pytest.raises(ResultsError, match="not a results folder"):
+        StressFolder.load(tmp_path)
+    assert not is_stress_folder(tmp_path)
+    with writing(tmp_path):
+        assert not is_stress_folder(tmp_path)
     with pytest.raises(ResultsError, match="not a folder of `ghostball stress`"):
         StressFolder.load(tmp_path)
-    (tmp_path / FINDINGS_FILE).write_bytes(b"")
-    with pytest.raises(ResultsError, match="is empty"):
-        StressFolder.load(tmp_path)
+
+
+def test_what_somebody_edited_is_named(folder):
+    with writing(folder) as database, transaction(database):
+        database.execute("UPDATE findings SET record = json_set(record, '$.shots', 'many')")
+    with pytest.raises(ResultsError, match="a finding is damaged: `shots` must be a valid integer"):
+        StressFolder.load(folder)
 
 
 def test_what_strangers_put_there_stays(tmp_path):
@@ -90,11 +72,10 @@ def test_what_strangers_put_there_stays(tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["thesis.tex"]
 
 
-def test_another_process_in_the_folder_is_waited_for(folder):
-    lock = filelock.FileLock(folder / LOCK_FILE)
+def test_another_run_in_the_folder_is_waited_for(folder):
     with (
-        lock,
-        pytest.raises(ResultsError, match="another run is writing there"),
+        reserved(folder),
+        pytest.raises(ResultsError, match="another run writes there"),
         StressWriter(folder).reserved(),
     ):
         pass
@@ -111,46 +92,20 @@ def test_the_worst_case_of_what_broke_is_never_a_survivor(tmp_path):
     assert StressFolder(tmp_path, run, found[:1]).worst(broken.family, broken.label) == found[0]
 
 
-def test_a_kill_before_the_first_line_leaves_the_folder_of_use(tmp_path):
-    (tmp_path / f"{FINDINGS_FILE}.part").write_bytes(b'{"suite": "qu')
-    writer = StressWriter(tmp_path)
-    with writer.reserved():
-        writer.begin(RUN, [])
-    assert trials(tmp_path) == []
-
-
-def test_a_full_disk_loses_nothing_that_was_written(folder, monkeypatch):
-    class Full:
-        def __init__(self, file):
-            self.file = file
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            self.file.close()
-
-        def write(self, content):
-            self.file.write(content[:20])
-            raise OSError(28, "No space left on device")
-
-        def writelines(self, lines):
-            self.write(next(iter(lines)))
-
-    real = validation.results.files.Path.open
-    monkeypatch.setattr(
-        validation.results.files.Path, "open", lambda path, *mode, **k: Full(real(path, *mode, **k))
-    )
+def test_a_full_disk_loses_nothing_that_was_written(folder):
     writer = StressWriter(folder)
-    with pytest.raises(ResultsError, match=r"No space left on device\. Choose another `--out`"):
-        writer.add(finding("c"))
-    with pytest.raises(ResultsError, match="No space left"):
-        writer.begin(RUN, [])
-    monkeypatch.undo()
+    with writer.reserved():
+        pages = writer._database.execute("PRAGMA page_count").fetchone()[0]
+        writer._database.execute(f"PRAGMA max_page_count = {pages}")
+        with pytest.raises(ResultsError, match=r"disk is full\. Make room, or choose another"):
+            writer.add(finding("c", faults=("x" * 100_000,)))
+        with pytest.raises(ResultsError, match="disk is full"):
+            writer.begin(RUN, [finding("c", faults=("x" * 100_000,))])
     assert trials(folder) == ["a", "b"]
-    assert not list(folder.glob("*.part"))
 
 
-def test_lines_are_json_without_nan(folder):
-    for line in (folder / FINDINGS_FILE).read_text(encoding="utf-8").split("\n")[:-1]:
-        json.loads(line, parse_constant=pytest.fail)
+def test_records_are_json_without_nan(folder):
+    database = sqlite3.connect(folder / DATABASE)
+    for (record,) in database.execute("SELECT record FROM findings").fetchall():
+        json.loads(record, parse_constant=pytest.fail)
+    database.close()

@@ -13,9 +13,10 @@ from faulty_engine import planted
 import validation.stress.run
 from engine import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
 from validation.parallel.pool import run_tasks
+from validation.results.database import transaction, writing
 from validation.scenes.library import find_scene
 from validation.stress import StressOutcome, run_stress
-from validation.stress.findings import FINDINGS_FILE, Finding, StressFolder, StressRun
+from validation.stress.findings import Finding, StressFolder, StressRun
 from validation.stress.run import StressTask, run_trial
 from validation.stress.trial import (
     CRASHED,
@@ -57,6 +58,14 @@ def test_what_is_wrong_is_refused_before_anything_is_written(tmp_path, labels, o
     assert not (tmp_path / "out").exists()
 
 
+OTHER_CODE = "UPDATE documents SET content = json_set(content, '$.code_hash', 'other')"
+
+
+def in_database(folder, statement):
+    with writing(folder) as database, transaction(database):
+        database.execute(statement)
+
+
 @pytest.fixture
 def here(monkeypatch):
     """Run trials in this process: what is kept of a run doesn't ask who made it."""
@@ -72,12 +81,9 @@ def test_a_run_is_kept_and_taken_over_by_the_same_code_alone(tmp_path):
     assert (first.taken_over, len(first.folder.findings)) == (0, 2)
     again = run_stress(["ghostball"], tmp_path, only=TWO)
     assert again.taken_over == 2
-    # Cut short by a kill in the midst of the last line: that one is tried again.
-    path = tmp_path / FINDINGS_FILE
-    path.write_bytes(path.read_bytes()[:-5])
+    in_database(tmp_path, "DELETE FROM findings WHERE id = (SELECT max(id) FROM findings)")
     assert run_stress(["ghostball"], tmp_path, only=TWO).taken_over == 1
-    lines = path.read_text().replace(first.folder.findings[0].code_hash, "0" * 64)
-    path.write_text(lines)
+    in_database(tmp_path, OTHER_CODE)
     assert run_stress(["ghostball"], tmp_path, only=TWO).taken_over == 0
     assert len(StressFolder.load(tmp_path).findings) == 2
 
@@ -116,8 +122,7 @@ def test_a_look_at_a_part_does_not_make_a_run_whole(tmp_path):
 @pytest.mark.usefixtures("here")
 def test_what_other_code_was_asked_for_is_no_part_of_a_run(tmp_path):
     run_stress(["ghostball"], tmp_path, only=TWO)
-    path = tmp_path / FINDINGS_FILE
-    path.write_text(path.read_text().replace(StressFolder.load(tmp_path).run.code_hash, "0" * 64))
+    in_database(tmp_path, OTHER_CODE)
     outcome = run_stress(["pymunk"], tmp_path, only=ONE)
     assert (outcome.folder.planned, outcome.folder.run.labels) == (1, ("pymunk",))
 
@@ -255,14 +260,15 @@ def test_our_engine_may_not_refuse_a_scene(tmp_path, monkeypatch):
 def test_a_changed_criterion_is_another_code(tmp_path, monkeypatch):
     """What trials play besides the code: shipped scenes and their criteria."""
     monkeypatch.setattr(validation.stress.run, "FOLDER", tmp_path)
-    code = validation.stress.run.Code("abc")
-    hashes = [validation.stress.run._hash_of_all(code)]
+    monkeypatch.setattr(validation.stress.run, "code_hash", lambda: "abc")
+    hashes = [validation.stress.run._hash_of_all()]
     (tmp_path / "common.expect.toml").write_text("limit = 32")
-    hashes.append(validation.stress.run._hash_of_all(code))
+    hashes.append(validation.stress.run._hash_of_all())
     (tmp_path / "common.expect.toml").write_text("limit = 64")
-    hashes.append(validation.stress.run._hash_of_all(code))
+    hashes.append(validation.stress.run._hash_of_all())
     assert len(set(hashes)) == 3
-    assert validation.stress.run._hash_of_all(validation.stress.run.Code("")) == ""
+    monkeypatch.setattr(validation.stress.run, "code_hash", lambda: "")
+    assert validation.stress.run._hash_of_all() == ""
 
 
 @pytest.mark.parametrize(

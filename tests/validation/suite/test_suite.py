@@ -20,7 +20,7 @@ import validation.suite.suite
 from engine import Ball, GhostballError, Scene
 from validation.checks.criteria import Criteria, Criterion
 from validation.checks.verdict import Verdict, unfinished_text, verdict_of
-from validation.results.store import CaseRecord, ResultsError, ResultsFolder
+from validation.results.store import CaseRecord, Results, ResultsError
 from validation.scenes.library import find_scene
 from validation.suite.case import Case
 from validation.suite.suite import criteria_beside_paths, run_suite, shipped_criteria
@@ -161,7 +161,7 @@ def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
         criteria={"roll": limits("ghostball", "fake").model_copy(update={"truth": "engine"})},
     )
     assert seen == [("ghostball", 1, 3), ("fake", 2, 3), ("fake:shift=0.003", 3, 3)]
-    folder = ResultsFolder.load(tmp_path / "out")
+    folder = Results.open(tmp_path / "out")
     assert folder.state == "complete"
     assert folder.labels == ["ghostball", "fake", "fake:shift=0.003"]
     assert folder.environment["engine_settings"]["fake"] == {"does": "run", "shift": 0.0}
@@ -210,7 +210,7 @@ def test_only_the_metrics_asked_for_are_measured_and_judged(tmp_path: Path) -> N
     # Only where it would have been judged: the third did not run.
     assert [case.left_out for case in (ours, fake, refused)] == [COMMON, ("overlap_max",), ()]
     assert (outcome.counts.checks_passed, outcome.counts.checks_left_out) == (1, 1 + len(COMMON))
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert folder.environment["metrics"] == list(fake.metrics)
     assert folder.motion(fake) is not None  # figures draw it
     with pytest.raises(GhostballError, match="Did you mean `wall_time`"):
@@ -232,7 +232,7 @@ def test_what_an_engine_cannot_do_is_said_with_the_reason(tmp_path: Path) -> Non
 
 def test_a_failure_is_kept_and_the_run_goes_on(tmp_path: Path) -> None:
     outcome = run_suite([scene()], ["fake:does=raise", "fake"], tmp_path)
-    failed, fine = ResultsFolder.load(tmp_path).cases
+    failed, fine = Results.open(tmp_path).cases
     assert (failed.outcome, failed.fault) == ("failed", "engine")
     assert "lost the" in failed.reason
     assert "Traceback" in failed.traceback
@@ -265,7 +265,7 @@ def test_what_an_engine_prints_is_in_its_record(
     for limit in (None, 60.0):
         found = run_suite([scene()], ["fake:does=print", "fake"], tmp_path, time_limit=limit)
         assert [case.printed for case in found.cases] == ["hello", ""]
-        assert ResultsFolder.load(tmp_path).cases[0].printed == "hello"
+        assert Results.open(tmp_path).cases[0].printed == "hello"
     assert capfd.readouterr().out == ""
 
 
@@ -302,7 +302,7 @@ def test_a_result_that_breaks_the_contract_is_a_failure_that_names_the_field(
 ) -> None:
     # Breaks where nan reaches the figures, or an engine passes under another one's name.
     outcome = run_suite([scene()], [f"fake:does={does}", "fake"], tmp_path)
-    cases = by_label(ResultsFolder.load(tmp_path).cases)
+    cases = by_label(Results.open(tmp_path).cases)
     failed = cases[f"fake:does={does}"]
     assert failed.outcome == "failed"
     assert reason in failed.reason
@@ -410,7 +410,7 @@ def test_the_kernels_are_made_ready_once_and_only_for_a_run_that_starts(
 def test_stored_settings_say_what_was_used(tmp_path: Path, engine: str) -> None:
     pytest.importorskip(engine.partition(":")[0])
     run_suite([scene()], [engine], tmp_path)
-    (case,) = ResultsFolder.load(tmp_path).cases
+    (case,) = Results.open(tmp_path).cases
     assert isinstance(case.settings["dt"], float)
     assert isinstance(case.settings["iterations"], int)
     assert case.settings["max_time"] == 300.0
@@ -454,7 +454,7 @@ def test_an_interrupted_run_keeps_what_is_done(tmp_path: Path, does: str) -> Non
     assert outcome.interrupted
     assert outcome.exit_status == 130
     assert outcome.planned == 3
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert [case.label for case in folder.cases] == ["fake"]
     assert folder.motion(folder.cases[0]) is not None
     assert folder.state == "interrupted"
@@ -465,7 +465,7 @@ def test_an_interrupt_before_the_first_case_leaves_earlier_results(tmp_path: Pat
     outcome = run_suite([scene()], ["fake:does=interrupt"], tmp_path)
     assert outcome.interrupted
     assert outcome.cases == []
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert (folder.labels, folder.state) == (["fake"], "complete")
 
 
@@ -477,7 +477,7 @@ def test_processes_find_what_one_process_finds(tmp_path: Path) -> None:
     engines = ["ghostball", "fake:shift=0.25", "fake:does=lose time", "fake:does=exit"]
     run_suite(scenes, engines, tmp_path / "alone")
     run_suite(scenes, engines, tmp_path / "two", jobs=2)
-    alone, two = ResultsFolder.load(tmp_path / "alone"), ResultsFolder.load(tmp_path / "two")
+    alone, two = Results.open(tmp_path / "alone"), Results.open(tmp_path / "two")
     assert two.scene_names == alone.scene_names
     assert two.labels == alone.labels
     for case in alone.cases:
@@ -515,7 +515,7 @@ def test_an_interrupt_leaves_no_process_behind(tmp_path: Path) -> None:
     engines = ["fake:does=hang", "fake", "ghostball"]
     outcome = run_suite([scene()], engines, tmp_path, jobs=2, progress=interrupt)
     assert outcome.interrupted
-    assert [case.label for case in ResultsFolder.load(tmp_path).cases] == ["fake"]
+    assert [case.label for case in Results.open(tmp_path).cases] == ["fake"]
     assert multiprocessing.active_children() == []
     assert time.monotonic() - started < 60  # the hanging one would have slept for 600 s
 
@@ -576,7 +576,7 @@ def test_ctrl_c_in_a_terminal(tmp_path: Path, fake_engines: Path, jobs: int) -> 
         process.communicate()
     assert errors == ""  # no traceback of any process
     assert process.returncode == 130
-    folder = ResultsFolder.load(tmp_path / "out")
+    folder = Results.open(tmp_path / "out")
     assert folder.state == "interrupted"
     assert len(folder.cases) == jobs
     assert group_is_gone(process.pid, within=10.0)
@@ -594,7 +594,7 @@ def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(
     monkeypatch.setattr(validation.suite.suite, "limit_of", limit_of)
     engines = ["fake:does=die", "fake:does=hang", "fake"]
     outcome = run_suite([scene()], engines, tmp_path, time_limit=300.0)
-    cases = by_label(ResultsFolder.load(tmp_path).cases)
+    cases = by_label(Results.open(tmp_path).cases)
     assert "exit code 7" in cases["fake:does=die"].reason
     assert "longer than 0.5 s" in cases["fake:does=hang"].reason
     assert cases["fake"].outcome == "ran"

@@ -6,11 +6,12 @@ import ast
 import json
 import os
 import shutil
+import sqlite3
 import subprocess
 import sys
 import textwrap
-import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import fields, replace
 from importlib.metadata import packages_distributions
 from pathlib import Path
@@ -19,20 +20,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-import validation.results.store
 import validation.suite.unchanged
 from engine import Ball, Result, Scene, Status, Table
 from reference_adapters.ghostball import GhostballEngine
 from reference_adapters.paper.discrete import PaperDiscreteEngine
 from validation.checks.criteria import Criteria, Criterion
-from validation.parallel.sources import LIBRARIES, OUR_PACKAGES, source_folders
+from validation.parallel.sources import OUR_PACKAGES, source_folders
+from validation.results.database import DATABASE, SCHEMA
+from validation.results.environment import PACKAGES, versions
 from validation.results.records import CaseRecord, Motion, status_name
-from validation.results.store import ResultsError, ResultsFolder, ResultsWriter
+from validation.results.store import Results, ResultsError, ResultsWriter, reusable_cases
 from validation.scenes.library import find_scene
 from validation.suite.suite import Outcome, run_suite
 from validation.suite.unchanged import (
-    Code,
     Unchanged,
+    code_hash,
     describe_code,
     inputs_hash,
     is_ours,
@@ -101,7 +103,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 def plain(case: CaseRecord) -> dict[str, Any]:
     """Return a record without what says when it was measured and how long that took."""
     kept = {part.name: getattr(case, part.name) for part in fields(CaseRecord)}
-    for name in ("wall_time", "measured", "taken_over", "motion"):
+    for name in ("wall_time", "measured", "taken_over"):
         del kept[name]
     kept["metrics"] = {name: v for name, v in case.metrics.items() if name != "wall_time"}
     for name, value in kept.items():
@@ -117,10 +119,10 @@ def test_what_is_taken_over_is_what_is_measured_again_to_the_bit(tmp_path: Path)
     out, again = tmp_path / "out", tmp_path / "again"
     options = {"criteria": {"roll": limits()}}
     run(out, **options)
-    before = ResultsFolder.load(out)
+    before = Results.open(out)
     run(out, **options)
     run(again, reuse=False, **options)
-    taken, measured = ResultsFolder.load(out), ResultsFolder.load(again)
+    taken, measured = Results.open(out), Results.open(again)
     for pair in PAIRS:
         first, kept, fresh = (folder.case(*pair) for folder in (before, taken, measured))
         assert first is not None
@@ -155,7 +157,7 @@ def test_nothing_runs_twice_and_all_say_so(tmp_path: Path, ran: list[tuple[str, 
     assert seen == [(pair[0], True, k, 4) for k, pair in enumerate(PAIRS, start=1)]
     assert [list(one.cases) for one in announced] == [PAIRS]
     assert (outcome.counts.taken_over, outcome.counts.ran) == (4, 4)
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert folder.state == "complete"
     assert folder.environment["taken_over"] == {
         "cases": 4,
@@ -170,8 +172,6 @@ def test_it_can_be_switched_off(tmp_path: Path, ran: list[tuple[str, str]]) -> N
     outcome = run(tmp_path, reuse=False)
     assert len(ran) == 8
     assert outcome.counts.taken_over == 0
-    # The names of both runs' motion differ, so that neither is ever overwritten.
-    assert len(list((tmp_path / "motion").iterdir())) == 4
 
 
 def test_two_processes_take_over_and_run_the_rest(tmp_path: Path) -> None:
@@ -196,15 +196,12 @@ def test_what_an_engine_cannot_represent_is_not_asked_again(
 
 
 def touch_sources(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(validation.suite.unchanged, "hash_sources", lambda folders: "edited")
+    monkeypatch.setattr(validation.suite.unchanged, "_loaded_sources", lambda: "edited")
 
 
 def touch_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = validation.suite.unchanged._library
-    newer = {"pymunk": ["99.0", ""]}
-    monkeypatch.setattr(
-        validation.suite.unchanged, "_library", lambda name: newer.get(name) or real(name)
-    )
+    newer = versions() | {"pymunk": "99.0"}
+    monkeypatch.setattr(validation.suite.unchanged, "versions", lambda: newer)
 
 
 def touch_python(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -213,12 +210,6 @@ def touch_python(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def touch_processor(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(validation.suite.unchanged, "cpu_name", lambda: "another")
-
-
-def touch_numba(monkeypatch: pytest.MonkeyPatch) -> None:
-    import numba
-
-    monkeypatch.setattr(numba.config, "CPU_NAME", "generic")
 
 
 def touch_variable(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -232,7 +223,6 @@ def touch_variable(monkeypatch: pytest.MonkeyPatch) -> None:
         touch_library,
         touch_python,
         touch_processor,
-        touch_numba,
         touch_variable,
     ],
 )
@@ -355,182 +345,56 @@ def test_engines_of_other_packages_always_run(
     assert is_ours("pymunk:mode=landed")
 
 
-@pytest.mark.parametrize("damage", ["cut", "missing", "swapped"])
-def test_a_motion_that_is_not_whole_runs_its_case_again(tmp_path: Path, damage: str) -> None:
-    run(tmp_path)
-    case = ResultsFolder.load(tmp_path).case("cut", "ghostball")
-    assert case is not None
-    path = tmp_path / str(case.motion)
-    if damage == "cut":
-        path.write_bytes(path.read_bytes()[:-10])
-    elif damage == "missing":
-        path.unlink()
-    else:
-        shutil.copy(tmp_path / "motion" / "roll--ghostball.npz", path)
-    announced: list[Unchanged] = []
-    assert run(tmp_path, announce=announced.append).counts.taken_over == 3
-    assert announced[0].damaged == (case.motion,)
-    folder = ResultsFolder.load(tmp_path)
-    for mended in folder.cases:
-        assert folder.motion(mended) is not None
-
-
-@pytest.mark.parametrize("change", ["schema", "line"])
-def test_a_folder_that_cannot_be_read_is_said_to_give_nothing(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture, change: str
+@pytest.mark.parametrize("reuse", [False, True])
+@pytest.mark.parametrize("damage", ["cut", "version"])
+def test_a_database_that_cannot_be_read_stops_a_run_before_it_begins(
+    tmp_path: Path, ran: list[tuple[str, str]], damage: str, reuse: bool
 ) -> None:
     run(tmp_path)
-    path = tmp_path / ("env.json" if change == "schema" else "results.jsonl")
-    text = path.read_text()
-    path.write_text(
-        json.dumps(json.loads(text) | {"schema": 1}) if change == "schema" else "{broken\n" + text
-    )
-    assert run(tmp_path).counts.taken_over == 0
-    (message,) = [record.getMessage() for record in caplog.records]
-    assert message.startswith("nothing is taken over from the results that are there")
-    wanted = "`schema` must be 4, got 1" if change == "schema" else "results.jsonl:1: not valid"
-    assert wanted in message
-    assert run(tmp_path).counts.taken_over == 4
+    ran.clear()
+    path = tmp_path / DATABASE
+    if damage == "cut":
+        path.write_bytes(path.read_bytes()[:-5000])
+    else:
+        database = sqlite3.connect(path)
+        database.execute("PRAGMA user_version = 1")
+        database.close()
+    left = path.read_bytes()
+    wanted = "is cut short or damaged" if damage == "cut" else f"must be {SCHEMA}, got 1"
+    with pytest.raises(ResultsError, match=wanted):
+        run(tmp_path, reuse=reuse)
+    assert ran == []
+    assert path.read_bytes() == left
 
 
-# --- files that change under a process
-
-
-def test_files_that_changed_since_they_were_loaded_reuse_nothing(
+def test_an_edit_after_the_code_was_loaded_is_not_what_ran(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Breaks where a notebook that loaded the old code stores its results as those of the new.
-    run(tmp_path)
-    with monkeypatch.context() as edited:
-        edited.setattr(validation.suite.unchanged, "_look", lambda: ("other",))
-        announced: list[Unchanged] = []
-        assert run(tmp_path, announce=announced.append).counts.taken_over == 0
-        assert announced[0].why == "files of code changed since this process loaded them"
-        assert all(case.inputs_hash == "" for case in ResultsFolder.load(tmp_path).cases)
-    assert run(tmp_path).counts.taken_over == 0
+    before = code_hash()
+    monkeypatch.setattr(validation.suite.unchanged, "hash_sources", lambda folders: "edited")
+    assert code_hash() == before
+    assert run(tmp_path).exit_status == 0
+    assert list(reusable_cases(tmp_path, before)[1]) == [
+        case.inputs_hash for case in Results.open(tmp_path).cases
+    ]
 
 
-def test_a_file_that_changes_during_a_run_marks_what_comes_after(
+def test_sources_that_cannot_be_found_reuse_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    edited: list[str] = []
-    loaded = validation.suite.unchanged._LOADED
-    monkeypatch.setattr(
-        validation.suite.unchanged, "_look", lambda: ("other",) if edited else loaded
-    )
-    run(tmp_path, progress=lambda case, done, planned: edited.append("x") if done == 2 else None)
-    edited.clear()
-    outcome = run(tmp_path)
-    assert [case.scene for case in outcome.cases if case.taken_over] == ["cut", "cut"]
-
-
-def test_sources_that_cannot_be_read_reuse_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(validation.suite.unchanged, "_LOADED", ())
-    assert Code.now() == Code("", "the source files of ghostball can't be read here")
-    monkeypatch.setattr(validation.parallel.sources, "OUR_PACKAGES", ("engine", "no_such_package"))
-    assert validation.suite.unchanged._look() == ()
-
-
-def test_the_look_sees_an_edit_and_an_installed_package(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    site = tmp_path / "site-packages"
-    site.mkdir()
-    source = tmp_path / "a.py"
-    source.write_text("x = 1\n")
-    monkeypatch.setattr(validation.suite.unchanged, "source_folders", lambda: (tmp_path,))
-    monkeypatch.syspath_prepend(str(site))
-    looks = [validation.suite.unchanged._look()]
-    assert validation.suite.unchanged._look() == looks[0]
-    before = source.stat()
-    source.write_text("x = 2\n")
-    os.utime(source, ns=(before.st_atime_ns, before.st_mtime_ns))  # as a copy that keeps times does
-    looks.append(validation.suite.unchanged._look())
-    (site / "thing-1.0.dist-info").mkdir()
-    looks.append(validation.suite.unchanged._look())
-    assert len(set(looks)) == 3
+    monkeypatch.setattr(validation.parallel.sources, "code_files", lambda folder: [])
+    unread = validation.suite.unchanged._loaded_sources.__wrapped__
+    monkeypatch.setattr(validation.suite.unchanged, "_loaded_sources", unread)
+    assert code_hash() == ""
+    for _ in range(2):
+        assert run(tmp_path / "out").counts.taken_over == 0
 
 
 def copy_of_the_sources(folder: Path) -> Path:
     for package in OUR_PACKAGES:
         shutil.copytree(ROOT / package, folder / package)  # with what Python has compiled
     return folder
-
-
-@pytest.mark.parametrize("edited", [False, True])
-def test_an_edit_between_the_imports_of_engine_and_of_this_reuses_nothing(
-    tmp_path: Path, edited: bool
-) -> None:
-    # Breaks where the files are first looked at when the code that is loaded is older than they;
-    # and where a checkout just before the import counts as an edit.
-    code = copy_of_the_sources(tmp_path / "code")
-    (code / "engine" / "shot.py").touch()
-    script = textwrap.dedent(f"""
-        import os
-        from pathlib import Path
-        import engine
-
-        source = Path(engine.__file__).with_name("shot.py")
-        assert source.is_relative_to({str(code)!r})
-        if {edited}:
-            before = source.stat()
-            source.write_text(source.read_text() + "# a comment\\n")
-            os.utime(source, ns=(before.st_atime_ns, before.st_mtime_ns))
-        from validation.suite.unchanged import Code
-
-        print(Code.now())
-    """)
-    done = subprocess.run(
-        [sys.executable, "-c", script],
-        env=os.environ | {"PYTHONPATH": str(code)},
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=tmp_path,
-    )
-    changed = "Code(hash='', why='files of code changed since this process loaded them')\n"
-    assert (done.stdout == changed) is edited, done.stdout
-
-
-def test_a_file_dated_in_the_future_is_no_edit(tmp_path: Path) -> None:
-    # As archives bring them: nothing would ever be taken over.
-    now = time.time_ns()
-    look = (("a.py", 1, 1, now + 10**12, now),)
-    assert validation.suite.unchanged._changed_after(look, now) is (os.name == "nt")
-    assert validation.suite.unchanged._changed_after(look, now - 1)
-
-
-def installed(site: Path, name: str, origin: str | None) -> None:
-    info = site / f"{name}-1.dist-info"
-    info.mkdir(parents=True)
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n")
-    (info / "RECORD").write_text("")
-    if origin is not None:
-        (info / "direct_url.json").write_text(origin)
-
-
-def test_a_library_that_is_installed_editable_reuses_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # Breaks where the list of files, which names only the link, stands for the sources.
-    site = tmp_path / "site"
-    installed(site, "edited", '{"url": "file:///x", "dir_info": {"editable": true}}')
-    installed(site, "built", '{"url": "file:///x", "dir_info": {}}')
-    installed(site, "archived", '{"url": "https://x/y.whl", "archive_info": {}}')
-    installed(site, "indexed", None)
-    monkeypatch.syspath_prepend(str(site))
-    told = (*LIBRARIES, "built", "archived", "indexed", "missing")
-    monkeypatch.setattr(validation.suite.unchanged, "LIBRARIES", told)
-    assert Code.now().hash
-    run(tmp_path / "out")
-    monkeypatch.setattr(validation.suite.unchanged, "LIBRARIES", (*told, "edited"))
-    announced: list[Unchanged] = []
-    for _ in range(2):  # the second time there is nothing that could be taken over
-        outcome = run(tmp_path / "out", announce=announced.append)
-        assert outcome.counts.taken_over == 0
-        assert all(case.inputs_hash == "" for case in outcome.cases)
-    why = "installed editable, so that their code can't be told: edited"
-    assert [(one.stored, one.why) for one in announced] == [(4, why), (0, why)]
 
 
 # --- the hashes
@@ -570,7 +434,7 @@ def test_every_library_that_our_code_imports_is_hashed() -> None:
         for module in imported - known - harmless
         for name in brings.get(module, [module])
     }
-    assert needed <= set(LIBRARIES)
+    assert needed <= set(PACKAGES)
 
 
 def test_the_description_of_the_code_is_the_same_in_another_process() -> None:
@@ -640,7 +504,7 @@ def test_an_interrupted_run_goes_on(tmp_path: Path, ran: list[tuple[str, str]]) 
     outcome = run(tmp_path)
     assert ran == PAIRS[3:]
     assert (outcome.counts.taken_over, outcome.exit_status) == (3, 0)
-    assert ResultsFolder.load(tmp_path).state == "complete"
+    assert Results.open(tmp_path).state == "complete"
 
 
 def test_an_interrupted_second_run_loses_nothing(
@@ -650,7 +514,7 @@ def test_an_interrupted_second_run_loses_nothing(
     with monkeypatch.context() as edited:  # an edit that is taken back
         touch_sources(edited)
         assert run(tmp_path, progress=interrupt_at(1)).interrupted
-        assert [case.scene for case in ResultsFolder.load(tmp_path).cases] == ["cut"]
+        assert [case.scene for case in Results.open(tmp_path).cases] == ["cut"]
     ran.clear()
     assert run(tmp_path).counts.taken_over == 3
     assert ran == PAIRS[:1]
@@ -678,50 +542,41 @@ def test_an_interrupt_before_anything_ran_changes_nothing(
     assert contents(tmp_path) == before
 
 
-STEPS = ("_put_by", "unlink", "_write_environment", "_drop_motion", "write_lines")
-
-
 @pytest.mark.parametrize("when", ["before", "after"])
-@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("step", ["begin", "write", "finish"])
 def test_an_interrupt_while_a_run_begins_leaves_a_folder_that_reads_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str, when: str
 ) -> None:
     # Breaks where the earlier results are gone, none have taken their place, and nobody says so.
     run(tmp_path)
-    before = contents(tmp_path)
+    before = Results.open(tmp_path).environment
     pressed: list[str] = []
+    real = getattr(ResultsWriter, step)
 
-    def interrupting(real: Callable[..., Any]) -> Callable[..., Any]:
-        def call(*given: Any, **named: Any) -> Any:
-            now = not pressed and (step != "unlink" or Path(given[0]).name == "results.jsonl")
-            if now:
-                pressed.append(step)
-            if now and when == "before":
-                raise KeyboardInterrupt
-            value = real(*given, **named)
-            if now:
-                raise KeyboardInterrupt
-            return value
+    def interrupting(*given: Any, **named: Any) -> Any:
+        now, pressed[:] = not pressed, [step]
+        if now and when == "before":
+            raise KeyboardInterrupt
+        real(*given, **named)
+        if now:
+            raise KeyboardInterrupt
 
-        return call
-
-    owner: Any = {"unlink": Path, "write_lines": validation.results.store}.get(step, ResultsWriter)
-    with monkeypatch.context() as impatient:
-        impatient.setattr(owner, step, interrupting(getattr(owner, step)))
+    with monkeypatch.context() as impatient, suppress(KeyboardInterrupt):
+        impatient.setattr(ResultsWriter, step, interrupting)
         faster = [scenes(2.0)[0], scenes()[1]]
         outcome = run(tmp_path, scenes=faster)
+        assert outcome.interrupted
+        assert outcome.begun is ((step, when) != ("begin", "before"))
     assert pressed
-    assert outcome.interrupted
-    folder = ResultsFolder.load(tmp_path)
-    shown = [(case.scene, case.taken_over) for case in folder.cases]
-    assert [(case.scene, case.taken_over) for case in outcome.cases] in (shown, [])
-    if outcome.begun:
-        assert shown == [("roll", True)] * 2 == [(c.scene, c.taken_over) for c in outcome.cases]
-        assert folder.state == "interrupted"
+    folder, replaced = Results.open(tmp_path), 0
+    if (step, when) == ("begin", "before"):
+        assert folder.environment == before
     else:
-        after = contents(tmp_path)
-        assert {name: after[name] for name in before} == before
-    assert run(tmp_path).counts.taken_over == 4
+        shown = [(case.scene, case.taken_over) for case in folder.cases]
+        assert shown.count(("roll", True)) == 2
+        replaced = shown.count(("cut", False))
+        assert len(shown) == 2 + replaced
+    assert run(tmp_path).counts.taken_over == 4 - replaced
 
 
 def test_a_second_run_is_refused_before_it_reads_or_runs_anything(
@@ -741,7 +596,7 @@ def test_an_interrupt_between_a_line_and_its_being_counted_counts_it(
 ) -> None:
     real = ResultsWriter.write
 
-    def write(self: ResultsWriter, *given: Any) -> CaseRecord:
+    def write(self: ResultsWriter, *given: Any) -> None:
         real(self, *given)
         raise KeyboardInterrupt
 
@@ -756,11 +611,10 @@ def test_a_run_of_a_part_leaves_the_rest_for_the_next(
 ) -> None:
     run(tmp_path)
     assert run(tmp_path, scenes=scenes()[:1], engines=["ghostball"]).counts.taken_over == 1
-    folder = ResultsFolder.load(tmp_path)
+    folder = Results.open(tmp_path)
     assert [(case.scene, case.label) for case in folder.cases] == PAIRS[:1]  # no other is shown
     ran.clear()
     assert run(tmp_path).counts.taken_over == 4
-    assert not (tmp_path / "earlier.jsonl").exists()
 
 
 def test_a_run_that_ends_drops_what_its_code_could_never_take_over(
@@ -768,10 +622,10 @@ def test_a_run_that_ends_drops_what_its_code_could_never_take_over(
 ) -> None:
     # Breaks where a folder grows by every edit.
     run(tmp_path)
+    before = code_hash()
     touch_sources(monkeypatch)
     run(tmp_path, scenes=scenes()[:1])
-    assert not (tmp_path / "earlier.jsonl").exists()
-    assert len(list((tmp_path / "motion").iterdir())) == 2
+    assert reusable_cases(tmp_path, before) == (2, {})
 
 
 # --- the whole, as a user meets it
@@ -806,7 +660,7 @@ def test_an_edit_of_a_copy_of_the_sources_is_seen(tmp_path: Path) -> None:
     for package, module in (
         ("engine", "motion/on_cloth"),
         ("reference_adapters", "paper/model"),
-        ("validation", "metrics"),
+        ("validation", "checks/metrics"),
     ):
         path = code / package / f"{module}.py"
         path.write_text(path.read_text() + "# a comment\n")

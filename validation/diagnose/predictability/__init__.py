@@ -6,8 +6,9 @@
 """
 
 from validation.diagnose.predictability.measure import predictability_of
-from validation.diagnose.predictability.prediction import Predictability, Separation
-from validation.diagnose.predictability.prediction_file import (
+from validation.diagnose.predictability.prediction import (
+    Predictability,
+    Separation,
     load_predictability,
     predictability_in,
     save_predictability,

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from engine import Scene, UnsupportedSceneError
 from validation.diagnose.predictability.measure import predictability_of
-from validation.diagnose.predictability.prediction import Predictability
-from validation.diagnose.predictability.prediction_file import (
+from validation.diagnose.predictability.prediction import (
+    Predictability,
     load_predictability,
     save_predictability,
 )
-from validation.results.files import ResultsError
 from validation.results.records import scene_hash
-from validation.suite.unchanged import Code
-
-logger = logging.getLogger("ghostball.validation")
+from validation.suite.unchanged import code_hash
 
 Progress = Callable[[int, int, str], None]
 """Called before each scene with how many are done, how many there are, and the scene's name."""
@@ -27,7 +23,7 @@ Progress = Callable[[int, int, str], None]
 def predict_scenes(
     scenes: Sequence[Scene], folder: Path, *, reuse: bool = True, progress: Progress | None = None
 ) -> list[Predictability]:
-    """Measure how far each shot can be predicted, and store that in a results folder.
+    """Measure how far each shot can be predicted, and store each in a results folder at once.
 
     Parameters
     ----------
@@ -43,33 +39,25 @@ def predict_scenes(
     Raises
     ------
     ResultsError
-        Where the folder can't be written.
+        Where the folder can't be read or written.
     """
-    code = Code.now()
-    earlier = _earlier(folder) if reuse and code.hash else {}
-    known = []
-    for done, scene in enumerate(scenes):
-        if progress is not None:
-            progress(done, len(scenes), scene.name)
-        stored = earlier.get(scene.name)
-        if stored is not None and (stored.definition_hash, stored.code_hash) == (
-            scene_hash(scene),
-            code.hash,
-        ):
+    code = code_hash()
+    earlier = load_predictability(folder) if reuse and code else {}
+    known: list[Predictability] = []
+
+    def measured() -> Iterator[Predictability]:
+        for done, scene in enumerate(scenes):
+            if progress is not None:
+                progress(done, len(scenes), scene.name)
+            stored = earlier.get(scene.name)
+            asked = (scene_hash(scene), code)
+            if stored is None or (stored.definition_hash, stored.code_hash) != asked:
+                try:
+                    stored = replace(predictability_of(scene), code_hash=code)
+                except UnsupportedSceneError:
+                    continue
+                yield stored
             known.append(stored)
-            continue
-        try:
-            measured = predictability_of(scene)
-        except UnsupportedSceneError:
-            continue
-        known.append(replace(measured, code_hash=code.hash if code.holds() else ""))
-    save_predictability(folder, known)
+
+    save_predictability(folder, measured())
     return known
-
-
-def _earlier(folder: Path) -> dict[str, Predictability]:
-    try:
-        return load_predictability(folder)
-    except ResultsError as error:
-        logger.warning("every shot is predicted anew, and the file replaced: %s", error)
-        return {}

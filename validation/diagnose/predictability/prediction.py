@@ -1,20 +1,17 @@
-"""What is known of how far a shot can be predicted: plain values, one line of JSON each."""
+"""What is known of how far a shot can be predicted, and where a results folder keeps it."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Final
+from pathlib import Path
 
-from pydantic import ConfigDict
+from pydantic import ConfigDict, TypeAdapter
 
-from validation.results.records import FloatArray
+from validation.results.database import has_database, reading, record_of, transaction, writing
+from validation.results.records import FloatArray, definition_hash
+from validation.results.store import Results
 from validation.truth.bifurcations import Bifurcation
-
-SCHEMA: Final = 2
-"""Version of a line; another one is refused, but for those of `OLDER`."""
-
-OLDER: Final = (1,)
-"""Versions that are read too: 1 had no `code_hash`, so what it says is measured again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +65,7 @@ class Predictability:
     definition_hash : str
         Of the scene: one of its name may be another.
     code_hash : str
-        Of the code that measured it, `validation.suite.unchanged.Code`; "" where that can't be
-        told, so that it is measured again.
+        Of the code that measured it: `validation.suite.unchanged.code_hash`.
     """
 
     scene: str
@@ -85,6 +81,58 @@ class Predictability:
     separations: tuple[Separation, ...] = ()
     definition_hash: str = ""
     code_hash: str = ""
-    schema: int = SCHEMA
 
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
+
+
+_RECORD = TypeAdapter(Predictability)
+
+
+def save_predictability(folder: Path, records: Iterable[Predictability]) -> None:
+    """Store how far shots can be predicted, each at once, in place of what was of its scene's name.
+
+    Raises
+    ------
+    ResultsError
+        Where the folder can't be written.
+    """
+    with writing(folder) as database:
+        for record in records:
+            text = _RECORD.dump_json(record).decode()
+            with transaction(database):
+                database.execute("INSERT OR REPLACE INTO predictions (record) VALUES (?)", [text])
+
+
+def load_predictability(folder: Path) -> dict[str, Predictability]:
+    """Read what a results folder holds, by scene; nothing where there is none.
+
+    Raises
+    ------
+    ResultsError
+        Where it can't be read.
+    """
+    if not has_database(folder):
+        return {}
+    with reading(folder) as database:
+        texts = database.execute("SELECT record FROM predictions").fetchall()
+    records = [record_of(_RECORD, text, f"{folder}: a prediction") for (text,) in texts]
+    return {record.scene: record for record in records}
+
+
+def predictability_in(results: Results) -> list[Predictability]:
+    """Return what a results folder holds of its very scenes, in their order.
+
+    One of another version of a scene, left by an earlier run, is none of them.
+
+    Raises
+    ------
+    ResultsError
+        As `load_predictability`.
+    """
+    known = load_predictability(results.path)
+    hashes = {case.scene: definition_hash(case.definition) for case in results.cases}
+    return [
+        known[name]
+        for name in results.scene_names
+        if name in known and known[name].definition_hash == hashes[name]
+    ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -14,8 +13,6 @@ from validation.diagnose.predictability import (
     predictability_of,
     save_predictability,
 )
-from validation.diagnose.predictability.prediction_file import PREDICTABILITY_FILE
-from validation.results.files import ResultsError
 from validation.runs import our_run
 from validation.scenes.library import find_scene
 
@@ -73,24 +70,6 @@ def test_what_is_stored_reads_back(tmp_path):
         assert (again.bifurcations, again.nearest) == (one.bifurcations, one.nearest)
         assert len(again.separations) == len(one.separations)
     assert load_predictability(tmp_path / "elsewhere") == {}
-
-
-@pytest.mark.parametrize(
-    ("damage", "message"),
-    [
-        (lambda text: text[:-20], "is cut short"),
-        (lambda text: text.replace('"schema":2', '"schema":9'), "`schema` must be 2, got 9"),
-        (lambda text: "nonsense\n" + text, r":1: not valid JSON"),
-        (lambda text: text.replace('"rest_time"', '"resttime"'), "rest_time"),
-    ],
-)
-def test_a_damaged_file_is_refused_with_its_place(tmp_path, damage, message):
-    save_predictability(tmp_path, [predictability_of(find_scene("stop"))])
-    path = tmp_path / PREDICTABILITY_FILE
-    assert json.loads(path.read_text())["scene"] == "stop"
-    path.write_text(damage(path.read_text()))
-    with pytest.raises(ResultsError, match=message):
-        load_predictability(tmp_path)
 
 
 def test_a_chaos_scene_in_which_nothing_moves_has_no_neighbours():

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 
 from engine import Scene
 from validation.diagnose.predictability import load_predictability, predict
 from validation.diagnose.predictability.predict import predict_scenes
-from validation.diagnose.predictability.prediction import SCHEMA
-from validation.diagnose.predictability.prediction_file import PREDICTABILITY_FILE
-from validation.results.files import ResultsError
+from validation.results.frames import rows_of
 from validation.scenes.library import find_scene
-from validation.suite.unchanged import Code
 
 
 @pytest.fixture
@@ -27,18 +22,29 @@ def measured(monkeypatch):
         return measure(scene)
 
     monkeypatch.setattr(predict, "predictability_of", noting)
-    monkeypatch.setattr(Code, "now", staticmethod(lambda: Code("this code")))
-    monkeypatch.setattr(Code, "holds", lambda _: True)
+    monkeypatch.setattr(predict, "code_hash", lambda: "this code")
     return names
 
 
 def test_what_is_known_is_kept_to_the_byte(measured, tmp_path):
     scenes = [find_scene("push"), find_scene("chaos-a")]
     predict_scenes(scenes, tmp_path)
-    stored = (tmp_path / PREDICTABILITY_FILE).read_bytes()
+    stored = rows_of(tmp_path, "predictions")
     predict_scenes(scenes, tmp_path)
     assert measured == ["push", "chaos-a"]
-    assert (tmp_path / PREDICTABILITY_FILE).read_bytes() == stored
+    assert rows_of(tmp_path, "predictions") == stored
+
+
+def test_an_interrupt_keeps_what_was_measured(measured, tmp_path):
+    def interrupt(done, planned, name):
+        if done == 1:
+            raise KeyboardInterrupt
+
+    scenes = [find_scene("push"), find_scene("stop")]
+    with pytest.raises(KeyboardInterrupt):
+        predict_scenes(scenes, tmp_path, progress=interrupt)
+    assert [one.scene for one in predict_scenes(scenes, tmp_path)] == ["push", "stop"]
+    assert measured == ["push", "stop"]
 
 
 def test_another_scene_of_the_same_name_is_measured(measured, tmp_path):
@@ -56,7 +62,7 @@ def test_other_code_measures_again_and_so_does_who_asks_for_it(measured, monkeyp
     predict_scenes(scenes, tmp_path)
     predict_scenes(scenes, tmp_path, reuse=False)
     assert len(measured) == 2
-    monkeypatch.setattr(Code, "now", staticmethod(lambda: Code("other code")))
+    monkeypatch.setattr(predict, "code_hash", lambda: "other code")
     predict_scenes(scenes, tmp_path)
     assert len(measured) == 3
 
@@ -64,47 +70,10 @@ def test_other_code_measures_again_and_so_does_who_asks_for_it(measured, monkeyp
 def test_code_that_cannot_be_told_neither_gives_nor_takes(measured, monkeypatch, tmp_path):
     scenes = [find_scene("stop")]
     predict_scenes(scenes, tmp_path)
-    monkeypatch.setattr(Code, "now", staticmethod(lambda: Code("", "why")))
-    monkeypatch.setattr(Code, "holds", lambda _: False)
+    monkeypatch.setattr(predict, "code_hash", lambda: "")
     for _ in range(2):
         predict_scenes(scenes, tmp_path)
     assert len(measured) == 3
-
-
-def test_a_file_of_schema_1_is_read_and_what_it_holds_is_measured_again(measured, tmp_path, caplog):
-    # It had no hash of the code.
-    scenes = [find_scene("stop")]
-    (now,) = predict_scenes(scenes, tmp_path)
-    path = tmp_path / PREDICTABILITY_FILE
-    line = json.loads(path.read_text())
-    assert line["schema"] == SCHEMA
-    del line["code_hash"]
-    path.write_text(json.dumps(line | {"schema": 1}) + "\n")
-    then = load_predictability(tmp_path)["stop"]
-    assert (then.schema, then.code_hash, then.rest_time) == (SCHEMA, "", now.rest_time)
-    predict_scenes(scenes, tmp_path)
-    assert len(measured) == 2
-    assert caplog.text == ""
-
-
-def test_a_file_of_a_newer_schema_is_said_to_be_of_another_version(measured, tmp_path):
-    predict_scenes([find_scene("stop")], tmp_path)
-    path = tmp_path / PREDICTABILITY_FILE
-    line = json.loads(path.read_text()) | {"schema": SCHEMA + 1, "unheard_of": 1}
-    path.write_text(json.dumps(line) + "\n")
-    with pytest.raises(ResultsError, match="another version of ghostball wrote it"):
-        load_predictability(tmp_path)
-
-
-def test_a_damaged_file_is_replaced(measured, tmp_path, caplog):
-    scenes = [find_scene("stop")]
-    predict_scenes(scenes, tmp_path)
-    path = tmp_path / PREDICTABILITY_FILE
-    path.write_bytes(path.read_bytes()[:-5])
-    predict_scenes(scenes, tmp_path)
-    assert len(measured) == 2
-    assert "cut short" in caplog.text
-    assert list(load_predictability(tmp_path)) == ["stop"]
 
 
 def test_what_our_engine_does_not_represent_is_passed_over(measured, tmp_path):

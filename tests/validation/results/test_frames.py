@@ -1,0 +1,147 @@
+"""The tables of a folder for anyone: JSON lines, CSV and data frames say the same, to the bit."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine import EVENT_DTYPE, Ball, GhostballError, Scene
+from validation.results.database import transaction, writing
+from validation.results.files import ResultsError
+from validation.results.frames import TABLES, export, rows_of
+from validation.results.store import CaseRecord, Check, Motion, Results, ResultsWriter
+
+SCENE = Scene(name="roll", title="größer, |", balls=[Ball(id="cue", position=(0.1, 0.2))])
+PASSED = Check("rest_error_max", 2.0**-53, "at_most", 1e-13, "m", True, "by hand")
+
+
+def case(label: str, **more: Any) -> CaseRecord:
+    definition = SCENE.model_dump(mode="json", by_alias=True)
+    return CaseRecord("roll", SCENE.title, (), definition, label, label, "ran", **more)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    writer = ResultsWriter(tmp_path / "out")
+    writer.begin({"scenes": ["roll"], "engines": ["ghostball", "pymunk"]})
+    events = np.array([(0.1 + 0.2, 0, 0, 1), (1.0, 3, 1, -1)], dtype=EVENT_DTYPE)
+    still = np.zeros((1, 1, 3))
+    motion = Motion(events, np.zeros(1), still, still, still, *np.zeros((3, 1)))
+    failed = replace(PASSED, value=None, passed=None)
+    writer.write(case("ghostball", checks=(PASSED, failed), rest_time=0.1 + 0.2), motion)
+    writer.write(replace(case("pymunk"), outcome="failed", metrics={"overlap_max": None}), None)
+    writer.finish("complete")
+    return writer.path
+
+
+def test_rows_are_what_was_found(folder: Path) -> None:
+    ghostball, pymunk = rows_of(folder, "cases")
+    assert (ghostball["scene"], ghostball["label"], pymunk["outcome"]) == (
+        "roll",
+        "ghostball",
+        "failed",
+    )
+    assert ghostball["rest_time"] == 0.1 + 0.2
+    assert ghostball["definition"]["name"] == "roll"
+    first, second = rows_of(folder, "checks")
+    assert (first["label"], first["value"], first["passed"]) == ("ghostball", 2.0**-53, True)
+    assert (second["value"], second["passed"]) == (None, None)
+    assert rows_of(folder, "metrics") == [
+        {"scene": "roll", "label": "pymunk", "name": "overlap_max", "value": None}
+    ]
+    shared = {"scene": "roll", "label": "ghostball"}
+    assert rows_of(folder, "events") == [
+        {**shared, "t": 0.1 + 0.2, "kind": "ball-ball", "a": 0, "b": 1},
+        {**shared, "t": 1.0, "kind": "roll-to-rest", "a": 1, "b": -1},
+    ]
+    assert rows_of(folder, "findings") == []
+
+
+def test_cases_that_are_only_kept_for_a_next_run_are_in_no_table(folder: Path) -> None:
+    writer = ResultsWriter(folder)
+    writer.begin({}, [("roll", "pymunk")])
+    writer.finish("complete")
+    assert [row["label"] for row in rows_of(folder, "cases")] == ["pymunk"]
+    assert rows_of(folder, "cases")[0]["taken_over"] == 1
+    assert rows_of(folder, "checks") == rows_of(folder, "events") == []
+    assert [row["label"] for row in rows_of(folder, "metrics")] == ["pymunk"]
+
+
+def test_files_hold_every_row(folder: Path, tmp_path: Path) -> None:
+    target = tmp_path / "below" / "files"
+    written = export(folder, target)
+    assert sorted(path.name for path in written) == sorted(
+        f"{table}.{ending}"
+        for table in ("cases", "checks", "metrics", "events")
+        for ending in ("csv", "jsonl")
+    )
+    for table in ("cases", "checks", "metrics", "events"):
+        lines = (target / f"{table}.jsonl").read_text(encoding="utf-8").splitlines()
+        assert [json.loads(line) for line in lines] == rows_of(folder, table)
+        with (target / f"{table}.csv").open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        assert len(rows) == len(lines)
+        assert rows[0]["scene"] == "roll"
+    assert float(rows[0]["t"]) == 0.1 + 0.2
+
+
+def test_what_cannot_be_exported_is_said(folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(GhostballError, match=r"no table `motion`\. There are: cases, metrics"):
+        rows_of(folder, "motion")
+    with pytest.raises(ResultsError, match="no such results folder"):
+        export(tmp_path / "none", tmp_path / "files")
+    with writing(tmp_path) as database, transaction(database):
+        pass
+    with pytest.raises(ResultsError, match="holds nothing that could be exported"):
+        export(tmp_path, tmp_path / "files")
+    (tmp_path / "files").write_text("in the way")
+    with pytest.raises(ResultsError, match="can't write"):
+        export(folder, tmp_path / "files")
+
+
+@pytest.mark.parametrize("library", ["polars", "pandas"])
+def test_a_frame_is_of_the_first_library_that_is_there(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, library: str
+) -> None:
+    made: list[tuple[list[dict[str, Any]], dict[str, Any]]] = []
+
+    def frame(rows: list[dict[str, Any]], **options: Any) -> str:
+        made.append((rows, options))
+        return f"of {library}"
+
+    monkeypatch.setitem(sys.modules, "polars", None)
+    monkeypatch.setitem(sys.modules, library, SimpleNamespace(DataFrame=frame))
+    assert Results.open(folder).to_frame("cases") == f"of {library}"
+    ((rows, options),) = made
+    assert [row["rest_time"] for row in rows] == [0.1 + 0.2, None]
+    assert json.loads(rows[0]["definition"])["name"] == "roll"  # a cell holds one value
+    assert options == ({"infer_schema_length": None} if library == "polars" else {})
+
+
+def test_a_real_frame_has_a_column_for_each_value(folder: Path) -> None:
+    polars = pytest.importorskip("polars")
+    results = Results.open(folder)
+    assert list(TABLES)[:4] == ["cases", "metrics", "checks", "events"]
+    for table in ("cases", "metrics", "checks", "events"):
+        frame = results.to_frame(table)
+        assert isinstance(frame, polars.DataFrame)
+        assert frame.height == len(rows_of(folder, table))
+    assert results.to_frame("events")["t"].to_list() == [0.1 + 0.2, 1.0]
+
+
+def test_without_a_library_it_is_said_which_to_install(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for library in ("polars", "pandas"):
+        monkeypatch.setitem(sys.modules, library, None)
+    wanted = r"needs polars or pandas.*pip install 'ghostball\[frames\]'.*`ghostball export`"
+    with pytest.raises(GhostballError, match=wanted):
+        Results.open(folder).to_frame()

@@ -1,0 +1,154 @@
+"""Runs that are killed at random instants: what they had said was done is there, and sound."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import random
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import validation.stress.run
+from engine import Ball, Scene, Table
+from validation.checks.criteria import Criteria
+from validation.ensembles import Ensembles, run_ensembles
+from validation.results.database import has_database
+from validation.results.store import Results, ResultsWriter, has_results, reusable_cases
+from validation.stress import StressFolder, run_stress
+from validation.stress.findings import is_stress_folder
+from validation.stress.selection import chosen_trials, path_of
+from validation.suite.suite import run_suite
+from validation.suite.unchanged import code_hash
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform == "win32", reason="kills and fork servers are POSIX"),
+]
+
+ENGINES = ("ghostball", "paper-discrete")
+TABLE = Table(length=2.0, width=1.0)
+SCENES = [
+    Scene(
+        name=f"cut-{k}",
+        table=TABLE,
+        balls=[
+            Ball(id="cue", position=(0.5, 0.5), velocity=(1.0 + 0.01 * k, 0.0)),
+            Ball(id="object", position=(1.0, 0.53)),
+        ],
+    )
+    for k in range(12)
+]
+TRIALS = [path_of(*one) for one in chosen_trials("quick", ["grazing/rolling-*"])][:12]
+
+Key = tuple[str, ...]
+Say = Callable[[Key], None]
+
+
+def suite(out: Path, say: Say) -> None:
+    criteria = {scene.name: Criteria(truth="engine") for scene in SCENES}
+
+    def done(case: Any, *_: int) -> None:
+        say((case.scene, case.label))
+
+    run_suite(SCENES, ENGINES, out, criteria=criteria, reuse=True, progress=done)
+
+
+def ensembles(out: Path, say: Say) -> None:
+    def done(member: Any, *_: int) -> None:
+        say((member.scene, member.label, member.stream, str(member.index)))
+
+    run_ensembles(SCENES[:2], ENGINES, out, 12, progress=done)
+
+
+def stress(out: Path, say: Say) -> None:
+    def here(tasks: Any, _: int, work: Any, *__: Any) -> Iterator[Any]:
+        return (work(task) for task in tasks)
+
+    validation.stress.run.run_tasks = here
+    run_stress(["ghostball"], out, only=TRIALS, progress=lambda one, *_: say(one.key))
+
+
+def cases_in(out: Path) -> set[Key]:
+    """Return the cases that a next run takes over; read each, so that it must be whole."""
+    stored, same = reusable_cases(out, code_hash())
+    assert stored == len(same)
+    if has_database(out) and has_results(out):
+        results = Results.open(out)
+        assert all(results.motion(case) is not None for case in results.cases)
+        assert {case.inputs_hash for case in results.cases} <= same.keys()
+    return {(case.scene, case.label) for case in same.values()}
+
+
+def members_in(out: Path) -> set[Key]:
+    found = Ensembles.load(out)
+    return {
+        (*record.key, str(index))
+        for record in (found.records if found else ())
+        for index in found.members(record).index.tolist()
+    }
+
+
+def findings_in(out: Path) -> set[Key]:
+    return {one.key for one in StressFolder.load(out).findings} if is_stress_folder(out) else set()
+
+
+def run_until_killed(run: Callable[[Path, Say], None], out: Path, said: Path) -> None:
+    """Run in this process, and say what is done by a line of a file each, written at once."""
+    file = os.open(said, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+    run(out, lambda key: os.write(file, ("\t".join(key) + "\n").encode()) and None)
+
+
+@pytest.mark.parametrize(
+    ("run", "found", "planned", "kills"),
+    [
+        (suite, cases_in, 24, 100),
+        (ensembles, members_in, 72, 20),
+        (stress, findings_in, 12, 20),
+    ],
+    ids=["suite", "ensembles", "stress"],
+)
+def test_a_kill_at_any_instant_loses_nothing_that_was_done(
+    tmp_path: Path,
+    run: Callable[[Path, Say], None],
+    found: Callable[[Path], set[Key]],
+    planned: int,
+    kills: int,
+) -> None:
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([__name__, "validation.suite.suite", "validation.ensembles.run"])
+    rng = random.Random(kills)
+    patience, killed, rounds = 2.0, 0, 0
+    before: set[Key] = set()
+    out = tmp_path / "0"
+    while killed < kills:
+        if not out.exists() and run is ensembles:
+            writer = ResultsWriter(out)
+            writer.begin({"scenes": [], "engines": []})
+            writer.finish("complete")
+        said = tmp_path / f"said-{rounds}"
+        process = context.Process(target=run_until_killed, args=(run, out, said))
+        begun = time.monotonic()
+        process.start()
+        process.join(rng.uniform(0.0, patience))
+        if process.is_alive():
+            os.kill(process.pid or 0, signal.SIGKILL)
+            process.join()
+            killed += 1
+        else:
+            assert process.exitcode == 0
+            patience = time.monotonic() - begun  # how long a run takes when nobody ends it
+        lines = said.read_text().splitlines(keepends=True) if said.exists() else []
+        done = {tuple(line[:-1].split("\t")) for line in lines if line.endswith("\n")}
+        there = found(out)
+        assert done <= there, "what was said to be done is lost"
+        assert before <= there, "what an earlier run did is lost"
+        before, rounds = there, rounds + 1
+        if len(there) == planned:  # from the beginning, elsewhere
+            out, before = tmp_path / str(rounds), set()
+    assert rounds > kills

@@ -1,0 +1,331 @@
+"""The database of a results folder: one SQLite file, changed in transactions.
+
+What a transaction has committed survives a kill and a full disk, and what it has not was never
+there. Others may read while a run writes. Each kind of record is a row that holds it as JSON; what
+is looked up or joined is a column made of it, so that a query of anyone's needs no code of ours:
+
+    sqlite3 out/results.db "SELECT scene, label, value FROM checks WHERE NOT passed"
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager, suppress
+from pathlib import Path
+from typing import Any, Final, Literal
+from urllib.parse import quote
+
+from filelock import FileLock, Timeout
+from pydantic import TypeAdapter, ValidationError
+
+from validation.results.files import ResultsError, cannot_write, told
+
+DATABASE: Final = "results.db"
+LOCK: Final = ".lock"
+
+SCHEMA: Final = 5
+"""Version of the tables and of the records in them; another one is refused."""
+
+APPLICATION: Final = int.from_bytes(b"ball")
+"""What tells a database of ours from anyone's: SQLite keeps it in the head of the file."""
+
+Document = Literal["suite", "ensembles", "stress", "regression"]
+"""What there is one of in a folder: what each kind of run was asked for, and how it ended."""
+
+_TABLES = """
+CREATE TABLE documents (name TEXT PRIMARY KEY, content TEXT NOT NULL);
+
+CREATE TABLE cases (
+    id INTEGER PRIMARY KEY,
+    record TEXT NOT NULL,
+    current INTEGER NOT NULL,
+    taken_over INTEGER NOT NULL DEFAULT 0,
+    scene TEXT NOT NULL AS (json_extract(record, '$.scene')) STORED,
+    label TEXT NOT NULL AS (json_extract(record, '$.label')) STORED,
+    inputs_hash TEXT AS (json_extract(record, '$.inputs_hash')) STORED,
+    code_hash TEXT AS (json_extract(record, '$.code_hash')) STORED,
+    UNIQUE (scene, label)
+);
+CREATE TABLE motions (
+    id INTEGER PRIMARY KEY,
+    case_id INTEGER UNIQUE REFERENCES cases ON DELETE CASCADE,
+    scene TEXT,
+    side TEXT,
+    content BLOB NOT NULL,
+    UNIQUE (scene, side)
+);
+-- An instant has no type: SQLite takes -0.0 in a column of REAL for 0.0.
+CREATE TABLE events (
+    motion_id INTEGER NOT NULL REFERENCES motions ON DELETE CASCADE,
+    t NOT NULL,
+    kind TEXT NOT NULL,
+    a INTEGER NOT NULL,
+    b INTEGER NOT NULL
+);
+CREATE INDEX events_of_motion ON events (motion_id);
+CREATE VIEW metrics AS
+    SELECT scene, label, json_each.key AS name, json_each.value AS value
+    FROM cases, json_each(record, '$.metrics') WHERE current;
+CREATE VIEW checks AS
+    SELECT scene, label,
+        json_extract(json_each.value, '$.metric') AS metric,
+        json_extract(json_each.value, '$.value') AS value,
+        json_extract(json_each.value, '$.unit') AS unit,
+        json_extract(json_each.value, '$.limit_kind') AS limit_kind,
+        json_extract(json_each.value, '$.limit') AS "limit",
+        json_extract(json_each.value, '$.passed') AS passed,
+        json_extract(json_each.value, '$.reason') AS reason,
+        json_extract(json_each.value, '$.note') AS note
+    FROM cases, json_each(record, '$.checks') WHERE current;
+
+CREATE TABLE predictions (
+    record TEXT NOT NULL,
+    scene TEXT NOT NULL AS (json_extract(record, '$.scene')) STORED UNIQUE
+);
+
+CREATE TABLE ensembles (
+    id INTEGER PRIMARY KEY,
+    record TEXT NOT NULL,
+    current INTEGER NOT NULL,
+    scene TEXT NOT NULL AS (json_extract(record, '$.scene')) STORED,
+    label TEXT NOT NULL AS (json_extract(record, '$.label')) STORED,
+    stream TEXT NOT NULL AS (json_extract(record, '$.stream')) STORED
+);
+CREATE TABLE members (
+    ensemble_id INTEGER NOT NULL REFERENCES ensembles ON DELETE CASCADE,
+    record TEXT NOT NULL,
+    number INTEGER NOT NULL AS (json_extract(record, '$.index')) STORED,
+    outcome TEXT NOT NULL AS (json_extract(record, '$.outcome')) STORED,
+    UNIQUE (ensemble_id, number)
+);
+
+CREATE TABLE findings (
+    id INTEGER PRIMARY KEY,
+    record TEXT NOT NULL,
+    family TEXT NOT NULL AS (json_extract(record, '$.family')) STORED,
+    trial TEXT NOT NULL AS (json_extract(record, '$.trial')) STORED,
+    label TEXT NOT NULL AS (json_extract(record, '$.label')) STORED,
+    outcome TEXT NOT NULL AS (json_extract(record, '$.outcome')) STORED,
+    UNIQUE (family, trial, label)
+);
+"""
+
+
+def has_database(folder: Path) -> bool:
+    """Whether a folder holds a file of results, be it of another version or damaged."""
+    return (folder / DATABASE).is_file()
+
+
+@contextmanager
+def reading(folder: Path) -> Iterator[sqlite3.Connection]:
+    """Open the database of a folder to read it.
+
+    Raises
+    ------
+    ResultsError
+        Where there is none, or it is cut short, damaged, no database, or of another version.
+    """
+    path = folder / DATABASE
+    if not path.is_file():
+        raise ResultsError(
+            f"{folder}: not a results folder: it has no {DATABASE}. Name the folder that "
+            "`ghostball validate --out` wrote"
+            if folder.is_dir()
+            else f"{folder}: no such results folder. Make one with `ghostball validate --out "
+            f"{folder}`"
+        )
+    # Not read-only: what a kill cut short is rolled back by who opens it next.
+    with _explained(path), closing(_connect(path, "rw")) as database:
+        _check(database, path)
+        database.execute("PRAGMA query_only = ON")
+        # All that is read until it is closed is of one state, also while a run writes.
+        database.execute("BEGIN")
+        yield database
+
+
+@contextmanager
+def writing(folder: Path) -> Iterator[sqlite3.Connection]:
+    """Open the database of a folder, or make one, to change it: each change in a `transaction`.
+
+    Raises
+    ------
+    ResultsError
+        As of `reading`; or where the folder can't be written.
+    """
+    path = folder / DATABASE
+    with _explained(path), closing(_connect(path, "rwc")) as database:
+        # An empty file is what a kill leaves that comes before the first transaction.
+        if not database.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]:
+            # Committed changes need not wait for the disk, and readers need not wait for a run.
+            database.execute("PRAGMA journal_mode = WAL")
+            database.executescript(
+                f"BEGIN IMMEDIATE; {_TABLES} PRAGMA application_id = {APPLICATION};"
+                f"PRAGMA user_version = {SCHEMA}; COMMIT"
+            )
+        _check(database, path)
+        database.execute("PRAGMA journal_mode = WAL")
+        database.execute("PRAGMA synchronous = NORMAL")
+        database.execute("PRAGMA foreign_keys = ON")
+        try:
+            yield database
+        finally:
+            # One file again, which can be copied, and read where nothing can be written. Where
+            # somebody reads it now it stays as it is, and is as sound.
+            with suppress(sqlite3.OperationalError):
+                database.execute("PRAGMA busy_timeout = 0")
+                database.execute("PRAGMA journal_mode = DELETE")
+
+
+@contextmanager
+def transaction(database: sqlite3.Connection) -> Iterator[None]:
+    """Change a database wholly or not at all, whatever is raised in the block: also Ctrl-C.
+
+    Raises
+    ------
+    ResultsError
+        Where the disk is full, or another process writes there.
+    """
+    (_, _, path) = database.execute("PRAGMA database_list").fetchone()
+    with _explained(Path(path)), database:
+        database.execute("BEGIN IMMEDIATE")
+        yield
+
+
+@contextmanager
+def reserved(folder: Path) -> Iterator[None]:
+    """Keep other runs out of a folder. The system ends the lock with the process, however it ends.
+
+    Raises
+    ------
+    ResultsError
+        Where another run is in it, or nothing can be written there.
+    """
+    with ExitStack() as held:
+        try:
+            held.enter_context(FileLock(folder / LOCK, timeout=0, thread_local=False))
+        except Timeout:
+            raise ResultsError(
+                f"{folder}: another run writes there. Wait until it has ended, or choose another "
+                "`--out`"
+            ) from None
+        except OSError as error:
+            raise cannot_write(folder, error) from error
+        yield
+
+
+def documents_in(folder: Path) -> frozenset[str]:
+    """Return what kinds of runs a folder holds something of; none where it has no database.
+
+    Raises
+    ------
+    ResultsError
+        As of `reading`.
+    """
+    if not has_database(folder):
+        return frozenset()
+    with reading(folder) as database:
+        return frozenset(name for (name,) in database.execute("SELECT name FROM documents"))
+
+
+def get_document(database: sqlite3.Connection, name: Document) -> str | None:
+    """Return a document as JSON, or None where there is none."""
+    found = database.execute("SELECT content FROM documents WHERE name = ?", [name]).fetchone()
+    return None if found is None else str(found[0])
+
+
+def put_document(database: sqlite3.Connection, name: Document, content: str | bytes) -> None:
+    """Put a document in place of what there was; within a `transaction`."""
+    text = content if isinstance(content, str) else content.decode()
+    database.execute("INSERT OR REPLACE INTO documents VALUES (?, ?)", [name, text])
+
+
+def record_of(adapter: TypeAdapter[Any], text: str, what: str) -> Any:
+    """Read a record, which is sound unless somebody edited the database.
+
+    Raises
+    ------
+    ResultsError
+        Where it is not what was expected; `what` names it.
+    """
+    try:
+        return adapter.validate_json(text)
+    except ValidationError as error:
+        raise ResultsError(f"{what} is damaged: {told(error)}. {AGAIN}") from None
+
+
+AGAIN: Final = "Move the file away, or choose another `--out`, and run again"
+"""What to do where stored results can't be read: a sentence without its full stop."""
+
+
+def _connect(path: Path, mode: str) -> sqlite3.Connection:
+    # One connection may be closed by another thread than made it: it is never used by two at once.
+    return sqlite3.connect(
+        f"file:{quote(str(path))}?mode={mode}",
+        uri=True,
+        isolation_level=None,
+        check_same_thread=False,
+    )
+
+
+def _check(database: sqlite3.Connection, path: Path) -> None:
+    (application,) = database.execute("PRAGMA application_id").fetchone()
+    (version,) = database.execute("PRAGMA user_version").fetchone()
+    if application != APPLICATION:
+        raise ResultsError(f"{path}: holds no results of ghostball. {AGAIN}")
+    if version != SCHEMA:
+        raise ResultsError(
+            f"{path}: its version must be {SCHEMA}, got {version}: another version of ghostball "
+            f"wrote it. {AGAIN}"
+        )
+    # SQLite reads what is missing of a last page as zeros. While a run writes, pages lie elsewhere.
+    (pages,) = database.execute("PRAGMA page_count").fetchone()
+    (size,) = database.execute("PRAGMA page_size").fetchone()
+    if path.stat().st_size < pages * size and not path.with_name(f"{DATABASE}-wal").exists():
+        raise ResultsError(f"{path}: is cut short or damaged (a page is not whole). {AGAIN}")
+
+
+@contextmanager
+def _explained(path: Path) -> Iterator[None]:
+    """Say in one line what a database that can't be used is, in place of what SQLite says."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF
+        if code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
+            raise ResultsError(f"{path}: is cut short or damaged ({error}). {AGAIN}") from None
+        if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+            raise ResultsError(f"{path}: another process writes there. Try again later") from None
+        if code in _OF_THE_DISK:
+            raise ResultsError(
+                f"{path}: can't be read or written: {error}. Make room, or choose another `--out`"
+            ) from None
+        raise  # a fault of ours
+
+
+_OF_THE_DISK: Final = frozenset(
+    (
+        sqlite3.SQLITE_FULL,
+        sqlite3.SQLITE_IOERR,
+        sqlite3.SQLITE_CANTOPEN,
+        sqlite3.SQLITE_READONLY,
+        sqlite3.SQLITE_PERM,
+        sqlite3.SQLITE_NOLFS,
+    )
+)
+
+__all__ = [
+    "AGAIN",
+    "DATABASE",
+    "LOCK",
+    "SCHEMA",
+    "documents_in",
+    "get_document",
+    "has_database",
+    "put_document",
+    "reading",
+    "record_of",
+    "reserved",
+    "transaction",
+    "writing",
+]

@@ -1,0 +1,140 @@
+"""The tables of a results folder as plain rows: for files that anyone reads, and data frames."""
+
+from __future__ import annotations
+
+import csv
+import importlib
+import io
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from engine import GhostballError
+from validation.results.database import reading
+from validation.results.files import ResultsError, cannot_write, write_all_whole
+
+TABLES: Final[Mapping[str, str]] = {
+    "cases": "SELECT record, taken_over FROM cases WHERE current ORDER BY id",
+    "metrics": "SELECT * FROM metrics",
+    "checks": (
+        "SELECT scene, label, value AS record FROM cases, json_each(record, '$.checks') "
+        "WHERE current ORDER BY cases.id"
+    ),
+    "events": (
+        "SELECT cases.scene, label, t, kind, a, b FROM cases JOIN motions ON case_id = cases.id "
+        "JOIN events ON motion_id = motions.id WHERE current ORDER BY cases.id, events.rowid"
+    ),
+    "predictions": "SELECT record FROM predictions",
+    "changes": (
+        "SELECT value AS record FROM documents, json_each(content, '$.scenes') "
+        "WHERE name = 'regression'"
+    ),
+    "ensembles": "SELECT record FROM ensembles WHERE current ORDER BY id",
+    "members": (
+        "SELECT members.record FROM ensembles JOIN members ON ensemble_id = id WHERE current "
+        "ORDER BY id, number"
+    ),
+    "findings": "SELECT record FROM findings ORDER BY id",
+}
+"""What there is of each kind, and how it is asked for; a column `record` is many, as JSON."""
+
+LIBRARIES: Final = ("polars", "pandas")
+"""What makes data frames: the first that is installed."""
+
+
+def rows_of(folder: Path, table: str) -> list[dict[str, Any]]:
+    """Return the rows of a table, of plain values by column.
+
+    Raises
+    ------
+    GhostballError
+        Where there is no such table, or the results can't be read.
+    """
+    if table not in TABLES:
+        raise GhostballError(f"no table `{table}`. There are: {', '.join(TABLES)}")
+    with reading(folder) as database:
+        found = database.execute(TABLES[table])
+        names = [column[0] for column in found.description]
+        return [_spread(dict(zip(names, row, strict=True))) for row in found]
+
+
+def frame_of(folder: Path, table: str) -> Any:
+    """Return a table as a data frame; see `Results.to_frame`.
+
+    Raises
+    ------
+    GhostballError
+        As of `rows_of`; or where no library that makes data frames is installed.
+    """
+    for name in LIBRARIES:
+        try:
+            library = importlib.import_module(name)
+        except ImportError:
+            continue
+        rows = [_flat(row) for row in rows_of(folder, table)]
+        # All rows decide the types of columns: a first one may lack a value.
+        options = {"infer_schema_length": None} if name == "polars" else {}
+        return library.DataFrame(rows, **options)
+    raise GhostballError(
+        "a data frame needs polars or pandas, and neither is installed. Install one by "
+        "`pip install 'ghostball[frames]'`, or write files by `ghostball export`"
+    )
+
+
+def export(folder: Path, target: Path) -> list[Path]:
+    """Write each table that has rows as JSON lines and as CSV; return the files.
+
+    Parameters
+    ----------
+    folder : Path
+        With results of any kind.
+    target : Path
+        Folder of the files; made where it isn't there.
+
+    Raises
+    ------
+    ResultsError
+        Where the results can't be read, or nothing can be written.
+    """
+    contents: dict[Path, str | bytes] = {}
+    for table in TABLES:
+        if rows := rows_of(folder, table):
+            lines = (json.dumps(row, ensure_ascii=False) + "\n" for row in rows)
+            contents[target / f"{table}.jsonl"] = "".join(lines)
+            contents[target / f"{table}.csv"] = _csv(rows)
+    if not contents:
+        raise ResultsError(f"{folder}: holds nothing that could be exported")
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+        write_all_whole(contents)
+    except OSError as error:
+        raise cannot_write(target, error) from error
+    return list(contents)
+
+
+def _spread(row: dict[str, Any]) -> dict[str, Any]:
+    """Return a row with what its record holds in the record's place."""
+    record: dict[str, Any] = json.loads(row.pop("record", "{}"))
+    return {name: row[name] for name in row if name not in record} | record | row
+
+
+def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a row with each value that isn't one number or text as JSON."""
+    return {
+        name: json.dumps(value) if isinstance(value, (dict, list)) else value
+        for name, value in row.items()
+    }
+
+
+def _csv(rows: list[dict[str, Any]]) -> str:
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(_columns(rows)), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(map(_flat, rows))
+    return text.getvalue()
+
+
+def _columns(rows: list[dict[str, Any]]) -> Iterator[str]:
+    """Yield the columns of all rows, each once, in the order in which they come."""
+    yield from dict.fromkeys(name for row in rows for name in row)

@@ -1,0 +1,97 @@
+"""Sampled motions in the database of a results folder: events as rows, all else as one archive."""
+
+from __future__ import annotations
+
+import io
+import sqlite3
+import zipfile
+from dataclasses import fields
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from engine import EVENT_DTYPE, EventKind
+from validation.results.database import AGAIN, reading, transaction, writing
+from validation.results.files import ResultsError
+from validation.results.records import Motion
+
+_LABELS: Final = {int(kind): kind.label for kind in EventKind}
+_KINDS: Final = {label: kind for kind, label in _LABELS.items()}
+_SAMPLED: Final = [part.name for part in fields(Motion) if part.name != "events"]
+
+
+def put_motion(
+    database: sqlite3.Connection,
+    motion: Motion,
+    *,
+    case_id: int | None = None,
+    scene: str | None = None,
+    side: str | None = None,
+) -> None:
+    """Add the motion of a case, or of one side of a comparison; within a `transaction`."""
+    parts = {name: getattr(motion, name) for name in _SAMPLED}
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **{name: p for name, p in parts.items() if p is not None})
+    motion_id = database.execute(
+        "INSERT INTO motions (case_id, scene, side, content) VALUES (?, ?, ?, ?)",
+        [case_id, scene, side, buffer.getvalue()],
+    ).lastrowid
+    database.executemany(
+        "INSERT INTO events VALUES (?, ?, ?, ?, ?)",
+        [(motion_id, t, _LABELS[kind], a, b) for t, kind, a, b in motion.events.tolist()],
+    )
+
+
+def motion_of_case(folder: Path, scene: str, label: str) -> Motion | None:
+    """Read the motion of a case, or None where there is none.
+
+    Raises
+    ------
+    ResultsError
+        Where it is damaged.
+    """
+    where = "case_id = (SELECT id FROM cases WHERE scene = ? AND label = ?)"
+    return _motion(folder, where, [scene, label], f'the motion of `{label}` in scene "{scene}"')
+
+
+def motion_of_side(folder: Path, scene: str, side: str) -> Motion | None:
+    """Read the motion of the "base" or the "head" of a comparison, or None where there is none.
+
+    Raises
+    ------
+    ResultsError
+        Where it is damaged.
+    """
+    what = f'the motion of the {side} in scene "{scene}"'
+    return _motion(folder, "scene = ? AND side = ?", [scene, side], what)
+
+
+def save_sides(folder: Path, motions: dict[tuple[str, str], Motion]) -> None:
+    """Store the motions of a comparison by scene and side, in place of earlier ones.
+
+    Raises
+    ------
+    ResultsError
+        Where the folder can't be written.
+    """
+    with writing(folder) as database, transaction(database):
+        database.execute("DELETE FROM motions WHERE side IS NOT NULL")
+        for (scene, side), motion in motions.items():
+            put_motion(database, motion, scene=scene, side=side)
+
+
+def _motion(folder: Path, where: str, given: list[str], what: str) -> Motion | None:
+    with reading(folder) as database:
+        found = database.execute(f"SELECT id, content FROM motions WHERE {where}", given).fetchone()
+        if found is None:
+            return None
+        rows = database.execute(
+            "SELECT t, kind, a, b FROM events WHERE motion_id = ? ORDER BY rowid", [found[0]]
+        )
+        events = np.array([(t, _KINDS[kind], a, b) for t, kind, a, b in rows], dtype=EVENT_DTYPE)
+    try:
+        with np.load(io.BytesIO(found[1]), allow_pickle=False) as stored:
+            return Motion(events, **{name: stored[name] for name in _SAMPLED if name in stored})
+    except (ValueError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise ResultsError(f"{folder}: {what} is damaged: {error}. {AGAIN}") from error
