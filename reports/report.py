@@ -7,9 +7,8 @@ somebody asks for them.
 
 from __future__ import annotations
 
-import multiprocessing
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path, PurePosixPath
@@ -31,6 +30,7 @@ from reports.shots import load_shot
 from validation.baselines import Regression, load_regression
 from validation.diagnose.predictability import Predictability, predictability_in
 from validation.ensembles import Ensembles
+from validation.parallel.pool import run_tasks
 from validation.results.files import write_all_whole
 from validation.results.store import Results
 
@@ -50,6 +50,15 @@ ENSEMBLE = "ensemble of "
 
 PICTURES = "figures of "
 """What a task calls the figures of a scene, before the scene's name."""
+
+PART = f"part of {PAGE} on scene "
+"""What a task calls a scene's part of the page, before the scene's name."""
+
+Made = Drawn | ScenePart
+"""What comes of a task."""
+
+_Answer = tuple[str, Made | Exception, list[FailedPart]]
+"""A task, what came of it or why all ends here, and what could not be made."""
 
 Progress = Callable[[int, int, str], None]
 """Called with how many parts are done, of how many, and which was the last."""
@@ -102,7 +111,7 @@ def write_report(
     progress : callable, optional
         Called after each part with the number done, the number of all, and the part's name.
     jobs : int
-        Processes that draw. With more than one, guard a script with `if __name__ == "__main__"`.
+        Processes that make it. With more than one, guard a script with `if __name__ == "__main__"`.
     figures : bool
         Whether to draw also the figures of each scene, which `report.html` doesn't need. Without,
         those of an earlier report are removed.
@@ -130,19 +139,19 @@ def write_report(
     tasks = [*(WHOLE + kind for kind in WHOLE_FIGURES), *(ENSEMBLE + name for name in perturbed)]
     if figures:
         tasks += [PICTURES + name for name in results.scene_names]
+    tasks += [PART + name for name in results.scene_names]
     drawn: dict[str, Drawn] = {}
     parts: dict[str, ScenePart] = {}
     failed: list[FailedPart] = []
-    count = len(tasks) + len(results.scene_names)
     try:
         (results.path / FIGURES).mkdir(exist_ok=True)
         for done, (task, made) in enumerate(_make_all(source, tasks, jobs, failed), start=1):
             if isinstance(made, ScenePart):
-                parts[task] = made
+                parts[task.removeprefix(PART)] = made
             else:
                 drawn[task] = made
             if progress is not None:
-                progress(done, count, task)
+                progress(done, len(tasks), task)
         # In the table's order, in whichever the processes drew them.
         whole = {
             kind: path
@@ -177,52 +186,35 @@ def write_report(
 
 
 def _make_all(
-    source: Source, tasks: list[str], jobs: int, failed: list[FailedPart]
-) -> Iterator[tuple[str, Drawn | ScenePart]]:
-    """Draw the figures of every task, and make every scene's part; yield each as it is done.
-
-    With more than one process the others draw the figures, and this one makes the page meanwhile:
-    that alone needs no matplotlib.
-    """
-    if jobs <= 1 or not tasks:
+    source: Source, tasks: Sequence[str], jobs: int, failed: list[FailedPart]
+) -> Iterator[tuple[str, Made]]:
+    """Make what every task asks for; yield each as it is done."""
+    if jobs <= 1:
         for task in tasks:
-            yield task, _draw_task(source, task, failed)
-        yield from _scene_parts(source, failed)
+            yield task, _make(source, task, failed)
         return
-    # Not fork: whoever calls may have threads, and a progress bar is one.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(jobs, len(tasks)), mp_context=context) as pool:
-        path = source.results.path
-        waiting = {pool.submit(_draw_in_worker, path, task): task for task in tasks}
-        try:
-            yield from _scene_parts(source, failed)
-            for future in as_completed(waiting):
-                task = waiting[future]
-                part = f"process that draws {task}"
-                made = attempt(part, future.result, failed, writes=True)
-                figures, wrong = ({}, []) if made is None else made
-                failed += wrong
-                yield task, figures
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+    work = partial(_make_in_worker, source.results.path)
+    with closing(run_tasks(tasks, jobs, work, _died)) as answers:
+        for task, made, wrong in answers:
+            if isinstance(made, Exception):
+                raise made
+            failed += wrong
+            yield task, made
 
 
-def _scene_parts(source: Source, failed: list[FailedPart]) -> Iterator[tuple[str, ScenePart]]:
-    """Yield each scene's part of the page; where it can't be made, one that says so."""
-    for name in source.results.scene_names:
-        make = partial(_scene_part, source, name)
-        made = attempt(f"part of {PAGE} on scene {name}", make, failed)
-        yield name, failed_scene_part(name, failed[-1]) if made is None else made
-
-
-def _scene_part(source: Source, name: str) -> ScenePart:
-    change = None if source.regression is None else source.regression.scene(name)
-    return scene_part(load_shot(source.results, name), source.predictability.get(name), change)
-
-
-def _draw_in_worker(path: Path, task: str) -> tuple[Drawn, list[FailedPart]]:
+def _make_in_worker(path: Path, task: str) -> _Answer:
     failed: list[FailedPart] = []
-    return _draw_task(_load_once(path), task, failed), failed
+    try:
+        return task, _make(_load_once(path), task, failed), failed
+    except (GhostballError, OSError) as error:  # whoever asked can mend it
+        return task, error, failed
+
+
+def _died(task: str, reason: str) -> _Answer:
+    failed = FailedPart(task, reason, reason)
+    if task.startswith(PART):
+        return task, failed_scene_part(task.removeprefix(PART), failed), [failed]
+    return task, {}, [failed]
 
 
 @lru_cache(maxsize=1)
@@ -230,7 +222,20 @@ def _load_once(path: Path) -> Source:
     return Source.load(path)
 
 
-def _draw_task(source: Source, task: str, failed: list[FailedPart]) -> Drawn:
+def _make(source: Source, task: str, failed: list[FailedPart]) -> Made:
+    if not task.startswith(PART):
+        return _draw(source, task, failed)
+    name = task.removeprefix(PART)
+    made = attempt(task, partial(_scene_part, source, name), failed)
+    return failed_scene_part(name, failed[-1]) if made is None else made
+
+
+def _scene_part(source: Source, name: str) -> ScenePart:
+    change = None if source.regression is None else source.regression.scene(name)
+    return scene_part(load_shot(source.results, name), source.predictability.get(name), change)
+
+
+def _draw(source: Source, task: str, failed: list[FailedPart]) -> Drawn:
     results = source.results
     if task.startswith(WHOLE):
         kind = task.removeprefix(WHOLE)

@@ -1,5 +1,6 @@
 """A part of a report that can't be made costs itself: the rest is written, and that is told."""
 
+import os
 import pickle
 
 import pytest
@@ -114,11 +115,17 @@ def test_a_section_of_the_text_costs_itself_alone(small_folder, monkeypatch):
 
 def test_a_process_that_fails_costs_its_figures_alone(small_folder, monkeypatch):
     monkeypatch.setattr(report, "WHOLE_FIGURES", {"verdicts": fail})
-    # The other process can't run what is planted here.
-    monkeypatch.setattr(report, "_draw_in_worker", lambda *_: None)
-    failed, html, _ = written(small_folder, jobs=2)
-    assert failed == ["process that draws figure verdicts"]
+    monkeypatch.setattr(report, "_make_in_worker", die_of_figures)
+    failed, html, text = written(small_folder, jobs=2)
+    assert failed == ["figure verdicts"]
+    assert "figure verdicts (the process running it died (exit code 7))" in text
     assert '<section class="scene"' in html
+
+
+def die_of_figures(path, task):
+    if task.startswith(report.WHOLE):
+        os._exit(7)
+    return report._make_in_worker(path, task)  # nothing is planted in the other process
 
 
 def test_what_the_user_can_mend_is_no_fault_of_a_part():

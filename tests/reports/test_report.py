@@ -150,7 +150,7 @@ def test_figures_of_scenes_are_drawn_where_asked_for_and_go_with_the_next_report
     assert [(done, of) for done, of, _ in seen] == [(done, count) for done in range(1, count + 1)]
     assert {what for *_, what in seen} == {
         *(f"figure {kind}" for kind in WHOLE_FIGURES),
-        "stop",
+        "part of report.html on scene stop",
         "figures of stop",
     }
     assert linked(report.read_text()) == drawn(small_folder)
