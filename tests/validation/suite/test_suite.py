@@ -492,7 +492,7 @@ def test_processes_find_what_one_process_finds(tmp_path: Path) -> None:
 
 
 # What it costs is asserted of one process with a limit of time, below; that the others go on, in
-# test_worker.py.
+# test_pool.py.
 @pytest.mark.slow
 def test_a_process_that_dies_costs_one_case(tmp_path: Path) -> None:
     engines = ["fake:does=die", "fake", "fake:shift=1.0", "fake:shift=2.0"]
@@ -505,7 +505,7 @@ def test_a_process_that_dies_costs_one_case(tmp_path: Path) -> None:
     assert multiprocessing.active_children() == []
 
 
-# That stopping early ends what runs is asserted in test_worker.py, and what a run keeps, above.
+# That stopping early ends what runs is asserted in test_pool.py, and what a run keeps, above.
 @pytest.mark.slow
 def test_an_interrupt_leaves_no_process_behind(tmp_path: Path) -> None:
     def interrupt(record: CaseRecord, done: int, total: int) -> None:
@@ -532,7 +532,7 @@ def group_is_gone(group: int, within: float) -> bool:
     return False
 
 
-# That workers are deaf to it is asserted in test_worker.py, and what a run keeps, above.
+# That workers are deaf to it is asserted in test_pool.py, and what a run keeps, above.
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals to a process group are POSIX")
 @pytest.mark.parametrize("jobs", [1, 2])
