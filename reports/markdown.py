@@ -330,7 +330,7 @@ def environment_table(results: Results) -> str:
 def engine_settings(results: Results) -> dict[str, dict[str, Any] | None]:
     """Return the settings of each engine as used, by its label; None where it is unavailable.
 
-    `env.json` has them as asked for, where a step may be left to the engine.
+    The environment has them as asked for, where a step may be left to the engine.
     """
     used = {case.label: case.settings for case in reversed(results.cases) if case.outcome == "ran"}
     asked: dict[str, dict[str, Any] | None] = results.environment.get("engine_settings", {})

@@ -154,16 +154,12 @@ def writing(folder: Path) -> Iterator[sqlite3.Connection]:
         As of `reading`; or where the folder can't be written.
     """
     path = folder / DATABASE
-    with _explained(path), closing(_connect(path, "rwc")) as database:
-        # An empty file is what a kill leaves that comes before the first transaction.
-        if not database.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]:
-            # Committed changes need not wait for the disk, and readers need not wait for a run.
-            database.execute("PRAGMA journal_mode = WAL")
-            database.executescript(
-                f"BEGIN IMMEDIATE; {_TABLES} PRAGMA application_id = {APPLICATION};"
-                f"PRAGMA user_version = {SCHEMA}; COMMIT"
-            )
+    with _explained(path):
+        if not path.exists():
+            _create(path)
+    with _explained(path), closing(_connect(path, "rw")) as database:
         _check(database, path)
+        # Committed changes need not wait for the disk, and readers need not wait for a run.
         database.execute("PRAGMA journal_mode = WAL")
         database.execute("PRAGMA synchronous = NORMAL")
         database.execute("PRAGMA foreign_keys = ON")
@@ -256,6 +252,21 @@ def record_of(adapter: TypeAdapter[Any], text: str, what: str) -> Any:
 
 AGAIN: Final = "Move the file away, or choose another `--out`, and run again"
 """What to do where stored results can't be read: a sentence without its full stop."""
+
+
+def _create(path: Path) -> None:
+    """Make a database without rows, which nobody sees before it is whole."""
+    part = path.with_name(f"{path.name}.part")
+    try:
+        part.unlink(missing_ok=True)
+        with closing(_connect(part, "rwc")) as database:
+            database.executescript(
+                f"BEGIN; {_TABLES} PRAGMA application_id = {APPLICATION};"
+                f"PRAGMA user_version = {SCHEMA}; COMMIT"
+            )
+        part.replace(path)
+    except OSError as error:
+        raise cannot_write(path.parent, error) from error
 
 
 def _connect(path: Path, mode: str) -> sqlite3.Connection:

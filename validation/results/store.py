@@ -19,6 +19,7 @@ from uuid import uuid4
 from pydantic import TypeAdapter
 
 from validation.results.database import (
+    DATABASE,
     LOCK,
     documents_in,
     get_document,
@@ -282,7 +283,8 @@ class ResultsWriter:
             if self.path.exists() and not self.path.is_dir():
                 raise ResultsError(f"{self.path}: not a folder. Choose another `--out`")
             self.path.mkdir(parents=True, exist_ok=True)
-            others = any(path.name != LOCK for path in self.path.iterdir())
+            names = (path.name for path in self.path.iterdir())
+            others = any(not name.startswith((LOCK, DATABASE)) for name in names)
             if others and not has_database(self.path):
                 raise ResultsError(
                     f"{self.path}: not empty and not a results folder of ours, so nothing in it "

@@ -13,6 +13,7 @@ from pydantic import ConfigDict, TypeAdapter
 
 from engine import Scene
 from validation.results.database import (
+    DATABASE,
     LOCK,
     documents_in,
     get_document,
@@ -198,8 +199,9 @@ class StressWriter:
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            known = (WORST_FOLDER, LOCK, "stress.md", "figures")
-            strangers = sorted(one.name for one in self.path.iterdir() if one.name not in known)
+            known = (WORST_FOLDER, LOCK, DATABASE, "stress.md", "figures")
+            names = sorted(one.name for one in self.path.iterdir())
+            strangers = [name for name in names if not name.startswith(known)]
         except OSError as error:
             raise cannot_write(self.path, error) from error
         if strangers and not has_database(self.path):

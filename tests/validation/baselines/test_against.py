@@ -305,7 +305,7 @@ def test_motion_of_an_earlier_comparison_goes(sides, tmp_path):
 def test_motion_that_cannot_be_written_is_told(sides, tmp_path):
     (tmp_path / "out").rmdir()
     (tmp_path / "out").write_text("in the way")
-    with pytest.raises(GhostballError, match="choose another `--out`"):
+    with pytest.raises(GhostballError, match="Choose another `--out`"):
         sides(Plays(), Plays(), scenes=[ROLL])
 
 

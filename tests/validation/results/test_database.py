@@ -152,8 +152,20 @@ def test_another_version_is_refused(tmp_path: Path, version: int) -> None:
     assert wanted in refused(tmp_path)
 
 
-def test_a_run_that_was_killed_before_its_first_change_left_nothing(tmp_path: Path) -> None:
+def test_an_empty_file_is_no_database(tmp_path: Path) -> None:
     (tmp_path / DATABASE).touch()
+    assert "holds no results of ghostball" in refused(tmp_path)
+
+
+def test_nobody_sees_a_database_before_it_is_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Breaks where who looks at a folder while a run begins takes it for somebody else's.
+    with monkeypatch.context() as killed:
+        killed.setattr(Path, "replace", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            put(tmp_path, "never")
+    assert not has_database(tmp_path)
     put(tmp_path, "new")
     assert got(tmp_path) == "new"
     with sqlite3.connect(tmp_path / DATABASE) as ours:
