@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from kernels import entry_to
 
-from engine.core.state import OBSTACLE, Laws
-from engine.event_loop.entry import laws_from
-from engine.impacts.laws.dispatch import ball_law, cushion_law
-from engine.impacts.laws.interface import BallImpact, CushionImpact
-from engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
+from ghostball.engine.core.state import OBSTACLE, Laws
+from ghostball.engine.event_loop.entry import laws_from
+from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
+from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
+from ghostball.engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
 
 NUMBERS = Laws._fields[:-2]
 NOTHING = Laws(*(0.0,) * len(NUMBERS), obstacles=np.empty(0, dtype=OBSTACLE), integrated=1)

@@ -28,7 +28,7 @@ from unittest.mock import patch
 
 from probe import try_all
 
-import engine
+from ghostball import engine
 
 SOURCES = Path(engine.__file__).parent.parent
 """Where our packages lie, side by side."""

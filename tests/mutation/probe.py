@@ -28,8 +28,8 @@ def try_all(
     sys.path.insert(0, folder)
     try:
         check_copies(Path(folder))
-        from validation.stress.families import FAMILIES
-        from validation.stress.run import StressTask, run_trial
+        from ghostball.validation.stress.families import FAMILIES
+        from ghostball.validation.stress.run import StressTask, run_trial
     except Exception as error:
         answers.send(f"{type(error).__name__}: {error}")
         return

@@ -8,7 +8,7 @@ import pytest
 from mutants import MutantError, Mutation, faults_on, planted
 from mutations import MUTATIONS
 
-import engine
+from ghostball import engine
 
 RESTITUTION = next(one for one in MUTATIONS if one.name == "restitution - 1e-6")
 

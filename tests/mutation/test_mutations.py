@@ -11,7 +11,7 @@ import pytest
 from mutants import SOURCES, Mutation, faults_on, planted
 from mutations import MUTATIONS
 
-from validation.stress import FAMILIES
+from ghostball.validation.stress import FAMILIES
 
 ROOT = Path(__file__).parents[2]
 
@@ -72,7 +72,7 @@ def run_on(folder: Path, *tests: str) -> subprocess.CompletedProcess[str]:
         "NUMBA_DISABLE_JIT": str(int(interpreted)),
         "GHOSTBALL_CACHE_DIR": str(folder),
     }
-    check = f"import engine; assert engine.__file__.startswith({str(folder)!r})"
+    check = f"from ghostball import engine; assert engine.__file__.startswith({str(folder)!r})"
     run = f"import pytest, sys; {check}; sys.exit(pytest.main(sys.argv[1:]))"
     options = ["-q", "-n", "0", "-p", "no:cacheprovider", "--rootdir", str(ROOT)]
     options += ["-c", str(ROOT / "pyproject.toml")]

@@ -11,7 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 
-from engine.errors import GhostballError
+from ghostball.engine.errors import GhostballError
 
 OUR_PACKAGES = ("engine", "reference_adapters", "validation")
 """Packages whose every line may decide a result."""

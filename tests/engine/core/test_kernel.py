@@ -12,23 +12,23 @@ from threading import Thread
 import pytest
 from kernels import entry_to
 
-import reference_adapters
-from engine.core import kernel as jit
-from engine.event_loop import loop
+from ghostball import reference_adapters
+from ghostball.engine.core import kernel as jit
+from ghostball.engine.event_loop import loop
 
 SOURCES = Path(jit.__file__).parent.parent
 
 # Two kernels in files of their own beside the engine's, which would take far longer to compile.
 CALLEE = """
-from engine.core.kernel import kernel
+from ghostball.engine.core.kernel import kernel
 
 @kernel
 def grown(x):
     return 2.0 * x
 """
 CALLER = """
-from engine._callee import grown
-from engine.core.kernel import compiling, kernel
+from ghostball.engine._callee import grown
+from ghostball.engine.core.kernel import compiling, kernel
 
 @kernel(entry=True)
 def called(x):
@@ -120,7 +120,7 @@ def test_a_kernel_outside_the_engine_uses_what_is_in_its_file_alone():
     assert len(files) >= 2
     for path in files:
         assert borrowed_by_kernels(path.read_text("utf-8")) == set(), path.name
-    text = "from reference_adapters.b import c\n@kernel(entry=True)\ndef f(x):\n    return c(x)\n"
+    text = "from ghostball.reference_adapters.b import c\n@kernel(entry=True)\ndef f(x):\n    return c(x)\n"
     assert borrowed_by_kernels(text) == {"c"}
 
 

@@ -9,11 +9,11 @@ import gate
 import numpy as np
 import pytest
 
-import validation
-from engine import simulate
-from validation.baselines import player as player_module
-from validation.baselines.player import NotComparableError, PlayError, playing
-from validation.runs.sampling import motion_of
+from ghostball import validation
+from ghostball.engine import simulate
+from ghostball.validation.baselines import player as player_module
+from ghostball.validation.baselines.player import NotComparableError, PlayError, playing
+from ghostball.validation.runs.sampling import motion_of
 
 ROOT = Path(validation.__file__).resolve().parent.parent
 SHOT = gate.cut_shot()

@@ -15,14 +15,14 @@ from ball_impacts import impact_of as balls_of, laws as ball_laws_of, shot
 from cushion_impacts import impact_of as cushion_of, laws_of as cushion_laws_of
 from kernels import entry_to
 
-import engine
-from engine.impacts.laws.dispatch import ball_law, cushion_law
-from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+from ghostball import engine
+from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
+from ghostball.engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 
 CUSHION = '''"""A cushion that halves what comes along it, and gives side spin back reversed."""
 
-from engine.core.kernel import kernel
-from engine.impacts.laws.interface import CushionBounce
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.impacts.laws.interface import CushionBounce
 
 
 @kernel
@@ -38,8 +38,8 @@ CUSHION_BRANCH = """    if law == CUSHION_LAW_NAMES.index("felt"):
 
 BALL = '''"""Balls of putty: half of their approach is left over, and stays."""
 
-from engine.core.kernel import kernel
-from engine.impacts.laws.interface import BallImpulse
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.impacts.laws.interface import BallImpulse
 
 
 @kernel
@@ -54,7 +54,7 @@ BALL_BRANCH = """    if laws.ball_law == BALL_LAW_NAMES.index("putty"):
 SHOT = """
 import json
 import numpy as np
-from engine import Ball, Physics, Scene, Table, simulate
+from ghostball.engine import Ball, Physics, Scene, Table, simulate
 
 fields = dict(preset="pool", motion="sliding", sliding_friction=0.0, rolling_friction=0.0,
               spinning_friction_rate=0.0, ball_friction=0.0)
