@@ -1,6 +1,6 @@
 """The in-house continuous-collision engine, and the types that every engine of the harness speaks.
 
-    >>> from engine import Ball, Scene, simulate
+    >>> from ghostball.engine import Ball, Scene, simulate
     >>> scene = Scene(name="roll", balls=[Ball(id="cue", position=(0, 0), velocity=(1, 0))])
     >>> simulate(scene).rest_time
     5.098...
@@ -42,13 +42,18 @@ for as long as they push, in steps that keep every gap within a tolerance
 (`engine/resting_contact/step.py`).
 """
 
-from engine.batch import STATUSES, Batch, simulate_many, simulate_sweep
-from engine.compilation import warm_up
-from engine.errors import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
-from engine.result import EVENT_DTYPE, EventKind, Record, Result, Status
-from engine.scene import CUSHIONS, Ball, Physics, Scene, Table
-from engine.shot import simulate
-from engine.trajectory import (
+from ghostball.engine.batch import STATUSES, Batch, simulate_many, simulate_sweep
+from ghostball.engine.compilation import warm_up
+from ghostball.engine.errors import (
+    EngineFailedError,
+    GhostballError,
+    SceneError,
+    UnsupportedSceneError,
+)
+from ghostball.engine.result import EVENT_DTYPE, EventKind, Record, Result, Status
+from ghostball.engine.scene import CUSHIONS, Ball, Physics, Scene, Table
+from ghostball.engine.shot import simulate
+from ghostball.engine.trajectory import (
     Energy,
     ExactTrajectory,
     Phase,

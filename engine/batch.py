@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic_core import PydanticCustomError
 
-from engine.core.events import Status
-from engine.core.tolerances import position_rounding
-from engine.errors import GhostballError, SceneError
-from engine.running.from_scene import layout_of
-from engine.running.variants import variant_of
-from engine.scene import Ball, Scene, rolling_angular_velocity
-from engine.scene.messages import refusal
-from engine.scene.rules import Motions, check_motions
-from engine.shot import MAX_EVENTS, check_request
+from ghostball.engine.core.events import Status
+from ghostball.engine.core.tolerances import position_rounding
+from ghostball.engine.errors import GhostballError, SceneError
+from ghostball.engine.running.from_scene import layout_of
+from ghostball.engine.running.variants import variant_of
+from ghostball.engine.scene import Ball, Scene, rolling_angular_velocity
+from ghostball.engine.scene.messages import refusal
+from ghostball.engine.scene.rules import Motions, check_motions
+from ghostball.engine.shot import MAX_EVENTS, check_request
 
 STATUSES = tuple(Status)
 """What the numbers in `Batch.status` mean: indices of this."""
@@ -82,7 +82,7 @@ def simulate_many(
     scenes = tuple(scenes)
     for scene in scenes:
         check_request(scene, "rest", max_events)
-    from engine.running.driver import Run, warm_up  # noqa: PLC0415 - loads the compiler
+    from ghostball.engine.running.driver import Run, warm_up  # noqa: PLC0415 - loads the compiler
 
     for variant in {variant_of(scene, contacts=False) for scene in scenes}:
         warm_up(variant)  # with contacts when a scene turns out to need them
@@ -149,7 +149,7 @@ def simulate_sweep(
     with np.errstate(over="ignore", invalid="ignore"):  # what isn't finite is refused by the rules
         velocity, spin = _cue_motions(scene, speeds, angles, ball)
     _check_shots(scene, ball, velocity, spin)
-    from engine.running import driver, sweep_driver  # noqa: PLC0415 - they load the compiler
+    from ghostball.engine.running import driver, sweep_driver  # noqa: PLC0415 - they load the compiler
 
     shots = sweep_driver.shots_of(len(velocity), len(scene.balls))
     shots.velocity[:], shots.spin[:] = velocity[:, :2], spin

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from engine.errors import GhostballError
-from engine.running.variants import Variant, still_scene, variant_of
-from engine.scene import Scene
-from engine.shot import MAX_EVENTS, check_request
+from ghostball.engine.errors import GhostballError
+from ghostball.engine.running.variants import Variant, still_scene, variant_of
+from ghostball.engine.scene import Scene
+from ghostball.engine.shot import MAX_EVENTS, check_request
 
 MANY = 3
 """Balls from which on joint impacts and sustained contact are likely: two seldom come to them."""
@@ -40,7 +40,7 @@ class Variants:
     @property
     def names(self) -> list[str]:
         """What messages, and the cache, call these variants."""
-        from engine.sensitivity.tangent_map import variant_name  # noqa: PLC0415 - loads the compiler
+        from ghostball.engine.sensitivity.tangent_map import variant_name  # noqa: PLC0415 - loads the compiler
 
         if self.tangents:
             return [variant_name(self.scene)]
@@ -49,14 +49,14 @@ class Variants:
     @property
     def are_compiled(self) -> bool:
         """Whether all of them are in the cache."""
-        from engine.core.kernel import compiled  # noqa: PLC0415
+        from ghostball.engine.core.kernel import compiled  # noqa: PLC0415
 
         return all(compiled(name) for name in self.names)
 
     def compile(self) -> None:
         """Compile them, or load what is in the cache; nothing is played but a still ball."""
-        from engine.running import driver  # noqa: PLC0415
-        from engine.sensitivity import tangent_map  # noqa: PLC0415
+        from ghostball.engine.running import driver  # noqa: PLC0415
+        from ghostball.engine.sensitivity import tangent_map  # noqa: PLC0415
 
         if self.tangents:
             tangent_map.warm_up(self.scene)
@@ -85,7 +85,7 @@ def variants_of(
         Number of balls from which on a scene is taken to come to joint impacts or to sustained
         contact. Where one with fewer does, what it needs is compiled then.
     """
-    from engine.sensitivity.tangent_map import variant_name  # noqa: PLC0415
+    from ghostball.engine.sensitivity.tangent_map import variant_name  # noqa: PLC0415
 
     shots: dict[str, Variants] = {}
     maps: dict[str, Variants] = {}

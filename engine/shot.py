@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from engine.core.events import RECORDS, Record
-from engine.errors import GhostballError
-from engine.result import Result
-from engine.running.from_scene import admit
-from engine.running.skips import Skip, chosen_skips
-from engine.running.variants import variant_of
-from engine.scene import Scene
+from ghostball.engine.core.events import RECORDS, Record
+from ghostball.engine.errors import GhostballError
+from ghostball.engine.result import Result
+from ghostball.engine.running.from_scene import admit
+from ghostball.engine.running.skips import Skip, chosen_skips
+from ghostball.engine.running.variants import variant_of
+from ghostball.engine.scene import Scene
 
 MAX_EVENTS = 10_000_000
 """Default event limit: a shot has hundreds of events, a long run of an elastic gas millions."""
@@ -65,7 +65,7 @@ def simulate(
     check_request(scene, record, max_events)
     # The compiler is loaded here and no sooner: importing the package, or asking for help on the
     # command line, must not wait for it.
-    from engine.running import driver  # noqa: PLC0415
+    from ghostball.engine.running import driver  # noqa: PLC0415
 
     off = frozenset() if no_skip == () else chosen_skips(no_skip, scene)
     driver.warm_up(variant_of(scene, False, off))

@@ -16,8 +16,8 @@ from ghostball._terminal import ExitStatus, command, say, stdout
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from validation.bench import Measurement
-    from validation.bench.peer_engines import Peer
+    from ghostball.validation.bench import Measurement
+    from ghostball.validation.bench.peer_engines import Peer
 
     M = TypeVar("M", bound=Measurement)
 
@@ -97,7 +97,7 @@ def targets(
             )
         return
     from ghostball._bench_tables import targets_tables  # noqa: PLC0415
-    from validation import bench  # noqa: PLC0415
+    from ghostball.validation import bench  # noqa: PLC0415
 
     workloads = bench.chosen_workloads(only)
     with _peers(peers, peer_python) as compared:
@@ -124,7 +124,7 @@ def scaling(
 ) -> None:
     """Measure time per event against number of balls and packing."""
     from ghostball._bench_tables import scaling_tables  # noqa: PLC0415
-    from validation import bench  # noqa: PLC0415
+    from ghostball.validation import bench  # noqa: PLC0415
 
     with _peers(peers, peer_python) as compared:
         paths = _paths("scaling", out, store, part=quick)
@@ -153,7 +153,7 @@ def racks(
     play the first 100 of them, once.
     """
     from ghostball._bench_tables import racks_tables  # noqa: PLC0415
-    from validation import bench  # noqa: PLC0415
+    from ghostball.validation import bench  # noqa: PLC0415
 
     with _peers(peers, peer_python) as compared:
         paths = _paths("racks", out, store, part=quick)
@@ -183,8 +183,8 @@ def skips(
 ) -> None:
     """Run scenes with each skip off and on; exit with 1 where one changes an answer."""
     from ghostball._bench_tables import skips_tables  # noqa: PLC0415
-    from validation import bench  # noqa: PLC0415
-    from validation.scenes.library import select  # noqa: PLC0415
+    from ghostball.validation import bench  # noqa: PLC0415
+    from ghostball.validation.scenes.library import select  # noqa: PLC0415
 
     chosen = [*select(scenes)] if scenes else [*select(), *bench.many_balls()]
     paths = _paths("skips", out, store, part=bool(scenes))
@@ -201,7 +201,7 @@ def accuracy(
 ) -> None:
     """Prove 10 000 random shots and grade our engine by them; exit with 1 if it breaks a limit."""
     from ghostball._bench_tables import accuracy_tables  # noqa: PLC0415
-    from validation.bench import accuracy as bench  # noqa: PLC0415
+    from ghostball.validation.bench import accuracy as bench  # noqa: PLC0415
 
     shots = shots or bench.SHOTS
     paths = _paths("accuracy", out, store, part=first > 0 or shots < bench.SHOTS)
@@ -223,7 +223,7 @@ def attribution(
     the bounds hold.
     """
     from ghostball._bench_tables import attribution_tables  # noqa: PLC0415
-    from validation.bench import attribution as bench  # noqa: PLC0415
+    from ghostball.validation.bench import attribution as bench  # noqa: PLC0415
 
     shots = shots or bench.SHOTS
     paths = _paths("attribution", out, store, part=first > 0 or shots < bench.SHOTS)
@@ -267,10 +267,10 @@ def precision(
     RESULTS, a folder that `validate` wrote, it joins that folder's report.
     """
     from ghostball._precision_tables import precision_tables  # noqa: PLC0415
-    from reference_adapters import split_specs  # noqa: PLC0415
-    from validation import bench  # noqa: PLC0415
-    from validation.bench.precision import TINY, WIDE  # noqa: PLC0415
-    from validation.scenes.library import select  # noqa: PLC0415
+    from ghostball.reference_adapters import split_specs  # noqa: PLC0415
+    from ghostball.validation import bench  # noqa: PLC0415
+    from ghostball.validation.bench.precision import TINY, WIDE  # noqa: PLC0415
+    from ghostball.validation.scenes.library import select  # noqa: PLC0415
 
     asked = bench.PRECISION_ENGINES if engines is None else split_specs(engines)
     chosen = select(scenes or (bench.QUICK_SCENES if quick else bench.DEFAULT_SCENES))
@@ -288,7 +288,7 @@ def precision(
 @contextmanager
 def _peers(names: str | None, python: Path | None) -> Iterator[Sequence[Peer]]:
     """Hand out the peers that are asked for, and close them whatever happens."""
-    from validation import bench  # noqa: PLC0415
+    from ghostball.validation import bench  # noqa: PLC0415
 
     compared = bench.make_peers(names, python)
     try:
@@ -300,8 +300,8 @@ def _peers(names: str | None, python: Path | None) -> Iterator[Sequence[Peer]]:
 
 def _paths(kind: str, out: Path | None, store: bool, *, part: bool) -> dict[str, Path]:
     """Return the files to write, by option, each checked before anything is measured."""
-    from validation.bench import BenchError, measurements  # noqa: PLC0415
-    from validation.results.environment import describe_environment  # noqa: PLC0415
+    from ghostball.validation.bench import BenchError, measurements  # noqa: PLC0415
+    from ghostball.validation.results.environment import describe_environment  # noqa: PLC0415
 
     paths: dict[str, Path] = {}
     if store:
@@ -324,7 +324,7 @@ def _measured(
 ) -> M:
     """Measure, show it, and write it; end with 130 where that was interrupted."""
     from ghostball._progress import counting  # noqa: PLC0415
-    from validation.bench import measurements  # noqa: PLC0415
+    from ghostball.validation.bench import measurements  # noqa: PLC0415
 
     with counting("measuring") as count:
         measured = measure(progress=count)

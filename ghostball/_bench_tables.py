@@ -12,9 +12,9 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from engine.running.skips import BUILT_IN, Skip
-from reports.style import format_quantity, format_time
-from validation.bench import (
+from ghostball.engine.running.skips import BUILT_IN, Skip
+from ghostball.reports.style import format_quantity, format_time
+from ghostball.validation.bench import (
     AccuracyMeasurement,
     AttributionMeasurement,
     PeerRow,
@@ -25,11 +25,11 @@ from validation.bench import (
     SkipsMeasurement,
     TargetsMeasurement,
 )
-from validation.bench.accuracy import Distribution
-from validation.bench.measurements import Point
-from validation.bench.quantities import QUANTITIES
-from validation.bench.skips import COUNTERS
-from validation.bench.targets import Target, target_of
+from ghostball.validation.bench.accuracy import Distribution
+from ghostball.validation.bench.measurements import Point
+from ghostball.validation.bench.quantities import QUANTITIES
+from ghostball.validation.bench.skips import COUNTERS
+from ghostball.validation.bench.targets import Target, target_of
 
 QUICK_SAYS = "A trial at tiny sizes (--quick): these times mean nothing, and no target is judged."
 OUTCOMES = {"absent": "absent", "not-representable": "can't", "failed": "failed"}

@@ -15,10 +15,10 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from engine import GhostballError
-from reference_adapters import EngineError, engine_class, engine_names
-from validation.results.environment import cpu_name
-from validation.scenes import library
+from ghostball.engine import GhostballError
+from ghostball.reference_adapters import EngineError, engine_class, engine_names
+from ghostball.validation.results.environment import cpu_name
+from ghostball.validation.scenes import library
 
 DISTRIBUTION = "ghostball"
 
@@ -75,7 +75,7 @@ def _versions() -> Iterator[Finding]:
 
 def _kernels() -> Iterator[Finding]:
     try:
-        from engine.core import kernel  # noqa: PLC0415 - a compiler that can't be loaded is a finding
+        from ghostball.engine.core import kernel  # noqa: PLC0415 - a compiler that can't be loaded is a finding
     except ImportError as error:
         yield Finding("kernels", State.BROKEN, f"no compiler: {error}. Reinstall numba")
         return

@@ -11,12 +11,12 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from engine import Scene
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, say, stdout
-from reports import style
-from reports.markdown_ensembles import effect_text, without_end_text
-from validation.ensembles import (
+from ghostball.engine import Scene
+from ghostball.reports import style
+from ghostball.reports.markdown_ensembles import effect_text, without_end_text
+from ghostball.validation.ensembles import (
     QUANTITIES,
     REFERENCE,
     Compared,
@@ -29,8 +29,8 @@ from validation.ensembles import (
     compare,
     run_ensembles,
 )
-from validation.ensembles.compare import LEVEL
-from validation.parallel.cluster import Cluster
+from ghostball.validation.ensembles.compare import LEVEL
+from ghostball.validation.parallel.cluster import Cluster
 
 
 @dataclass(frozen=True)

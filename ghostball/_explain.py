@@ -13,12 +13,12 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from engine.result import Status, initial_state
-from engine.trajectory import energy_of
 from ghostball._terminal import ExitStatus, busy, say, say_printed, stdout
-from reference_adapters import make_engine
-from reports import plot_explanation, style
-from reports.attribution_text import (
+from ghostball.engine.result import Status, initial_state
+from ghostball.engine.trajectory import energy_of
+from ghostball.reference_adapters import make_engine
+from ghostball.reports import plot_explanation, style
+from ghostball.reports.attribution_text import (
     TRUTHS,
     backward_text,
     better_text,
@@ -27,11 +27,11 @@ from reports.attribution_text import (
     part_text,
     share_text,
 )
-from validation.diagnose.attribution import Attribution
-from validation.diagnose.explanation import Explanation, Margin, explain
-from validation.diagnose.parting import Collision
-from validation.runs.playing import apart
-from validation.scenes.library import find_scene
+from ghostball.validation.diagnose.attribution import Attribution
+from ghostball.validation.diagnose.explanation import Explanation, Margin, explain
+from ghostball.validation.diagnose.parting import Collision
+from ghostball.validation.runs.playing import apart
+from ghostball.validation.scenes.library import find_scene
 
 FEW_ULPS = 1e6
 """Spacings of doubles below which a length is told in these too [1]: a tenth of a nanometre."""

@@ -11,9 +11,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from ghostball._terminal import ExitStatus, say, stdout
-from reports import style
-from reports.history_figure import draw_history, revision_text
-from validation.bench.history import History, Version, read_history
+from ghostball.reports import style
+from ghostball.reports.history_figure import draw_history, revision_text
+from ghostball.validation.bench.history import History, Version, read_history
 
 MOST_VERSIONS = 4
 """Versions that a table has room for."""

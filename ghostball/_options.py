@@ -120,7 +120,7 @@ def check_plot(path: Path) -> None:
     GhostballError
         Where it can't be written.
     """
-    from reports.plot import ENDINGS  # noqa: PLC0415
+    from ghostball.reports.plot import ENDINGS  # noqa: PLC0415
 
     if path.suffix.lower() not in ENDINGS:
         raise typer.BadParameter(

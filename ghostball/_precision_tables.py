@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ghostball._bench_tables import QUICK_SAYS
-from reports.precision_text import (
+from ghostball.reports.precision_text import (
     LEAST_ERROR,
     LEGEND,
     best_text,
@@ -17,8 +17,8 @@ from reports.precision_text import (
     reach_heading,
     reach_text,
 )
-from validation.bench import PrecisionMeasurement
-from validation.bench.precision import TARGETS
+from ghostball.validation.bench import PrecisionMeasurement
+from ghostball.validation.bench.precision import TARGETS
 
 
 def precision_tables(measured: PrecisionMeasurement) -> RenderableType:

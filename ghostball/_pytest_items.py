@@ -14,16 +14,16 @@ from typing import Any
 
 import pytest
 
-from engine import GhostballError, Scene
+from ghostball.engine import GhostballError, Scene
 from ghostball.pytest_plugin import PREFIX, TIME_LIMIT
-from reference_adapters import ReferenceEngine, names_class
-from reference_adapters.output import harmless
-from reports.style import format_length
-from validation.checks.criteria import Criteria
-from validation.checks.metric_table import METRICS
-from validation.runs.playing import apart
-from validation.scenes.library import scene_names, select
-from validation.suite.conformance import (
+from ghostball.reference_adapters import ReferenceEngine, names_class
+from ghostball.reference_adapters.output import harmless
+from ghostball.reports.style import format_length
+from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.runs.playing import apart
+from ghostball.validation.scenes.library import scene_names, select
+from ghostball.validation.suite.conformance import (
     COMPLETES,
     Asked,
     EngineUnderTest,
@@ -34,7 +34,11 @@ from validation.suite.conformance import (
     engine_under_test,
     run_scene,
 )
-from validation.suite.suite import check_time_limit, criteria_beside_paths, shipped_criteria
+from ghostball.validation.suite.suite import (
+    check_time_limit,
+    criteria_beside_paths,
+    shipped_criteria,
+)
 
 DEFAULT_SCENES = "smoke"
 

@@ -11,10 +11,10 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from engine import Scene
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, stdout, worst
-from validation.baselines import (
+from ghostball.engine import Scene
+from ghostball.validation.baselines import (
     LimitsBrokenError,
     NotComparableError,
     Regression,
@@ -27,15 +27,15 @@ from validation.baselines import (
     compare_revisions,
     save_regression,
 )
-from validation.baselines.gate import crowds, with_cases
-from validation.baselines.junit import write_regression_junit
-from validation.baselines.regression import BASELINES, Change
-from validation.baselines.timing import ROUNDS
-from validation.results.records import CaseRecord
-from validation.results.store import Results
-from validation.scenes.library import scene_names, select
-from validation.suite.suite import Outcome, criteria_beside_paths, run_suite
-from validation.truth.scene_truth import OUR_NAME
+from ghostball.validation.baselines.gate import crowds, with_cases
+from ghostball.validation.baselines.junit import write_regression_junit
+from ghostball.validation.baselines.regression import BASELINES, Change
+from ghostball.validation.baselines.timing import ROUNDS
+from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.results.store import Results
+from ghostball.validation.scenes.library import scene_names, select
+from ghostball.validation.suite.suite import Outcome, criteria_beside_paths, run_suite
+from ghostball.validation.truth.scene_truth import OUR_NAME
 
 _COLOURS: dict[Change, str] = {
     "identical": "green",

@@ -9,7 +9,7 @@ from rich.markup import escape
 
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, say
-from reports import PAGE, FailedPart, IncompleteReportError, failed_text, write_report
+from ghostball.reports import PAGE, FailedPart, IncompleteReportError, failed_text, write_report
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,13 @@ from pathlib import Path
 import typer
 from rich.markup import escape
 
-from engine import Record
 from ghostball._tables import result_table, skips_table
 from ghostball._terminal import ExitStatus, busy, say, say_printed, stdout
-from reference_adapters import make_engine
-from reference_adapters.registry import OURS
-from validation.runs.playing import apart, run_engine
-from validation.scenes.library import find_scene
+from ghostball.engine import Record
+from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.runs.playing import apart, run_engine
+from ghostball.validation.scenes.library import find_scene
 
 
 def run(
@@ -46,7 +46,7 @@ def run(
     ):
         result = run_engine(player, shot, record)
     if plot is not None:
-        from reports import plot_result  # noqa: PLC0415
+        from ghostball.reports import plot_result  # noqa: PLC0415
 
         with busy(f"drawing {plot}"):
             plot_result(result, plot)

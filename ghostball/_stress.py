@@ -14,10 +14,10 @@ from rich.table import Table
 
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, say, stdout
-from reference_adapters import make_engine, split_specs
-from reports import write_stress_report
-from validation.parallel.cluster import Cluster
-from validation.stress import (
+from ghostball.reference_adapters import make_engine, split_specs
+from ghostball.reports import write_stress_report
+from ghostball.validation.parallel.cluster import Cluster
+from ghostball.validation.stress import (
     DEFAULT_ENGINES,
     FAMILIES,
     Finding,
@@ -26,16 +26,16 @@ from validation.stress import (
     Suite,
     run_stress,
 )
-from validation.stress.family import Family
-from validation.stress.selection import chosen_trials, path_of
-from validation.stress.survival import (
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.selection import chosen_trials, path_of
+from ghostball.validation.stress.survival import (
     Survival,
     all_survival,
     scene_file,
     survival_of,
     trying_again,
 )
-from validation.stress.tracked import tracked_numbers
+from ghostball.validation.stress.tracked import tracked_numbers
 
 FAULTS_SHOWN = 3
 """How many broken trials of an engine in a family are named; the others are counted."""

@@ -8,9 +8,9 @@ from pathlib import Path
 import typer
 
 from ghostball._terminal import check_writable
-from reports import add_summary, summary_markdown, summary_text, write_summary
-from validation.baselines import load_regression
-from validation.results.store import Results, has_results
+from ghostball.reports import add_summary, summary_markdown, summary_text, write_summary
+from ghostball.validation.baselines import load_regression
+from ghostball.validation.results.store import Results, has_results
 
 STDOUT = Path("-")
 

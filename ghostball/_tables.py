@@ -11,12 +11,12 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from engine import Record, Result, Scene
-from engine.running.skips import explain_skips
-from engine.scene.features import Capability, Feature
-from reference_adapters import EngineError, engine_class, engine_names
-from reference_adapters.base import EngineSettings
-from reference_adapters.registry import known_settings
+from ghostball.engine import Record, Result, Scene
+from ghostball.engine.running.skips import explain_skips
+from ghostball.engine.scene.features import Capability, Feature
+from ghostball.reference_adapters import EngineError, engine_class, engine_names
+from ghostball.reference_adapters.base import EngineSettings
+from ghostball.reference_adapters.registry import known_settings
 
 SETTINGS_KEY = (
     "Settings with their defaults, and other choices in brackets; a setting that is unset is left "

@@ -102,7 +102,7 @@ def say_printed(engine: str, text: str) -> None:
     """Show on stderr what an engine printed, a line each with its name before."""
     from rich.markup import escape  # noqa: PLC0415
 
-    from reference_adapters.output import harmless  # noqa: PLC0415
+    from ghostball.reference_adapters.output import harmless  # noqa: PLC0415
 
     for line in harmless(text).splitlines():
         say(f"[dim]{escape(f'engine {engine} printed:')}[/] {escape(line)}")
@@ -132,7 +132,7 @@ def check_writable(path: Path, option: str) -> None:
             pass
     except OSError as error:
         reason = error.strerror or type(error).__name__
-        from engine.errors import GhostballError  # noqa: PLC0415
+        from ghostball.engine.errors import GhostballError  # noqa: PLC0415
 
         raise GhostballError(
             f"{path}: can't write the file of `{option}`: {reason}. Choose another path"
@@ -143,7 +143,7 @@ def _console(*, stderr: bool) -> Console:
     from rich.console import Console, ConsoleOptions, RenderableType  # noqa: PLC0415
     from rich.segment import Segment  # noqa: PLC0415
 
-    from reference_adapters.output import harmless  # noqa: PLC0415
+    from ghostball.reference_adapters.output import harmless  # noqa: PLC0415
 
     class Harmless(Console):
         """A console that shows the control characters of a text instead of obeying them."""
@@ -176,7 +176,7 @@ def _console(*, stderr: bool) -> Console:
 def _explain(error: Exception) -> ExitStatus:
     from rich.markup import escape  # noqa: PLC0415
 
-    from engine.errors import (  # noqa: PLC0415
+    from ghostball.engine.errors import (  # noqa: PLC0415
         EngineFailedError,
         GhostballError,
         UnsupportedSceneError,
@@ -197,7 +197,7 @@ def _explain(error: Exception) -> ExitStatus:
         if isinstance(error, UnsupportedSceneError):
             hint = ". `ghostball engines` lists which engines can"
         say(f"[bold red]error:[/] {escape(str(error) + hint)}")
-        from validation.parallel.cluster import ClusterLostError  # noqa: PLC0415
+        from ghostball.validation.parallel.cluster import ClusterLostError  # noqa: PLC0415
 
         lost = isinstance(error, ClusterLostError)  # no fault of the input
         return ExitStatus.HARNESS_FAILED if lost else ExitStatus.BAD_INPUT

@@ -9,29 +9,39 @@ from pathlib import Path
 
 from rich.markup import escape
 
-from engine import Scene
 from ghostball import _ensembles, _report
 from ghostball._progress import counting
 from ghostball._terminal import ExitStatus, check_writable, say, say_printed, stdout, worst
 from ghostball._verdicts import colour_of, verdict_tables
-from reference_adapters import make_engine, split_specs
-from validation.baselines import (
+from ghostball.engine import Scene
+from ghostball.reference_adapters import make_engine, split_specs
+from ghostball.validation.baselines import (
     check_baselines,
     compare_results,
     save_regression,
 )
-from validation.baselines.baseline import FOLDER, baseline_path
-from validation.checks.criteria import SUFFIX
-from validation.checks.verdict import NOTHING_JUDGED, Verdict, is_nothing_judged, verdict_of
-from validation.diagnose.predictability.predict import predict_scenes
-from validation.parallel.cluster import Cluster
-from validation.results.records import COMPLETE_STATUSES
-from validation.results.store import CaseRecord, Results, has_results
-from validation.scenes.library import Suite, scene_names, select
-from validation.suite.junit import write_junit
-from validation.suite.suite import DEFAULT_ENGINES, Outcome, criteria_beside_paths, run_suite
-from validation.suite.unchanged import Unchanged
-from validation.truth.scene_truth import OUR_NAME
+from ghostball.validation.baselines.baseline import FOLDER, baseline_path
+from ghostball.validation.checks.criteria import SUFFIX
+from ghostball.validation.checks.verdict import (
+    NOTHING_JUDGED,
+    Verdict,
+    is_nothing_judged,
+    verdict_of,
+)
+from ghostball.validation.diagnose.predictability.predict import predict_scenes
+from ghostball.validation.parallel.cluster import Cluster
+from ghostball.validation.results.records import COMPLETE_STATUSES
+from ghostball.validation.results.store import CaseRecord, Results, has_results
+from ghostball.validation.scenes.library import Suite, scene_names, select
+from ghostball.validation.suite.junit import write_junit
+from ghostball.validation.suite.suite import (
+    DEFAULT_ENGINES,
+    Outcome,
+    criteria_beside_paths,
+    run_suite,
+)
+from ghostball.validation.suite.unchanged import Unchanged
+from ghostball.validation.truth.scene_truth import OUR_NAME
 
 
 def run(

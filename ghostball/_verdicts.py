@@ -12,11 +12,11 @@ from rich.markup import escape
 from rich.measure import Measurement
 from rich.table import Table
 
-from reports import style
-from reports.figures.summary import independent_errors
-from reports.shots import NUMBERS_KEY, cell_text, legend_text
-from validation.checks.verdict import Verdict, unfinished_text, verdict_of
-from validation.results.store import CaseRecord, Check, Results
+from ghostball.reports import style
+from ghostball.reports.figures.summary import independent_errors
+from ghostball.reports.shots import NUMBERS_KEY, cell_text, legend_text
+from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
+from ghostball.validation.results.store import CaseRecord, Check, Results
 
 COLOURS = {
     Verdict.PASS: "green",

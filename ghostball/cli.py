@@ -196,7 +196,7 @@ def validate(
     end of a shot; 4 where no limit covers what was run, so that nothing was judged.
     """
     from ghostball._validate import run  # noqa: PLC0415
-    from validation.parallel.cluster import cluster_at  # noqa: PLC0415
+    from ghostball.validation.parallel.cluster import cluster_at  # noqa: PLC0415
 
     if scenes and suite is not None:
         raise typer.BadParameter("scenes and --suite exclude each other", param_hint="--suite")
@@ -330,7 +330,7 @@ def stress(
     engine can be asked any of it.
     """
     from ghostball import _stress  # noqa: PLC0415
-    from validation.parallel.cluster import cluster_at  # noqa: PLC0415
+    from ghostball.validation.parallel.cluster import cluster_at  # noqa: PLC0415
 
     if listed:
         _stress.show_list(only or [], suite=suite.value, as_json=as_json)
@@ -492,10 +492,10 @@ def report(
         write(folder, summary=summary, text=text)
         return
     from ghostball import _report  # noqa: PLC0415
-    from validation.results.database import documents_in  # noqa: PLC0415
+    from ghostball.validation.results.database import documents_in  # noqa: PLC0415
 
     if documents_in(folder) == {"stress"}:
-        from reports import write_stress_report  # noqa: PLC0415
+        from ghostball.reports import write_stress_report  # noqa: PLC0415
 
         typer.echo(write_stress_report(folder))
         return
@@ -521,7 +521,7 @@ def export(
     Such as cases, checks, metrics and events; print the files. `Results.open(DIR).to_frame()` gives
     Python the same tables as data frames.
     """
-    from validation.results.frames import export as write  # noqa: PLC0415
+    from ghostball.validation.results.frames import export as write  # noqa: PLC0415
 
     for path in write(folder, folder / "export" if out is None else out):
         typer.echo(path)
@@ -568,12 +568,12 @@ def scenes(
 ) -> None:
     """List the shipped scenes, or print their schema."""
     if schema:
-        from engine.scene import json_schema  # noqa: PLC0415
+        from ghostball.engine.scene import json_schema  # noqa: PLC0415
 
         typer.echo(json_schema())
         return
     from ghostball._tables import scenes_table  # noqa: PLC0415
-    from validation.scenes.library import select  # noqa: PLC0415
+    from ghostball.validation.scenes.library import select  # noqa: PLC0415
 
     stdout().print(scenes_table(select()))
 

@@ -1,6 +1,6 @@
 """Engines behind one protocol, each `Scene` -> `Result`: ours and the foreign ones.
 
-    >>> from reference_adapters import make_engine
+    >>> from ghostball.reference_adapters import make_engine
     >>> make_engine("pymunk:dt=1e-3,mode=landed").simulate(scene)
 
 Importing this package imports no engine: that waits for `make_engine` or `engine_class`. Its names,

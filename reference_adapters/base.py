@@ -17,9 +17,9 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from engine import Record, Result, Scene
-from engine.errors import GhostballError, UnsupportedSceneError
-from engine.scene.features import Capabilities, missing_features
+from ghostball.engine import Record, Result, Scene
+from ghostball.engine.errors import GhostballError, UnsupportedSceneError
+from ghostball.engine.scene.features import Capabilities, missing_features
 
 
 class EngineError(GhostballError):

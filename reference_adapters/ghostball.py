@@ -6,11 +6,11 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field, field_validator
 
-from engine import Record, Result, Scene, simulate
-from engine.running.skips import chosen_skips
-from engine.scene.features import CAPABILITIES, Capabilities
-from engine.shot import MAX_EVENTS
-from reference_adapters.base import EngineBase, EngineSettings
+from ghostball.engine import Record, Result, Scene, simulate
+from ghostball.engine.running.skips import chosen_skips
+from ghostball.engine.scene.features import CAPABILITIES, Capabilities
+from ghostball.engine.shot import MAX_EVENTS
+from ghostball.reference_adapters.base import EngineBase, EngineSettings
 
 
 class GhostballSettings(EngineSettings):

@@ -10,9 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EVENT_DTYPE, EventKind, Record, Result, SampledTrajectory, Samples, Scene, Status
-from engine.result import COLLISION_KINDS
-from engine.scene import rolling_angular_velocity
+from ghostball.engine import (
+    EVENT_DTYPE,
+    EventKind,
+    Record,
+    Result,
+    SampledTrajectory,
+    Samples,
+    Scene,
+    Status,
+)
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.engine.scene import rolling_angular_velocity
 
 FloatArray = NDArray[np.float64]
 

@@ -18,8 +18,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from reference_adapters.base import EngineError, ReferenceEngine
-from reference_adapters.output import Output, captured, harmless
+from ghostball.reference_adapters.base import EngineError, ReferenceEngine
+from ghostball.reference_adapters.output import Output, captured, harmless
 
 _LOGGER = logging.getLogger("ghostball.reference_adapters")
 

@@ -1,6 +1,6 @@
 """Figures and the report, made from stored results alone.
 
-    >>> from reports import write_report
+    >>> from ghostball.reports import write_report
     >>> write_report("out")
     PosixPath('out/report.md')
 
@@ -8,14 +8,14 @@
 Importing this package loads no matplotlib: that waits for the first figure.
 """
 
-from reports.gallery_pictures import write_gallery
-from reports.guarded import FailedPart, IncompleteReportError, failed_text
-from reports.parting_figure import plot_explanation
-from reports.plot import plot_result
-from reports.report import PAGE, ReportError, write_report
-from reports.stress_report import write_stress_report
-from reports.style import EngineStyle, engine_style
-from reports.summary import add_summary, summary_markdown, summary_text, write_summary
+from ghostball.reports.gallery_pictures import write_gallery
+from ghostball.reports.guarded import FailedPart, IncompleteReportError, failed_text
+from ghostball.reports.parting_figure import plot_explanation
+from ghostball.reports.plot import plot_result
+from ghostball.reports.report import PAGE, ReportError, write_report
+from ghostball.reports.stress_report import write_stress_report
+from ghostball.reports.style import EngineStyle, engine_style
+from ghostball.reports.summary import add_summary, summary_markdown, summary_text, write_summary
 
 __all__ = [
     "PAGE",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from reports import style
-from validation.diagnose.attribution import Attribution, BackwardError, Better, Part
+from ghostball.reports import style
+from ghostball.validation.diagnose.attribution import Attribution, BackwardError, Better, Part
 
 AIM = 1e-3
 """The accuracy for which a step is advised [m]: what an eye sees."""

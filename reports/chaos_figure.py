@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from reports import style
-from validation.diagnose.predictability import Predictability, predictability_in
-from validation.results.store import Results
+from ghostball.reports import style
+from ghostball.validation.diagnose.predictability import Predictability, predictability_in
+from ghostball.validation.results.store import Results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

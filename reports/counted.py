@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from validation.results.store import CaseRecord, Results
+from ghostball.validation.results.store import CaseRecord, Results
 
 COUNTED = {
     "joint_impacts": "impacts of one instant, resolved together",

@@ -6,19 +6,19 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from engine import GhostballError
-from reports import style
-from reports.chaos_figure import draw_chaos
-from reports.figures._table import aspect_of, view_of
-from reports.figures.paths import WIDTH, draw_panel
-from reports.figures.summary import accuracy_errors, draw_accuracy_on, draw_verdicts
-from reports.paper_figures import PAPER_FIGURES
-from reports.physics_figures import PHYSICS_FIGURES
-from reports.precision_figure import draw_precision_or_committed
-from reports.racks_figure import draw_racks_or_committed
-from reports.scaling_figure import draw_scaling_or_committed
-from reports.shots import Shot, load_shot
-from validation.results.store import Results
+from ghostball.engine import GhostballError
+from ghostball.reports import style
+from ghostball.reports.chaos_figure import draw_chaos
+from ghostball.reports.figures._table import aspect_of, view_of
+from ghostball.reports.figures.paths import WIDTH, draw_panel
+from ghostball.reports.figures.summary import accuracy_errors, draw_accuracy_on, draw_verdicts
+from ghostball.reports.paper_figures import PAPER_FIGURES
+from ghostball.reports.physics_figures import PHYSICS_FIGURES
+from ghostball.reports.precision_figure import draw_precision_or_committed
+from ghostball.reports.racks_figure import draw_racks_or_committed
+from ghostball.reports.scaling_figure import draw_scaling_or_committed
+from ghostball.reports.shots import Shot, load_shot
+from ghostball.validation.results.store import Results
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from engine import GhostballError
+from ghostball.engine import GhostballError
 
 T = TypeVar("T")
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from engine import GhostballError
-from reports import style
-from validation.bench.history import History, Version
+from ghostball.engine import GhostballError
+from ghostball.reports import style
+from ghostball.validation.bench.history import History, Version
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,12 +9,12 @@ from pathlib import PurePosixPath
 from statistics import median
 from typing import Any
 
-from reports import style
-from reports.counted import COUNTED_MEANS, counted_rows, unsolved
-from reports.figures.summary import independent_errors
-from reports.guarded import FailedPart, attempt, failed_text
-from reports.markdown_ensembles import ensembles_section
-from reports.markdown_parts import (
+from ghostball.reports import style
+from ghostball.reports.counted import COUNTED_MEANS, counted_rows, unsolved
+from ghostball.reports.figures.summary import independent_errors
+from ghostball.reports.guarded import FailedPart, attempt, failed_text
+from ghostball.reports.markdown_ensembles import ensembles_section
+from ghostball.reports.markdown_parts import (
     Drawn,
     figure_link,
     harmless_markdown,
@@ -24,21 +24,21 @@ from reports.markdown_parts import (
     table_of,
     taken_over_text,
 )
-from reports.markdown_precision import precision_section
-from reports.markdown_predictability import predictability_section
-from reports.markdown_scaling import scaling_section
-from reports.markdown_scene import scene_section
-from reports.outcome import BAD, bad_cases
-from reports.shots import NUMBERS_KEY, cell_text, legend_text, rest_error
-from validation.checks.metric_table import METRICS
-from validation.checks.verdict import (
+from ghostball.reports.markdown_precision import precision_section
+from ghostball.reports.markdown_predictability import predictability_section
+from ghostball.reports.markdown_scaling import scaling_section
+from ghostball.reports.markdown_scene import scene_section
+from ghostball.reports.outcome import BAD, bad_cases
+from ghostball.reports.shots import NUMBERS_KEY, cell_text, legend_text, rest_error
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.verdict import (
     RestError,
     Verdict,
     is_own_measure,
     rest_error_standing,
     verdict_of,
 )
-from validation.results.store import INDEPENDENT, CaseRecord, Results
+from ghostball.validation.results.store import INDEPENDENT, CaseRecord, Results
 
 PHYSICS_CAPTIONS = {
     "physics-deflection": "The 30 degree rule: deflection of a rolling cue ball by a cut",

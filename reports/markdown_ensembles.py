@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath
 
-from reports import style
-from reports.markdown_parts import figure_link, many, one_line, table_of
-from validation.ensembles import (
+from ghostball.reports import style
+from ghostball.reports.markdown_parts import figure_link, many, one_line, table_of
+from ghostball.validation.ensembles import (
     QUANTITIES,
     REFERENCE,
     Compared,
@@ -16,8 +16,8 @@ from validation.ensembles import (
     Ensembles,
     compare,
 )
-from validation.ensembles.compare import LEVEL
-from validation.results.store import Results
+from ghostball.validation.ensembles.compare import LEVEL
+from ghostball.validation.results.store import Results
 
 REASONS_SHOWN = 3
 """How many members without an end are named for an engine; the others are counted."""

@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import PurePosixPath
 
-from reference_adapters.output import harmless
-from reports import style
-from validation.results.store import CaseRecord, Results
+from ghostball.reference_adapters.output import harmless
+from ghostball.reports import style
+from ghostball.validation.results.store import CaseRecord, Results
 
 Drawn = Mapping[str, PurePosixPath]
 """Figures by kind: file without its ending, relative to the report."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from reports.markdown_parts import Drawn, figure_link, many, one_line, table_of
-from reports.precision_text import (
+from ghostball.reports.markdown_parts import Drawn, figure_link, many, one_line, table_of
+from ghostball.reports.precision_text import (
     LEAST_ERROR,
     LEGEND,
     best_text,
@@ -11,10 +11,10 @@ from reports.precision_text import (
     reach_heading,
     reach_text,
 )
-from reports.stored import stored_in
-from validation.bench import PrecisionMeasurement
-from validation.bench.precision import TARGETS
-from validation.results.store import Results
+from ghostball.reports.stored import stored_in
+from ghostball.validation.bench import PrecisionMeasurement
+from ghostball.validation.bench.precision import TARGETS
+from ghostball.validation.results.store import Results
 
 FIGURES = {
     "precision": "Largest rest error against the time of a run",

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import PurePosixPath
 
-from reports import style
-from reports.markdown_parts import figure_link, one_line, table_of
-from validation.diagnose.predictability import Predictability, predictability_in
-from validation.results.store import CaseRecord, Results
+from ghostball.reports import style
+from ghostball.reports.markdown_parts import figure_link, one_line, table_of
+from ghostball.validation.diagnose.predictability import Predictability, predictability_in
+from ghostball.validation.results.store import CaseRecord, Results
 
 _MEANS = """\
 *Growth* is what rounding the state once at the start and at each event becomes by the end, over

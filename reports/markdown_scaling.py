@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import PurePosixPath
 
-from reports import style
-from reports.markdown_parts import figure_link, many, one_line, table_of
-from reports.scaling_figure import NAMES, measured_scaling
-from validation.bench import ScalingMeasurement
-from validation.results.store import Results
+from ghostball.reports import style
+from ghostball.reports.markdown_parts import figure_link, many, one_line, table_of
+from ghostball.reports.scaling_figure import NAMES, measured_scaling
+from ghostball.validation.bench import ScalingMeasurement
+from ghostball.validation.results.store import Results
 
 CAPTION = "Time per event, against the number of balls and against their packing"
 _MEANS = """\

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from reports import style
-from reports.counted import counted_text, work_text
-from reports.markdown_parts import (
+from ghostball.reports import style
+from ghostball.reports.counted import counted_text, work_text
+from ghostball.reports.markdown_parts import (
     Drawn,
     figure_link,
     many,
@@ -17,9 +17,14 @@ from reports.markdown_parts import (
     run_time_text,
     table_of,
 )
-from reports.shots import rest_error_text, standing_text
-from validation.checks.verdict import RestError, is_own_measure, rest_error_standing, verdict_of
-from validation.results.store import CLOSED_FORM, INDEPENDENT, CaseRecord, Check, Results
+from ghostball.reports.shots import rest_error_text, standing_text
+from ghostball.validation.checks.verdict import (
+    RestError,
+    is_own_measure,
+    rest_error_standing,
+    verdict_of,
+)
+from ghostball.validation.results.store import CLOSED_FORM, INDEPENDENT, CaseRecord, Check, Results
 
 FIGURE_TITLES = {
     "paths": "Paths and rest positions",

@@ -10,12 +10,12 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from reports.markdown_parts import many
-from validation.baselines.junit import UNCOMPARED
-from validation.baselines.regression import Regression, SceneChange
-from validation.checks.verdict import Verdict, verdict_of
-from validation.results.store import CaseRecord, Results
-from validation.scenes import commands
+from ghostball.reports.markdown_parts import many
+from ghostball.validation.baselines.junit import UNCOMPARED
+from ghostball.validation.baselines.regression import Regression, SceneChange
+from ghostball.validation.checks.verdict import Verdict, verdict_of
+from ghostball.validation.results.store import CaseRecord, Results
+from ghostball.validation.scenes import commands
 
 BAD = (Verdict.FAIL, Verdict.CRASHED)
 """Verdicts on a case that make a run fail."""

@@ -13,11 +13,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind
-from reports import style
-from reports.figures._table import View, aspect_of, draw_ball, draw_scale_bar, draw_table, view_of
-from reports.shots import Run, Shot, load_shot
-from validation.results.store import Motion, Results
+from ghostball.engine import EventKind
+from ghostball.reports import style
+from ghostball.reports.figures._table import (
+    View,
+    aspect_of,
+    draw_ball,
+    draw_scale_bar,
+    draw_table,
+    view_of,
+)
+from ghostball.reports.shots import Run, Shot, load_shot
+from ghostball.validation.results.store import Motion, Results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import CUSHIONS, EventKind, GhostballError, Result
-from reports import style
-from reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
-from reports.plot import ENDINGS
-from validation.diagnose.explanation import Explanation
-from validation.diagnose.parting import Collision
+from ghostball.engine import CUSHIONS, EventKind, GhostballError, Result
+from ghostball.reports import style
+from ghostball.reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
+from ghostball.reports.plot import ENDINGS
+from ghostball.validation.diagnose.explanation import Explanation
+from ghostball.validation.diagnose.parting import Collision
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, Scene
-from reports import style
-from reports.shots import Run, Shot, load_shot
-from validation.results.store import Motion, Results
+from ghostball.engine import EventKind, Scene
+from ghostball.reports import style
+from ghostball.reports.shots import Run, Shot, load_shot
+from ghostball.validation.results.store import Motion, Results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

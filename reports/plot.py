@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from engine import GhostballError, Result
-from reports import style
-from reports.figures.single import draw_single
-from reports.shots import Run, Shot
-from validation.results.store import CaseRecord
-from validation.runs.sampling import motion_of
+from ghostball.engine import GhostballError, Result
+from ghostball.reports import style
+from ghostball.reports.figures.single import draw_single
+from ghostball.reports.shots import Run, Shot
+from ghostball.validation.results.store import CaseRecord
+from ghostball.validation.runs.sampling import motion_of
 
 ENDINGS = (".png", ".svg", ".pdf")
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from reports import style
-from reports.precision_text import legend_text, works_of
-from reports.stored import committed, stored_in
-from validation.bench import PrecisionMeasurement
-from validation.bench.precision import TARGETS, PrecisionPoint
-from validation.results.store import Results
+from ghostball.reports import style
+from ghostball.reports.precision_text import legend_text, works_of
+from ghostball.reports.stored import committed, stored_in
+from ghostball.validation.bench import PrecisionMeasurement
+from ghostball.validation.bench.precision import TARGETS, PrecisionPoint
+from ghostball.validation.results.store import Results
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

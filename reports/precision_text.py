@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from reports import style
-from validation.bench import PrecisionMeasurement
-from validation.bench.precision import NO_STEP, PrecisionCurve, PrecisionPoint, Reach, best_of
+from ghostball.reports import style
+from ghostball.validation.bench import PrecisionMeasurement
+from ghostball.validation.bench.precision import (
+    NO_STEP,
+    PrecisionCurve,
+    PrecisionPoint,
+    Reach,
+    best_of,
+)
 
 LEGEND = (
     "Times are of the simulation alone, the least of all samples. A time counts where all finer "

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reports import style
-from reports.stored import committed, stored_in
-from validation.bench import RacksMeasurement
-from validation.bench.racks import RackTimes
-from validation.results.store import Results
+from ghostball.reports import style
+from ghostball.reports.stored import committed, stored_in
+from ghostball.validation.bench import RacksMeasurement
+from ghostball.validation.bench.racks import RackTimes
+from ghostball.validation.results.store import Results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,24 +15,24 @@ from functools import lru_cache, partial
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from engine import GhostballError
-from reports import style
-from reports.chaos_figure import draw_chaos
-from reports.figures import SCENE_FIGURES, draw_accuracy, draw_ensemble, draw_verdicts
-from reports.guarded import FailedPart, IncompleteReportError, attempt
-from reports.markdown import report_text
-from reports.markdown_parts import Drawn
-from reports.page import ScenePart, failed_scene_part, page_text, scene_part
-from reports.paper_figures import PAPER_FIGURES
-from reports.physics_figures import PHYSICS_FIGURES
-from reports.precision_figure import draw_precision, draw_precision_work
-from reports.scaling_figure import draw_scaling
-from reports.shots import load_shot
-from validation.baselines import Regression, load_regression
-from validation.diagnose.predictability import Predictability, predictability_in
-from validation.ensembles import Ensembles
-from validation.results.files import write_all_whole
-from validation.results.store import Results
+from ghostball.engine import GhostballError
+from ghostball.reports import style
+from ghostball.reports.chaos_figure import draw_chaos
+from ghostball.reports.figures import SCENE_FIGURES, draw_accuracy, draw_ensemble, draw_verdicts
+from ghostball.reports.guarded import FailedPart, IncompleteReportError, attempt
+from ghostball.reports.markdown import report_text
+from ghostball.reports.markdown_parts import Drawn
+from ghostball.reports.page import ScenePart, failed_scene_part, page_text, scene_part
+from ghostball.reports.paper_figures import PAPER_FIGURES
+from ghostball.reports.physics_figures import PHYSICS_FIGURES
+from ghostball.reports.precision_figure import draw_precision, draw_precision_work
+from ghostball.reports.scaling_figure import draw_scaling
+from ghostball.reports.shots import load_shot
+from ghostball.validation.baselines import Regression, load_regression
+from ghostball.validation.diagnose.predictability import Predictability, predictability_in
+from ghostball.validation.ensembles import Ensembles
+from ghostball.validation.results.files import write_all_whole
+from ghostball.validation.results.store import Results
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

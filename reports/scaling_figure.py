@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from reports import style
-from reports.stored import committed, stored_in
-from validation.bench import ScalingMeasurement
-from validation.bench.measurements import Physics, Point
-from validation.results.store import Results
+from ghostball.reports import style
+from ghostball.reports.stored import committed, stored_in
+from ghostball.validation.bench import ScalingMeasurement
+from ghostball.validation.bench.measurements import Physics, Point
+from ghostball.validation.results.store import Results
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

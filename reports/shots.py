@@ -10,10 +10,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import GhostballError, Scene
-from engine.trajectory import Phase
-from reports import style
-from validation.checks.verdict import (
+from ghostball.engine import GhostballError, Scene
+from ghostball.engine.trajectory import Phase
+from ghostball.reports import style
+from ghostball.validation.checks.verdict import (
     RestError,
     Verdict,
     rest_error_standing,
@@ -21,7 +21,7 @@ from validation.checks.verdict import (
     verdict_of,
     wrong_count,
 )
-from validation.results.store import CaseRecord, Motion, Results
+from ghostball.validation.results.store import CaseRecord, Motion, Results
 
 FloatArray = NDArray[np.float64]
 

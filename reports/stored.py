@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TypeVar
 
-from validation.bench import Measurement
-from validation.bench.measurements import load, machine_name, stored_paths
-from validation.results.environment import describe_environment
-from validation.results.store import Results
+from ghostball.validation.bench import Measurement
+from ghostball.validation.bench.measurements import load, machine_name, stored_paths
+from ghostball.validation.results.environment import describe_environment
+from ghostball.validation.results.store import Results
 
 Measured = TypeVar("Measured", bound=Measurement)
 

@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from reports import style
-from validation.stress import Finding, StressFolder
-from validation.stress.tracked import COUNTS, cliffs, has_cliff, ladder_of, storm_counts
+from ghostball.reports import style
+from ghostball.validation.stress import Finding, StressFolder
+from ghostball.validation.stress.tracked import COUNTS, cliffs, has_cliff, ladder_of, storm_counts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path, PurePosixPath
 
-from engine import GhostballError
-from reports import style
-from reports.markdown_parts import (
+from ghostball.engine import GhostballError
+from ghostball.reports import style
+from ghostball.reports.markdown_parts import (
     Drawn,
     figure_link,
     harmless_markdown,
@@ -14,11 +14,11 @@ from reports.markdown_parts import (
     one_line,
     table_of,
 )
-from reports.stress_figures import FIGURES
-from validation.results.files import write_whole
-from validation.stress import FAMILIES, StressFolder
-from validation.stress.survival import Survival, all_survival, survival_of, trying_again
-from validation.stress.tracked import (
+from ghostball.reports.stress_figures import FIGURES
+from ghostball.validation.results.files import write_whole
+from ghostball.validation.stress import FAMILIES, StressFolder
+from ghostball.validation.stress.survival import Survival, all_survival, survival_of, trying_again
+from ghostball.validation.stress.tracked import (
     COUNTS,
     DEPTH,
     QUANTILES,

@@ -1,6 +1,6 @@
 """What a CI shows of a run: Markdown for a page of GitHub Actions, plain lines for any other.
 
-    >>> from reports import summary_markdown
+    >>> from ghostball.reports import summary_markdown
     >>> print(summary_markdown(Results.open("out"), load_regression(Path("out"))))
 
 Made from stored results alone, like the report.
@@ -13,10 +13,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from engine import GhostballError
-from reference_adapters.output import harmless
-from reports.markdown_parts import many, one_line, table_of
-from reports.outcome import (
+from ghostball.engine import GhostballError
+from ghostball.reference_adapters.output import harmless
+from ghostball.reports.markdown_parts import many, one_line, table_of
+from ghostball.reports.outcome import (
     CHANGES,
     bad_cases,
     base_text,
@@ -26,13 +26,13 @@ from reports.outcome import (
     of_limits,
     overall,
 )
-from reports.shots import NUMBERS_KEY, cell_text, legend_text
-from validation.baselines.junit import UNCOMPARED, moved_text
-from validation.baselines.regression import Quantity, Regression, SceneChange
-from validation.checks.verdict import Verdict, unfinished_text, verdict_of
-from validation.results.files import write_whole
-from validation.results.store import CaseRecord, Results
-from validation.scenes import commands
+from ghostball.reports.shots import NUMBERS_KEY, cell_text, legend_text
+from ghostball.validation.baselines.junit import UNCOMPARED, moved_text
+from ghostball.validation.baselines.regression import Quantity, Regression, SceneChange
+from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
+from ghostball.validation.results.files import write_whole
+from ghostball.validation.results.store import CaseRecord, Results
+from ghostball.validation.scenes import commands
 
 LIMIT = 200_000
 """Bytes that a summary stays below; GitHub refuses a step's summary above 1 MiB."""

@@ -7,12 +7,20 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from engine import Ball, Physics, Scene, SceneError, Status, UnsupportedSceneError, simulate
-from engine.core.tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
-from engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
-from validation.bench import AccuracyMeasurement, TargetsMeasurement
-from validation.bench.measurements import load
-from validation.scenes.library import select
+from ghostball.engine import (
+    Ball,
+    Physics,
+    Scene,
+    SceneError,
+    Status,
+    UnsupportedSceneError,
+    simulate,
+)
+from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
+from ghostball.engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
+from ghostball.validation.bench import AccuracyMeasurement, TargetsMeasurement
+from ghostball.validation.bench.measurements import load
+from ghostball.validation.scenes.library import select
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")

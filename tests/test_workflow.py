@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from engine.core.kernel import cache_key
+from ghostball.engine.core.kernel import cache_key
 
 ROOT = Path(__file__).parent.parent
 WORKFLOW = yaml.safe_load((ROOT / ".github/workflows/ghostball.yml").read_text(encoding="utf-8"))

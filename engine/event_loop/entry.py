@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from engine.core.kernel import COMPILED, kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import COMPILED, kernel
+from ghostball.engine.core.state import (
     BALL,
     OBSTACLE,
     RUN_CONTACTS,
@@ -25,8 +25,8 @@ from engine.core.state import (
     Pairs,
     rows_of,
 )
-from engine.event_loop.finish import finish
-from engine.event_loop.loop import run
+from ghostball.engine.event_loop.finish import finish
+from ghostball.engine.event_loop.loop import run
 
 
 @kernel(entry=True)

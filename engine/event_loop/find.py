@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     CONTACT_STEPS,
     EVENTS,
     NO_ROOM,
@@ -25,10 +25,10 @@ from engine.core.state import (
     Log,
     Pairs,
 )
-from engine.event_loop.record import is_full
-from engine.motion.geometry import at_rest
-from engine.scheduling.due_pairs import Event, own_event, touching
-from engine.scheduling.scheduler import earliest, update
+from ghostball.engine.event_loop.record import is_full
+from ghostball.engine.motion.geometry import at_rest
+from ghostball.engine.scheduling.due_pairs import Event, own_event, touching
+from ghostball.engine.scheduling.scheduler import earliest, update
 
 _MAX_FRUITLESS_BOUNDS = 64
 """A run fails after so many bounds for each pair without an event: a guard against an endless loop,

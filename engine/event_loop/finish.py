@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     END,
     FARTHEST,
     LAST_EVENT,
@@ -20,9 +20,9 @@ from engine.core.state import (
     Laws,
     Log,
 )
-from engine.core.tolerances import EPS
-from engine.event_loop.record import is_sound
-from engine.motion.pieces import advance
+from ghostball.engine.core.tolerances import EPS
+from ghostball.engine.event_loop.record import is_sound
+from ghostball.engine.motion.pieces import advance
 
 
 @kernel

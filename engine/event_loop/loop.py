@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     FREE,
     NOW,
     RUN_CONTACTS,
@@ -16,10 +16,10 @@ from engine.core.state import (
     Log,
     Pairs,
 )
-from engine.event_loop.find import find
-from engine.event_loop.predict import predict
-from engine.event_loop.record import record
-from engine.event_loop.resolve import NEEDS_CONTACTS, advance_to, resolve
+from ghostball.engine.event_loop.find import find
+from ghostball.engine.event_loop.predict import predict
+from ghostball.engine.event_loop.record import record
+from ghostball.engine.event_loop.resolve import NEEDS_CONTACTS, advance_to, resolve
 
 
 @kernel

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     FREE,
     STEP,
     Balls,
@@ -12,11 +12,11 @@ from engine.core.state import (
     IntArray,
     Laws,
 )
-from engine.motion.geometry import (
+from ghostball.engine.motion.geometry import (
     at_rest,
 )
-from engine.motion.on_cloth import predict_motion
-from engine.resting_contact.step import end_step, press_again
+from ghostball.engine.motion.on_cloth import predict_motion
+from ghostball.engine.resting_contact.step import end_step, press_again
 
 
 @kernel(inline=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from engine.core.events import EventKind
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.events import EventKind
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     AX,
     AY,
     BX,

@@ -8,8 +8,8 @@ and is called again when they are there.
 
 from __future__ import annotations
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     ADVANCEMENTS,
     BALL_BALL,
     BALL_CUSHION,
@@ -32,7 +32,7 @@ from engine.core.state import (
     Laws,
     Log,
 )
-from engine.event_loop.record import (
+from ghostball.engine.event_loop.record import (
     BALL_BALL_EVENT,
     BALL_CUSHION_EVENT,
     BALL_GONE_EVENT,
@@ -40,21 +40,21 @@ from engine.event_loop.record import (
     note_event,
     note_rest,
 )
-from engine.impacts.impact import bounce, bounce_in_corner, collide_balls
-from engine.impacts.simultaneous import collide_together
-from engine.motion.geometry import (
+from ghostball.engine.impacts.impact import bounce, bounce_in_corner, collide_balls
+from ghostball.engine.impacts.simultaneous import collide_together
+from ghostball.engine.motion.geometry import (
     blocking_ball,
     capture_height,
     contact_tolerance,
     negligible_hop,
     tie_rounding,
 )
-from engine.motion.obstacles import facing
-from engine.motion.on_cloth import come_to_rest, leave, mark, start_rolling
-from engine.motion.pieces import advance
-from engine.resting_contact.step import end_step
-from engine.scheduling.contact_time import PRESSED
-from engine.scheduling.due_pairs import Event
+from ghostball.engine.motion.obstacles import facing
+from ghostball.engine.motion.on_cloth import come_to_rest, leave, mark, start_rolling
+from ghostball.engine.motion.pieces import advance
+from ghostball.engine.resting_contact.step import end_step
+from ghostball.engine.scheduling.contact_time import PRESSED
+from ghostball.engine.scheduling.due_pairs import Event
 
 NEEDS_CONTACTS = -1
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from engine.core.kernel import COMPILED, kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import COMPILED, kernel
+from ghostball.engine.core.state import (
     BALL,
     BALL_BALL,
     BALL_CUSHION,
@@ -34,9 +34,9 @@ from engine.core.state import (
     Pairs,
     rows_of,
 )
-from engine.event_loop.entry import laws_from
-from engine.event_loop.finish import finish
-from engine.event_loop.loop import run
+from ghostball.engine.event_loop.entry import laws_from
+from ghostball.engine.event_loop.finish import finish
+from ghostball.engine.event_loop.loop import run
 
 
 class Shots(NamedTuple):

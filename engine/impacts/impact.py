@@ -10,15 +10,15 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     Balls,
     Laws,
 )
-from engine.impacts.laws.dispatch import ball_law, cushion_law
-from engine.impacts.laws.interface import BallImpact, CushionImpact
-from engine.motion.obstacles import facing
-from engine.motion.on_cloth import loosen
+from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
+from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
+from ghostball.engine.motion.obstacles import facing
+from ghostball.engine.motion.on_cloth import loosen
 
 
 @kernel(inline=True)

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     ACTIVE,
     ALONE,
     ANSWERING,
@@ -31,8 +31,8 @@ from engine.core.state import (
     Balls,
     Contacts,
 )
-from engine.core.tolerances import EPS
-from engine.motion.geometry import reduced_mass
+from ghostball.engine.core.tolerances import EPS
+from ghostball.engine.motion.geometry import reduced_mass
 
 _ROUNDS = 96
 """Most choices of the contacts that have to push; two or three mostly do."""

@@ -25,8 +25,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     ANSWERING,
     DEGREE,
     FIRST,
@@ -45,11 +45,11 @@ from engine.core.state import (
     Contacts,
     Laws,
 )
-from engine.impacts.impact import contact_normal
-from engine.impacts.laws.friction_curve import friction_coefficient
-from engine.impacts.plastic import end_approach, gained, gap_rate, scale, sum_at
-from engine.motion.geometry import reduced_mass
-from engine.motion.on_cloth import loosen
+from ghostball.engine.impacts.impact import contact_normal
+from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
+from ghostball.engine.impacts.plastic import end_approach, gained, gap_rate, scale, sum_at
+from ghostball.engine.motion.geometry import reduced_mass
+from ghostball.engine.motion.on_cloth import loosen
 
 
 @kernel

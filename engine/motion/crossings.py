@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
+from ghostball.engine.core.kernel import kernel
 
 
 @kernel(inline=True)

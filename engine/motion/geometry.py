@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     AFTER,
     COLUMN,
     GONE,
@@ -17,7 +17,7 @@ from engine.core.state import (
     Cells,
     Laws,
 )
-from engine.core.tolerances import (
+from ghostball.engine.core.tolerances import (
     CAPTURE_HEIGHT,
     CONTACT_REACH,
     CONTACT_TOLERANCE,
@@ -25,8 +25,8 @@ from engine.core.tolerances import (
     GAP_ULPS,
     STOP_WAY,
 )
-from engine.motion.obstacles import facing
-from engine.motion.pieces import relative_motion
+from ghostball.engine.motion.obstacles import facing
+from ghostball.engine.motion.pieces import relative_motion
 
 
 @kernel

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     LINE,
     SEGMENT,
     Balls,
     Laws,
 )
-from engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS, TIME_ROUNDING
-from engine.motion.crossings import first_crossing
-from engine.motion.pieces import bend
+from ghostball.engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS, TIME_ROUNDING
+from ghostball.engine.motion.crossings import first_crossing
+from ghostball.engine.motion.pieces import bend
 
 
 @kernel(inline=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     GONE,
     OWN_CUSHION,
     OWN_LOOK,
@@ -18,9 +18,9 @@ from engine.core.state import (
     Balls,
     Laws,
 )
-from engine.core.tolerances import SLIP_ROUNDING, TIME_ROUNDING
-from engine.motion.obstacles import time_to_obstacle
-from engine.motion.pieces import straighten, turn_about_vertical
+from ghostball.engine.core.tolerances import SLIP_ROUNDING, TIME_ROUNDING
+from ghostball.engine.motion.obstacles import time_to_obstacle
+from ghostball.engine.motion.pieces import straighten, turn_about_vertical
 
 _NO_MOTION = -1.0  # in place of a duration
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import GONE, HIGHER, SLIDING, Balls, FloatArray
-from engine.motion import polynomial
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import GONE, HIGHER, SLIDING, Balls, FloatArray
+from ghostball.engine.motion import polynomial
 
 way = kernel(inline=True)(polynomial.way)
 speed = kernel(inline=True)(polynomial.speed)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     ANSWERING,
     FIRST,
     NX,
@@ -19,11 +19,17 @@ from engine.core.state import (
     Contacts,
     Laws,
 )
-from engine.core.tolerances import APPROACH_ROUNDING
-from engine.impacts.plastic import end_approach, gained, gap_rate, sum_at
-from engine.motion.geometry import at_rest, capture_height, contact_tolerance, grip, negligible_hop
-from engine.motion.on_cloth import speed_of
-from engine.resting_contact.forces import gap_after
+from ghostball.engine.core.tolerances import APPROACH_ROUNDING
+from ghostball.engine.impacts.plastic import end_approach, gained, gap_rate, sum_at
+from ghostball.engine.motion.geometry import (
+    at_rest,
+    capture_height,
+    contact_tolerance,
+    grip,
+    negligible_hop,
+)
+from ghostball.engine.motion.on_cloth import speed_of
+from ghostball.engine.resting_contact.forces import gap_after
 
 _RESIDUE = 2.0**-20
 """Hop, in units of a negligible one, left to the contact force: a thousandth of its speed."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     DEEP,
     LOAD_X,
     LOAD_Y,
@@ -28,8 +28,14 @@ from engine.core.state import (
     Contacts,
     Laws,
 )
-from engine.motion.geometry import capture_height, contact_tolerance, grip, negligible_hop, stop_way
-from engine.motion.on_cloth import friction_against, slip, speed_of
+from ghostball.engine.motion.geometry import (
+    capture_height,
+    contact_tolerance,
+    grip,
+    negligible_hop,
+    stop_way,
+)
+from ghostball.engine.motion.on_cloth import friction_against, slip, speed_of
 
 _LEFT_OPEN = 0.125
 """What forces may leave of a gap, in units of its tolerance."""

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     ALONG,
     DEEP,
     FIRST,
@@ -35,16 +35,21 @@ from engine.core.state import (
     Contacts,
     Laws,
 )
-from engine.impacts.laws.friction_curve import friction_coefficient
-from engine.motion.geometry import (
+from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
+from ghostball.engine.motion.geometry import (
     contact_tolerance,
     gap_rounding,
     grip,
     reduced_mass,
 )
-from engine.motion.obstacles import facing
-from engine.motion.pieces import way
-from engine.resting_contact.cloth_response import accelerate, slack, stopping, turns_little
+from ghostball.engine.motion.obstacles import facing
+from ghostball.engine.motion.pieces import way
+from ghostball.engine.resting_contact.cloth_response import (
+    accelerate,
+    slack,
+    stopping,
+    turns_little,
+)
 
 SWEEPS = 200
 """Most Gauss-Seidel sweeps; where they don't do, the step is halved: in a short one, gaps hardly

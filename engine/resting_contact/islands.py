@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     FIRST,
     FREE,
     NEXT,
@@ -17,9 +17,9 @@ from engine.core.state import (
     IntArray,
     Laws,
 )
-from engine.motion.geometry import list_near, obstacle_in_contact, pair_in_contact
-from engine.motion.on_cloth import mark, predict_again
-from engine.motion.pieces import advance
+from ghostball.engine.motion.geometry import list_near, obstacle_in_contact, pair_in_contact
+from ghostball.engine.motion.on_cloth import mark, predict_again
+from ghostball.engine.motion.pieces import advance
 
 
 @kernel

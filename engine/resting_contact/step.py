@@ -24,8 +24,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     CONTACT_STEPS,
     FIRST,
     FORCE,
@@ -48,14 +48,25 @@ from engine.core.state import (
     IntArray,
     Laws,
 )
-from engine.core.tolerances import EPS, TIME_ROUNDING
-from engine.motion.geometry import at_rest, grip
-from engine.motion.on_cloth import loosen, mark, predict_again, predict_obstacles, speed_of
-from engine.motion.pieces import advance, straighten
-from engine.resting_contact.capture import stop_approach
-from engine.resting_contact.cloth_response import keep_still, settle, stopping, time_to_change
-from engine.resting_contact.forces import solve
-from engine.resting_contact.islands import (
+from ghostball.engine.core.tolerances import EPS, TIME_ROUNDING
+from ghostball.engine.motion.geometry import at_rest, grip
+from ghostball.engine.motion.on_cloth import (
+    loosen,
+    mark,
+    predict_again,
+    predict_obstacles,
+    speed_of,
+)
+from ghostball.engine.motion.pieces import advance, straighten
+from ghostball.engine.resting_contact.capture import stop_approach
+from ghostball.engine.resting_contact.cloth_response import (
+    keep_still,
+    settle,
+    stopping,
+    time_to_change,
+)
+from ghostball.engine.resting_contact.forces import solve
+from ghostball.engine.resting_contact.islands import (
     gather_contacts,
     gather_members,
     mark_again,

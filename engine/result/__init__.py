@@ -1,6 +1,6 @@
 """What any engine returns, and the events that are in it."""
 
-from engine.core.events import (
+from ghostball.engine.core.events import (
     COLLISION_KINDS,
     EVENT_DTYPE,
     RECORDS,
@@ -9,7 +9,7 @@ from engine.core.events import (
     Record,
     Status,
 )
-from engine.result.result import Result, event_dict, initial_state
+from ghostball.engine.result.result import Result, event_dict, initial_state
 
 __all__ = [
     "COLLISION_KINDS",

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from engine.core.events import Events
+    from ghostball.engine.core.events import Events
 
 _TIME = (("t", "<f8"),)
 _WHAT = (("kind", "u1"), ("a", "<i4"), ("b", "<i4"))

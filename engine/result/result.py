@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.core.events import EventKind, Events, Status
-from engine.errors import EngineFailedError, GhostballError
-from engine.result.hashes import bits_hash
-from engine.scene import CUSHIONS, Scene
-from engine.trajectory import (
+from ghostball.engine.core.events import EventKind, Events, Status
+from ghostball.engine.errors import EngineFailedError, GhostballError
+from ghostball.engine.result.hashes import bits_hash
+from ghostball.engine.scene import CUSHIONS, Scene
+from ghostball.engine.trajectory import (
     Energy,
     ExactTrajectory,
     SampledTrajectory,
@@ -27,7 +27,7 @@ from engine.trajectory import (
 )
 
 if TYPE_CHECKING:
-    from engine.sensitivity import TangentMap
+    from ghostball.engine.sensitivity import TangentMap
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +169,7 @@ class Result:
         GhostballError
             As `sensitivity`; or where an argument isn't a positive number.
         """
-        from engine.sensitivity import tangent_map as sensitivity  # noqa: PLC0415 - loads the compiler
+        from ghostball.engine.sensitivity import tangent_map as sensitivity  # noqa: PLC0415 - loads the compiler
 
         error = sensitivity.QUALITY * sensitivity.ROUNDING if error is None else error
         for name, value in (("tolerance", tolerance), ("error", error)):
@@ -193,7 +193,7 @@ class Result:
         GhostballError
             As `sensitivity`; or where `directions` has another shape, or isn't finite.
         """
-        from engine.sensitivity import tangent_of  # noqa: PLC0415 - loads the compiler
+        from ghostball.engine.sensitivity import tangent_of  # noqa: PLC0415 - loads the compiler
 
         events = self._exact_events("tangent map")
         return tangent_of(self.scene, self._exact("tangent map"), events, directions)
@@ -228,7 +228,7 @@ class Result:
     @cached_property
     def rounding(self) -> TangentMap:
         """What becomes of rounding the state at each event; errors as `sensitivity`."""
-        from engine.sensitivity import rounding_of  # noqa: PLC0415 - loads the compiler
+        from ghostball.engine.sensitivity import rounding_of  # noqa: PLC0415 - loads the compiler
 
         events = self._exact_events("sensitivity")
         return rounding_of(self.scene, self._exact("sensitivity"), events)

@@ -9,16 +9,16 @@ from threading import Event
 
 import numpy as np
 
-from engine.core import state as s
-from engine.core.events import EVENT_DTYPE, EventKind, Events, Status
-from engine.core.kernel import compiling
-from engine.core.tolerances import position_rounding
-from engine.event_loop.entry import enter
-from engine.running.from_scene import contacts_of, layout_of, log_of
-from engine.running.skips import Skip
-from engine.running.variants import Variant, still_scene, variant_of
-from engine.scene import Scene
-from engine.trajectory import ExactTrajectory, Samples
+from ghostball.engine.core import state as s
+from ghostball.engine.core.events import EVENT_DTYPE, EventKind, Events, Status
+from ghostball.engine.core.kernel import compiling
+from ghostball.engine.core.tolerances import position_rounding
+from ghostball.engine.event_loop.entry import enter
+from ghostball.engine.running.from_scene import contacts_of, layout_of, log_of
+from ghostball.engine.running.skips import Skip
+from ghostball.engine.running.variants import Variant, still_scene, variant_of
+from ghostball.engine.scene import Scene
+from ghostball.engine.trajectory import ExactTrajectory, Samples
 
 _CHUNK = 65_536
 """Events between two returns from the kernel, without contacts."""

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from engine.core.state import (
+from ghostball.engine.core.state import (
     CLOCKS,
     CLOTH_FRICTION,
     COUNTERS,
@@ -48,16 +48,16 @@ from engine.core.state import (
     X,
     Y,
 )
-from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
-from engine.running.skips import (
+from ghostball.engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
+from ghostball.engine.running.skips import (
     Skip,
     balls_rub,
     is_integrated,
     is_uniform,
     uses_cells,
 )
-from engine.scene import CUSHIONS, Scene, check_whole
-from engine.scene.features import CAPABILITIES, check_supported
+from ghostball.engine.scene import CUSHIONS, Scene, check_whole
+from ghostball.engine.scene.features import CAPABILITIES, check_supported
 
 _CELL_ROOM = 2.0**-20
 """What a cell is larger than the largest ball, in units of it: room for rounding."""

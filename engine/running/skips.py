@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine.errors import GhostballError
-from engine.impacts.laws.registry import any_integrated
-from engine.scene import Scene
+from ghostball.engine.errors import GhostballError
+from ghostball.engine.impacts.laws.registry import any_integrated
+from ghostball.engine.scene import Scene
 
 MOST_PAIRED = 100
 """Balls up to which a bound for every pair is quicker than cells; the results are the same.

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from engine.core import state as s
-from engine.core.kernel import compiling
-from engine.event_loop.sweep import Shots, sweep
-from engine.running.driver import events_at_once
-from engine.running.from_scene import Layout, contacts_of, layout_of, log_of
-from engine.running.variants import Variant, still_scene, variant_of
-from engine.scene import Scene
+from ghostball.engine.core import state as s
+from ghostball.engine.core.kernel import compiling
+from ghostball.engine.event_loop.sweep import Shots, sweep
+from ghostball.engine.running.driver import events_at_once
+from ghostball.engine.running.from_scene import Layout, contacts_of, layout_of, log_of
+from ghostball.engine.running.variants import Variant, still_scene, variant_of
+from ghostball.engine.scene import Scene
 
 _SHARE = 256
 """Shots of a sweep that a thread takes at a time: about a millisecond's."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from engine.running import skips
-from engine.running.skips import Skip, is_integrated, uses_cells
-from engine.scene import Ball, Physics, Scene
+from ghostball.engine.running import skips
+from ghostball.engine.running.skips import Skip, is_integrated, uses_cells
+from ghostball.engine.scene import Ball, Physics, Scene
 
 
 class Variant(NamedTuple):

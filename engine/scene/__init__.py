@@ -1,7 +1,7 @@
 """Scenes: what every engine simulates, checked once, read from and written to TOML."""
 
-from engine.scene.model import Scene, check_whole, json_schema
-from engine.scene.parts import (
+from ghostball.engine.scene.model import Scene, check_whole, json_schema
+from ghostball.engine.scene.parts import (
     CUSHIONS,
     POOL_BALL_MASS,
     POOL_BALL_RADIUS,

@@ -9,10 +9,10 @@ from typing import Literal
 
 import numpy as np
 
-from engine.errors import UnsupportedSceneError
-from engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS, LawEntry
-from engine.scene.model import Scene
-from engine.scene.parts import CUSHIONS
+from ghostball.engine.errors import UnsupportedSceneError
+from ghostball.engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS, LawEntry
+from ghostball.engine.scene.model import Scene
+from ghostball.engine.scene.parts import CUSHIONS
 
 
 class Feature(enum.Enum):

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, AllowInfNan, Field, Strict
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+from ghostball.engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 
 LARGEST = 1e50
 """Largest size of a number in a scene, and the longest run [SI units].

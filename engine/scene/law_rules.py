@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS, LawEntry
-from engine.scene.fields import problem
+from ghostball.engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS, LawEntry
+from ghostball.engine.scene.fields import problem
 
 if TYPE_CHECKING:
-    from engine.scene.model import Scene
-    from engine.scene.parts import Ball, Physics
+    from ghostball.engine.scene.model import Scene
+    from ghostball.engine.scene.parts import Ball, Physics
 
 
 def check_laws(physics: Physics) -> None:

@@ -15,9 +15,9 @@ from typing import Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from engine.errors import SceneError
-from engine.scene.fields import LARGEST
-from engine.scene.toml_lines import Location, line_of
+from ghostball.engine.errors import SceneError
+from ghostball.engine.scene.fields import LARGEST
+from ghostball.engine.scene.toml_lines import Location, line_of
 
 _RULES = {
     "missing": "must be given",

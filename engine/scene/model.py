@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
-from engine.core.tolerances import EPS
-from engine.errors import SceneError
-from engine.scene import toml
-from engine.scene.fields import Positive, Text, whole_number
-from engine.scene.messages import refusal
-from engine.scene.parts import Ball, Part, Physics, Table, rolling_angular_velocity
-from engine.scene.rules import check_scene
+from ghostball.engine.core.tolerances import EPS
+from ghostball.engine.errors import SceneError
+from ghostball.engine.scene import toml
+from ghostball.engine.scene.fields import Positive, Text, whole_number
+from ghostball.engine.scene.messages import refusal
+from ghostball.engine.scene.parts import Ball, Part, Physics, Table, rolling_angular_velocity
+from ghostball.engine.scene.rules import check_scene
 
 ROLLING_ULPS = 4.0
 """Slip of a ball that counts as rolling, in units of EPS times its speed; see `Scene.rolls`."""

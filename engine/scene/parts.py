@@ -19,8 +19,8 @@ from pydantic import (
     model_validator,
 )
 
-from engine.errors import SceneError
-from engine.scene.fields import (
+from ghostball.engine.errors import SceneError
+from ghostball.engine.scene.fields import (
     BallLaw,
     CushionLaw,
     Flag,
@@ -32,8 +32,8 @@ from engine.scene.fields import (
     Text,
     problem,
 )
-from engine.scene.law_rules import check_laws
-from engine.scene.messages import describe
+from ghostball.engine.scene.law_rules import check_laws
+from ghostball.engine.scene.messages import describe
 
 # The paper's ball is Alciatore's pool ball (2 1/4 in, 6 oz).
 POOL_BALL_RADIUS = 0.028575  # [m]

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.tolerances import position_rounding
-from engine.scene.fields import LARGEST, problem
-from engine.scene.law_rules import check_laws_in_scene
+from ghostball.engine.core.tolerances import position_rounding
+from ghostball.engine.scene.fields import LARGEST, problem
+from ghostball.engine.scene.law_rules import check_laws_in_scene
 
 if TYPE_CHECKING:
-    from engine.scene.model import Scene
+    from ghostball.engine.scene.model import Scene
 
 
 class Motions(NamedTuple):

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import tomli_w
 from pydantic import BaseModel, ValidationError
 
-from engine.errors import SceneError
-from engine.scene.messages import describe, refusal
+from ghostball.engine.errors import SceneError
+from ghostball.engine.scene.messages import describe, refusal
 
 if TYPE_CHECKING:
-    from engine.scene.model import Scene
-    from engine.scene.parts import Ball
+    from ghostball.engine.scene.model import Scene
+    from ghostball.engine.scene.parts import Ball
 
 
 LARGEST_FILE = 2**26

@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     BOUNDS,
     FREE,
     LANES,
@@ -40,10 +40,10 @@ from engine.core.state import (
     Laws,
     Pairs,
 )
-from engine.motion.crossings import first_crossing, first_meeting
-from engine.motion.pieces import meets_until, place, speed, velocity, way
-from engine.scheduling.contact_time import first_bound
-from engine.scheduling.ties import takes_precedence
+from ghostball.engine.motion.crossings import first_crossing, first_meeting
+from ghostball.engine.motion.pieces import meets_until, place, speed, velocity, way
+from ghostball.engine.scheduling.contact_time import first_bound
+from ghostball.engine.scheduling.ties import takes_precedence
 
 
 @kernel(inline=True)

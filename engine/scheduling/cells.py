@@ -16,8 +16,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     ADVANCEMENTS,
     AFTER,
     BOUNDS,
@@ -40,12 +40,18 @@ from engine.core.state import (
     IntArray,
     Laws,
 )
-from engine.motion.geometry import list_near
-from engine.motion.pieces import meets_until, relative_bend, relative_motion
-from engine.scheduling.contact_time import NOT_YET, first_bound, holds, time_to_bound, touch
-from engine.scheduling.grid import cell_number, settle, step_on, time_in_cell
-from engine.scheduling.priority_queue import enter_instant, first_due, least_of_others
-from engine.scheduling.ties import is_listed, takes_precedence
+from ghostball.engine.motion.geometry import list_near
+from ghostball.engine.motion.pieces import meets_until, relative_bend, relative_motion
+from ghostball.engine.scheduling.contact_time import (
+    NOT_YET,
+    first_bound,
+    holds,
+    time_to_bound,
+    touch,
+)
+from ghostball.engine.scheduling.grid import cell_number, settle, step_on, time_in_cell
+from ghostball.engine.scheduling.priority_queue import enter_instant, first_due, least_of_others
+from ghostball.engine.scheduling.ties import is_listed, takes_precedence
 
 _REJECT_MARGIN = 2.0**-30
 """What a bound must be later by, relative to the distance, to be seen without computing it."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     NEXT,
     NOWHERE,
     PARTNER,
@@ -13,10 +13,10 @@ from engine.core.state import (
     Contacts,
     Laws,
 )
-from engine.core.tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
-from engine.motion.crossings import first_crossing, first_meeting
-from engine.motion.geometry import at_rest, capture_height, negligible_hop
-from engine.motion.pieces import acceleration, relative_bend, relative_motion, velocity
+from ghostball.engine.core.tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
+from ghostball.engine.motion.crossings import first_crossing, first_meeting
+from ghostball.engine.motion.geometry import at_rest, capture_height, negligible_hop
+from ghostball.engine.motion.pieces import acceleration, relative_bend, relative_motion, velocity
 
 NOT_YET = 0
 """The bound moved on; the pair doesn't touch at this instant."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     ADVANCEMENTS,
     FIRST,
     NOWHERE,
@@ -23,10 +23,10 @@ from engine.core.state import (
     Laws,
     Pairs,
 )
-from engine.motion.geometry import list_near, tie_rounding
-from engine.motion.pieces import meets_until
-from engine.scheduling.contact_time import IMPACT, NOT_YET, PRESSED, touch
-from engine.scheduling.scheduler import (
+from ghostball.engine.motion.geometry import list_near, tie_rounding
+from ghostball.engine.motion.pieces import meets_until
+from ghostball.engine.scheduling.contact_time import IMPACT, NOT_YET, PRESSED, touch
+from ghostball.engine.scheduling.scheduler import (
     bound_of,
     list_due,
     more_due,
@@ -34,7 +34,7 @@ from engine.scheduling.scheduler import (
     put_bound,
     set_aside,
 )
-from engine.scheduling.ties import (
+from ghostball.engine.scheduling.ties import (
     comes_before,
     has_room,
     is_pair_listed,

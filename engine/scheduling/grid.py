@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     AFTER,
     BEFORE,
     COLUMN,
@@ -20,8 +20,8 @@ from engine.core.state import (
     Balls,
     Cells,
 )
-from engine.motion.crossings import first_crossing
-from engine.motion.pieces import acceleration, bend, place, velocity
+from ghostball.engine.motion.crossings import first_crossing
+from ghostball.engine.motion.pieces import acceleration, bend, place, velocity
 
 _LATE = 2.0**-24
 """How far beyond its cell's side a ball may be whose motion bends, in units of that: less than the

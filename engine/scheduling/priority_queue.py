@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import NOWHERE, FloatArray
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import NOWHERE, FloatArray
 
 
 @kernel(inline=True)

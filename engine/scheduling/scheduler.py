@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import NOWHERE, Balls, Cells, Contacts, IntArray, Laws, Pairs
-from engine.scheduling import all_pairs, cells as in_cells
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import NOWHERE, Balls, Cells, Contacts, IntArray, Laws, Pairs
+from ghostball.engine.scheduling import all_pairs, cells as in_cells
 
 
 @kernel(inline=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     FIRST,
     NO_ROOM,
     OWN_CUSHION,
@@ -13,8 +13,8 @@ from engine.core.state import (
     Balls,
     IntArray,
 )
-from engine.motion.geometry import capture_height, tie_rounding
-from engine.motion.pieces import place, relative_motion
+from ghostball.engine.motion.geometry import capture_height, tie_rounding
+from ghostball.engine.motion.pieces import place, relative_motion
 
 
 @kernel

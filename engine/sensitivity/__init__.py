@@ -1,7 +1,7 @@
 """How small changes of a shot grow: its tangent map, and until when it can be predicted."""
 
-from engine.sensitivity.state import PARTS
-from engine.sensitivity.tangent_map import (
+from ghostball.engine.sensitivity.state import PARTS
+from ghostball.engine.sensitivity.tangent_map import (
     LANES,
     QUALITY,
     ROUNDING,

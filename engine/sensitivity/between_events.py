@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     AX,
     AY,
     BX,
@@ -28,7 +28,7 @@ from engine.core.state import (
     X,
     Y,
 )
-from engine.sensitivity.state import (
+from ghostball.engine.sensitivity.state import (
     DVX,
     DVY,
     DWX,

@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import math
 
-from engine.core.events import EventKind
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.events import EventKind
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     EPOCH,
     PHASE,
     RADIUS,
@@ -29,8 +29,14 @@ from engine.core.state import (
     WY,
     FloatArray,
 )
-from engine.sensitivity.between_events import add_rounding, arrive, carry, depart, shift_before
-from engine.sensitivity.state import (
+from ghostball.engine.sensitivity.between_events import (
+    add_rounding,
+    arrive,
+    carry,
+    depart,
+    shift_before,
+)
+from ghostball.engine.sensitivity.state import (
     DVX,
     DVY,
     DWX,
@@ -43,7 +49,7 @@ from engine.sensitivity.state import (
     TAU,
     Tangents,
 )
-from engine.sensitivity.through_impacts import pass_cushion, pass_impact
+from ghostball.engine.sensitivity.through_impacts import pass_cushion, pass_impact
 
 _BALL_BALL = int(EventKind.BALL_BALL)
 _BALL_CUSHION = int(EventKind.BALL_CUSHION)

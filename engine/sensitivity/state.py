@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from engine.core.state import FloatArray, IntArray, Laws
+from ghostball.engine.core.state import FloatArray, IntArray, Laws
 
 LANES = 8
 """Perturbations that are carried at once: two vector registers of doubles."""

@@ -21,9 +21,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.core.events import EVENT_DTYPE, EventKind, Events
-from engine.core.kernel import COMPILED, compiling
-from engine.core.state import (
+from ghostball.engine.core.events import EVENT_DTYPE, EventKind, Events
+from ghostball.engine.core.kernel import COMPILED, compiling
+from ghostball.engine.core.state import (
     KNOT,
     OBSTACLE,
     PHASE,
@@ -34,14 +34,14 @@ from engine.core.state import (
     Y,
     rows_of,
 )
-from engine.errors import GhostballError
-from engine.running.from_scene import laws_of, layout_of
-from engine.running.skips import is_integrated
-from engine.running.variants import Variant, still_scene
-from engine.scene import Scene
-from engine.sensitivity import state as s
-from engine.sensitivity.propagate import run_tangent, sample_growth, sample_tangent
-from engine.trajectory import ExactTrajectory
+from ghostball.engine.errors import GhostballError
+from ghostball.engine.running.from_scene import laws_of, layout_of
+from ghostball.engine.running.skips import is_integrated
+from ghostball.engine.running.variants import Variant, still_scene
+from ghostball.engine.scene import Scene
+from ghostball.engine.sensitivity import state as s
+from ghostball.engine.sensitivity.propagate import run_tangent, sample_growth, sample_tangent
+from ghostball.engine.trajectory import ExactTrajectory
 
 FloatArray = NDArray[np.float64]
 

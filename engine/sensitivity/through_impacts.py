@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
     CLOTH_FRICTION,
     LINE,
     MASS,
@@ -17,13 +17,13 @@ from engine.core.state import (
     X,
     Y,
 )
-from engine.impacts.laws.dispatch import (
+from ghostball.engine.impacts.laws.dispatch import (
     ball_law,
 )
-from engine.impacts.laws.interface import BallImpact
-from engine.motion.obstacles import facing, row_of
-from engine.sensitivity.between_events import shift_before
-from engine.sensitivity.state import (
+from ghostball.engine.impacts.laws.interface import BallImpact
+from ghostball.engine.motion.obstacles import facing, row_of
+from ghostball.engine.sensitivity.between_events import shift_before
+from ghostball.engine.sensitivity.state import (
     A_VN,
     A_VT,
     A_WN,
@@ -54,7 +54,7 @@ from engine.sensitivity.state import (
     THETA,
     Tangents,
 )
-from engine.sensitivity.through_laws import put_ball_law, put_cushion_law
+from ghostball.engine.sensitivity.through_laws import put_ball_law, put_cushion_law
 
 
 @kernel(inline=True)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from engine.core.kernel import kernel
-from engine.core.state import CLOTH_FRICTION, MASS, RADIUS
-from engine.impacts.laws.dispatch import ball_law, cushion_law
-from engine.impacts.laws.interface import BallImpact, CushionImpact
-from engine.sensitivity.state import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import CLOTH_FRICTION, MASS, RADIUS
+from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
+from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
+from ghostball.engine.sensitivity.state import (
     A_VN,
     A_VT,
     A_WN,

@@ -1,6 +1,6 @@
 """What is known of a shot's motion: exactly, or in frames; sampled, with energy and orientation."""
 
-from engine.trajectory.trajectory import (
+from ghostball.engine.trajectory.trajectory import (
     Energy,
     ExactTrajectory,
     Phase,

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core import state as st
-from engine.core.tolerances import EPS
-from engine.errors import GhostballError
+from ghostball.engine.core import state as st
+from ghostball.engine.core.tolerances import EPS
+from ghostball.engine.errors import GhostballError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -10,11 +10,11 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core import state
-from engine.errors import GhostballError
-from engine.motion.polynomial import speed, tail, way
-from engine.scene import Scene, rolling_angular_velocity
-from engine.trajectory.orientation import orientation_at, pieces_of
+from ghostball.engine.core import state
+from ghostball.engine.errors import GhostballError
+from ghostball.engine.motion.polynomial import speed, tail, way
+from ghostball.engine.scene import Scene, rolling_angular_velocity
+from ghostball.engine.trajectory.orientation import orientation_at, pieces_of
 
 FloatArray = NDArray[np.float64]
 PhaseArray = NDArray[np.int8]

@@ -1,6 +1,6 @@
 """Certified truth: what happens in a shot, proved event by event in ball arithmetic.
 
-    >>> from reference_adapters.certified import certify
+    >>> from ghostball.reference_adapters.certified import certify
     >>> certificate = certify(scene)
     >>> certificate.ending, certificate.events_proved, certificate.widest
 
@@ -18,16 +18,16 @@ What differs from our engine, which rounds: a gap of 1e-17 m between balls of a 
 and a slip of 1e-17 m/s is a slip; and a slow hit on a resting ball is an impact, however low.
 """
 
-from reference_adapters.certified.api import certify
-from reference_adapters.certified.certificate import (
+from ghostball.reference_adapters.certified.api import certify
+from ghostball.reference_adapters.certified.certificate import (
     Certificate,
     CertifiedEvent,
     Choice,
     Enclosure,
     Ending,
 )
-from reference_adapters.certified.engine import CertifiedEngine
-from reference_adapters.certified.settings import CertifiedSettings
+from ghostball.reference_adapters.certified.engine import CertifiedEngine
+from ghostball.reference_adapters.certified.settings import CertifiedSettings
 
 __all__ = [
     "Certificate",

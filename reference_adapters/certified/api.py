@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from engine import Scene
-from engine.scene.features import EXACT, Capability, Feature, check_supported
-from reference_adapters.certified import cache
-from reference_adapters.certified.certificate import Certificate
-from reference_adapters.certified.problem import problem_of
-from reference_adapters.certified.prove import prove
-from reference_adapters.certified.settings import CertifiedSettings
+from ghostball.engine import Scene
+from ghostball.engine.scene.features import EXACT, Capability, Feature, check_supported
+from ghostball.reference_adapters.certified import cache
+from ghostball.reference_adapters.certified.certificate import Certificate
+from ghostball.reference_adapters.certified.problem import problem_of
+from ghostball.reference_adapters.certified.prove import prove
+from ghostball.reference_adapters.certified.settings import CertifiedSettings
 
 NAME = "certified"
 

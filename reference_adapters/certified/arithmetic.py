@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from flint import arb, ctx, fmpq
 
-from reference_adapters.certified.certificate import Choice, Enclosure
+from ghostball.reference_adapters.certified.certificate import Choice, Enclosure
 
 ZERO = arb(0)
 ONE = arb(1)

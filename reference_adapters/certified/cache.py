@@ -16,10 +16,10 @@ from pathlib import Path
 import flint
 import platformdirs
 
-from engine.errors import GhostballError
-from reference_adapters.certified.certificate import Certificate
-from reference_adapters.certified.problem import Problem
-from reference_adapters.certified.settings import CertifiedSettings
+from ghostball.engine.errors import GhostballError
+from ghostball.reference_adapters.certified.certificate import Certificate
+from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.settings import CertifiedSettings
 
 logger = logging.getLogger("ghostball.certified")
 

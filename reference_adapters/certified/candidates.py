@@ -8,11 +8,11 @@ from itertools import count
 
 from flint import arb
 
-from engine import EventKind
-from reference_adapters.certified.certificate import Choice
-from reference_adapters.certified.gaps import CushionGap, Meeting, PairGap, meeting
-from reference_adapters.certified.motion import Body
-from reference_adapters.certified.roots import NONE, Bracket
+from ghostball.engine import EventKind
+from ghostball.reference_adapters.certified.certificate import Choice
+from ghostball.reference_adapters.certified.gaps import CushionGap, Meeting, PairGap, meeting
+from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.roots import NONE, Bracket
 
 _SLACK = 1e-9
 """By how much a bound in doubles is put earlier [s]: far more than doubles err."""

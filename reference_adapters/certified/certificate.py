@@ -13,9 +13,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.errors import GhostballError
-from engine.result import EventKind
-from engine.scene import CUSHIONS
+from ghostball.engine.errors import GhostballError
+from ghostball.engine.result import EventKind
+from ghostball.engine.scene import CUSHIONS
 
 Ending = Literal[
     "proved", "ambiguous", "sustained contact", "precision cap", "event limit", "time limit"

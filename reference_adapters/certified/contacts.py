@@ -10,18 +10,18 @@ import math
 
 from flint import arb
 
-from engine import EventKind
-from reference_adapters.certified.arithmetic import (
+from ghostball.engine import EventKind
+from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     SustainedContactError,
     UndecidedError,
     exactly,
 )
-from reference_adapters.certified.candidates import Candidate
-from reference_adapters.certified.certificate import Choice
-from reference_adapters.certified.gaps import SIDES
-from reference_adapters.certified.motion import Body
-from reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.candidates import Candidate
+from ghostball.reference_adapters.certified.certificate import Choice
+from ghostball.reference_adapters.certified.gaps import SIDES
+from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.problem import Problem
 
 HOP = 2.0**-18
 """Height of a hop, in diameters, at which a contact counts as sustained: 2e-7 m for pool balls.

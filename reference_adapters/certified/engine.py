@@ -7,14 +7,14 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EVENT_DTYPE, Record, Result, Samples, Scene, Status
-from engine.result import COLLISION_KINDS
-from engine.scene.features import Capabilities
-from engine.trajectory import ExactTrajectory
-from reference_adapters.base import EngineBase, EngineSettings
-from reference_adapters.certified.api import CAPABILITIES, NAME, certify
-from reference_adapters.certified.certificate import Certificate, Enclosure, Ending
-from reference_adapters.certified.settings import CertifiedSettings
+from ghostball.engine import EVENT_DTYPE, Record, Result, Samples, Scene, Status
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.engine.scene.features import Capabilities
+from ghostball.engine.trajectory import ExactTrajectory
+from ghostball.reference_adapters.base import EngineBase, EngineSettings
+from ghostball.reference_adapters.certified.api import CAPABILITIES, NAME, certify
+from ghostball.reference_adapters.certified.certificate import Certificate, Enclosure, Ending
+from ghostball.reference_adapters.certified.settings import CertifiedSettings
 
 _STATUS: dict[Ending, Status] = {
     "event limit": Status.EVENT_LIMIT,

@@ -13,17 +13,17 @@ from typing import NamedTuple, Protocol
 
 from flint import arb
 
-from engine import EventKind
-from reference_adapters.certified.arithmetic import (
+from ghostball.engine import EventKind
+from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     SustainedContactError,
     UndecidedError,
     Vector,
     unit,
 )
-from reference_adapters.certified.certificate import Choice
-from reference_adapters.certified.motion import Body
-from reference_adapters.certified.roots import (
+from ghostball.reference_adapters.certified.certificate import Choice
+from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.roots import (
     NONE,
     ROOT,
     UNSURE,

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from flint import arb
 
-from reference_adapters.certified.arithmetic import ZERO, Vector, exactly
-from reference_adapters.certified.candidates import Candidate
-from reference_adapters.certified.contacts import Contacts
-from reference_adapters.certified.gaps import SIDES, PairGap
-from reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
-from reference_adapters.certified.motion import Body
-from reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.arithmetic import ZERO, Vector, exactly
+from ghostball.reference_adapters.certified.candidates import Candidate
+from ghostball.reference_adapters.certified.contacts import Contacts
+from ghostball.reference_adapters.certified.gaps import SIDES, PairGap
+from ghostball.reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
+from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.problem import Problem
 
 
 class Impacts:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from flint import arb, fmpq
 
-from reference_adapters.certified.arithmetic import (
+from ghostball.reference_adapters.certified.arithmetic import (
     ONE,
     ZERO,
     UndecidedError,
@@ -19,7 +19,7 @@ from reference_adapters.certified.arithmetic import (
     exactly,
     length,
 )
-from reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.problem import Problem
 
 STICKING = fmpq(2, 7)
 """Share of a slip, over the mass, that ends it: a sphere's surface yields 7/2 times as easily."""

@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 from flint import arb
 
-from engine import EventKind
-from engine.trajectory import Phase
-from reference_adapters.certified.arithmetic import (
+from ghostball.engine import EventKind
+from ghostball.engine.trajectory import Phase
+from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     Vector,
     exactly,
@@ -26,7 +26,7 @@ from reference_adapters.certified.arithmetic import (
     radius_of,
     unit,
 )
-from reference_adapters.certified.problem import BallNumbers, Problem
+from ghostball.reference_adapters.certified.problem import BallNumbers, Problem
 
 _EXACT_ENOUGH = 1e-13
 """Relative width of a state up to which a search in doubles may stand for it; see `contacts`."""

@@ -10,8 +10,8 @@ import numpy as np
 from flint import arb
 from numpy.typing import NDArray
 
-from engine.trajectory import Phase
-from reference_adapters.certified.arithmetic import (
+from ghostball.engine.trajectory import Phase
+from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     SustainedContactError,
     UndecidedError,
@@ -19,16 +19,16 @@ from reference_adapters.certified.arithmetic import (
     radius_of,
     working_precision,
 )
-from reference_adapters.certified.certificate import (
+from ghostball.reference_adapters.certified.certificate import (
     Certificate,
     CertifiedEvent,
     Choice,
     Ending,
 )
-from reference_adapters.certified.motion import Body
-from reference_adapters.certified.problem import Problem
-from reference_adapters.certified.run import Run
-from reference_adapters.certified.settings import CertifiedSettings
+from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.run import Run
+from ghostball.reference_adapters.certified.settings import CertifiedSettings
 
 
 class _Stop(NamedTuple):

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from flint import arb, ctx
 
-from reference_adapters.certified.arithmetic import ZERO
+from ghostball.reference_adapters.certified.arithmetic import ZERO
 
 NONE = 0
 """The gap stays open."""

@@ -11,26 +11,26 @@ import time
 
 from flint import arb
 
-from engine import EventKind
-from reference_adapters.certified.arithmetic import (
+from ghostball.engine import EventKind
+from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     SustainedContactError,
     UndecidedError,
     Vector,
 )
-from reference_adapters.certified.candidates import Agenda, Candidate
-from reference_adapters.certified.certificate import Choice, Ending
-from reference_adapters.certified.contacts import Contacts
-from reference_adapters.certified.gaps import (
+from ghostball.reference_adapters.certified.candidates import Agenda, Candidate
+from ghostball.reference_adapters.certified.certificate import Choice, Ending
+from ghostball.reference_adapters.certified.contacts import Contacts
+from ghostball.reference_adapters.certified.gaps import (
     CushionGap,
     Meeting,
     PairGap,
     cushion_choice,
     meeting_again,
 )
-from reference_adapters.certified.impacts import Impacts
-from reference_adapters.certified.motion import Body, body_at_start
-from reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.impacts import Impacts
+from ghostball.reference_adapters.certified.motion import Body, body_at_start
+from ghostball.reference_adapters.certified.problem import Problem
 
 TIE_BITS = 100
 """Events of different balls that are within 2^-100 s count as simultaneous.

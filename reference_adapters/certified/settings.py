@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from reference_adapters.base import EngineSettings
+from ghostball.reference_adapters.base import EngineSettings
 
 
 class CertifiedSettings(EngineSettings):

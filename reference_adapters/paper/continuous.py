@@ -52,10 +52,10 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from engine import EventKind, Record, Result, Scene
-from engine.scene.features import EXACT, Capabilities
-from reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
-from reference_adapters.paper.model import PaperRun, Stop, paper_capabilities
+from ghostball.engine import EventKind, Record, Result, Scene
+from ghostball.engine.scene.features import EXACT, Capabilities
+from ghostball.reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
+from ghostball.reference_adapters.paper.model import PaperRun, Stop, paper_capabilities
 
 
 class PaperContinuousSettings(EngineSettings):

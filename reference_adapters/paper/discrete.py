@@ -30,10 +30,10 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from engine import EventKind, Record, Result, Scene
-from engine.scene.features import Capabilities, Capability
-from reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
-from reference_adapters.paper.model import PaperRun, Stop, paper_capabilities
+from ghostball.engine import EventKind, Record, Result, Scene
+from ghostball.engine.scene.features import Capabilities, Capability
+from ghostball.reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
+from ghostball.reference_adapters.paper.model import PaperRun, Stop, paper_capabilities
 
 
 class PaperDiscreteSettings(EngineSettings):

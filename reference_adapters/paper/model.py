@@ -18,10 +18,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from engine import CUSHIONS, EventKind, Record, Result, Samples, Scene, Status
-from engine.scene import rolling_angular_velocity
-from engine.scene.features import EXACT, Capability, Feature
-from reference_adapters.recording import Recorder
+from ghostball.engine import CUSHIONS, EventKind, Record, Result, Samples, Scene, Status
+from ghostball.engine.scene import rolling_angular_velocity
+from ghostball.engine.scene.features import EXACT, Capability, Feature
+from ghostball.reference_adapters.recording import Recorder
 
 Stop = Literal["reversal", "never"]
 """What ends a roll: "reversal" stops a ball that friction would turn round; "never" is as

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Scene
-from engine.scene import Physics
+from ghostball.engine import Scene
+from ghostball.engine.scene import Physics
 
 FloatArray = NDArray[np.float64]
 

@@ -20,25 +20,25 @@ from typing import Annotated, ClassVar, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from engine import Record, Result, Scene
-from engine.result import initial_state
-from engine.scene.features import EXACT, Capabilities, Capability, Feature
-from engine.trajectory import energy_of
-from reference_adapters.base import (
+from ghostball.engine import Record, Result, Scene
+from ghostball.engine.result import initial_state
+from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
+from ghostball.engine.trajectory import energy_of
+from ghostball.reference_adapters.base import (
     EngineBase,
     EngineSettings,
     lacks_sequence,
     resolution_of_step,
 )
-from reference_adapters.pybullet import world as pybullet_world
-from reference_adapters.pybullet.rolling import PlanarRun
-from reference_adapters.pybullet.sliding import SlidingRun
-from reference_adapters.pybullet.world import MOST_IMPULSE, SHORTEST_STEP, World
-from reference_adapters.recording import Recorder
-from reference_adapters.stepping import landing
-from reference_adapters.stepping.ending import end_of, ending_of
-from reference_adapters.stepping.landing import LANDING_GAP
-from reference_adapters.stepping.settings import SteppingSettings
+from ghostball.reference_adapters.pybullet import world as pybullet_world
+from ghostball.reference_adapters.pybullet.rolling import PlanarRun
+from ghostball.reference_adapters.pybullet.sliding import SlidingRun
+from ghostball.reference_adapters.pybullet.world import MOST_IMPULSE, SHORTEST_STEP, World
+from ghostball.reference_adapters.recording import Recorder
+from ghostball.reference_adapters.stepping import landing
+from ghostball.reference_adapters.stepping.ending import end_of, ending_of
+from ghostball.reference_adapters.stepping.landing import LANDING_GAP
+from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 _ROLLING = Capability(
     "exact",

@@ -17,11 +17,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, Samples, Scene
-from reference_adapters.pybullet.world import SHORTEST_STEP, Contact, World
-from reference_adapters.recording import Recorder, rolling_state
-from reference_adapters.stepping.clock import Clock
-from reference_adapters.stepping.landing import rolling_accelerations, time_to_contact, time_to_rest
+from ghostball.engine import EventKind, Samples, Scene
+from ghostball.reference_adapters.pybullet.world import SHORTEST_STEP, Contact, World
+from ghostball.reference_adapters.recording import Recorder, rolling_state
+from ghostball.reference_adapters.stepping.clock import Clock
+from ghostball.reference_adapters.stepping.landing import (
+    rolling_accelerations,
+    time_to_contact,
+    time_to_rest,
+)
 
 EPS = float(np.finfo(np.float64).eps)
 

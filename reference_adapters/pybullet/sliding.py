@@ -13,10 +13,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, Samples, Scene
-from reference_adapters.pybullet.world import Contact, World
-from reference_adapters.recording import Recorder
-from reference_adapters.stepping.clock import Clock
+from ghostball.engine import EventKind, Samples, Scene
+from ghostball.reference_adapters.pybullet.world import Contact, World
+from ghostball.reference_adapters.recording import Recorder
+from ghostball.reference_adapters.stepping.clock import Clock
 
 FloatArray = NDArray[np.float64]
 Flags = NDArray[np.bool_]

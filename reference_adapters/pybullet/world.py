@@ -20,10 +20,10 @@ from typing import Any, Literal, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import CUSHIONS, EventKind, Scene
-from engine.scene import CushionName
-from reference_adapters.base import EngineError
-from reference_adapters.pybullet.coefficients import Coefficients
+from ghostball.engine import CUSHIONS, EventKind, Scene
+from ghostball.engine.scene import CushionName
+from ghostball.reference_adapters.base import EngineError
+from ghostball.reference_adapters.pybullet.coefficients import Coefficients
 
 FloatArray = NDArray[np.float64]
 Config = Literal["tuned", "default"]

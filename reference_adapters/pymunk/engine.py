@@ -12,22 +12,22 @@ from __future__ import annotations
 import importlib.util
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from engine import EventKind, Record, Result, Scene
-from engine.scene.features import EXACT, Capabilities, Capability, Feature
-from reference_adapters.base import (
+from ghostball.engine import EventKind, Record, Result, Scene
+from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
+from ghostball.reference_adapters.base import (
     EngineBase,
     EngineSettings,
     lacks_sequence,
     resolution_of_step,
 )
-from reference_adapters.pymunk.steppers import make_stepper
-from reference_adapters.recording import Recorder
-from reference_adapters.stepping.ending import end_of, ending_of
-from reference_adapters.stepping.landing import LANDING_GAP
-from reference_adapters.stepping.settings import SteppingSettings
+from ghostball.reference_adapters.pymunk.steppers import make_stepper
+from ghostball.reference_adapters.recording import Recorder
+from ghostball.reference_adapters.stepping.ending import end_of, ending_of
+from ghostball.reference_adapters.stepping.landing import LANDING_GAP
+from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 if TYPE_CHECKING:
-    from reference_adapters.pymunk.world import World
+    from ghostball.reference_adapters.pymunk.world import World
 
 
 class PymunkSettings(SteppingSettings):
@@ -137,7 +137,7 @@ class PymunkEngine(EngineBase):
         """
         self.check(scene)
         # Loads pymunk, which the first run may do, but not a list of engines.
-        from reference_adapters.pymunk.world import World  # noqa: PLC0415
+        from ghostball.reference_adapters.pymunk.world import World  # noqa: PLC0415
 
         settings: PymunkSettings = self.settings
         world = World(scene, tuned=settings.config == "tuned", iterations=settings.iterations)

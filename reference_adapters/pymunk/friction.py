@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import CUSHIONS, Scene
+from ghostball.engine import CUSHIONS, Scene
 
 if TYPE_CHECKING:
     import pymunk

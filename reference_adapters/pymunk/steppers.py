@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, Samples, Scene
-from reference_adapters.recording import Recorder, rolling_state
-from reference_adapters.stepping import cloth as pymunk_cloth, landing
-from reference_adapters.stepping.clock import Clock
-from reference_adapters.stepping.cloth import ClosedFormCloth
-from reference_adapters.stepping.landing import time_to_contact
+from ghostball.engine import EventKind, Samples, Scene
+from ghostball.reference_adapters.recording import Recorder, rolling_state
+from ghostball.reference_adapters.stepping import cloth as pymunk_cloth, landing
+from ghostball.reference_adapters.stepping.clock import Clock
+from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
+from ghostball.reference_adapters.stepping.landing import time_to_contact
 
 if TYPE_CHECKING:
-    from reference_adapters.pymunk.world import World
+    from ghostball.reference_adapters.pymunk.world import World
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

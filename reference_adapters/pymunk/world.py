@@ -14,10 +14,10 @@ import pymunk
 from numpy.typing import NDArray
 from pymunk import batch
 
-from engine import CUSHIONS, Scene, Table
-from engine.result import initial_state
-from engine.trajectory import energy_of
-from reference_adapters.pymunk.friction import ContactFriction
+from ghostball.engine import CUSHIONS, Scene, Table
+from ghostball.engine.result import initial_state
+from ghostball.engine.trajectory import energy_of
+from ghostball.reference_adapters.pymunk.friction import ContactFriction
 
 FloatArray = NDArray[np.float64]
 

@@ -12,10 +12,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Ball, EventKind, Physics, Samples, Scene
-from engine.core.kernel import compiling
-from engine.scene import rolling_angular_velocity
-from reference_adapters.stepping.slowing import accelerate, last, move, turn
+from ghostball.engine import Ball, EventKind, Physics, Samples, Scene
+from ghostball.engine.core.kernel import compiling
+from ghostball.engine.scene import rolling_angular_velocity
+from ghostball.reference_adapters.stepping.slowing import accelerate, last, move, turn
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from engine import Samples, Scene, Status
-from reference_adapters.stepping.settings import SteppingSettings
+from ghostball.engine import Samples, Scene, Status
+from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 
 def end_of(scene: Scene, settings: SteppingSettings) -> float:

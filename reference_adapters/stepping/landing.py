@@ -14,9 +14,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Table
-from engine.core.kernel import compiling, kernel
-from reference_adapters.stepping.slowing import slow, stop
+from ghostball.engine import Table
+from ghostball.engine.core.kernel import compiling, kernel
+from ghostball.reference_adapters.stepping.slowing import slow, stop
 
 FloatArray = NDArray[np.float64]
 

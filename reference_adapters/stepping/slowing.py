@@ -16,7 +16,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.kernel import kernel
+from ghostball.engine.core.kernel import kernel
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

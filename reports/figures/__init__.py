@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from reports.figures.collisions import draw_collisions
-from reports.figures.energy import draw_energy
-from reports.figures.ensembles import draw_ensemble
-from reports.figures.errors import draw_errors
-from reports.figures.paths import draw_paths
-from reports.figures.summary import draw_accuracy, draw_verdicts
-from reports.shots import Shot
+from ghostball.reports.figures.collisions import draw_collisions
+from ghostball.reports.figures.energy import draw_energy
+from ghostball.reports.figures.ensembles import draw_ensemble
+from ghostball.reports.figures.errors import draw_errors
+from ghostball.reports.figures.paths import draw_paths
+from ghostball.reports.figures.summary import draw_accuracy, draw_verdicts
+from ghostball.reports.shots import Shot
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.trajectory import Phase
-from reports.shots import Run
+from ghostball.engine.trajectory import Phase
+from ghostball.reports.shots import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reports import style
-from reports.shots import Shot
+from ghostball.reports import style
+from ghostball.reports.shots import Shot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import CUSHIONS, Scene
-from reports import style
+from ghostball.engine import CUSHIONS, Scene
+from ghostball.reports import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

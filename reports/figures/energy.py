@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from reports import style
-from reports.figures.paths import WIDTH
-from reports.shots import Run, Shot
-from validation.results.store import Motion
+from ghostball.reports import style
+from ghostball.reports.figures.paths import WIDTH
+from ghostball.reports.shots import Run, Shot
+from ghostball.validation.results.store import Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

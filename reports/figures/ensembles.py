@@ -9,10 +9,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Scene
-from reports import style
-from reports.figures._table import View, aspect_of, draw_table, view_of
-from validation.ensembles import ENERGY_PARTS, REFERENCE, EnsembleRecord, Ensembles, Members
+from ghostball.engine import Scene
+from ghostball.reports import style
+from ghostball.reports.figures._table import View, aspect_of, draw_table, view_of
+from ghostball.validation.ensembles import (
+    ENERGY_PARTS,
+    REFERENCE,
+    EnsembleRecord,
+    Ensembles,
+    Members,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

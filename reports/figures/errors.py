@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from reports import style
-from reports.figures._rows import draw_row_notes, row_height, set_row_names
-from reports.figures.paths import WIDTH
-from reports.shots import CHAOTIC, Run, Shot
-from validation.checks.verdict import RestError
+from ghostball.reports import style
+from ghostball.reports.figures._rows import draw_row_notes, row_height, set_row_names
+from ghostball.reports.figures.paths import WIDTH
+from ghostball.reports.shots import CHAOTIC, Run, Shot
+from ghostball.validation.checks.verdict import RestError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

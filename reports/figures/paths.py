@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from reports import style
-from reports.figures._phases import draw_motion, sliding_look
-from reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
-from reports.shots import Run, Shot, rest_error_text
-from validation.checks.verdict import RestError
+from ghostball.reports import style
+from ghostball.reports.figures._phases import draw_motion, sliding_look
+from ghostball.reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
+from ghostball.reports.shots import Run, Shot, rest_error_text
+from ghostball.validation.checks.verdict import RestError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

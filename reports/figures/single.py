@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Scene
-from reports import style
-from reports.figures._phases import draw_motion
-from reports.figures._table import View, aspect_of, draw_ball, draw_table
-from reports.figures.paths import (
+from ghostball.engine import Scene
+from ghostball.reports import style
+from ghostball.reports.figures._phases import draw_motion
+from ghostball.reports.figures._table import View, aspect_of, draw_ball, draw_table
+from ghostball.reports.figures.paths import (
     WIDTH,
     draw_against_time,
     is_collinear,
@@ -19,7 +19,7 @@ from reports.figures.paths import (
     scale_of,
     view_shown,
 )
-from reports.shots import Shot
+from ghostball.reports.shots import Shot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

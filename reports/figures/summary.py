@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from statistics import median
 from typing import TYPE_CHECKING
 
-from reports import style
-from reports.figures.paths import WIDTH
-from reports.shots import NUMBERS_KEY, cell_text, rest_error
-from validation.checks.verdict import Verdict, verdict_of
-from validation.results.store import CLOSED_FORM, CaseRecord, Results
+from ghostball.reports import style
+from ghostball.reports.figures.paths import WIDTH
+from ghostball.reports.shots import NUMBERS_KEY, cell_text, rest_error
+from ghostball.validation.checks.verdict import Verdict, verdict_of
+from ghostball.validation.results.store import CLOSED_FORM, CaseRecord, Results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

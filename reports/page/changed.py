@@ -8,16 +8,16 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports import style
-from reports.markdown_parts import quantity_text
-from reports.outcome import kind_text
-from reports.page.rendering import embedded_json, render
-from reports.page.replay_data import motion_data
-from reports.page.scenes import REPLAY_ID
-from validation.baselines import Regression
-from validation.baselines.regression import Quantity, SceneChange
-from validation.results.motions import motion_of_side
-from validation.results.store import CaseRecord, Results
+from ghostball.reports import style
+from ghostball.reports.markdown_parts import quantity_text
+from ghostball.reports.outcome import kind_text
+from ghostball.reports.page.rendering import embedded_json, render
+from ghostball.reports.page.replay_data import motion_data
+from ghostball.reports.page.scenes import REPLAY_ID
+from ghostball.validation.baselines import Regression
+from ghostball.validation.baselines.regression import Quantity, SceneChange
+from ghostball.validation.results.motions import motion_of_side
+from ghostball.validation.results.store import CaseRecord, Results
 
 COMPARE_ID = "compare-"
 """What stands before a scene's name in the id of its comparison's data."""

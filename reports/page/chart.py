@@ -14,8 +14,8 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from reports import style
-from reports.page.rendering import render
+from ghostball.reports import style
+from ghostball.reports.page.rendering import render
 
 FloatArray = NDArray[np.float64]
 Scale = Literal["linear", "log"]

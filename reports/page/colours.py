@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from reports import style
+from ghostball.reports import style
 
 LEAST_TEXT = 4.5
 LEAST_LINE = 3.0

@@ -6,11 +6,11 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from reports import style
-from reports.figures.energy import UNITS
-from reports.page.chart import Axis, Mark, Series, draw, linear_axis, log_axis
-from reports.shots import Run, Shot
-from validation.results.store import Motion
+from ghostball.reports import style
+from ghostball.reports.figures.energy import UNITS
+from ghostball.reports.page.chart import Axis, Mark, Series, draw, linear_axis, log_axis
+from ghostball.reports.shots import Run, Shot
+from ghostball.validation.results.store import Motion
 
 FloatArray = NDArray[np.float64]
 

@@ -7,19 +7,19 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.markdown_parts import number_text, quantity_text
-from reports.markdown_scene import COMPARISONS
-from reports.outcome import bad_cases, base_text, kind_text
-from reports.page.rendering import render
-from reports.page.scenes import ScenePart
-from validation.baselines import Regression
-from validation.baselines.junit import moved_text
-from validation.baselines.regression import SceneChange
-from validation.checks.verdict import is_unfinished, unfinished_text
-from validation.results.store import CaseRecord, Check, Results
-from validation.scenes import commands
-from validation.scenes.library import scene_names
-from validation.truth.scene_truth import OUR_NAME
+from ghostball.reports.markdown_parts import number_text, quantity_text
+from ghostball.reports.markdown_scene import COMPARISONS
+from ghostball.reports.outcome import bad_cases, base_text, kind_text
+from ghostball.reports.page.rendering import render
+from ghostball.reports.page.scenes import ScenePart
+from ghostball.validation.baselines import Regression
+from ghostball.validation.baselines.junit import moved_text
+from ghostball.validation.baselines.regression import SceneChange
+from ghostball.validation.checks.verdict import is_unfinished, unfinished_text
+from ghostball.validation.results.store import CaseRecord, Check, Results
+from ghostball.validation.scenes import commands
+from ghostball.validation.scenes.library import scene_names
+from ghostball.validation.truth.scene_truth import OUR_NAME
 
 MEANINGS = {
     "rest_error_max": "a contact seen too late or too early, an impact law or a friction that "

@@ -8,20 +8,20 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from markupsafe import Markup
 
-from reports import style
-from reports.markdown_parts import metric_of, run_time_text
-from reports.markdown_predictability import predictability_section
-from reports.page.chart import Series, draw, log_axis
-from reports.page.precision import MARKERS, SMALLEST_ERROR, precision_html
-from reports.page.rendering import render
-from reports.page.scenes import ScenePart
-from reports.shots import rest_error
-from reports.stored import stored_in
-from validation.baselines import Regression
-from validation.bench import PrecisionMeasurement
-from validation.checks.verdict import RestError, rest_error_standing
-from validation.diagnose.energy_ledger import ENTRIES, EnergyLedger
-from validation.results.store import CLOSED_FORM, CaseRecord, Results
+from ghostball.reports import style
+from ghostball.reports.markdown_parts import metric_of, run_time_text
+from ghostball.reports.markdown_predictability import predictability_section
+from ghostball.reports.page.chart import Series, draw, log_axis
+from ghostball.reports.page.precision import MARKERS, SMALLEST_ERROR, precision_html
+from ghostball.reports.page.rendering import render
+from ghostball.reports.page.scenes import ScenePart
+from ghostball.reports.shots import rest_error
+from ghostball.reports.stored import stored_in
+from ghostball.validation.baselines import Regression
+from ghostball.validation.bench import PrecisionMeasurement
+from ghostball.validation.checks.verdict import RestError, rest_error_standing
+from ghostball.validation.diagnose.energy_ledger import ENTRIES, EnergyLedger
+from ghostball.validation.results.store import CLOSED_FORM, CaseRecord, Results
 
 
 def closed_forms_html(results: Results) -> Markup:

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.markdown import engine_table, headline, key_text, metrics_text
-from reports.markdown_parts import taken_over_text
-from reports.markdown_scene import failure_text
-from reports.outcome import (
+from ghostball.reports.markdown import engine_table, headline, key_text, metrics_text
+from ghostball.reports.markdown_parts import taken_over_text
+from ghostball.reports.markdown_scene import failure_text
+from ghostball.reports.outcome import (
     CHANGES,
     bad_cases,
     base_text,
@@ -19,13 +19,18 @@ from reports.outcome import (
     of_comparison,
     overall,
 )
-from reports.page.changed import has_part
-from reports.page.rendering import render
-from reports.shots import cell_text
-from validation.baselines import Regression
-from validation.baselines.regression import SceneChange
-from validation.checks.verdict import Verdict, rest_error_standing, unfinished_text, verdict_of
-from validation.results.store import CaseRecord, Results
+from ghostball.reports.page.changed import has_part
+from ghostball.reports.page.rendering import render
+from ghostball.reports.shots import cell_text
+from ghostball.validation.baselines import Regression
+from ghostball.validation.baselines.regression import SceneChange
+from ghostball.validation.checks.verdict import (
+    Verdict,
+    rest_error_standing,
+    unfinished_text,
+    verdict_of,
+)
+from ghostball.validation.results.store import CaseRecord, Results
 
 FAILING = {"identical": "identical to the bit, but not in work, run time or the limits it keeps"}
 """What a class of changes means where it fails, if that is something else."""

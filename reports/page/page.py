@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.guarded import FailedPart, attempt
-from reports.markdown import TRUTH_TEXT, counted_section
-from reports.outcome import overall
-from reports.page.changed import changed_html
-from reports.page.colours import engine_css
-from reports.page.failures import failures_html
-from reports.page.measured import (
+from ghostball.reports.guarded import FailedPart, attempt
+from ghostball.reports.markdown import TRUTH_TEXT, counted_section
+from ghostball.reports.outcome import overall
+from ghostball.reports.page.changed import changed_html
+from ghostball.reports.page.colours import engine_css
+from ghostball.reports.page.failures import failures_html
+from ghostball.reports.page.measured import (
     closed_forms_html,
     cost_html,
     hashes_html,
@@ -21,16 +21,16 @@ from reports.page.measured import (
     ledgers_html,
     timing_html,
 )
-from reports.page.overview import changes_html, matrix_html, verdict_html
-from reports.page.precision import engines_of_page
-from reports.page.rendering import asset, markdown, render
-from reports.page.replay_assets import replay_script, replay_style
-from reports.page.scenes import ScenePart
-from reports.page.surroundings import environment_html, stress_html
-from validation.baselines import Regression
-from validation.checks.verdict import Verdict, verdict_of
-from validation.diagnose.energy_ledger import EnergyLedger
-from validation.results.store import Results
+from ghostball.reports.page.overview import changes_html, matrix_html, verdict_html
+from ghostball.reports.page.precision import engines_of_page
+from ghostball.reports.page.rendering import asset, markdown, render
+from ghostball.reports.page.replay_assets import replay_script, replay_style
+from ghostball.reports.page.scenes import ScenePart
+from ghostball.reports.page.surroundings import environment_html, stress_html
+from ghostball.validation.baselines import Regression
+from ghostball.validation.checks.verdict import Verdict, verdict_of
+from ghostball.validation.diagnose.energy_ledger import EnergyLedger
+from ghostball.validation.results.store import Results
 
 
 @dataclass(frozen=True)

@@ -8,17 +8,17 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from reports import style
-from reports.markdown_precision import precision_section
-from reports.page.chart import Axis, Series, draw, log_axis
-from reports.page.curves import dash_of
-from reports.page.rendering import render
-from reports.precision_figure import FLOOR
-from reports.precision_text import legend_text
-from reports.stored import stored_in
-from validation.bench import PrecisionMeasurement
-from validation.bench.precision import PrecisionPoint
-from validation.results.store import Results
+from ghostball.reports import style
+from ghostball.reports.markdown_precision import precision_section
+from ghostball.reports.page.chart import Axis, Series, draw, log_axis
+from ghostball.reports.page.curves import dash_of
+from ghostball.reports.page.rendering import render
+from ghostball.reports.precision_figure import FLOOR
+from ghostball.reports.precision_text import legend_text
+from ghostball.reports.stored import stored_in
+from ghostball.validation.bench import PrecisionMeasurement
+from ghostball.validation.bench.precision import PrecisionPoint
+from ghostball.validation.results.store import Results
 
 FloatArray = NDArray[np.float64]
 

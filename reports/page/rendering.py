@@ -21,7 +21,7 @@ from markdown_it.token import Token
 from markdown_it.utils import EnvType, OptionsDict
 from markupsafe import Markup
 
-from reports import style
+from ghostball.reports import style
 
 SCENE_ANCHOR = "scene="
 """What stands before a scene's name in the fragment that leads to it."""
@@ -31,7 +31,7 @@ SCENE_ANCHOR = "scene="
 def templates() -> Environment:
     """Return the templates of the page, which escape every value."""
     environment = Environment(
-        loader=PackageLoader("reports.page"),
+        loader=PackageLoader("ghostball.reports.page"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -59,7 +59,7 @@ def asset(name: str) -> Markup:
     ValueError
         Where it would end that element early.
     """
-    text = files("reports.page").joinpath("assets", name).read_text(encoding="utf-8")
+    text = files("ghostball.reports.page").joinpath("assets", name).read_text(encoding="utf-8")
     if "</style" in text.lower() or "</script" in text.lower():
         raise ValueError(f"asset {name} holds the end of its own element")
     return Markup(text)

@@ -16,12 +16,12 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import CUSHIONS, EventKind, Scene
-from engine.result import Events
-from reports.figures._table import view_of
-from reports.page.replay_tracks import FARTHEST, QUANTUM, TOLERANCE, packed_motion
-from reports.shots import Run, Shot
-from validation.results.records import Motion
+from ghostball.engine import CUSHIONS, EventKind, Scene
+from ghostball.engine.result import Events
+from ghostball.reports.figures._table import view_of
+from ghostball.reports.page.replay_tracks import FARTHEST, QUANTUM, TOLERANCE, packed_motion
+from ghostball.reports.shots import Run, Shot
+from ghostball.validation.results.records import Motion
 
 FloatArray = NDArray[np.float64]
 

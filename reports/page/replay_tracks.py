@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.result import Events
-from validation.results.records import Motion
+from ghostball.engine.result import Events
+from ghostball.validation.results.records import Motion
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

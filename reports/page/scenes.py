@@ -9,21 +9,21 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from engine.result.hashes import bits_hash
-from reports import style
-from reports.counted import work_text
-from reports.guarded import FailedPart
-from reports.markdown_parts import quantity_text
-from reports.markdown_scene import COMPARISONS, collision_text, number_table, remarks
-from reports.page.curves import colour_of, dash_of, energy_chart, error_chart
-from reports.page.rendering import embedded_json, render
-from reports.page.replay_data import scene_data
-from reports.shots import Run, Shot, cell_text
-from validation.baselines.regression import SceneChange
-from validation.checks.verdict import verdict_of
-from validation.diagnose.energy_ledger import ENTRIES, EnergyLedger, ledger_of
-from validation.diagnose.predictability import Predictability
-from validation.results.store import INDEPENDENT, CaseRecord
+from ghostball.engine.result.hashes import bits_hash
+from ghostball.reports import style
+from ghostball.reports.counted import work_text
+from ghostball.reports.guarded import FailedPart
+from ghostball.reports.markdown_parts import quantity_text
+from ghostball.reports.markdown_scene import COMPARISONS, collision_text, number_table, remarks
+from ghostball.reports.page.curves import colour_of, dash_of, energy_chart, error_chart
+from ghostball.reports.page.rendering import embedded_json, render
+from ghostball.reports.page.replay_data import scene_data
+from ghostball.reports.shots import Run, Shot, cell_text
+from ghostball.validation.baselines.regression import SceneChange
+from ghostball.validation.checks.verdict import verdict_of
+from ghostball.validation.diagnose.energy_ledger import ENTRIES, EnergyLedger, ledger_of
+from ghostball.validation.diagnose.predictability import Predictability
+from ghostball.validation.results.store import INDEPENDENT, CaseRecord
 
 REPLAY_ID = "replay-"
 """What stands before a scene's name in the id of its replay's data."""

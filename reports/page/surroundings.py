@@ -9,12 +9,12 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.markdown import UNAVAILABLE, engine_settings, flat_values
-from reports.page.rendering import render
-from reports.stress_report import about_text, survival_table, worst_cases
-from validation.results.store import Results
-from validation.stress import StressFolder
-from validation.stress.findings import is_stress_folder
+from ghostball.reports.markdown import UNAVAILABLE, engine_settings, flat_values
+from ghostball.reports.page.rendering import render
+from ghostball.reports.stress_report import about_text, survival_table, worst_cases
+from ghostball.validation.results.store import Results
+from ghostball.validation.stress import StressFolder
+from ghostball.validation.stress.findings import is_stress_folder
 
 STRESS_FOLDERS = ("stress", "stress-quick", "stress-full")
 """Where in a results folder a stress run may lie."""

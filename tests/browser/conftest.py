@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 from replay_run import small_run
 
-from reports import write_report
-from validation.results.store import Results
+from ghostball.reports import write_report
+from ghostball.validation.results.store import Results
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = [

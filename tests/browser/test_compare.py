@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from reports.page.replay_assets import replay_script, replay_style
-from reports.page.replay_data import motion_data, scene_data
-from reports.page.replay_tracks import TOLERANCE
-from reports.shots import load_shot
+from ghostball.reports.page.replay_assets import replay_script, replay_style
+from ghostball.reports.page.replay_data import motion_data, scene_data
+from ghostball.reports.page.replay_tracks import TOLERANCE
+from ghostball.reports.shots import load_shot
 
 SCENE = "half-ball-cut"
 BASE, HEAD = "ghostball", "paper-discrete"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from replay_run import BREAKS_AT, BROKEN, ENGINES
 
-from reports.page.replay_tracks import TOLERANCE
+from ghostball.reports.page.replay_tracks import TOLERANCE
 
 CUT, DRAW, CHAIN = "half-ball-cut", "draw-shot", "three-ball-chain"
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}

@@ -13,8 +13,16 @@ import pytest
 from breaks import break_scene
 from shots import POOL_TABLE, R, ball, rack, random_break, scene_of
 
-from engine import STATUSES, GhostballError, Scene, Status, simulate, simulate_many, simulate_sweep
-from engine.errors import SceneError, UnsupportedSceneError
+from ghostball.engine import (
+    STATUSES,
+    GhostballError,
+    Scene,
+    Status,
+    simulate,
+    simulate_many,
+    simulate_sweep,
+)
+from ghostball.engine.errors import SceneError, UnsupportedSceneError
 
 
 def shot(velocity=(2.0, 0.0), **cue) -> Scene:

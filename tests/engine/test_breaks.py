@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from breaks import COMBINATIONS, assert_sound, break_scene, physics_of
 
-from engine import Status, simulate
+from ghostball.engine import Status, simulate
 
 ENOUGH_EVENTS = 20_000
 """Some fifty times what a break needs: more is a storm of contacts."""

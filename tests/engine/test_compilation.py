@@ -5,8 +5,8 @@ import math
 import pytest
 from shots import ball, scene_of
 
-from engine import simulate, warm_up
-from engine.compilation import MANY, variants_of
+from ghostball.engine import simulate, warm_up
+from ghostball.engine.compilation import MANY, variants_of
 
 ONE = scene_of(ball((0.0, 0.0), (1.0, 0.0)))
 TWO = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((1.0, 0.0)))

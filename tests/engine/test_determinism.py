@@ -15,7 +15,7 @@ import pytest
 from invariants import fingerprint, log_bits, state_bits
 from shots import POOL_TABLE, ball, rack, random_break, random_shot, scene_of
 
-from engine import Scene, Table, simulate
+from ghostball.engine import Scene, Table, simulate
 
 
 def paper_break() -> Scene:

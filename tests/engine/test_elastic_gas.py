@@ -14,7 +14,7 @@ import pytest
 from invariants import FloatArray
 from shots import R, ball, scene_of
 
-from engine import EventKind, Result, Scene, Table, simulate
+from ghostball.engine import EventKind, Result, Scene, Table, simulate
 
 ROWS = 16
 T_MAX = 60.0

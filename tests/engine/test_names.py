@@ -9,18 +9,25 @@ import numpy as np
 import pytest
 from kernels import entry_to
 
-from engine.core.state import OBSTACLE, Laws
-from engine.event_loop.entry import laws_from
-from engine.impacts.laws.dispatch import ball_law, cushion_law
-from engine.impacts.laws.interface import BallImpact, CushionImpact
-from engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
+from ghostball.engine.core.state import OBSTACLE, Laws
+from ghostball.engine.event_loop.entry import laws_from
+from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
+from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
+from ghostball.engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
 
 NUMBERS = Laws._fields[:-2]
 NOTHING = Laws(*(0.0,) * len(NUMBERS), obstacles=np.empty(0, dtype=OBSTACLE), integrated=1)
 
 
 @pytest.mark.parametrize(
-    "package", ["engine", "reference_adapters", "validation", "reports", "ghostball"]
+    "package",
+    [
+        "ghostball",
+        *(
+            f"ghostball.{name}"
+            for name in ("engine", "reference_adapters", "validation", "reports")
+        ),
+    ],
 )
 def test_no_name_of_a_package_hides_a_module_of_it(package):
     """`import engine.simulate as m` gave a function, while there was a module of that name."""

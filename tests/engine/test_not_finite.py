@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from shots import POOL_TABLE, ball, scene_of
 
-from engine import Status, simulate
-from engine.core import state as s
-from engine.running.driver import Run
+from ghostball.engine import Status, simulate
+from ghostball.engine.core import state as s
+from ghostball.engine.running.driver import Run
 
 MOTION = ("X", "Y", "VX", "VY", "AX", "AY", "WX", "WY", "WZ", "BX", "BY", "BZ", "EPOCH")
 CONSTANTS = (

@@ -13,7 +13,7 @@ from mpmath import mp, mpf, workdps
 from oracle import NUDGE, _laws_of, _nudged_laws, first_entry, solve
 from shots import POOL_TABLE, R, ball, scene_of
 
-from engine import EventKind, Table
+from ghostball.engine import EventKind, Table
 
 TINY = mpf(10) ** -40
 

@@ -25,7 +25,7 @@ from oracle_laws import (
 )
 from shots import R, ball, scene_of
 
-from engine import EventKind, Table
+from ghostball.engine import EventKind, Table
 
 TINY = mpf(10) ** -40
 G = 9.81

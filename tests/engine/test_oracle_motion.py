@@ -11,7 +11,7 @@ from oracle import DIGITS, solve
 from oracle_laws import UP, Phase, cross, norm, plus, scaled, slip
 from shots import R, ball, random_cloth_shot, scene_of
 
-from engine import EventKind
+from ghostball.engine import EventKind
 
 TINY = mpf(10) ** -40
 G = 9.81

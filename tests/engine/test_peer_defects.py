@@ -22,7 +22,7 @@ from sampling import (
 from shots import POOL_TABLE, R, ball, rack, random_break, scene_of
 from transforms import same_log, shuffled
 
-from engine import EventKind, Result, SceneError, Status, Table, simulate
+from ghostball.engine import EventKind, Result, SceneError, Status, Table, simulate
 
 HIT, CUSHION = EventKind.BALL_BALL, EventKind.BALL_CUSHION
 ROOT3 = math.sqrt(3)

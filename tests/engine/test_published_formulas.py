@@ -15,7 +15,7 @@ from invariants import EPS, ball_impacts
 from sampling import direction, kinetic_energy, once_rolling, state_at, state_before, times_of
 from shots import R, ball, scene_of
 
-from engine import EventKind, Result, Status, simulate
+from ghostball.engine import EventKind, Result, Status, simulate
 
 HIT = EventKind.BALL_BALL
 CLOTH = {"motion": "sliding", "rolling_friction": 0.01, "sliding_friction": 0.2}

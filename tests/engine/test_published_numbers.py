@@ -38,7 +38,7 @@ from sampling import (
 )
 from shots import R, ball, scene_of
 
-from engine import EventKind, Result, Scene, Table, simulate
+from ghostball.engine import EventKind, Result, Scene, Table, simulate
 
 HIT = EventKind.BALL_BALL
 FOOT, INCH, MILE_PER_HOUR = 0.3048, 0.0254, 0.44704

@@ -14,7 +14,7 @@ from invariants import collisions, energies
 from mpmath import mp, mpf, workdps
 from shots import POOL_TABLE, R, ball, scene_of
 
-from engine import (
+from ghostball.engine import (
     EVENT_DTYPE,
     EventKind,
     GhostballError,

@@ -19,7 +19,7 @@ from shots import (
     scene_of,
 )
 
-from engine import EventKind, Physics, Scene, Table, simulate
+from ghostball.engine import EventKind, Physics, Scene, Table, simulate
 
 TABLES = (
     POOL_TABLE,

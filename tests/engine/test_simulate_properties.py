@@ -32,7 +32,7 @@ from transforms import (
     with_balls,
 )
 
-from engine import Ball, EventKind, Scene, Status, Table, simulate
+from ghostball.engine import Ball, EventKind, Scene, Status, Table, simulate
 
 
 @given(all_shots())

@@ -12,7 +12,17 @@ from invariants import EPS, collisions, energies, instants, overlaps
 from shots import POOL_TABLE, R, ball, random_break, scene_of
 from whole_kernels import checks_bounds
 
-from engine import Ball, EventKind, GhostballError, Physics, Result, Scene, Status, Table, simulate
+from ghostball.engine import (
+    Ball,
+    EventKind,
+    GhostballError,
+    Physics,
+    Result,
+    Scene,
+    Status,
+    Table,
+    simulate,
+)
 
 HIT = EventKind.BALL_BALL
 ENOUGH_EVENTS = 20_000

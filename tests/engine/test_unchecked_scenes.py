@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from shots import POOL_TABLE, R, ball, scene_of
 
-from engine import (
+from ghostball.engine import (
     Ball,
     Physics,
     Scene,
@@ -20,8 +20,8 @@ from engine import (
     simulate_many,
     simulate_sweep,
 )
-from engine.errors import UnsupportedSceneError
-from engine.sensitivity import tangent_of
+from ghostball.engine.errors import UnsupportedSceneError
+from ghostball.engine.sensitivity import tangent_of
 
 SHOT = scene_of(
     ball((0.3, 0.3), (2.0, 0.1)), ball((0.8, 0.32)), ball((0.86, 0.36)), table=POOL_TABLE

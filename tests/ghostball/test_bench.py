@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 from ghostball import _bench_tables
 from ghostball.cli import app
-from reports import style
-from validation.bench import (
+from ghostball.reports import style
+from ghostball.validation.bench import (
     AccuracyMeasurement,
     AttributionMeasurement,
     PrecisionMeasurement,
@@ -23,8 +23,8 @@ from validation.bench import (
     skips as bench_skips,
     targets,
 )
-from validation.bench.peer_engines import PeerAbsentError
-from validation.bench.workloads import Workload
+from ghostball.validation.bench.peer_engines import PeerAbsentError
+from ghostball.validation.bench.workloads import Workload
 
 LOAD = Workload("break-pool", "t", lambda _: lambda _: {"kernel": 20e-6, "per_event": 560e-9})
 
@@ -84,7 +84,7 @@ def test_store_is_this_machines_file(bench, tmp_path, monkeypatch):
 
 def test_peers_are_beside_it_and_an_absent_one_is_listed(bench, monkeypatch):
     fakes = [FakePeer("pooltool", seconds=9.0), FakePeer("FastFiz", error=PeerAbsentError("C++"))]
-    monkeypatch.setattr("validation.bench.make_peers", lambda *_: fakes)
+    monkeypatch.setattr("ghostball.validation.bench.make_peers", lambda *_: fakes)
     monkeypatch.setattr(
         "validation.bench.comparison.COMPARED", {"break-pool": lambda _: [_scene()]}
     )
@@ -162,14 +162,14 @@ def test_an_interrupt_before_anything_was_measured_replaces_nothing(bench, tmp_p
     assert path.read_text() == before
     ours = FakePeer("ghostball", error=KeyboardInterrupt())
     monkeypatch.setattr("validation.bench.scaling.OurEngine", lambda: ours)
-    monkeypatch.setattr("validation.bench.make_peers", lambda *_: [])
+    monkeypatch.setattr("ghostball.validation.bench.make_peers", lambda *_: [])
     assert bench("scaling", "--quick", "--out", tmp_path / "y.json").exit_code == 130
     assert not (tmp_path / "y.json").exists()
 
 
 def test_scaling_prints_both_tables_and_writes(bench, tmp_path, monkeypatch):
     fakes = [FakePeer("fake"), FakePeer("gone", error=PeerAbsentError("get it"))]
-    monkeypatch.setattr("validation.bench.make_peers", lambda *_: fakes)
+    monkeypatch.setattr("ghostball.validation.bench.make_peers", lambda *_: fakes)
     result = bench("scaling", "--quick", "--out", tmp_path)
     assert result.exit_code == 0, result.output
     assert "time per event, at packing 0.3" in result.stdout
@@ -182,7 +182,7 @@ def test_scaling_prints_both_tables_and_writes(bench, tmp_path, monkeypatch):
 
 def test_racks_prints_its_figures_and_who_could_not_and_writes(bench, tmp_path, monkeypatch):
     fakes = [FakePeer("fake", seconds=0.25), FakePeer("gone", error=PeerAbsentError("get it"))]
-    monkeypatch.setattr("validation.bench.make_peers", lambda *_: fakes)
+    monkeypatch.setattr("ghostball.validation.bench.make_peers", lambda *_: fakes)
     result = bench("racks", "--quick", "--out", tmp_path)
     assert result.exit_code == 0, result.output
     assert "these times mean nothing" in result.stdout
@@ -221,7 +221,7 @@ def test_a_margin_is_told_in_words():
 
 
 def _scene():
-    from validation.bench.scenes import table_gas
+    from ghostball.validation.bench.scenes import table_gas
 
     return table_gas(2, 0.5)
 

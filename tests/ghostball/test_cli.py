@@ -15,14 +15,14 @@ import pytest
 from stored_results import cut_short, in_database, stored
 from typer.testing import CliRunner
 
-import reference_adapters.pybullet.world
-from engine import Scene
+import ghostball.reference_adapters.pybullet.world
 from ghostball.cli import app
-from reference_adapters import make_engine
-from reference_adapters.paper.discrete import PaperDiscreteEngine
-from validation import find_scene, scene_names
-from validation.results.database import DATABASE, has_database
-from validation.results.store import Results, ResultsWriter, has_results
+from ghostball.engine import Scene
+from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
+from ghostball.validation import find_scene, scene_names
+from ghostball.validation.results.database import DATABASE, has_database
+from ghostball.validation.results.store import Results, ResultsWriter, has_results
 
 BALL = '[[balls]]\nid = "{id}"\nposition = [{x}, 0.5]\nvelocity = [1.0, 0.0]\n'
 HEAD = 'schema = 1\nname = "shot"\n[table]\nlength = 2.0\nwidth = 1.0\n'
@@ -263,7 +263,7 @@ def test_a_folder_with_other_things_is_not_taken_for_results(cli, tmp_path):
 @pytest.fixture
 def without_pybullet(monkeypatch):
     reason = "pybullet isn't installed. Run `python -m pip install pybullet`"
-    monkeypatch.setattr(reference_adapters.pybullet.world, "unavailable", lambda: reason)
+    monkeypatch.setattr(ghostball.reference_adapters.pybullet.world, "unavailable", lambda: reason)
 
 
 @pytest.mark.usefixtures("without_pybullet")
@@ -357,7 +357,7 @@ def test_what_of_a_report_fails_costs_itself_and_comes_after_the_verdicts(
         raise ZeroDivisionError("no [bold]balls")
 
     monkeypatch.setattr("reports.report.WHOLE_FIGURES", {"verdicts": fail, "accuracy": fail})
-    monkeypatch.setattr("reports.page.page.environment_html", fail)
+    monkeypatch.setattr("ghostball.reports.page.page.environment_html", fail)
     out = tmp_path / "out"
     page, report = out / "report.html", out / "report.md"
     validated = cli("validate", "stop", "--engines", "paper-discrete", "--out", out)
@@ -414,7 +414,7 @@ def test_a_second_run_takes_over_what_is_unchanged_and_says_so(cli, tmp_path):
 def test_a_run_that_takes_over_nothing_says_why(cli, tmp_path, monkeypatch):
     command = ("validate", "stop", "--engines", "paper-discrete", "--out", tmp_path, "--no-report")
     cli(*command)
-    monkeypatch.setattr("validation.suite.unchanged._loaded_sources", lambda: "edited")
+    monkeypatch.setattr("ghostball.validation.suite.unchanged._loaded_sources", lambda: "edited")
     changed = cli(*command)
     assert f"nothing is taken over from {tmp_path}: the code or the environment" in changed.stderr
     other = cli(*command[:3], "paper-discrete:dt=0.01", *command[4:])
@@ -581,14 +581,14 @@ def test_ctrl_c_before_the_first_case_says_that_there_are_no_results(cli, tmp_pa
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("validation.suite.suite.run_cases", interrupted)
+    monkeypatch.setattr("ghostball.validation.suite.suite.run_cases", interrupted)
     out = tmp_path / "out"
     result = cli("validate", "stop", "--engines", "ghostball", "--out", out)
     assert result.exit_code == 130
     assert f"before the first case was done: no results in {out}" in result.stderr
     monkeypatch.undo()
     assert cli("validate", "stop", "--engines", "paper-discrete", "--out", out).exit_code == 0
-    monkeypatch.setattr("validation.suite.suite.run_cases", interrupted)
+    monkeypatch.setattr("ghostball.validation.suite.suite.run_cases", interrupted)
     result = cli("validate", "stop", "--engines", "ghostball", "--out", out)
     assert f"was done: the results stay as they were in {out}" in result.stderr
 

@@ -6,9 +6,9 @@ import pytest
 from stored_results import in_database, stored
 from typer.testing import CliRunner
 
-import validation.ensembles.run as run_module
+import ghostball.validation.ensembles.run as run_module
 from ghostball.cli import app
-from validation.ensembles import Ensembles, Size
+from ghostball.validation.ensembles import Ensembles, Size
 
 # How perturbed shots run in other processes is tested where they run; here one test does it.
 pytestmark = pytest.mark.usefixtures("without_run_figures")

@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 from faulty_engine import FaultyEngine, planted
 
-from validation.ensembles import Ensembles
-from validation.results.files import ResultsError
-from validation.results.store import Results
-from validation.stress import StressFolder
+from ghostball.validation.ensembles import Ensembles
+from ghostball.validation.results.files import ResultsError
+from ghostball.validation.results.store import Results
+from ghostball.validation.stress import StressFolder
 
 TIME_LIMIT = 8.0
 """Seconds that an engine gets: hundreds of times what these shots take."""

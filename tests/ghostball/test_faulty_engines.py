@@ -12,9 +12,9 @@ import pytest
 from faulty_engine import planted
 from typer.testing import CliRunner
 
-from engine import Scene
 from ghostball.cli import app
-from validation.baselines import load_regression
+from ghostball.engine import Scene
+from ghostball.validation.baselines import load_regression
 
 SHOT = """
 schema = 1

@@ -8,9 +8,9 @@ from typer.testing import CliRunner
 
 from ghostball import _history
 from ghostball.cli import app
-from validation.bench import measurements
-from validation.bench._observed import Observed
-from validation.bench.history import Version
+from ghostball.validation.bench import measurements
+from ghostball.validation.bench._observed import Observed
+from ghostball.validation.bench.history import Version
 
 
 @pytest.fixture

@@ -12,9 +12,9 @@ from xml.etree import ElementTree
 import pytest
 from _pytest.pytester import SysModulesSnapshot
 
-from engine.core.kernel import cache_root
 from ghostball import pytest_plugin
-from validation.examples import stepper
+from ghostball.engine.core.kernel import cache_root
+from ghostball.validation.examples import stepper
 
 pytest_plugins = ["pytester"]
 

@@ -12,14 +12,14 @@ from stored_results import cut_short, in_database
 from typer.testing import CliRunner
 
 import ghostball._regress
-import reference_adapters.ghostball
-import validation.runs.our_run
-from engine import simulate
+import ghostball.reference_adapters.ghostball
+import ghostball.validation.runs.our_run
 from ghostball.cli import app
-from validation.baselines import NotComparableError, RevisionError, load_regression
-from validation.baselines.accept import CHANGES_FILE
-from validation.baselines.baseline import FOLDER, baseline_path
-from validation.baselines.regression import Regression
+from ghostball.engine import simulate
+from ghostball.validation.baselines import NotComparableError, RevisionError, load_regression
+from ghostball.validation.baselines.accept import CHANGES_FILE
+from ghostball.validation.baselines.baseline import FOLDER, baseline_path
+from ghostball.validation.baselines.regression import Regression
 
 
 @pytest.fixture
@@ -64,7 +64,7 @@ def planted(monkeypatch):
         state = result.final_state
         return replace(result, final_state=state._replace(positions=state.positions - 1e-9))
 
-    for module in (reference_adapters.ghostball, validation.runs.our_run):
+    for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.our_run):
         monkeypatch.setattr(module, "simulate", lossy)
 
 
@@ -77,7 +77,7 @@ def busier(monkeypatch):
         more = {"events": result.work["events"] + (scene.name in ("cut", "stop"))}
         return replace(result, work={**result.work, **more})
 
-    monkeypatch.setattr(reference_adapters.ghostball, "simulate", count)
+    monkeypatch.setattr(ghostball.reference_adapters.ghostball, "simulate", count)
 
 
 def contents(folder):
@@ -281,7 +281,7 @@ def test_a_crash_of_the_engine_exits_with_3_and_is_told(accepted, monkeypatch):
     def crash(scene, **options):
         raise ZeroDivisionError("planted")
 
-    monkeypatch.setattr(reference_adapters.ghostball, "simulate", crash)
+    monkeypatch.setattr(ghostball.reference_adapters.ghostball, "simulate", crash)
     result = regress("--rerun")
     assert result.exit_code == 3, result.output
     assert result.stdout.splitlines()[-1].startswith("failed: 2 worse against truth, 2 did not")
@@ -317,7 +317,7 @@ def test_an_interrupt_of_the_runs_compares_nothing(here, monkeypatch):
     def stop(scene, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(reference_adapters.ghostball, "simulate", stop)
+    monkeypatch.setattr(ghostball.reference_adapters.ghostball, "simulate", stop)
     result = regress()
     assert result.exit_code == 130, result.output
     assert "nothing was compared" in result.stderr

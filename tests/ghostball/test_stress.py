@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 import ghostball._stress
 from ghostball.cli import app
-from reference_adapters.pybullet.engine import PybulletEngine
-from validation.stress import FAMILIES
+from ghostball.reference_adapters.pybullet.engine import PybulletEngine
+from ghostball.validation.stress import FAMILIES
 
 ONE = "grazing/rolling-hit-1e-01"
 
@@ -54,7 +54,7 @@ def test_an_engine_that_cannot_run_here_is_refused_where_it_is_named(tmp_path, m
     assert why in result.stderr
     assert not (tmp_path / "out").exists()
     monkeypatch.setattr(ghostball._stress, "DEFAULT_ENGINES", ("ghostball", "pybullet"))
-    monkeypatch.setattr("validation.stress.run.run_tasks", in_this_process)
+    monkeypatch.setattr("ghostball.validation.stress.run.run_tasks", in_this_process)
     result = stress(ONE, "--out", tmp_path / "out", "--no-report", "--json")
     assert result.exit_code == 0
     found = {one["engine"]: one for one in json.loads(result.stdout)["survival"]}

@@ -28,8 +28,8 @@ def try_all(
     sys.path.insert(0, folder)
     try:
         check_copies(Path(folder))
-        from validation.stress.families import FAMILIES
-        from validation.stress.run import StressTask, run_trial
+        from ghostball.validation.stress.families import FAMILIES
+        from ghostball.validation.stress.run import StressTask, run_trial
     except Exception as error:
         answers.send(f"{type(error).__name__}: {error}")
         return
@@ -51,7 +51,7 @@ def check_copies(folder: Path) -> None:
     ImportError
         Where another one is: it would be taken for the copy.
     """
-    for package in folder.glob("*/__init__.py"):
-        found = importlib.import_module(package.parent.name).__file__
+    for package in folder.glob("ghostball/*/__init__.py"):
+        found = importlib.import_module(f"ghostball.{package.parent.name}").__file__
         if found is None or not Path(found).samefile(package):
             raise ImportError(f"not the copy: {found}")

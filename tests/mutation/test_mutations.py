@@ -8,10 +8,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from mutants import SOURCES, Mutation, faults_on, planted
+from copies import INSTALLED
+from mutants import Mutation, faults_on, planted
 from mutations import MUTATIONS
 
-from validation.stress import FAMILIES
+from ghostball.validation.stress import FAMILIES
 
 ROOT = Path(__file__).parents[2]
 
@@ -39,7 +40,7 @@ def test_every_mutation_fits(tmp_path):
     for mutation in MUTATIONS:
         copy = tmp_path / mutation.package / mutation.file
         copy.parent.mkdir(parents=True, exist_ok=True)
-        copy.write_bytes((SOURCES / mutation.package / mutation.file).read_bytes())
+        copy.write_bytes((INSTALLED / mutation.package / mutation.file).read_bytes())
         mutation.apply(tmp_path)
         compile(copy.read_text("utf-8"), mutation.file, "exec")
 
@@ -72,7 +73,7 @@ def run_on(folder: Path, *tests: str) -> subprocess.CompletedProcess[str]:
         "NUMBA_DISABLE_JIT": str(int(interpreted)),
         "GHOSTBALL_CACHE_DIR": str(folder),
     }
-    check = f"import engine; assert engine.__file__.startswith({str(folder)!r})"
+    check = f"from ghostball import engine; assert engine.__file__.startswith({str(folder)!r})"
     run = f"import pytest, sys; {check}; sys.exit(pytest.main(sys.argv[1:]))"
     options = ["-q", "-n", "0", "-p", "no:cacheprovider", "--rootdir", str(ROOT)]
     options += ["-c", str(ROOT / "pyproject.toml")]

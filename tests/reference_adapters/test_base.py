@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from engine import simulate
-from reference_adapters.base import resolution_of_step
-from validation.scenes.library import find_scene
+from ghostball.engine import simulate
+from ghostball.reference_adapters.base import resolution_of_step
+from ghostball.validation.scenes.library import find_scene
 
 DT = 1e-3
 

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from shots import R, ball, scene_of
 
-from engine import Scene, Status, Table, UnsupportedSceneError
-from engine.scene.features import Feature, scene_features
-from reference_adapters import ReferenceEngine, engine_class, make_engine, parse_spec
+from ghostball.engine import Scene, Status, Table, UnsupportedSceneError
+from ghostball.engine.scene.features import Feature, scene_features
+from ghostball.reference_adapters import ReferenceEngine, engine_class, make_engine, parse_spec
 
 SPECS = (
     "ghostball",

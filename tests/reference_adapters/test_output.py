@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from reference_adapters.output import KEPT, captured, harmless
+from ghostball.reference_adapters.output import KEPT, captured, harmless
 
 
 def print_everywhere():
@@ -70,7 +70,7 @@ def test_bytes_that_are_no_text_are_shown():
 
 def test_a_process_that_is_diverted_prints_into_a_file(tmp_path):
     code = (
-        "import os, sys; from reference_adapters.output import divert, flush;"
+        "import os, sys; from ghostball.reference_adapters.output import divert, flush;"
         "divert(sys.argv[1]); print('out'); print('err', file=sys.stderr); os.write(1, b'raw');"
         "flush()"
     )

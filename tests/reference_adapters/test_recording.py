@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from engine import Ball, Scene, Status
-from engine.scene import rolling_angular_velocity
-from reference_adapters.recording import FRAME_INTERVAL, Recorder, rolling_state
+from ghostball.engine import Ball, Scene, Status
+from ghostball.engine.scene import rolling_angular_velocity
+from ghostball.reference_adapters.recording import FRAME_INTERVAL, Recorder, rolling_state
 
 BALLS = [
     Ball(id="a", position=(0.0, 0.0), radius=0.03),

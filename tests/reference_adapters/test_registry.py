@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from reference_adapters import (
+from ghostball.reference_adapters import (
     EngineError,
     EngineUnavailableError,
     ReferenceEngine,
@@ -24,7 +24,7 @@ SHIPPED = ("ghostball", "certified", "paper-continuous", "paper-discrete", "pybu
 FOREIGN = """
 from typing import Annotated, Literal
 from pydantic import Field
-from reference_adapters.base import EngineBase, EngineSettings
+from ghostball.reference_adapters.base import EngineBase, EngineSettings
 
 class Settings(EngineSettings):
     dt: Annotated[float, Field(gt=0)] = 1e-3
@@ -89,7 +89,7 @@ def test_ours_is_listed_first_and_the_shipped_ones_are_all_there():
 def test_listing_imports_no_engine():
     # Breaks where the listing loads entry points: a broken or slow engine would hold up everyone.
     code = (
-        "import sys; from reference_adapters import engine_names; engine_names();"
+        "import sys; from ghostball.reference_adapters import engine_names; engine_names();"
         "print([m for m in ('pymunk', 'pybullet', 'numba') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -283,6 +283,6 @@ def test_an_interrupt_before_what_is_printed_is_caught_stays_one(packages, monke
         raise KeyboardInterrupt
 
     packages.install("some-engine", foreign())
-    monkeypatch.setattr("reference_adapters.registry.captured", interrupted)
+    monkeypatch.setattr("ghostball.reference_adapters.registry.captured", interrupted)
     with pytest.raises(KeyboardInterrupt):
         make_engine("foreign")

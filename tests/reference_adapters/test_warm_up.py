@@ -8,11 +8,11 @@ import pytest
 # In a process of its own, where no earlier test has compiled what this one is about.
 CODE = """
 import sys
-from reference_adapters.stepping import landing
-from reference_adapters.stepping import slowing as slowing_kernels
-from reference_adapters.recording import Recorder
-from reference_adapters import make_engine
-from validation.scenes.library import find_scene
+from ghostball.reference_adapters.stepping import landing
+from ghostball.reference_adapters.stepping import slowing as slowing_kernels
+from ghostball.reference_adapters.recording import Recorder
+from ghostball.reference_adapters import make_engine
+from ghostball.validation.scenes.library import find_scene
 
 kernels = {
     f"{module.__name__}.{name}": kernel

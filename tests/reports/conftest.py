@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine import EVENT_DTYPE, Ball, EventKind, Scene, Table
-from validation.results.store import (
+from ghostball.engine import EVENT_DTYPE, Ball, EventKind, Scene, Table
+from ghostball.validation.results.store import (
     CLOSED_FORM,
     OUR_ENGINE,
     CaseRecord,

@@ -2,14 +2,14 @@
 
 from dataclasses import replace
 
-from reports.attribution_text import (
+from ghostball.reports.attribution_text import (
     backward_text,
     better_text,
     ladder_text,
     part_text,
     share_text,
 )
-from validation.diagnose.attribution import Attribution, BackwardError, Better, Part
+from ghostball.validation.diagnose.attribution import Attribution, BackwardError, Better, Part
 
 STROKE = BackwardError("cue", -1e-3, -5.2e-5, 4e-4, "certified", 3)
 DIVIDED = Attribution(

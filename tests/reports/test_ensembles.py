@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from stored_results import edit_document, in_database
 
-import validation.ensembles.run as run_module
-from engine import Ball, Scene
-from reports import style, write_report
-from reports.figures import draw_ensemble
-from reports.markdown_ensembles import ensembles_section, without_end_text
-from validation.ensembles import EnsembleRecord, Ensembles, Size, run_ensembles
-from validation.results.store import Results
-from validation.scenes.library import find_scene
-from validation.suite.suite import run_suite
+import ghostball.validation.ensembles.run as run_module
+from ghostball.engine import Ball, Scene
+from ghostball.reports import style, write_report
+from ghostball.reports.figures import draw_ensemble
+from ghostball.reports.markdown_ensembles import ensembles_section, without_end_text
+from ghostball.validation.ensembles import EnsembleRecord, Ensembles, Size, run_ensembles
+from ghostball.validation.results.store import Results
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.suite import run_suite
 
 LABELS = ["ghostball", "paper-discrete", "paper-continuous"]
 

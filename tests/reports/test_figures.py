@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from engine import Scene
-from engine.trajectory import Phase
-from reports import style
-from reports.figures import (
+from ghostball.engine import Scene
+from ghostball.engine.trajectory import Phase
+from ghostball.reports import style
+from ghostball.reports.figures import (
     SCENE_FIGURES,
     draw_accuracy,
     draw_collisions,
@@ -20,13 +20,13 @@ from reports.figures import (
     draw_paths,
     draw_verdicts,
 )
-from reports.figures._phases import parts_of, sliding_look
-from reports.figures._table import view_of
-from reports.figures.single import draw_single
-from reports.paper_figures import PAPER_FIGURES, overlaps
-from reports.shots import Run, Shot, load_shot
-from validation.checks.verdict import Verdict, is_own_measure, verdict_of
-from validation.results.store import Check, Results
+from ghostball.reports.figures._phases import parts_of, sliding_look
+from ghostball.reports.figures._table import view_of
+from ghostball.reports.figures.single import draw_single
+from ghostball.reports.paper_figures import PAPER_FIGURES, overlaps
+from ghostball.reports.shots import Run, Shot, load_shot
+from ghostball.validation.checks.verdict import Verdict, is_own_measure, verdict_of
+from ghostball.validation.results.store import Check, Results
 
 
 @pytest.fixture(scope="session")

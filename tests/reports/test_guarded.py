@@ -4,10 +4,10 @@ import pickle
 
 import pytest
 
-from engine import GhostballError
-from reports import PAGE, IncompleteReportError, report, write_report
-from reports.guarded import NAMED, FailedPart, attempt, failed_text
-from reports.page import page
+from ghostball.engine import GhostballError
+from ghostball.reports import PAGE, IncompleteReportError, report, write_report
+from ghostball.reports.guarded import NAMED, FailedPart, attempt, failed_text
+from ghostball.reports.page import page
 
 
 def fail(*_, **__):
@@ -103,8 +103,8 @@ def test_a_figure_costs_itself_alone(small_folder, monkeypatch):
 
 @pytest.mark.usefixtures("without_run_figures")
 def test_a_section_of_the_text_costs_itself_alone(small_folder, monkeypatch):
-    monkeypatch.setattr("reports.markdown.environment_table", fail)
-    monkeypatch.setattr("reports.markdown.scene_section", fail)
+    monkeypatch.setattr("ghostball.reports.markdown.environment_table", fail)
+    monkeypatch.setattr("ghostball.reports.markdown.scene_section", fail)
     failed, html, text = written(small_folder)
     assert failed == ['section "stop" of report.md', 'section "Environment" of report.md']
     assert '> The section "Environment" of report.md could not be made: ZeroDivisionError' in text

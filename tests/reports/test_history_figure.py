@@ -2,11 +2,11 @@
 
 import pytest
 
-from engine import GhostballError
-from reports import style
-from reports.history_figure import MOST_PANELS, draw_history, revision_text
-from validation.bench._observed import Observed
-from validation.bench.history import History, Version
+from ghostball.engine import GhostballError
+from ghostball.reports import style
+from ghostball.reports.history_figure import MOST_PANELS, draw_history, revision_text
+from ghostball.validation.bench._observed import Observed
+from ghostball.validation.bench.history import History, Version
 
 
 def version(machine, revision, day, values, *, dirty=False):

@@ -5,21 +5,21 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from engine import Ball, Scene, simulate
-from reports import style
-from reports.figures import (
+from ghostball.engine import Ball, Scene, simulate
+from ghostball.reports import style
+from ghostball.reports.figures import (
     draw_collisions,
     draw_energy,
     draw_errors,
     draw_paths,
     draw_verdicts,
 )
-from reports.figures.paths import label_balls, scale_of
-from reports.physics_figures import draw_deflection
-from reports.shots import Run, Shot, load_shot
-from validation.results.store import Results
-from validation.runs.sampling import motion_of
-from validation.scenes.library import find_scene
+from ghostball.reports.figures.paths import label_balls, scale_of
+from ghostball.reports.physics_figures import draw_deflection
+from ghostball.reports.shots import Run, Shot, load_shot
+from ghostball.validation.results.store import Results
+from ghostball.validation.runs.sampling import motion_of
+from ghostball.validation.scenes.library import find_scene
 
 
 def shot_of(scene: Scene) -> Shot:

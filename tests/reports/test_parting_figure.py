@@ -2,12 +2,12 @@
 
 import pytest
 
-from engine import GhostballError
-from reference_adapters import make_engine
-from reports import plot_explanation, style
-from reports.parting_figure import draw_explanation
-from validation import find_scene
-from validation.diagnose.explanation import explain
+from ghostball.engine import GhostballError
+from ghostball.reference_adapters import make_engine
+from ghostball.reports import plot_explanation, style
+from ghostball.reports.parting_figure import draw_explanation
+from ghostball.validation import find_scene
+from ghostball.validation.diagnose.explanation import explain
 
 
 @pytest.fixture(scope="module")

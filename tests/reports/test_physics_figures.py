@@ -5,9 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from engine import Scene, simulate
-from reports import style
-from reports.physics_figures import (
+from ghostball.engine import Scene, simulate
+from ghostball.reports import style
+from ghostball.reports.physics_figures import (
     DEFLECTION,
     PHYSICS_FIGURES,
     PUBLISHED_DEFLECTIONS,
@@ -19,10 +19,10 @@ from reports.physics_figures import (
     natural_deflection,
     throw_angle,
 )
-from validation.results.store import Motion, Results
-from validation.runs.sampling import motion_of
-from validation.scenes.library import find_scene
-from validation.truth.closed_forms import closed_form
+from ghostball.validation.results.store import Motion, Results
+from ghostball.validation.runs.sampling import motion_of
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.truth.closed_forms import closed_form
 
 SWEEPS = (DEFLECTION, THROW_BY_ANGLE, THROW_BY_SPIN)
 

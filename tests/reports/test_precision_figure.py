@@ -5,15 +5,20 @@ import json
 import numpy as np
 import pytest
 
-from engine import GhostballError
-from reports import gallery_pictures, style, write_gallery, write_report
-from reports.precision_figure import FLOOR, draw_against_time, draw_against_work, draw_precision
-from reports.precision_text import best_text, duration_text, legend_text, reach_text
-from validation.bench import PrecisionMeasurement, measurements
-from validation.bench._observed import observed_in
-from validation.bench.measurements import save
-from validation.bench.precision import LeftOut, PrecisionCurve, PrecisionPoint, Reach
-from validation.results.store import Results
+from ghostball.engine import GhostballError
+from ghostball.reports import gallery_pictures, style, write_gallery, write_report
+from ghostball.reports.precision_figure import (
+    FLOOR,
+    draw_against_time,
+    draw_against_work,
+    draw_precision,
+)
+from ghostball.reports.precision_text import best_text, duration_text, legend_text, reach_text
+from ghostball.validation.bench import PrecisionMeasurement, measurements
+from ghostball.validation.bench._observed import observed_in
+from ghostball.validation.bench.measurements import save
+from ghostball.validation.bench.precision import LeftOut, PrecisionCurve, PrecisionPoint, Reach
+from ghostball.validation.results.store import Results
 
 ENVIRONMENT = {"cpu": "a | b", "cores": 2, "date": "2026-01-02T03:04:05+00:00"}
 

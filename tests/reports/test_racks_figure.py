@@ -2,12 +2,12 @@
 
 import pytest
 
-from reports import gallery_pictures, style, write_gallery
-from reports.racks_figure import draw_racks, draw_racks_or_committed
-from validation.bench import RacksMeasurement, measurements
-from validation.bench.measurements import save
-from validation.bench.racks import RackTimes
-from validation.results.store import Results
+from ghostball.reports import gallery_pictures, style, write_gallery
+from ghostball.reports.racks_figure import draw_racks, draw_racks_or_committed
+from ghostball.validation.bench import RacksMeasurement, measurements
+from ghostball.validation.bench.measurements import save
+from ghostball.validation.bench.racks import RackTimes
+from ghostball.validation.results.store import Results
 
 MEASURED = RacksMeasurement(
     environment={"cpu": "a | b", "cores": 2, "date": "2026-01-02T03:04:05+00:00"},

@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 from stored_results import damage_motions, edit_document, edit_records, in_database
 
-from engine import GhostballError, SampledTrajectory, Status
-from engine.result import EVENT_DTYPE, Result, initial_state
-from reports import (
+from ghostball.engine import GhostballError, SampledTrajectory, Status
+from ghostball.engine.result import EVENT_DTYPE, Result, initial_state
+from ghostball.reports import (
     PAGE,
     plot_result,
     style,
@@ -17,10 +17,10 @@ from reports import (
     write_gallery,
     write_report,
 )
-from reports.report import WHOLE_FIGURES
-from reports.shots import load_shot
-from validation.results.store import CaseRecord, Results, ResultsWriter
-from validation.suite.junit import write_junit
+from ghostball.reports.report import WHOLE_FIGURES
+from ghostball.reports.shots import load_shot
+from ghostball.validation.results.store import CaseRecord, Results, ResultsWriter
+from ghostball.validation.suite.junit import write_junit
 
 
 @pytest.fixture(scope="module")

@@ -4,12 +4,12 @@ import json
 
 import pytest
 
-from engine import GhostballError
-from reports import gallery_pictures, stored, style, write_gallery, write_report
-from reports.scaling_figure import draw_measured, draw_scaling, draw_scaling_or_committed
-from validation.bench import measurements
-from validation.bench.measurements import Curve, Point, ScalingMeasurement, save
-from validation.results.store import Results
+from ghostball.engine import GhostballError
+from ghostball.reports import gallery_pictures, stored, style, write_gallery, write_report
+from ghostball.reports.scaling_figure import draw_measured, draw_scaling, draw_scaling_or_committed
+from ghostball.validation.bench import measurements
+from ghostball.validation.bench.measurements import Curve, Point, ScalingMeasurement, save
+from ghostball.validation.results.store import Results
 
 ENVIRONMENT = {"cpu": "a | b", "cores": 2, "date": "2026-01-02T03:04:05+00:00"}
 

@@ -6,16 +6,16 @@ from dataclasses import replace
 
 import pytest
 
-from engine import GhostballError
-from reports import stress_figures, stress_report, style, write_stress_report
-from reports.stress_figures import (
+from ghostball.engine import GhostballError
+from ghostball.reports import stress_figures, stress_report, style, write_stress_report
+from ghostball.reports.stress_figures import (
     draw_cliffs,
     draw_energy_errors,
     draw_equation_of_state,
     draw_miss_rates,
     draw_storms,
 )
-from validation.stress.findings import Finding, StressFolder, StressRun, StressWriter
+from ghostball.validation.stress.findings import Finding, StressFolder, StressRun, StressWriter
 
 SCENE = {"schema": 1, "name": "x", "balls": [{"id": "a", "position": [0.0, 0.0, 0.028575]}]}
 ENVIRONMENT = {"cpu": "a | b", "date": "2026-01-02T03:04:05+00:00"}

@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-from reports import style
-from validation.suite.suite import DEFAULT_ENGINES
+from ghostball.reports import style
+from ghostball.validation.suite.suite import DEFAULT_ENGINES
 
 
 def test_engines_differ_without_their_colour():
@@ -77,8 +77,8 @@ def test_any_label_gets_a_look_that_is_the_same_in_every_process():
     looks = [style.engine_style(label) for label in labels]
     assert all(look.colour.startswith("#") for look in looks)
     code = (
-        "import reports, sys; print('matplotlib' in sys.modules)\n"
-        "from reports import style\n"
+        "import sys, ghostball.reports; print('matplotlib' in sys.modules)\n"
+        "from ghostball.reports import style\n"
         f"for label in {labels!r}: print(style.engine_style(label))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

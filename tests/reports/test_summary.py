@@ -7,12 +7,12 @@ import pytest
 from regressions import identical, quantity, regression, uncompared, worse
 from typer.testing import CliRunner
 
-from engine import GhostballError
 from ghostball.cli import app
-from reports.outcome import overall
-from reports.summary import add_summary, summary_markdown, summary_text, write_summary
-from validation.baselines import save_regression
-from validation.results.store import Results
+from ghostball.engine import GhostballError
+from ghostball.reports.outcome import overall
+from ghostball.reports.summary import add_summary, summary_markdown, summary_text, write_summary
+from ghostball.validation.baselines import save_regression
+from ghostball.validation.results.store import Results
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,9 @@ from typing import NamedTuple
 from hypothesis import strategies as st
 from shots import R, ball, scene_of
 
-from engine.core.state import Laws
-from engine.impacts.laws.interface import BallImpact, BallImpulse
-from engine.running.from_scene import laws_of
+from ghostball.engine.core.state import Laws
+from ghostball.engine.impacts.laws.interface import BallImpact, BallImpulse
+from ghostball.engine.running.from_scene import laws_of
 
 EPS = 2.0**-52
 POOL_BALL = (R, 0.17, 0.2)

@@ -17,7 +17,7 @@ import numpy as np
 from invariants import EPS, FloatArray, ball_impacts, energies, instants, overlaps
 from shots import POOL_TABLE, R, ball, rack, scene_of
 
-from engine import ExactTrajectory, Result, Scene, Status
+from ghostball.engine import ExactTrajectory, Result, Scene, Status
 
 DEEPEST = 1e-12
 """Overlap that is allowed [m]: a contact force holds its gaps to 4e-13 m."""

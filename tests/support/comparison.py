@@ -32,8 +32,8 @@ from oracle_laws import (
     scaled,
 )
 
-from engine import EventKind, Result, Samples, Scene, Status, simulate
-from engine.result import Events
+from ghostball.engine import EventKind, Result, Samples, Scene, Status, simulate
+from ghostball.engine.result import Events
 
 ROUNDINGS = 64
 """Errors of EPS that a run may add up, amplified by the shot: some ten per event, twenty events.

@@ -11,10 +11,10 @@ from multiprocessing import get_context
 
 from whole_kernels import checks_bounds, use_whole_kernels
 
-from engine.core import kernel
-from engine.running import driver, sweep_driver
-from engine.running.driver import Variant
-from engine.sensitivity import tangent_map
+from ghostball.engine.core import kernel
+from ghostball.engine.running import driver, sweep_driver
+from ghostball.engine.running.driver import Variant
+from ghostball.engine.sensitivity import tangent_map
 
 CELLS, INTEGRATED, CONTACTS = range(3)
 

@@ -6,8 +6,8 @@ import itertools
 import math
 from typing import Any, NamedTuple
 
-from engine.core.state import Laws
-from engine.impacts.laws.interface import CushionBounce, CushionImpact
+from ghostball.engine.core.state import Laws
+from ghostball.engine.impacts.laws.interface import CushionBounce, CushionImpact
 
 R = 0.02625
 """Radius of a snooker ball [m], as in Mathavan's papers."""

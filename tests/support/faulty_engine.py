@@ -13,9 +13,9 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Record, Result, Samples, Scene, Status, simulate
-from engine.scene.features import EXACT, Capability, Feature
-from reference_adapters import EngineBase, EngineSettings
+from ghostball.engine import Record, Result, Samples, Scene, Status, simulate
+from ghostball.engine.scene.features import EXACT, Capability, Feature
+from ghostball.reference_adapters import EngineBase, EngineSettings
 
 Fault = Literal[
     "none",

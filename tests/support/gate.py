@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from engine import Ball, Scene, Table, simulate
-from engine.result import EVENT_DTYPE, EventKind, Events
-from engine.result.hashes import bits_hash, sequence_hash
-from validation.baselines.bands import band_of_counter, band_of_metric
-from validation.baselines.baseline import Accepted
-from validation.baselines.classify import Bands, classify
-from validation.baselines.fingerprint import blocks_of
-from validation.baselines.observed import KEPT_EVENTS, Observed
-from validation.baselines.regression import SceneChange
-from validation.baselines.rounding import Allowance, allowance_of
+from ghostball.engine import Ball, Scene, Table, simulate
+from ghostball.engine.result import EVENT_DTYPE, EventKind, Events
+from ghostball.engine.result.hashes import bits_hash, sequence_hash
+from ghostball.validation.baselines.bands import band_of_counter, band_of_metric
+from ghostball.validation.baselines.baseline import Accepted
+from ghostball.validation.baselines.classify import Bands, classify
+from ghostball.validation.baselines.fingerprint import blocks_of
+from ghostball.validation.baselines.observed import KEPT_EVENTS, Observed
+from ghostball.validation.baselines.regression import SceneChange
+from ghostball.validation.baselines.rounding import Allowance, allowance_of
 
 ACCEPTED = Accepted(
     date="2026-01-02", revision="0123456789ab", platform="a machine", reason="It is right."

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from engine import EventKind, Result
-from engine.result import hashes
-from validation.stress.judges import FloatArray, energies, instants, overlaps
+from ghostball.engine import EventKind, Result
+from ghostball.engine.result import hashes
+from ghostball.validation.stress.judges import FloatArray, energies, instants, overlaps
 
 __all__ = [
     "EPS",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from engine.core.kernel import kernel
+from ghostball.engine.core.kernel import kernel
 
 
 @cache

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from shots import R
 
-from engine import ExactTrajectory
+from ghostball.engine import ExactTrajectory
 
 G = 9.81
 ROLLING_FRICTION = 0.01

@@ -40,7 +40,7 @@ from oracle_laws import (
 )
 from oracle_roots import first_entry
 
-from engine import CUSHIONS, EventKind, Scene
+from ghostball.engine import CUSHIONS, EventKind, Scene
 
 __all__ = ["DIGITS", "NUDGE", "OracleEvent", "OracleRun", "first_entry", "solve"]
 

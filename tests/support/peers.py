@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from engine import Scene
-from validation.bench.peer_engines import PeerRun
+from ghostball.engine import Scene
+from ghostball.validation.bench.peer_engines import PeerRun
 
 
 class FakePeer:

@@ -1,6 +1,6 @@
 """Comparisons written by hand, for whatever shows them."""
 
-from validation.baselines import (
+from ghostball.validation.baselines import (
     FirstDifference,
     LoggedEvent,
     Quantity,

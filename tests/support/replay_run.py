@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from engine import Ball, Scene, Table
-from validation.results.store import Results, ResultsWriter
-from validation.scenes.library import find_scene
-from validation.suite.suite import run_suite
+from ghostball.engine import Ball, Scene, Table
+from ghostball.validation.results.store import Results, ResultsWriter
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.suite import run_suite
 
 ENGINES = ["ghostball", "pymunk", "paper-discrete"]
 BROKEN = "pymunk:config=default"

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from invariants import FloatArray
 
-from engine import EventKind, Result, Scene
+from ghostball.engine import EventKind, Result, Scene
 
 
 class State(NamedTuple):

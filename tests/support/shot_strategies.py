@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from shots import POOL_TABLE, random_shot
 from transforms import changed, with_balls
 
-from engine import Scene, Table
+from ghostball.engine import Scene, Table
 
 LAWS = st.fixed_dictionaries(
     {

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import CUSHIONS, Scene
+from ghostball.engine import CUSHIONS, Scene
 
 FloatArray = NDArray[np.float64]
 

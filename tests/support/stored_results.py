@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from validation.results.database import (
+from ghostball.validation.results.database import (
     DATABASE,
     get_document,
     put_document,
@@ -16,7 +16,7 @@ from validation.results.database import (
     transaction,
     writing,
 )
-from validation.results.motions import motion_of_case, put_motion
+from ghostball.validation.results.motions import motion_of_case, put_motion
 
 
 def in_database(folder: Path, statement: str, *given: Any) -> Any:

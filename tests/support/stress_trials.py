@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from functools import cache
 
-from validation.stress.family import Family
-from validation.stress.trial import SceneTrial, Suite, Trial
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.trial import SceneTrial, Suite, Trial
 
 
 @cache

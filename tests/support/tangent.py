@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from validation.grading.certified_growth import CertifiedGrowth
+from ghostball.validation.grading.certified_growth import CertifiedGrowth
 
 
 @dataclass(frozen=True, eq=False)

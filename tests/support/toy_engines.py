@@ -5,10 +5,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from engine import Ball, Scene, simulate
-from engine.scene.features import EXACT, Feature
-from reference_adapters import EngineBase, EngineSettings
-from validation.diagnose.attribution._backward import changed_shot
+from ghostball.engine import Ball, Scene, simulate
+from ghostball.engine.scene.features import EXACT, Feature
+from ghostball.reference_adapters import EngineBase, EngineSettings
+from ghostball.validation.diagnose.attribution._backward import changed_shot
 
 
 def roll(**changes) -> Scene:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 from invariants import collisions
 
-from engine import Ball, EventKind, Result, Scene, Table, simulate
+from ghostball.engine import Ball, EventKind, Result, Scene, Table, simulate
 
 Plane = Callable[[float, float], tuple[float, float]]
 """A map of the plane onto itself that takes the axes onto the axes."""

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 
 import numba
 
-from engine.running import driver
-from engine.running.driver import Run, Variant
-from engine.running.skips import Skip
-from engine.scene import Scene
+from ghostball.engine.running import driver
+from ghostball.engine.running.driver import Run, Variant
+from ghostball.engine.running.skips import Skip
+from ghostball.engine.scene import Scene
 
 if TYPE_CHECKING:
     import pytest

@@ -7,24 +7,24 @@
 
 from __future__ import annotations
 
-from validation.baselines.accept import (
+from ghostball.validation.baselines.accept import (
     Acceptance,
     AcceptError,
     LimitsBrokenError,
     accept,
     can_be_accepted,
 )
-from validation.baselines.against import compare_revisions
-from validation.baselines.baseline import (
+from ghostball.validation.baselines.against import compare_revisions
+from ghostball.validation.baselines.baseline import (
     Baseline,
     BaselineError,
     BaselineSchemaError,
     baseline_folder,
     load_baseline,
 )
-from validation.baselines.gate import check_baselines, compare_results
-from validation.baselines.player import NotComparableError
-from validation.baselines.regression import (
+from ghostball.validation.baselines.gate import check_baselines, compare_results
+from ghostball.validation.baselines.player import NotComparableError
+from ghostball.validation.baselines.regression import (
     FirstDifference,
     LoggedEvent,
     Quantity,
@@ -35,7 +35,7 @@ from validation.baselines.regression import (
     load_regression,
     save_regression,
 )
-from validation.baselines.revision import RevisionError
+from ghostball.validation.baselines.revision import RevisionError
 
 __all__ = [
     "AcceptError",

@@ -8,8 +8,8 @@ from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from engine import GhostballError
-from validation.baselines.baseline import (
+from ghostball.engine import GhostballError
+from ghostball.validation.baselines.baseline import (
     FOLDER,
     Accepted,
     Baseline,
@@ -18,10 +18,10 @@ from validation.baselines.baseline import (
     baseline_path,
     load_baseline,
 )
-from validation.baselines.gate import platform_of, revision_of
-from validation.baselines.regression import Regression, SceneChange, load_regression
-from validation.parallel.sources import hash_sources, source_folders
-from validation.results.files import write_all_whole
+from ghostball.validation.baselines.gate import platform_of, revision_of
+from ghostball.validation.baselines.regression import Regression, SceneChange, load_regression
+from ghostball.validation.parallel.sources import hash_sources, source_folders
+from ghostball.validation.results.files import write_all_whole
 
 CHANGES_FILE = "CHANGES.md"
 

@@ -9,31 +9,31 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from engine import Result, Scene
-from reference_adapters.base import resolution_of
-from reference_adapters.registry import make_engine
-from validation.baselines.bands import band_of_counter, band_of_metric
-from validation.baselines.classify import Bands, classify
-from validation.baselines.gate import outcome_of
-from validation.baselines.observed import Observed
-from validation.baselines.player import NotComparableError, Player, PlayError, playing
-from validation.baselines.regression import Regression, SceneChange, TimeChange
-from validation.baselines.revision import repository, resolve, worktree
-from validation.baselines.rounding import allowance_of
-from validation.baselines.timing import (
+from ghostball.engine import Result, Scene
+from ghostball.reference_adapters.base import resolution_of
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.baselines.bands import band_of_counter, band_of_metric
+from ghostball.validation.baselines.classify import Bands, classify
+from ghostball.validation.baselines.gate import outcome_of
+from ghostball.validation.baselines.observed import Observed
+from ghostball.validation.baselines.player import NotComparableError, Player, PlayError, playing
+from ghostball.validation.baselines.regression import Regression, SceneChange, TimeChange
+from ghostball.validation.baselines.revision import repository, resolve, worktree
+from ghostball.validation.baselines.rounding import allowance_of
+from ghostball.validation.baselines.timing import (
     ROUNDS,
     RUNS,
     compare_samples,
 )
-from validation.checks.criteria import Criteria
-from validation.checks.metrics import measure
-from validation.results.environment import describe_environment
-from validation.results.motions import save_sides
-from validation.results.records import Motion
-from validation.runs.sampling import motion_of
-from validation.scenes import commands
-from validation.suite.suite import shipped_criteria
-from validation.truth.scene_truth import OUR_NAME, Truth, truth_of
+from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.checks.metrics import measure
+from ghostball.validation.results.environment import describe_environment
+from ghostball.validation.results.motions import save_sides
+from ghostball.validation.results.records import Motion
+from ghostball.validation.runs.sampling import motion_of
+from ghostball.validation.scenes import commands
+from ghostball.validation.suite.suite import shipped_criteria
+from ghostball.validation.truth.scene_truth import OUR_NAME, Truth, truth_of
 
 Progress = Callable[[int, int, str], None]
 

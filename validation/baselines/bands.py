@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from engine import GhostballError
-from validation.baselines.regression import Level, Quantity
-from validation.checks.metric_table import METRICS, Metric
+from ghostball.engine import GhostballError
+from ghostball.validation.baselines.regression import Level, Quantity
+from ghostball.validation.checks.metric_table import METRICS, Metric
 
 FACTOR = 2.0
 """How many times larger or smaller an error may become: the last bits decide that much."""

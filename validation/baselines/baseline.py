@@ -29,15 +29,15 @@ import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from engine import CUSHIONS, EventKind, GhostballError
-from engine.result import EVENT_DTYPE, Events, event_dict
-from engine.result.hashes import bits_hash, sequence_hash
-from validation.baselines.bands import Band, band_of_counter, band_of_metric
-from validation.baselines.fingerprint import BLOCK, Block, blocks_of
-from validation.baselines.observed import KEPT_EVENTS, Observed
-from validation.baselines.regression import Level
-from validation.checks.metric_table import METRICS
-from validation.results.files import told
+from ghostball.engine import CUSHIONS, EventKind, GhostballError
+from ghostball.engine.result import EVENT_DTYPE, Events, event_dict
+from ghostball.engine.result.hashes import bits_hash, sequence_hash
+from ghostball.validation.baselines.bands import Band, band_of_counter, band_of_metric
+from ghostball.validation.baselines.fingerprint import BLOCK, Block, blocks_of
+from ghostball.validation.baselines.observed import KEPT_EVENTS, Observed
+from ghostball.validation.baselines.regression import Level
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.results.files import told
 
 SCHEMA: Final = 1
 """Version of the files; another one can't be compared with."""

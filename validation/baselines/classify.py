@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine import GhostballError
-from engine.result import EventKind, Events, event_dict
-from validation.baselines.bands import Band, direction
-from validation.baselines.fingerprint import BLOCK
-from validation.baselines.observed import Observed
-from validation.baselines.regression import (
+from ghostball.engine import GhostballError
+from ghostball.engine.result import EventKind, Events, event_dict
+from ghostball.validation.baselines.bands import Band, direction
+from ghostball.validation.baselines.fingerprint import BLOCK
+from ghostball.validation.baselines.observed import Observed
+from ghostball.validation.baselines.regression import (
     Change,
     FirstDifference,
     Level,
@@ -21,9 +21,9 @@ from validation.baselines.regression import (
     Quantity,
     SceneChange,
 )
-from validation.baselines.rounding import Allowance
-from validation.checks.metric_table import METRICS
-from validation.grading.alignment import align, found_log
+from ghostball.validation.baselines.rounding import Allowance
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.grading.alignment import align, found_log
 
 BandOf = Callable[[str], Band]
 """Returns the band of a metric or counter, by name."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from hashlib import sha256
 from typing import NamedTuple
 
-from engine.result import Events
-from engine.result.hashes import log_bits, sequence_hash
+from ghostball.engine.result import Events
+from ghostball.engine.result.hashes import log_bits, sequence_hash
 
 BLOCK = 256
 """Events that share a hash."""

@@ -9,8 +9,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from engine import Scene
-from validation.baselines.baseline import (
+from ghostball.engine import Scene
+from ghostball.validation.baselines.baseline import (
     FOLDER,
     Accepted,
     Baseline,
@@ -19,20 +19,20 @@ from validation.baselines.baseline import (
     baseline_path,
     load_baseline,
 )
-from validation.baselines.classify import Bands, classify
-from validation.baselines.observed import Observed
-from validation.baselines.regression import BASELINES, Regression, SceneChange
-from validation.baselines.rounding import allowance_of
-from validation.bench.skips import many_balls
-from validation.parallel.sources import hash_sources, source_folders
-from validation.results.environment import describe_environment
-from validation.results.records import CaseRecord
-from validation.results.store import Results
-from validation.runs.our_run import run_ours
-from validation.runs.returned import check_result
-from validation.scenes import commands
-from validation.suite.case import Case, TruthFailure, blank_record, failed
-from validation.truth.scene_truth import OUR_NAME
+from ghostball.validation.baselines.classify import Bands, classify
+from ghostball.validation.baselines.observed import Observed
+from ghostball.validation.baselines.regression import BASELINES, Regression, SceneChange
+from ghostball.validation.baselines.rounding import allowance_of
+from ghostball.validation.bench.skips import many_balls
+from ghostball.validation.parallel.sources import hash_sources, source_folders
+from ghostball.validation.results.environment import describe_environment
+from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.results.store import Results
+from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.returned import check_result
+from ghostball.validation.scenes import commands
+from ghostball.validation.suite.case import Case, TruthFailure, blank_record, failed
+from ghostball.validation.truth.scene_truth import OUR_NAME
 
 PENDING = "not accepted yet"
 

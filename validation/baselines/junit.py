@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
-from validation.baselines.regression import Quantity, Regression, SceneChange
-from validation.results.junit_document import (
+from ghostball.validation.baselines.regression import Quantity, Regression, SceneChange
+from ghostball.validation.results.junit_document import (
     case_element,
     document,
     set_output,

@@ -8,14 +8,20 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import GhostballError, Result
-from engine.result import Events
-from engine.result.hashes import bits_hash, sequence_hash
-from validation.baselines.fingerprint import Block, blocks_of
-from validation.checks.metric_table import METRICS
-from validation.checks.metrics import Value
-from validation.results.records import INDEPENDENT, CaseRecord, Motion, scene_hash, status_name
-from validation.runs.sampling import events_of
+from ghostball.engine import GhostballError, Result
+from ghostball.engine.result import Events
+from ghostball.engine.result.hashes import bits_hash, sequence_hash
+from ghostball.validation.baselines.fingerprint import Block, blocks_of
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import Value
+from ghostball.validation.results.records import (
+    INDEPENDENT,
+    CaseRecord,
+    Motion,
+    scene_hash,
+    status_name,
+)
+from ghostball.validation.runs.sampling import events_of
 
 FloatArray = NDArray[np.float64]
 

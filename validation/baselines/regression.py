@@ -10,7 +10,7 @@ from typing import Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from validation.results.database import (
+from ghostball.validation.results.database import (
     get_document,
     has_database,
     put_document,

@@ -12,10 +12,10 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-import validation
-from engine import GhostballError
-from engine.core.kernel import cache_root
-from validation.results.git import GitError, run_git
+from ghostball import validation
+from ghostball.engine import GhostballError
+from ghostball.engine.core.kernel import cache_root
+from ghostball.validation.results.git import GitError, run_git
 
 KEPT = 3
 """Worktrees that are kept: each has its own compiled kernels, which take a minute or two."""

@@ -13,14 +13,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Result, Scene
-from engine.result.hashes import bits_hash
-from validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
-from validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
-from validation.runs.our_run import run_ours
-from validation.runs.sampling import events_of
-from validation.truth.bifurcations import extent_of
-from validation.truth.proof import proof_of
+from ghostball.engine import Result, Scene
+from ghostball.engine.result.hashes import bits_hash
+from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
+from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
+from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.truth.bifurcations import extent_of
+from ghostball.validation.truth.proof import proof_of
 
 FloatArray = NDArray[np.float64]
 

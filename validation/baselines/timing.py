@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from statistics import median
 from typing import Final
 
-from validation.baselines.regression import TimeChange, Timing
+from ghostball.validation.baselines.regression import TimeChange, Timing
 
 ROUNDS: Final = 15
 """Samples of a scene: each by turns with all others, so that a slow moment hits all."""

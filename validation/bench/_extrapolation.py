@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.diagnose.attribution import largest_distance
+from ghostball.validation.diagnose.attribution import largest_distance
 
 FloatArray = NDArray[np.float64]
 

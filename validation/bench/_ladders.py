@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from engine import Record, Result, Scene
-from reference_adapters import ReferenceEngine, parse_spec
-from reference_adapters.certified import CertifiedEngine, CertifiedSettings, certify
-from reference_adapters.certified.engine import result_of
-from reference_adapters.output import captured
-from validation.bench._phases import begun_earlier
-from validation.runs.playing import run_engine
-from validation.runs.steps import step_of, step_setting, with_step
+from ghostball.engine import Record, Result, Scene
+from ghostball.reference_adapters import ReferenceEngine, parse_spec
+from ghostball.reference_adapters.certified import CertifiedEngine, CertifiedSettings, certify
+from ghostball.reference_adapters.certified.engine import result_of
+from ghostball.reference_adapters.output import captured
+from ghostball.validation.bench._phases import begun_earlier
+from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.steps import step_of, step_setting, with_step
 
 LONGEST_STEP = 0.02
 """Where a ladder begins [s], unless the engine's own step is longer: the paper's step."""

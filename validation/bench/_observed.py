@@ -8,13 +8,13 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
-from validation.bench._points import best_of
-from validation.bench.accuracy import AccuracyMeasurement
-from validation.bench.attribution import AttributionMeasurement
-from validation.bench.measurements import ScalingMeasurement, TargetsMeasurement
-from validation.bench.precision import PrecisionMeasurement
-from validation.bench.racks import RacksMeasurement
-from validation.bench.skips import COUNTERS, SkipsMeasurement
+from ghostball.validation.bench._points import best_of
+from ghostball.validation.bench.accuracy import AccuracyMeasurement
+from ghostball.validation.bench.attribution import AttributionMeasurement
+from ghostball.validation.bench.measurements import ScalingMeasurement, TargetsMeasurement
+from ghostball.validation.bench.precision import PrecisionMeasurement
+from ghostball.validation.bench.racks import RacksMeasurement
+from ghostball.validation.bench.skips import COUNTERS, SkipsMeasurement
 
 
 @dataclass(frozen=True)

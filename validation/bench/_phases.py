@@ -12,9 +12,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Ball, Scene, SceneError, Status
-from validation.runs.our_run import run_ours
-from validation.runs.rolling import rolling_spin
+from ghostball.engine import Ball, Scene, SceneError, Status
+from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.rolling import rolling_spin
 
 FloatArray = NDArray[np.float64]
 

@@ -9,13 +9,13 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EngineFailedError, Result, Scene, UnsupportedSceneError
-from validation.bench._ladders import Rung, start_of, work_of
-from validation.bench._points import LeftOut, PrecisionPoint
-from validation.bench._reach import Level
-from validation.bench.timing import Clock, Task
-from validation.checks.metrics import ball_errors
-from validation.truth.scene_truth import Truth, collisions_of
+from ghostball.engine import EngineFailedError, Result, Scene, UnsupportedSceneError
+from ghostball.validation.bench._ladders import Rung, start_of, work_of
+from ghostball.validation.bench._points import LeftOut, PrecisionPoint
+from ghostball.validation.bench._reach import Level
+from ghostball.validation.bench.timing import Clock, Task
+from ghostball.validation.checks.metrics import ball_errors
+from ghostball.validation.truth.scene_truth import Truth, collisions_of
 
 FloatArray = NDArray[np.float64]
 

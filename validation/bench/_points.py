@@ -7,8 +7,8 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from validation.bench._reach import Reach
-from validation.bench.measurements import Measurement
+from ghostball.validation.bench._reach import Reach
+from ghostball.validation.bench.measurements import Measurement
 
 
 class PrecisionPoint(BaseModel):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
-from validation.bench._extrapolation import (
+from ghostball.validation.bench._extrapolation import (
     FEWEST_LEVELS,
     WHOLE_ORDERS,
     Extrapolation,

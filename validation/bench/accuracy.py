@@ -10,15 +10,15 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from engine import Status, simulate
-from reference_adapters.certified import CertifiedSettings, certify
-from validation.bench.measurements import Measurement, measured_where
-from validation.bench.running import run_each, shot_numbers
-from validation.bench.timing import Progress
-from validation.checks.violations import faults_of
-from validation.grading.grading import grade
-from validation.parallel.compiling import compile_kernels
-from validation.scenes.random_shots import random_shot
+from ghostball.engine import Status, simulate
+from ghostball.reference_adapters.certified import CertifiedSettings, certify
+from ghostball.validation.bench.measurements import Measurement, measured_where
+from ghostball.validation.bench.running import run_each, shot_numbers
+from ghostball.validation.bench.timing import Progress
+from ghostball.validation.checks.violations import faults_of
+from ghostball.validation.grading.grading import grade
+from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.scenes.random_shots import random_shot
 
 SHOTS = 10_000
 """Shots of a whole measurement: some two minutes in two processes."""

@@ -11,17 +11,17 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from engine import Ball, Physics, Scene, Table
-from engine.scene import POOL_BALL_RADIUS
-from reference_adapters import make_engine
-from validation.bench.measurements import Measurement, measured_where
-from validation.bench.running import run_each, shot_numbers
-from validation.bench.timing import Progress
-from validation.diagnose.attribution import Attribution, attribute, largest_distance
-from validation.diagnose.attribution.attribution_record import Outcome
-from validation.parallel.compiling import compile_kernels
-from validation.runs.steps import with_setting
-from validation.truth.known_shot import KnownShot, known_shot
+from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.engine.scene import POOL_BALL_RADIUS
+from ghostball.reference_adapters import make_engine
+from ghostball.validation.bench.measurements import Measurement, measured_where
+from ghostball.validation.bench.running import run_each, shot_numbers
+from ghostball.validation.bench.timing import Progress
+from ghostball.validation.diagnose.attribution import Attribution, attribute, largest_distance
+from ghostball.validation.diagnose.attribution.attribution_record import Outcome
+from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.runs.steps import with_setting
+from ghostball.validation.truth.known_shot import KnownShot, known_shot
 
 SHOTS = 200
 """Shots of a whole measurement: a quarter of an hour of one processor."""

@@ -8,19 +8,19 @@ from functools import partial
 from itertools import cycle
 from statistics import median
 
-from engine import Scene
-from validation.bench.measurements import Outcome, PeerRow
-from validation.bench.peer_engines import (
+from ghostball.engine import Scene
+from ghostball.validation.bench.measurements import Outcome, PeerRow
+from ghostball.validation.bench.peer_engines import (
     Peer,
     PeerAbsentError,
     PeerCannotError,
     PeerFailedError,
 )
-from validation.bench.running import run, until
-from validation.bench.scenes import FULL_CLOTH, ROLLING, table_gas
-from validation.bench.sizes import Size, break_scenes, gas_scene, rack_scenes
-from validation.bench.targets import TIMES_QUICKER, target_of
-from validation.bench.timing import Clock, Sampler, Samples, Task
+from ghostball.validation.bench.running import run, until
+from ghostball.validation.bench.scenes import FULL_CLOTH, ROLLING, table_gas
+from ghostball.validation.bench.sizes import Size, break_scenes, gas_scene, rack_scenes
+from ghostball.validation.bench.targets import TIMES_QUICKER, target_of
+from ghostball.validation.bench.timing import Clock, Sampler, Samples, Task
 
 OUR_RUNS = 5
 """Runs of ours beside each of a peer, whose median counts: they are so much shorter."""

@@ -10,11 +10,11 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from validation.bench import measurements
-from validation.bench._observed import KINDS, Observed, observed_in
-from validation.bench.running import BenchError
-from validation.results.files import told
-from validation.results.git import GitError, run_git
+from ghostball.validation.bench import measurements
+from ghostball.validation.bench._observed import KINDS, Observed, observed_in
+from ghostball.validation.bench.running import BenchError
+from ghostball.validation.results.files import told
+from ghostball.validation.results.git import GitError, run_git
 
 PLACE = "benchmarks/results"
 """Where measurements lie in the repository, as git names folders."""

@@ -5,14 +5,19 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 
-from validation.bench.comparison import comparisons
-from validation.bench.measurements import Row, TargetsMeasurement, measured_where, spread_fields
-from validation.bench.peer_engines import Peer
-from validation.bench.quantities import QUANTITIES
-from validation.bench.sizes import FULL, Size
-from validation.bench.targets import target_of
-from validation.bench.timing import Clock, Progress, Samples, take_turns
-from validation.bench.workloads import Workload
+from ghostball.validation.bench.comparison import comparisons
+from ghostball.validation.bench.measurements import (
+    Row,
+    TargetsMeasurement,
+    measured_where,
+    spread_fields,
+)
+from ghostball.validation.bench.peer_engines import Peer
+from ghostball.validation.bench.quantities import QUANTITIES
+from ghostball.validation.bench.sizes import FULL, Size
+from ghostball.validation.bench.targets import target_of
+from ghostball.validation.bench.timing import Clock, Progress, Samples, take_turns
+from ghostball.validation.bench.workloads import Workload
 
 
 def measure_targets(

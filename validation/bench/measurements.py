@@ -11,10 +11,10 @@ from typing import Annotated, Any, Final, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from validation.bench.running import BenchError
-from validation.bench.timing import Spread
-from validation.results.environment import describe_environment
-from validation.results.files import told, write_whole
+from ghostball.validation.bench.running import BenchError
+from ghostball.validation.bench.timing import Spread
+from ghostball.validation.results.environment import describe_environment
+from ghostball.validation.results.files import told, write_whole
 
 SCHEMA: Final = 1
 """Version of the files; another one is refused."""

@@ -12,12 +12,12 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import IO, Any, Protocol
 
-from engine import EngineFailedError, Result, Scene, UnsupportedSceneError
-from reference_adapters import make_engine, split_specs
-from reference_adapters.output import captured
-from reference_adapters.registry import EngineUnavailableError, engine_names
-from validation.bench.running import BenchError
-from validation.runs.playing import run_engine
+from ghostball.engine import EngineFailedError, Result, Scene, UnsupportedSceneError
+from ghostball.reference_adapters import make_engine, split_specs
+from ghostball.reference_adapters.output import captured
+from ghostball.reference_adapters.registry import EngineUnavailableError, engine_names
+from ghostball.validation.bench.running import BenchError
+from ghostball.validation.runs.playing import run_engine
 
 SCRIPTS = Path(__file__).resolve().parent / "peers"
 

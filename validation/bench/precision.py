@@ -7,31 +7,31 @@ from collections.abc import Iterator, Sequence
 
 from pydantic import ValidationError
 
-from engine import Scene
-from reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
-from reference_adapters.base import resolution_of
-from validation.bench._ladders import (
+from ghostball.engine import Scene
+from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
+from ghostball.reference_adapters.base import resolution_of
+from ghostball.validation.bench._ladders import (
     TINY,
     WIDE,
     Extent,
     at_step,
     ladder_of,
 )
-from validation.bench._places import Course, Place
-from validation.bench._points import (
+from ghostball.validation.bench._places import Course, Place
+from ghostball.validation.bench._points import (
     LeftOut,
     PrecisionCurve,
     PrecisionMeasurement,
     PrecisionPoint,
     best_of,
 )
-from validation.bench._reach import NO_STEP, TARGETS, Reach, order_of, reach_of
-from validation.bench.measurements import measured_where
-from validation.bench.running import BenchError
-from validation.bench.timing import Clock, Progress, Samples, take_turns
-from validation.results.records import CERTIFIED, INDEPENDENT
-from validation.suite.suite import DEFAULT_ENGINES
-from validation.truth.scene_truth import Truth, truth_of
+from ghostball.validation.bench._reach import NO_STEP, TARGETS, Reach, order_of, reach_of
+from ghostball.validation.bench.measurements import measured_where
+from ghostball.validation.bench.running import BenchError
+from ghostball.validation.bench.timing import Clock, Progress, Samples, take_turns
+from ghostball.validation.results.records import CERTIFIED, INDEPENDENT
+from ghostball.validation.suite.suite import DEFAULT_ENGINES
+from ghostball.validation.truth.scene_truth import Truth, truth_of
 
 __all__ = [
     "DEFAULT_SCENES",

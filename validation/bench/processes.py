@@ -11,10 +11,10 @@ import time
 from collections.abc import Mapping
 from pathlib import Path
 
-import engine
-from validation.bench.running import BenchError
-from validation.bench.timing import Clock, Sampler
-from validation.scenes.library import FOLDER
+from ghostball import engine
+from ghostball.validation.bench.running import BenchError
+from ghostball.validation.bench.timing import Clock, Sampler
+from ghostball.validation.scenes.library import FOLDER
 
 SHOT = "half-ball-cut"
 """The shipped scene that is shot."""
@@ -22,16 +22,17 @@ SHOT = "half-ball-cut"
 PROGRAM = """\
 import time
 began = time.perf_counter()
-import engine, sys
+import sys
+from ghostball import engine
 imported = time.perf_counter() - began
 engine.simulate(engine.Scene.load(sys.argv[1]))
 print(imported, flush=True)
 """
 
 COMPILING = """\
-from engine.compilation import MANY
-from validation.parallel.compiling import compile_kernels
-from validation.scenes.library import select
+from ghostball.engine.compilation import MANY
+from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.scenes.library import select
 compile_kernels(select(), 2, tangents=True, contacts_from=MANY)
 print(0.0, flush=True)
 """

@@ -9,13 +9,21 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from engine import Scene
-from validation.bench.comparison import PEER_ERRORS, outcome_of
-from validation.bench.measurements import Measurement, Outcome, measured_where
-from validation.bench.peer_engines import Peer
-from validation.bench.scaling import OurEngine
-from validation.bench.scenes import random_rack
-from validation.bench.timing import Clock, Figures, Progress, Sampler, Samples, Task, take_turns
+from ghostball.engine import Scene
+from ghostball.validation.bench.comparison import PEER_ERRORS, outcome_of
+from ghostball.validation.bench.measurements import Measurement, Outcome, measured_where
+from ghostball.validation.bench.peer_engines import Peer
+from ghostball.validation.bench.scaling import OurEngine
+from ghostball.validation.bench.scenes import random_rack
+from ghostball.validation.bench.timing import (
+    Clock,
+    Figures,
+    Progress,
+    Sampler,
+    Samples,
+    Task,
+    take_turns,
+)
 
 RACKS = 1_000
 """Racks of a whole measurement."""

@@ -8,11 +8,11 @@ from contextlib import closing
 from functools import partial
 from typing import Never, TypeVar
 
-from engine import GhostballError, Record, Result, Scene, Status, simulate
-from engine.scene import POOL_BALL_RADIUS
-from validation.bench.scenes import later
-from validation.bench.timing import Progress
-from validation.parallel.pool import run_tasks
+from ghostball.engine import GhostballError, Record, Result, Scene, Status, simulate
+from ghostball.engine.scene import POOL_BALL_RADIUS
+from ghostball.validation.bench.scenes import later
+from ghostball.validation.bench.timing import Progress
+from ghostball.validation.parallel.pool import run_tasks
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -119,6 +119,6 @@ def after(scene: Scene) -> Scene:
 
 def bytes_per_ball(scene: Scene) -> float:
     """Return the memory of the arrays that the kernels work on in a run, per ball [B]."""
-    from engine.running.driver import Run  # noqa: PLC0415 - it loads the compiler
+    from ghostball.engine.running.driver import Run  # noqa: PLC0415 - it loads the compiler
 
     return Run(scene, keep_log=False).nbytes / len(scene.balls)

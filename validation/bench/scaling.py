@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Literal
 
-from engine import Scene
-from validation.bench.comparison import PEER_ERRORS, outcome_of
-from validation.bench.measurements import (
+from ghostball.engine import Scene
+from ghostball.validation.bench.comparison import PEER_ERRORS, outcome_of
+from ghostball.validation.bench.measurements import (
     Curve,
     Outcome,
     Physics,
@@ -19,10 +19,10 @@ from validation.bench.measurements import (
     ScalingMeasurement,
     measured_where,
 )
-from validation.bench.peer_engines import Peer, PeerRun
-from validation.bench.running import after, collision_rate, run, until
-from validation.bench.scenes import FRICTIONLESS, FULL_CLOTH, packed_gas
-from validation.bench.timing import Clock, Progress, Samples, Task, take_turns
+from ghostball.validation.bench.peer_engines import Peer, PeerRun
+from ghostball.validation.bench.running import after, collision_rate, run, until
+from ghostball.validation.bench.scenes import FRICTIONLESS, FULL_CLOTH, packed_gas
+from ghostball.validation.bench.timing import Clock, Progress, Samples, Task, take_turns
 
 Along = Literal["balls", "packing"]
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from engine import Ball, Physics, Scene, Table
-from engine.scene import POOL_BALL_RADIUS
+from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.engine.scene import POOL_BALL_RADIUS
 
 POOL_TABLE = Table(length=2.54, width=1.27)
 

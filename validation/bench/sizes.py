@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from engine import Scene
-from validation.bench.running import after, collision_rate, until
-from validation.bench.scenes import FRICTIONLESS, packed_gas, racked_break, random_rack
+from ghostball.engine import Scene
+from ghostball.validation.bench.running import after, collision_rate, until
+from ghostball.validation.bench.scenes import FRICTIONLESS, packed_gas, racked_break, random_rack
 
 PACKING = 0.6
 """Of the elastic gases: the part of the area that balls cover."""

@@ -13,12 +13,12 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from engine import Result, Scene
-from engine.running.skips import BUILT_IN, Skip, SkipUse, explain_skips
-from validation.bench.measurements import Measurement, measured_where
-from validation.bench.running import run
-from validation.bench.scenes import FRICTIONLESS, FULL_CLOTH, packed_gas
-from validation.bench.timing import Progress
+from ghostball.engine import Result, Scene
+from ghostball.engine.running.skips import BUILT_IN, Skip, SkipUse, explain_skips
+from ghostball.validation.bench.measurements import Measurement, measured_where
+from ghostball.validation.bench.running import run
+from ghostball.validation.bench.scenes import FRICTIONLESS, FULL_CLOTH, packed_gas
+from ghostball.validation.bench.timing import Progress
 
 ROUNDING = 16.0
 """Roundings by which the first event that differs may do so, where another formula gives the same

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Literal
 
-from validation.bench.running import BenchError
-from validation.bench.workloads import WORKLOADS, Workload
+from ghostball.validation.bench.running import BenchError
+from ghostball.validation.bench.workloads import WORKLOADS, Workload
 
 LimitKind = Literal["at_most", "at_least"]
 

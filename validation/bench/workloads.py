@@ -11,19 +11,19 @@ from typing import Any
 
 import numpy as np
 
-from engine import EventKind, Physics, Scene, simulate_sweep
-from validation.bench.processes import sample_cold_start, sample_start
-from validation.bench.running import bytes_per_ball, run, until
-from validation.bench.scenes import (
+from ghostball.engine import EventKind, Physics, Scene, simulate_sweep
+from ghostball.validation.bench.processes import sample_cold_start, sample_start
+from ghostball.validation.bench.running import bytes_per_ball, run, until
+from ghostball.validation.bench.scenes import (
     FULL_CLOTH,
     ROLLING,
     packed_gas,
     random_rack,
     table_gas,
 )
-from validation.bench.sizes import PACKING, Size, break_scenes, gas_scene, rack_scenes
-from validation.bench.timing import Clock, Figures, Sampler, Task
-from validation.scenes.library import find_scene
+from ghostball.validation.bench.sizes import PACKING, Size, break_scenes, gas_scene, rack_scenes
+from ghostball.validation.bench.timing import Clock, Figures, Sampler, Task
+from ghostball.validation.scenes.library import find_scene
 
 CLOTH_PACKING = 0.3
 """Of the balls on cloth, which run until all of them rest."""

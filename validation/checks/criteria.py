@@ -38,13 +38,13 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from engine import GhostballError
-from reference_adapters.base import EngineError
-from reference_adapters.registry import parse_spec
-from validation.checks.metric_table import METRICS
-from validation.results.records import Check, LimitKind
-from validation.scenes.library import FOLDER
-from validation.truth.scene_truth import WantedTruth
+from ghostball.engine import GhostballError
+from ghostball.reference_adapters.base import EngineError
+from ghostball.reference_adapters.registry import parse_spec
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.results.records import Check, LimitKind
+from ghostball.validation.scenes.library import FOLDER
+from ghostball.validation.truth.scene_truth import WantedTruth
 
 SUFFIX = ".expect.toml"
 """Ending of a criteria file's name: `break-16.toml` has its criteria in `break-16.expect.toml`."""

@@ -12,11 +12,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Result, SampledTrajectory, Samples, Scene
-from engine.result import COLLISION_KINDS
-from engine.trajectory import energy_of
-from reference_adapters.base import resolution_of_step
-from validation.runs.sampling import energy_series, events_of
+from ghostball.engine import Result, SampledTrajectory, Samples, Scene
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.engine.trajectory import energy_of
+from ghostball.reference_adapters.base import resolution_of_step
+from ghostball.validation.runs.sampling import energy_series, events_of
 
 FloatArray = NDArray[np.float64]
 

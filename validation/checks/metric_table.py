@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 
-from engine import GhostballError
-from validation.truth.scene_truth import TruthPart
+from ghostball.engine import GhostballError
+from ghostball.validation.truth.scene_truth import TruthPart
 
 
 class MetricError(GhostballError, ValueError):

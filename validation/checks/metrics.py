@@ -13,14 +13,14 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, ExactTrajectory, Result, Scene
-from engine.result import COLLISION_KINDS
-from validation.checks.energy_gain import largest_gain
-from validation.checks.metric_table import METRICS
-from validation.grading.grading import Grade, grade
-from validation.grading.sequences import matching_collisions
-from validation.runs.sampling import deepest_overlap, energy_at, energy_series, events_of
-from validation.truth.scene_truth import Truth, collisions_of
+from ghostball.engine import EventKind, ExactTrajectory, Result, Scene
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.validation.checks.energy_gain import largest_gain
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.grading.grading import Grade, grade
+from ghostball.validation.grading.sequences import matching_collisions
+from ghostball.validation.runs.sampling import deepest_overlap, energy_at, energy_series, events_of
+from ghostball.validation.truth.scene_truth import Truth, collisions_of
 
 FloatArray = NDArray[np.float64]
 Value = int | float | None

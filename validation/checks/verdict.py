@@ -9,15 +9,15 @@ from __future__ import annotations
 import enum
 from collections.abc import Collection
 
-from validation.checks.metric_table import METRICS
-from validation.results.records import (
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.results.records import (
     CLOSED_FORM,
     COMPLETE_STATUSES,
     INDEPENDENT,
     CaseRecord,
     Check,
 )
-from validation.truth.scene_truth import OUR_NAME
+from ghostball.validation.truth.scene_truth import OUR_NAME
 
 
 class Verdict(enum.Enum):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from engine import Scene
-from validation.checks.criteria import common_criteria
-from validation.grading.grading import Grade
+from ghostball.engine import Scene
+from ghostball.validation.checks.criteria import common_criteria
+from ghostball.validation.grading.grading import Grade
 
 
 def values_of(grade: Grade) -> dict[str, int | float | None]:

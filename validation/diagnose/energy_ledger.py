@@ -15,10 +15,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, Scene
-from engine.result import COLLISION_KINDS, Events, initial_state
-from engine.trajectory import Phase, energy_of
-from validation.results.records import Motion
+from ghostball.engine import EventKind, Scene
+from ghostball.engine.result import COLLISION_KINDS, Events, initial_state
+from ghostball.engine.trajectory import Phase, energy_of
+from ghostball.validation.results.records import Motion
 
 FloatArray = NDArray[np.float64]
 

@@ -9,14 +9,33 @@ from typing import Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import CUSHIONS, EngineFailedError, EventKind, GhostballError, Result, Scene, Status
-from reference_adapters import ReferenceEngine
-from validation.diagnose.attribution import Attribution, attribute
-from validation.diagnose.near_misses import approach_speed, depth_of, in_ulps, nearest_approach
-from validation.diagnose.parting import Agreement, Collision, Parting, collisions_in, compare_logs
-from validation.runs.playing import run_engine
-from validation.runs.sampling import events_of
-from validation.truth.known_shot import KnownShot, known_shot
+from ghostball.engine import (
+    CUSHIONS,
+    EngineFailedError,
+    EventKind,
+    GhostballError,
+    Result,
+    Scene,
+    Status,
+)
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.validation.diagnose.attribution import Attribution, attribute
+from ghostball.validation.diagnose.near_misses import (
+    approach_speed,
+    depth_of,
+    in_ulps,
+    nearest_approach,
+)
+from ghostball.validation.diagnose.parting import (
+    Agreement,
+    Collision,
+    Parting,
+    collisions_in,
+    compare_logs,
+)
+from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.truth.known_shot import KnownShot, known_shot
 
 FloatArray = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Ball, EventKind, Result, SampledTrajectory, Samples, Scene
-from validation.diagnose.parting import Collision
-from validation.runs.our_run import run_ours
+from ghostball.engine import Ball, EventKind, Result, SampledTrajectory, Samples, Scene
+from ghostball.validation.diagnose.parting import Collision
+from ghostball.validation.runs.our_run import run_ours
 
 FloatArray = NDArray[np.float64]
 Centres = Callable[[FloatArray], FloatArray]

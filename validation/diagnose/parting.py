@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from engine import CUSHIONS, EventKind, Scene
-from engine.result import Events
-from validation.grading.sequences import TIE
-from validation.truth.scene_truth import collisions_of
+from ghostball.engine import CUSHIONS, EventKind, Scene
+from ghostball.engine.result import Events
+from ghostball.validation.grading.sequences import TIE
+from ghostball.validation.truth.scene_truth import collisions_of
 
 
 @dataclass(frozen=True)

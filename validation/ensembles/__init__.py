@@ -5,7 +5,7 @@ can still be compared is how a shot ends that is perturbed again and again: the 
 rest positions, collision counts and energy.
 """
 
-from validation.ensembles.compare import (
+from ghostball.validation.ensembles.compare import (
     ENERGY_PARTS,
     QUANTITIES,
     Compared,
@@ -15,16 +15,16 @@ from validation.ensembles.compare import (
     compare,
     quantity_of,
 )
-from validation.ensembles.ensemble_record import (
+from ghostball.validation.ensembles.ensemble_record import (
     REFERENCE,
     EnsembleRecord,
     EnsembleRun,
     Members,
 )
-from validation.ensembles.ensembles_folder import Ensembles
-from validation.ensembles.member import MemberResult
-from validation.ensembles.members import EnsembleError, Size, perturb
-from validation.ensembles.run import EnsembleOutcome, check_ensembles, run_ensembles
+from ghostball.validation.ensembles.ensembles_folder import Ensembles
+from ghostball.validation.ensembles.member import MemberResult
+from ghostball.validation.ensembles.members import EnsembleError, Size, perturb
+from ghostball.validation.ensembles.run import EnsembleOutcome, check_ensembles, run_ensembles
 
 __all__ = [
     "ENERGY_PARTS",

@@ -17,10 +17,15 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.ensembles.ensemble_record import INSTANTS, REFERENCE, EnsembleRecord, Members
-from validation.ensembles.ensembles_folder import Ensembles
-from validation.ensembles.members import Stream
-from validation.ensembles.statistics import TwoSample, holm, smallest_p, two_sample_tests
+from ghostball.validation.ensembles.ensemble_record import (
+    INSTANTS,
+    REFERENCE,
+    EnsembleRecord,
+    Members,
+)
+from ghostball.validation.ensembles.ensembles_folder import Ensembles
+from ghostball.validation.ensembles.members import Stream
+from ghostball.validation.ensembles.statistics import TwoSample, holm, smallest_p, two_sample_tests
 
 Quantity = Literal["rest", "ball-ball", "ball-cushion", "energy"]
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict
 
-from engine import Scene
-from validation.ensembles.members import Size, Stream
-from validation.results.records import FloatArray, scene_from
+from ghostball.engine import Scene
+from ghostball.validation.ensembles.members import Size, Stream
+from ghostball.validation.results.records import FloatArray, scene_from
 
 REFERENCE: Final = "ghostball"
 """The engine that the others are compared with: the one that has every scene's own model."""

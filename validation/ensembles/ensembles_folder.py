@@ -11,15 +11,15 @@ from typing import Final
 import numpy as np
 from pydantic import TypeAdapter
 
-from validation.ensembles.ensemble_record import (
+from ghostball.validation.ensembles.ensemble_record import (
     EnsembleRecord,
     EnsembleRun,
     EnsembleState,
     Members,
 )
-from validation.ensembles.member import MemberResult
-from validation.ensembles.members import Stream
-from validation.results.database import (
+from ghostball.validation.ensembles.member import MemberResult
+from ghostball.validation.ensembles.members import Stream
+from ghostball.validation.results.database import (
     get_document,
     has_database,
     put_document,

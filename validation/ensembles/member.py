@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict
 
-from engine import EngineFailedError, Scene, UnsupportedSceneError
-from engine.result import COLLISION_KINDS
-from reference_adapters.registry import EngineUnavailableError, make_engine
-from validation.ensembles.members import Stream
-from validation.results.records import FloatArray, status_name
-from validation.runs.playing import run_engine
-from validation.runs.sampling import energy_at
+from ghostball.engine import EngineFailedError, Scene, UnsupportedSceneError
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
+from ghostball.validation.ensembles.members import Stream
+from ghostball.validation.results.records import FloatArray, status_name
+from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.sampling import energy_at
 
 MemberOutcome = Literal["ended", "stopped", "failed", "not-representable", "unavailable"]
 

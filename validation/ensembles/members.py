@@ -17,8 +17,8 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Ball, GhostballError, Scene, Table
-from validation.runs.rolling import rolling_spin
+from ghostball.engine import Ball, GhostballError, Scene, Table
+from ghostball.validation.runs.rolling import rolling_spin
 
 Stream = Literal["shots", "null"]
 """Which members: those that every engine runs, or as many others, independent of them."""

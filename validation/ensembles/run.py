@@ -1,7 +1,7 @@
 """Run ensembles: the same perturbed shots on every engine, kept as they come.
 
->>> from validation import run_suite
->>> from validation.ensembles import Ensembles, compare, run_ensembles
+>>> from ghostball.validation import run_suite
+>>> from ghostball.validation.ensembles import Ensembles, compare, run_ensembles
 >>> scenes, engines = [find_scene("chaos-a")], ["ghostball", "pymunk"]
 >>> run_suite(scenes, engines, Path("out"))
 >>> run_ensembles(scenes, engines, Path("out"), 50)
@@ -21,11 +21,11 @@ from typing import Any
 
 import numpy as np
 
-from engine import Scene, UnsupportedSceneError
-from engine.result import initial_state
-from engine.trajectory import energy_of
-from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
-from validation.ensembles.ensemble_record import (
+from ghostball.engine import Scene, UnsupportedSceneError
+from ghostball.engine.result import initial_state
+from ghostball.engine.trajectory import energy_of
+from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
+from ghostball.validation.ensembles.ensemble_record import (
     INSTANTS,
     REFERENCE,
     EnsembleOutcomeName,
@@ -33,19 +33,19 @@ from validation.ensembles.ensemble_record import (
     EnsembleRun,
     EnsembleState,
 )
-from validation.ensembles.ensembles_folder import Ensembles, EnsembleWriter, Key
-from validation.ensembles.member import MemberResult, MemberTask, died, run_member
-from validation.ensembles.members import EnsembleError, Size, Stream, perturb
-from validation.parallel.cluster import Cluster
-from validation.parallel.compiling import compile_kernels
-from validation.parallel.pool import limit_of, run_tasks
-from validation.results.database import SCHEMA, reserved, writing
-from validation.results.environment import describe_environment
-from validation.results.store import ResultsError, has_results
-from validation.runs.our_run import run_ours
-from validation.suite.case import plain_settings
-from validation.suite.suite import check_time_limit
-from validation.suite.unchanged import code_hash, is_ours
+from ghostball.validation.ensembles.ensembles_folder import Ensembles, EnsembleWriter, Key
+from ghostball.validation.ensembles.member import MemberResult, MemberTask, died, run_member
+from ghostball.validation.ensembles.members import EnsembleError, Size, Stream, perturb
+from ghostball.validation.parallel.cluster import Cluster
+from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.pool import limit_of, run_tasks
+from ghostball.validation.results.database import SCHEMA, reserved, writing
+from ghostball.validation.results.environment import describe_environment
+from ghostball.validation.results.store import ResultsError, has_results
+from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.suite.case import plain_settings
+from ghostball.validation.suite.suite import check_time_limit
+from ghostball.validation.suite.unchanged import code_hash, is_ours
 
 FEWEST, MOST = 2, 1_000
 """Members of an ensemble. The tests hold a matrix of (2 x members)^2 distances in memory."""

@@ -11,11 +11,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from engine import EventKind, Record, Result, Samples, Scene, Status
-from engine.scene import rolling_angular_velocity
-from engine.scene.features import EXACT, Capabilities, Feature
-from reference_adapters import EngineBase, EngineSettings
-from reference_adapters.recording import Recorder
+from ghostball.engine import EventKind, Record, Result, Samples, Scene, Status
+from ghostball.engine.scene import rolling_angular_velocity
+from ghostball.engine.scene.features import EXACT, Capabilities, Feature
+from ghostball.reference_adapters import EngineBase, EngineSettings
+from ghostball.reference_adapters.recording import Recorder
 
 
 class Stepper(EngineBase):

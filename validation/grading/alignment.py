@@ -18,10 +18,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind
-from engine.result import Events
-from reference_adapters.certified import Certificate, Choice
-from validation.grading.sequences import TIE
+from ghostball.engine import EventKind
+from ghostball.engine.result import Events
+from ghostball.reference_adapters.certified import Certificate, Choice
+from ghostball.validation.grading.sequences import TIE
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.trajectory import Phase
+from ghostball.engine.trajectory import Phase
 
 FloatArray = NDArray[np.float64]
 

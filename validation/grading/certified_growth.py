@@ -26,15 +26,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine import EventKind, Scene
-from engine.result import COLLISION_KINDS
-from reference_adapters.certified import Certificate
-from reference_adapters.certified.gaps import SIDES
-from reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
-from reference_adapters.certified.problem import problem_of
-from validation.grading.certified_flow import PARTS, PLACE, SLIP, VELOCITY, ProvedBall
-from validation.grading.slope import Slope
-from validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
+from ghostball.engine import EventKind, Scene
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.reference_adapters.certified import Certificate
+from ghostball.reference_adapters.certified.gaps import SIDES
+from ghostball.reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
+from ghostball.reference_adapters.certified.problem import problem_of
+from ghostball.validation.grading.certified_flow import PARTS, PLACE, SLIP, VELOCITY, ProvedBall
+from ghostball.validation.grading.slope import Slope
+from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 
 FloatArray = NDArray[np.float64]
 

@@ -21,11 +21,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, ExactTrajectory, GhostballError, Result, Scene
-from engine.result import COLLISION_KINDS
-from engine.trajectory import Samples
-from reference_adapters.certified import Certificate, Enclosure
-from validation.grading.alignment import (
+from ghostball.engine import EventKind, ExactTrajectory, GhostballError, Result, Scene
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.engine.trajectory import Samples
+from ghostball.reference_adapters.certified import Certificate, Enclosure
+from ghostball.validation.grading.alignment import (
     ALL_KINDS,
     Alignment,
     Difference,
@@ -34,9 +34,9 @@ from validation.grading.alignment import (
     found_log,
     proved_log,
 )
-from validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
-from validation.grading.sequences import TIE
-from validation.grading.tolerances import (
+from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
+from ghostball.validation.grading.sequences import TIE
+from ghostball.validation.grading.tolerances import (
     EPS,
     LEAST_SLIP,
     LOWEST_HOP,

@@ -24,9 +24,9 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, TypeVar
 from uuid import uuid4
 
-from engine.errors import GhostballError
-from validation.parallel.pool import WAKE, Answer, Process
-from validation.parallel.sources import versions
+from ghostball.engine.errors import GhostballError
+from ghostball.validation.parallel.pool import WAKE, Answer, Process
+from ghostball.validation.parallel.sources import versions
 
 if TYPE_CHECKING:
     from distributed import Client, Future

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable
 from contextlib import closing
 from functools import partial
 
-from engine import GhostballError, Scene
-from engine.compilation import Variants, variants_of
-from validation.parallel.pool import run_tasks
+from ghostball.engine import GhostballError, Scene
+from ghostball.engine.compilation import Variants, variants_of
+from ghostball.validation.parallel.pool import run_tasks
 
 _LOGGER = logging.getLogger("ghostball.validation")
 

@@ -30,10 +30,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pebble import ProcessPool
 
-from reference_adapters.output import captured, divert, flush, text_of
+from ghostball.reference_adapters.output import captured, divert, flush, text_of
 
 if TYPE_CHECKING:
-    from validation.parallel.cluster import Cluster
+    from ghostball.validation.parallel.cluster import Cluster
 
 T = TypeVar("T")
 R = TypeVar("R")

@@ -19,7 +19,7 @@ from urllib.parse import quote
 from filelock import FileLock, Timeout
 from pydantic import TypeAdapter, ValidationError
 
-from validation.results.files import ResultsError, cannot_write, told
+from ghostball.validation.results.files import ResultsError, cannot_write, told
 
 DATABASE: Final = "results.db"
 LOCK: Final = ".lock"

@@ -11,8 +11,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from validation.parallel.sources import LIBRARIES
-from validation.results.git import GitError, run_git
+from ghostball.validation.parallel.sources import LIBRARIES
+from ghostball.validation.results.git import GitError, run_git
 
 PACKAGES = ("ghostball", *LIBRARIES)
 """Distributions whose versions can change a number."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from engine import GhostballError
+from ghostball.engine import GhostballError
 
 
 class ResultsError(GhostballError):

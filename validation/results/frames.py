@@ -10,9 +10,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from engine import GhostballError
-from validation.results.database import reading
-from validation.results.files import ResultsError, cannot_write, write_all_whole
+from ghostball.engine import GhostballError
+from ghostball.validation.results.database import reading
+from ghostball.validation.results.files import ResultsError, cannot_write, write_all_whole
 
 TABLES: Final[Mapping[str, str]] = {
     "cases": "SELECT record, taken_over FROM cases WHERE current ORDER BY id",

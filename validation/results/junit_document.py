@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Literal
 from xml.etree import ElementTree
 
-from engine import GhostballError
-from validation.results.files import write_whole
+from ghostball.engine import GhostballError
+from ghostball.validation.results.files import write_whole
 
 # XML 1.0 has no way to write these, not even escaped.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

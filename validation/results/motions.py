@@ -11,10 +11,10 @@ from typing import Final
 
 import numpy as np
 
-from engine import EVENT_DTYPE, EventKind
-from validation.results.database import AGAIN, reading, transaction, writing
-from validation.results.files import ResultsError
-from validation.results.records import Motion
+from ghostball.engine import EVENT_DTYPE, EventKind
+from ghostball.validation.results.database import AGAIN, reading, transaction, writing
+from ghostball.validation.results.files import ResultsError
+from ghostball.validation.results.records import Motion
 
 _LABELS: Final = {int(kind): kind.label for kind in EventKind}
 _KINDS: Final = {label: kind for kind, label in _LABELS.items()}

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict, PlainSerializer, PlainValidator
 
-from engine import GhostballError, Scene, SceneError, Status
-from engine.result import Events
+from ghostball.engine import GhostballError, Scene, SceneError, Status
+from ghostball.engine.result import Events
 
 CLOSED_FORM: Final = "closed form"
 CERTIFIED: Final = "certified"

@@ -18,7 +18,7 @@ from uuid import uuid4
 
 from pydantic import TypeAdapter
 
-from validation.results.database import (
+from ghostball.validation.results.database import (
     LOCK,
     documents_in,
     get_document,
@@ -30,10 +30,10 @@ from validation.results.database import (
     transaction,
     writing,
 )
-from validation.results.files import ResultsError, cannot_write
-from validation.results.frames import frame_of
-from validation.results.motions import motion_of_case, put_motion
-from validation.results.records import (
+from ghostball.validation.results.files import ResultsError, cannot_write
+from ghostball.validation.results.frames import frame_of
+from ghostball.validation.results.motions import motion_of_case, put_motion
+from ghostball.validation.results.records import (
     CERTIFIED,
     CLOSED_FORM,
     INDEPENDENT,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from engine import Record, Result, Scene, Status, simulate
+from ghostball.engine import Record, Result, Scene, Status, simulate
 
 
 def run_ours(scene: Scene, record: Record = "trajectory") -> Result:

@@ -19,11 +19,11 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
-from engine import EngineFailedError, Record, Result, Scene, Status, UnsupportedSceneError
-from reference_adapters.base import EngineSettings, ReferenceEngine
-from reference_adapters.registry import OURS, EngineUnavailableError
-from validation.parallel.pool import limit_of, run_tasks
-from validation.runs.returned import ResultRefusedError, check_result
+from ghostball.engine import EngineFailedError, Record, Result, Scene, Status, UnsupportedSceneError
+from ghostball.reference_adapters.base import EngineSettings, ReferenceEngine
+from ghostball.reference_adapters.registry import OURS, EngineUnavailableError
+from ghostball.validation.parallel.pool import limit_of, run_tasks
+from ghostball.validation.runs.returned import ResultRefusedError, check_result
 
 
 @contextmanager

@@ -13,9 +13,18 @@ from typing import Any
 
 import numpy as np
 
-from engine import EVENT_DTYPE, EventKind, Record, Result, SampledTrajectory, Samples, Scene, Status
-from engine.result import COLLISION_KINDS
-from engine.scene import CUSHIONS
+from ghostball.engine import (
+    EVENT_DTYPE,
+    EventKind,
+    Record,
+    Result,
+    SampledTrajectory,
+    Samples,
+    Scene,
+    Status,
+)
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.engine.scene import CUSHIONS
 
 MOST = 2**53
 """Largest count: beyond it JSON's readers, whose numbers are doubles, lose ones."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import (
+from ghostball.engine import (
     Energy,
     ExactTrajectory,
     GhostballError,
@@ -19,9 +19,9 @@ from engine import (
     Samples,
     Scene,
 )
-from engine.result import Events
-from engine.trajectory import energy_of
-from validation.results.records import Motion
+from ghostball.engine.result import Events
+from ghostball.engine.trajectory import energy_of
+from ghostball.validation.results.records import Motion
 
 FloatArray = NDArray[np.float64]
 

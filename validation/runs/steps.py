@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from reference_adapters import ReferenceEngine
+from ghostball.reference_adapters import ReferenceEngine
 
 STEP_SETTINGS = ("dt", "frame")
 """Settings that are an engine's step [s], by the names that engines here give it."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import shlex
 
-from validation.scenes.library import scene_names
+from ghostball.validation.scenes.library import scene_names
 
 
 def scene_argument(scene: str) -> str:

@@ -9,11 +9,11 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Literal
 
-from engine import Scene, SceneError
+from ghostball.engine import Scene, SceneError
 
 Suite = Literal["smoke", "full"]
 
-FOLDER = Path(str(files("validation.scenes")))
+FOLDER = Path(str(files("ghostball.validation.scenes")))
 """Where the shipped scenes lie; beside each, `NAME.expect.toml` holds its pass criteria."""
 
 _CRITERIA_SUFFIX = ".expect.toml"

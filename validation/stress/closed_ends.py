@@ -10,11 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from engine import Result, Scene
-from validation.scenes.library import find_scene
-from validation.stress.sound import Sound
-from validation.stress.trial import Verdict
-from validation.truth.closed_forms import closed_form
+from ghostball.engine import Result, Scene
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.stress.sound import Sound
+from ghostball.validation.stress.trial import Verdict
+from ghostball.validation.truth.closed_forms import closed_form
 
 
 class End(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from validation.stress.trial import Suite, Trial
+from ghostball.validation.stress.trial import Suite, Trial
 
 
 @dataclass(frozen=True)

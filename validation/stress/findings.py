@@ -11,8 +11,8 @@ from typing import Any, Final, Literal
 
 from pydantic import ConfigDict, TypeAdapter
 
-from engine import Scene
-from validation.results.database import (
+from ghostball.engine import Scene
+from ghostball.validation.results.database import (
     LOCK,
     documents_in,
     get_document,
@@ -24,8 +24,8 @@ from validation.results.database import (
     transaction,
     writing,
 )
-from validation.results.files import ResultsError, cannot_write
-from validation.stress.trial import Suite
+from ghostball.validation.results.files import ResultsError, cannot_write
+from ghostball.validation.stress.trial import Suite
 
 WORST_FOLDER: Final = "worst"
 

@@ -8,10 +8,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Ball, EventKind, ExactTrajectory, Physics, Result, Scene, Table
-from engine.scene import POOL_BALL_RADIUS as RADIUS
-from reference_adapters import ReferenceEngine
-from reference_adapters.registry import OURS
+from ghostball.engine import Ball, EventKind, ExactTrajectory, Physics, Result, Scene, Table
+from ghostball.engine.scene import POOL_BALL_RADIUS as RADIUS
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reference_adapters.registry import OURS
 
 FloatArray = NDArray[np.float64]
 

@@ -11,11 +11,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import ExactTrajectory, Result, Scene
-from engine.trajectory import SampledTrajectory
-from validation.checks.energy_gain import largest_rise
-from validation.grading.tolerances import EPS
-from validation.runs.steps import STEP_SETTINGS
+from ghostball.engine import ExactTrajectory, Result, Scene
+from ghostball.engine.trajectory import SampledTrajectory
+from ghostball.validation.checks.energy_gain import largest_rise
+from ghostball.validation.grading.tolerances import EPS
+from ghostball.validation.runs.steps import STEP_SETTINGS
 
 FloatArray = NDArray[np.float64]
 

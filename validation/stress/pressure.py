@@ -11,13 +11,13 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, Result, Scene, UnsupportedSceneError
-from engine.scene import POOL_BALL_RADIUS as RADIUS
-from reference_adapters import ReferenceEngine
-from reference_adapters.registry import OURS
-from validation.stress.gas import begun_at_end, collision_rate, gas, literature, places_of
-from validation.stress.judges import is_exact
-from validation.stress.trial import Trial, Verdict, play
+from ghostball.engine import EventKind, Result, Scene, UnsupportedSceneError
+from ghostball.engine.scene import POOL_BALL_RADIUS as RADIUS
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.stress.gas import begun_at_end, collision_rate, gas, literature, places_of
+from ghostball.validation.stress.judges import is_exact
+from ghostball.validation.stress.trial import Trial, Verdict, play
 
 LAYERS = 10.0 * RADIUS
 """How far from a cushion the gas is as in the middle [m]: five diameters."""

@@ -17,17 +17,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import GhostballError, Result, Scene, UnsupportedSceneError
-from reference_adapters import ReferenceEngine
-from reference_adapters.certified import Certificate, CertifiedSettings, certify
-from reference_adapters.registry import OURS
-from validation.checks.criteria import common_criteria
-from validation.checks.violations import faults_of
-from validation.grading.certified_growth import GRID, growth_of_proof
-from validation.grading.grading import Grade, gradable, grade
-from validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
-from validation.stress.judges import VISIBLE, is_exact
-from validation.stress.trial import Trial, Verdict, play
+from ghostball.engine import GhostballError, Result, Scene, UnsupportedSceneError
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
+from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.checks.criteria import common_criteria
+from ghostball.validation.checks.violations import faults_of
+from ghostball.validation.grading.certified_growth import GRID, growth_of_proof
+from ghostball.validation.grading.grading import Grade, gradable, grade
+from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
+from ghostball.validation.stress.judges import VISIBLE, is_exact
+from ghostball.validation.stress.trial import Trial, Verdict, play
 
 SteppedRule = Literal["collisions", "places"]
 """What of an engine that steps is judged.

@@ -6,8 +6,8 @@ import math
 import random
 from typing import Any
 
-from engine import Ball, Physics, Scene, Table
-from engine.scene import POOL_BALL_MASS, POOL_BALL_RADIUS
+from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.engine.scene import POOL_BALL_MASS, POOL_BALL_RADIUS
 
 TABLE = Table(length=2.54, width=1.27)
 

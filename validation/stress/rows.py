@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from engine import Ball
+from ghostball.engine import Ball
 
 RADIUS = 2.0**-5
 """Radius [m]: with it, contacts along an axis are closed to the bit, and gaps what they say."""

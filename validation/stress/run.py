@@ -1,6 +1,6 @@
 """Run the stress suite: families x engines, in processes of their own, kept as they come.
 
->>> from validation.stress import run_stress
+>>> from ghostball.validation.stress import run_stress
 >>> outcome = run_stress(["ghostball", "pymunk"], Path("out/stress"), suite="quick")
 >>> outcome.exit_status
 0
@@ -18,29 +18,29 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from engine import EngineFailedError, GhostballError, UnsupportedSceneError
-from reference_adapters.registry import (
+from ghostball.engine import EngineFailedError, GhostballError, UnsupportedSceneError
+from ghostball.reference_adapters.registry import (
     OURS,
     EngineUnavailableError,
     make_engine,
     parse_spec,
 )
-from validation.parallel.cluster import Cluster
-from validation.parallel.compiling import compile_kernels
-from validation.parallel.pool import run_tasks
-from validation.results.environment import describe_environment
-from validation.scenes.library import FOLDER
-from validation.stress.families import FAMILIES
-from validation.stress.findings import Finding, Key, StressFolder, StressRun, StressWriter
-from validation.stress.selection import chosen_trials
-from validation.stress.trial import (
+from ghostball.validation.parallel.cluster import Cluster
+from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.pool import run_tasks
+from ghostball.validation.results.environment import describe_environment
+from ghostball.validation.scenes.library import FOLDER
+from ghostball.validation.stress.families import FAMILIES
+from ghostball.validation.stress.findings import Finding, Key, StressFolder, StressRun, StressWriter
+from ghostball.validation.stress.selection import chosen_trials
+from ghostball.validation.stress.trial import (
     CRASHED,
     StressError,
     Suite,
     Trial,
     Verdict,
 )
-from validation.suite.unchanged import code_hash, is_ours
+from ghostball.validation.suite.unchanged import code_hash, is_ours
 
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",

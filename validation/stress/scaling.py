@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine import GhostballError, Result, Scene
-from reference_adapters import ReferenceEngine
-from reference_adapters.registry import OURS
-from validation.runs.our_run import run_ours
-from validation.stress.proved import PERMITTED, judge_places, refuse_long
-from validation.stress.trial import Trial, Verdict, play
+from ghostball.engine import GhostballError, Result, Scene
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.stress.proved import PERMITTED, judge_places, refuse_long
+from ghostball.validation.stress.trial import Trial, Verdict, play
 
 
 @dataclass(frozen=True)

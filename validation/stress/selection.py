@@ -5,9 +5,9 @@ from __future__ import annotations
 import fnmatch
 from collections.abc import Iterator, Sequence
 
-from validation.stress.families import FAMILIES
-from validation.stress.family import Family
-from validation.stress.trial import StressError, Suite, Trial
+from ghostball.validation.stress.families import FAMILIES
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.trial import StressError, Suite, Trial
 
 
 def chosen_trials(suite: Suite, only: Sequence[str] = ()) -> list[tuple[Family, Trial]]:

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine import ExactTrajectory, Result, Samples, Scene
-from engine.trajectory import energy_of
-from validation.grading.tolerances import EPS
-from validation.stress.judges import (
+from ghostball.engine import ExactTrajectory, Result, Samples, Scene
+from ghostball.engine.trajectory import energy_of
+from ghostball.validation.grading.tolerances import EPS
+from ghostball.validation.stress.judges import (
     VISIBLE,
     FloatArray,
     energy_rise,
@@ -26,7 +26,7 @@ from validation.stress.judges import (
     overlaps,
     rise_limit,
 )
-from validation.stress.trial import Judge, Verdict
+from ghostball.validation.stress.trial import Judge, Verdict
 
 MOST_DISTANCES = 4_000_000
 """Distances of two balls that are computed in one run: of more instants, some are left out."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from validation.stress.findings import WORST_FOLDER, Finding, StressFolder, stem_of
+from ghostball.validation.stress.findings import WORST_FOLDER, Finding, StressFolder, stem_of
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine import Ball, Physics, Result, Scene
-from validation.stress.trial import SceneTrial, Suite, Trial, Verdict
+from ghostball.engine import Ball, Physics, Result, Scene
+from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, Verdict
 
 _TURNED_BACK = 1e-14
 """What rounding may do to a velocity over one instant's impacts, in units of the speed."""

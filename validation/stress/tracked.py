@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.stress.findings import Finding, StressFolder
+from ghostball.validation.stress.findings import Finding, StressFolder
 
 SPEED: Final = 2.0
 DEPTH: Final = 0.1

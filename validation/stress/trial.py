@@ -16,9 +16,9 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
-from engine import GhostballError, Record, Result, Scene
-from reference_adapters import ReferenceEngine
-from validation.runs.playing import run_engine
+from ghostball.engine import GhostballError, Record, Result, Scene
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.validation.runs.playing import run_engine
 
 Suite = Literal["quick", "full"]
 """How much is tried: what a CI has time for, or all."""

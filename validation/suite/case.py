@@ -9,19 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from engine import EngineFailedError, Result, Scene, Status, UnsupportedSceneError
-from engine.result import initial_state
-from engine.scene.features import scene_features
-from engine.trajectory import energy_of
-from reference_adapters.base import ReferenceEngine, resolution_of
-from reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
-from validation.checks.criteria import Criterion
-from validation.checks.metric_table import METRICS
-from validation.checks.metrics import measure
-from validation.results.records import CaseRecord, Fault, Motion, status_name
-from validation.runs.playing import blamed_on_engine, run_engine
-from validation.runs.sampling import motion_of
-from validation.truth.scene_truth import Truth
+from ghostball.engine import EngineFailedError, Result, Scene, Status, UnsupportedSceneError
+from ghostball.engine.result import initial_state
+from ghostball.engine.scene.features import scene_features
+from ghostball.engine.trajectory import energy_of
+from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
+from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
+from ghostball.validation.checks.criteria import Criterion
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import measure
+from ghostball.validation.results.records import CaseRecord, Fault, Motion, status_name
+from ghostball.validation.runs.playing import blamed_on_engine, run_engine
+from ghostball.validation.runs.sampling import motion_of
+from ghostball.validation.truth.scene_truth import Truth
 
 
 @dataclass(frozen=True, eq=False)

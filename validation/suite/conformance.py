@@ -13,27 +13,33 @@ from typing import Any, Literal
 
 import numpy as np
 
-from engine import Scene
-from reference_adapters import (
+from ghostball.engine import Scene
+from ghostball.reference_adapters import (
     ReferenceEngine,
     engine_names,
     make_engine,
     make_engine_of_class,
     names_class,
 )
-from reference_adapters.base import resolution_of
-from validation.checks.criteria import Criteria, Criterion, Selector, common_criteria
-from validation.checks.metric_table import METRICS
-from validation.checks.metrics import conserves_energy, past_horizon
-from validation.results.records import COMPLETE_STATUSES, INDEPENDENT, CaseRecord, Check, Motion
-from validation.suite.case import (
+from ghostball.reference_adapters.base import resolution_of
+from ghostball.validation.checks.criteria import Criteria, Criterion, Selector, common_criteria
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import conserves_energy, past_horizon
+from ghostball.validation.results.records import (
+    COMPLETE_STATUSES,
+    INDEPENDENT,
+    CaseRecord,
+    Check,
+    Motion,
+)
+from ghostball.validation.suite.case import (
     Case,
     TruthFailure,
     approximations_of,
     plain_settings,
     run_case,
 )
-from validation.suite.suite import truth_or_failure
+from ghostball.validation.suite.suite import truth_or_failure
 
 COMPLETES = "completes"
 """What is asked beside the metrics: that a run ends by itself, with finite numbers all along."""

@@ -13,21 +13,21 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
-from validation.checks.metric_table import METRICS
-from validation.checks.verdict import (
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.verdict import (
     NOTHING_JUDGED,
     is_nothing_judged,
     is_unfinished,
     unfinished_text,
 )
-from validation.results.junit_document import (
+from ghostball.validation.results.junit_document import (
     case_element,
     document,
     set_output,
     set_verdict,
     write_document,
 )
-from validation.results.records import CaseRecord, Check, number_with_unit
+from ghostball.validation.results.records import CaseRecord, Check, number_with_unit
 
 
 def write_junit(cases: Collection[CaseRecord], path: str | Path) -> None:

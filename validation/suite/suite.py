@@ -1,6 +1,6 @@
 """The suite: scenes x engines, run, measured, judged, and written as they come.
 
->>> from validation import run_suite, select
+>>> from ghostball.validation import run_suite, select
 >>> outcome = run_suite(select(suite="smoke"), ["ghostball", "pymunk"], Path("out"))
 >>> outcome.exit_status
 0
@@ -16,32 +16,39 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from engine import GhostballError, Scene
-from engine.compilation import MANY
-from reference_adapters.registry import (
+from ghostball.engine import GhostballError, Scene
+from ghostball.engine.compilation import MANY
+from ghostball.reference_adapters.registry import (
     EngineUnavailableError,
     engine_names,
     make_engine,
     parse_spec,
 )
-from validation.checks.criteria import (
+from ghostball.validation.checks.criteria import (
     SUFFIX,
     Criteria,
     Criterion,
     common_criteria,
     criteria_beside,
 )
-from validation.checks.metric_table import METRICS, choose_metrics
-from validation.checks.verdict import is_nothing_judged, is_unfinished
-from validation.parallel.cluster import Cluster
-from validation.parallel.compiling import compile_kernels
-from validation.parallel.pool import limit_of, run_tasks
-from validation.results.environment import describe_environment
-from validation.results.records import CaseRecord, Motion
-from validation.results.store import Pair, Results, ResultsWriter, RunState
-from validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
-from validation.suite.case import Case, TruthFailure, blank_record, failed, plain_settings, run_case
-from validation.suite.unchanged import (
+from ghostball.validation.checks.metric_table import METRICS, choose_metrics
+from ghostball.validation.checks.verdict import is_nothing_judged, is_unfinished
+from ghostball.validation.parallel.cluster import Cluster
+from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.pool import limit_of, run_tasks
+from ghostball.validation.results.environment import describe_environment
+from ghostball.validation.results.records import CaseRecord, Motion
+from ghostball.validation.results.store import Pair, Results, ResultsWriter, RunState
+from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
+from ghostball.validation.suite.case import (
+    Case,
+    TruthFailure,
+    blank_record,
+    failed,
+    plain_settings,
+    run_case,
+)
+from ghostball.validation.suite.unchanged import (
     Unchanged,
     code_hash,
     dates_of,
@@ -50,7 +57,7 @@ from validation.suite.unchanged import (
     is_ours,
     stamped,
 )
-from validation.truth.scene_truth import PARTS, Truth, TruthPart, check_truth, truth_of
+from ghostball.validation.truth.scene_truth import PARTS, Truth, TruthPart, check_truth, truth_of
 
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",

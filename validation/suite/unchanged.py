@@ -27,14 +27,19 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from engine import Scene
-from reference_adapters.registry import engine_class, parse_spec
-from validation.checks.criteria import Criterion
-from validation.parallel.sources import OUR_PACKAGES, SourcesError, hash_sources, source_folders
-from validation.results.database import SCHEMA
-from validation.results.environment import cpu_flags, cpu_name, versions
-from validation.results.records import COMPLETE_STATUSES, CaseRecord
-from validation.results.store import Pair, reusable_cases
+from ghostball.engine import Scene
+from ghostball.reference_adapters.registry import engine_class, parse_spec
+from ghostball.validation.checks.criteria import Criterion
+from ghostball.validation.parallel.sources import (
+    OUR_PACKAGES,
+    SourcesError,
+    hash_sources,
+    source_folders,
+)
+from ghostball.validation.results.database import SCHEMA
+from ghostball.validation.results.environment import cpu_flags, cpu_name, versions
+from ghostball.validation.results.records import COMPLETE_STATUSES, CaseRecord
+from ghostball.validation.results.store import Pair, reusable_cases
 
 VARIABLES = ("NUMBA_", "NPY_", "MPMATH_", "LD_", "DYLD_", "GLIBC_", "OMP_", "OPENBLAS_", "MKL_")
 """Beginnings of environment variables that act on compilers or libraries."""
@@ -162,7 +167,7 @@ def inputs_hash(
 def is_ours(label: str) -> bool:
     """Whether an engine is one of this project, so that its code is known and hashed."""
     engine: Any = engine_class(parse_spec(label)[0])
-    return str(engine.__module__).partition(".")[0] in OUR_PACKAGES
+    return str(engine.__module__).startswith(tuple(f"ghostball.{name}." for name in OUR_PACKAGES))
 
 
 def code_hash() -> str:

@@ -18,9 +18,9 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import CUSHIONS, EventKind, ExactTrajectory, Result, Scene
-from engine.sensitivity import LANES, PARTS
-from validation.runs.sampling import events_of
+from ghostball.engine import CUSHIONS, EventKind, ExactTrajectory, Result, Scene
+from ghostball.engine.sensitivity import LANES, PARTS
+from ghostball.validation.runs.sampling import events_of
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

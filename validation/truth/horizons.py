@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, Result
-from validation.grading.certified_growth import CertifiedGrowth
-from validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
-from validation.runs.sampling import events_of
-from validation.truth.bifurcations import bifurcations_of, directions_of, extent_of
+from ghostball.engine import EventKind, Result
+from ghostball.validation.grading.certified_growth import CertifiedGrowth
+from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
+from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.truth.bifurcations import bifurcations_of, directions_of, extent_of
 
 FloatArray = NDArray[np.float64]
 

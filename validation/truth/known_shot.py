@@ -12,11 +12,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import GhostballError, Result, Scene, UnsupportedSceneError
-from reference_adapters.certified import CertifiedEngine
-from validation.runs.our_run import run_ours
-from validation.truth.closed_forms import closed_form
-from validation.truth.scene_truth import truth_of
+from ghostball.engine import GhostballError, Result, Scene, UnsupportedSceneError
+from ghostball.reference_adapters.certified import CertifiedEngine
+from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.truth.closed_forms import closed_form
+from ghostball.validation.truth.scene_truth import truth_of
 
 FloatArray = NDArray[np.float64]
 

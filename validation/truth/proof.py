@@ -7,9 +7,9 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from engine import Scene, UnsupportedSceneError
-from engine.scene.features import check_supported
-from reference_adapters.certified import Certificate, CertifiedEngine, certify
+from ghostball.engine import Scene, UnsupportedSceneError
+from ghostball.engine.scene.features import check_supported
+from ghostball.reference_adapters.certified import Certificate, CertifiedEngine, certify
 
 logger = logging.getLogger("ghostball.validation")
 

@@ -18,19 +18,32 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import CUSHIONS, EventKind, GhostballError, Result, Scene, UnsupportedSceneError
-from engine.result import COLLISION_KINDS, Events
-from reference_adapters.certified import Certificate, CertifiedSettings
-from reference_adapters.certified.engine import result_of
-from validation.grading.certified_growth import growth_of_proof
-from validation.grading.grading import Gradable, gradable
-from validation.grading.sequences import Collision
-from validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
-from validation.runs.our_run import run_ours
-from validation.runs.sampling import MAX_TIMES, UNIFORM_TIMES, energy_at, events_of, union_times
-from validation.truth.closed_forms import DIGITS, ClosedForm, closed_form, has_closed_form
-from validation.truth.horizons import Growth, growth_of
-from validation.truth.proof import proof_of, refused_features
+from ghostball.engine import (
+    CUSHIONS,
+    EventKind,
+    GhostballError,
+    Result,
+    Scene,
+    UnsupportedSceneError,
+)
+from ghostball.engine.result import COLLISION_KINDS, Events
+from ghostball.reference_adapters.certified import Certificate, CertifiedSettings
+from ghostball.reference_adapters.certified.engine import result_of
+from ghostball.validation.grading.certified_growth import growth_of_proof
+from ghostball.validation.grading.grading import Gradable, gradable
+from ghostball.validation.grading.sequences import Collision
+from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
+from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.sampling import (
+    MAX_TIMES,
+    UNIFORM_TIMES,
+    energy_at,
+    events_of,
+    union_times,
+)
+from ghostball.validation.truth.closed_forms import DIGITS, ClosedForm, closed_form, has_closed_form
+from ghostball.validation.truth.horizons import Growth, growth_of
+from ghostball.validation.truth.proof import proof_of, refused_features
 
 FloatArray = NDArray[np.float64]
 

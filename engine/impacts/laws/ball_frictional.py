@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import Laws
-from engine.impacts.laws.friction_curve import friction_coefficient
-from engine.impacts.laws.interface import BallImpact, BallImpulse
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import Laws
+from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
+from ghostball.engine.impacts.laws.interface import BallImpact, BallImpulse
 
 STICKING = 2.0 / 7.0
 """Impulse over the reduced mass that ends a slip of 1: a solid sphere's surface is moved 7/2 times

@@ -12,13 +12,13 @@ written once, for b as the pressed ball.
 
 from __future__ import annotations
 
-from engine.core.kernel import kernel
-from engine.core.state import Laws
-from engine.impacts.laws.ball_frictional import contact_slip, frictional, length
-from engine.impacts.laws.friction_curve import friction_coefficient
-from engine.impacts.laws.impulse_integrator import follow
-from engine.impacts.laws.interface import BallImpact, BallImpulse
-from engine.impacts.laws.two_contacts import Model, Slips
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import Laws
+from ghostball.engine.impacts.laws.ball_frictional import contact_slip, frictional, length
+from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
+from ghostball.engine.impacts.laws.impulse_integrator import follow
+from ghostball.engine.impacts.laws.interface import BallImpact, BallImpulse
+from ghostball.engine.impacts.laws.two_contacts import Model, Slips
 
 NEGLIGIBLE = 2.0**-56
 """Approach in units of all the speeds, or friction, so small that rounding hides the cloth."""

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 
-from engine.core.kernel import kernel
-from engine.core.state import Laws
-from engine.impacts.laws.impulse_integrator import follow
-from engine.impacts.laws.interface import CushionBounce, CushionImpact
-from engine.impacts.laws.two_contacts import Model, Slips
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import Laws
+from ghostball.engine.impacts.laws.impulse_integrator import follow
+from ghostball.engine.impacts.laws.interface import CushionBounce, CushionImpact
+from ghostball.engine.impacts.laws.two_contacts import Model, Slips
 
 # Below either approach the ball only bounces: what friction would change is lost in rounding.
 _LEAST = 1e-140  # [m/s]; the squares of smaller speeds vanish

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from engine.core.kernel import kernel
-from engine.core.state import Laws
-from engine.impacts.laws.interface import CushionBounce, CushionImpact
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import Laws
+from ghostball.engine.impacts.laws.interface import CushionBounce, CushionImpact
 
 
 @kernel

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from engine.core.kernel import kernel
-from engine.core.state import Laws
-from engine.impacts.laws.ball_frictional import frictional as frictional_balls
-from engine.impacts.laws.ball_mathavan2014 import mathavan2014
-from engine.impacts.laws.cushion_han2005 import frictional as frictional_cushion, han2005
-from engine.impacts.laws.cushion_mathavan2010 import mathavan2010
-from engine.impacts.laws.cushion_restitution import restitution
-from engine.impacts.laws.interface import BallImpact, BallImpulse, CushionBounce, CushionImpact
-from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import Laws
+from ghostball.engine.impacts.laws.ball_frictional import frictional as frictional_balls
+from ghostball.engine.impacts.laws.ball_mathavan2014 import mathavan2014
+from ghostball.engine.impacts.laws.cushion_han2005 import frictional as frictional_cushion, han2005
+from ghostball.engine.impacts.laws.cushion_mathavan2010 import mathavan2010
+from ghostball.engine.impacts.laws.cushion_restitution import restitution
+from ghostball.engine.impacts.laws.interface import (
+    BallImpact,
+    BallImpulse,
+    CushionBounce,
+    CushionImpact,
+)
+from ghostball.engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 
 _MATHAVAN2014 = BALL_LAW_NAMES.index("mathavan2014")
 _FRICTIONAL_CUSHION = CUSHION_LAW_NAMES.index("frictional")

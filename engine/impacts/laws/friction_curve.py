@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from engine.core.kernel import kernel
-from engine.core.state import Laws
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import Laws
 
 # Alciatore's fit to Marlow's measurements of throw (proof A.14).
 _LEAST = 9.951e-3

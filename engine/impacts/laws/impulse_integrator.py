@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from engine.core.kernel import kernel
-from engine.impacts.laws.two_contacts import (
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.impacts.laws.two_contacts import (
     TURNS,
     Held,
     Model,

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from engine.core.kernel import kernel
+from ghostball.engine.core.kernel import kernel
 
 TURNS = 3.5
 """What friction does to its own slip, where only the ball's centre and spin give way."""

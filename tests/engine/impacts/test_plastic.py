@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from kernels import entry_to
 
-from engine.core.state import (
+from ghostball.engine.core.state import (
     ANSWERING,
     FIRST,
     FORCE,
@@ -22,9 +22,9 @@ from engine.core.state import (
     SECOND,
     Contacts,
 )
-from engine.impacts import plastic
-from engine.impacts.plastic import end_approach, gained
-from engine.running.from_scene import contacts_of
+from ghostball.engine.impacts import plastic
+from ghostball.engine.impacts.plastic import end_approach, gained
+from ghostball.engine.running.from_scene import contacts_of
 
 end_approach, gained = map(entry_to, (end_approach, gained))
 

@@ -18,7 +18,7 @@ from sampling import kinetic_energy, state_at, state_before, times_of
 from shots import R, ball, scene_of
 from transforms import same_log, shuffled
 
-from engine import EventKind, Result, Scene, Status, Table, simulate
+from ghostball.engine import EventKind, Result, Scene, Status, Table, simulate
 
 HIT = EventKind.BALL_BALL
 ROOT3 = math.sqrt(3)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from engine import EventKind, Result, Scene, Table, simulate
-from engine.core.state import DISC, LINE, SEGMENT
-from engine.running import from_scene
+from ghostball.engine import EventKind, Result, Scene, Table, simulate
+from ghostball.engine.core.state import DISC, LINE, SEGMENT
+from ghostball.engine.running import from_scene
 
 MIRROR = 0.0
 

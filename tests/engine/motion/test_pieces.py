@@ -15,12 +15,12 @@ import pytest
 from invariants import fingerprint
 from shots import R, ball, scene_of
 
-from engine import EventKind, GhostballError, Scene, Table, simulate, simulate_sweep
-from engine.core.kernel import COMPILED
-from engine.core.state import DISC, OWN_LOOK, ROLLING
-from engine.event_loop import predict
-from engine.motion.on_cloth import predict_motion, predict_obstacles
-from engine.running import from_scene, skips
+from ghostball.engine import EventKind, GhostballError, Scene, Table, simulate, simulate_sweep
+from ghostball.engine.core.kernel import COMPILED
+from ghostball.engine.core.state import DISC, OWN_LOOK, ROLLING
+from ghostball.engine.event_loop import predict
+from ghostball.engine.motion.on_cloth import predict_motion, predict_obstacles
+from ghostball.engine.running import from_scene, skips
 
 LASTS = 0.07
 """How long a piece lasts [s]."""

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from transforms import same_log, shuffled
 
-from engine import Result, Scene, Status, simulate
+from ghostball.engine import Result, Scene, Status, simulate
 
 SCENES = Path(__file__).parents[2] / "support" / "scenes"
 

@@ -7,11 +7,11 @@ import pytest
 from invariants import fingerprint, overlaps
 from whole_kernels import begin_without_contacts
 
-from engine import Ball, EventKind, Physics, Scene, Status, Table, simulate
-from engine.core.state import RUN_CONTACTS
-from engine.core.tolerances import CONTACT_TOLERANCE, EPS
-from engine.running import driver
-from validation.scenes.library import FOLDER
+from ghostball.engine import Ball, EventKind, Physics, Scene, Status, Table, simulate
+from ghostball.engine.core.state import RUN_CONTACTS
+from ghostball.engine.core.tolerances import CONTACT_TOLERANCE, EPS
+from ghostball.engine.running import driver
+from ghostball.validation.scenes.library import FOLDER
 
 SCENES = Path(__file__).parents[2] / "support" / "scenes"
 

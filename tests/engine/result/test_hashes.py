@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine.result import EVENT_DTYPE, EventKind
-from engine.result.hashes import bits_hash, sequence_hash
+from ghostball.engine.result import EVENT_DTYPE, EventKind
+from ghostball.engine.result.hashes import bits_hash, sequence_hash
 
 EVENTS = np.array(
     [(0.25, EventKind.BALL_BALL, 0, 1), (0.5, EventKind.ROLL_TO_REST, 1, -1)], dtype=EVENT_DTYPE

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from engine import (
+from ghostball.engine import (
     EVENT_DTYPE,
     Ball,
     EventKind,
@@ -20,8 +20,8 @@ from engine import (
     Status,
     simulate,
 )
-from engine.result import event_dict, initial_state
-from engine.trajectory import Phase
+from ghostball.engine.result import event_dict, initial_state
+from ghostball.engine.trajectory import Phase
 
 SCENE = scene_of(ball((0.1, 0.2), (1.0, 0.5)), ball((0.9, 0.2)))
 EVENTS = np.array(

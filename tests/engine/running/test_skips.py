@@ -7,10 +7,10 @@ import pytest
 from invariants import fingerprint
 from shots import POOL_TABLE, ball, rack, random_shot, scene_of
 
-from engine import GhostballError, Scene, simulate
-from engine.running import skips
-from engine.running.skips import BUILT_IN, MOST_IN_MATRIX, Skip, explain_skips
-from validation.scenes.library import FOLDER
+from ghostball.engine import GhostballError, Scene, simulate
+from ghostball.engine.running import skips
+from ghostball.engine.running.skips import BUILT_IN, MOST_IN_MATRIX, Skip, explain_skips
+from ghostball.validation.scenes.library import FOLDER
 
 EXACT = [skip for skip in Skip if skip not in {Skip.ADVANCEMENT, *BUILT_IN}]
 # A break, a gas that nothing slows, pressed balls, joint impacts. None with a law that integrates:

@@ -7,9 +7,9 @@ import pickle
 import pytest
 from shots import POOL_TABLE, R, ball, scene_of
 
-from engine import GhostballError, Table, UnsupportedSceneError
-from engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
-from engine.scene.features import (
+from ghostball.engine import GhostballError, Table, UnsupportedSceneError
+from ghostball.engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
+from ghostball.engine.scene.features import (
     EXACT,
     Capability,
     Feature,

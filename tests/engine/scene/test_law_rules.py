@@ -10,8 +10,8 @@ import pytest
 from refusals import loading, refusal
 from shots import POOL_TABLE, R, ball, scene_of
 
-from engine import Physics, SceneError, Table
-from engine.impacts.laws.registry import (
+from ghostball.engine import Physics, SceneError, Table
+from ghostball.engine.impacts.laws.registry import (
     BALL_LAW_NAMES,
     BALL_LAWS,
     CUSHION_LAW_NAMES,
@@ -69,7 +69,7 @@ class TestLawNames:
         assert used <= set(Physics.model_fields)
 
     def test_knowing_the_laws_needs_no_compiler(self):
-        check = "import engine, sys; assert 'numba' not in sys.modules"
+        check = "import sys, ghostball.engine; assert 'numba' not in sys.modules"
         subprocess.run([sys.executable, "-c", check], check=True)
 
 

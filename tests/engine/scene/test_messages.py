@@ -12,9 +12,9 @@ from hypothesis import given, strategies as st
 from refusals import loading as refusal, refusal_of
 from shots import POOL_TABLE
 
-from engine import Ball, Scene, SceneError
-from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
-from engine.scene.toml import dumps
+from ghostball.engine import Ball, Scene, SceneError
+from ghostball.engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+from ghostball.engine.scene.toml import dumps
 
 VALID = """\
 schema = 1

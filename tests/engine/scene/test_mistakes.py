@@ -19,7 +19,7 @@ import pytest
 from refusals import loading, refusal_of
 from scene_texts import Location, literal, name_of, written
 
-from engine import Ball, Physics, Scene, Table, simulate
+from ghostball.engine import Ball, Physics, Scene, Table, simulate
 
 POSITIVE, NOT_NEGATIVE, FRACTION, REAL = "positive", "not negative", "fraction", "real"
 

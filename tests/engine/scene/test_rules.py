@@ -7,8 +7,8 @@ import pytest
 from refusals import refusal
 from shots import ball, scene_of
 
-from engine import SceneError
-from engine.scene.rules import overlapping_pairs
+from ghostball.engine import SceneError
+from ghostball.engine.scene.rules import overlapping_pairs
 
 SLIDE = {"motion": "sliding"}
 

@@ -11,8 +11,8 @@ import pytest
 from refusals import refusal
 from shots import POOL_TABLE, R, ball, rack, scene_of
 
-from engine import CUSHIONS, Ball, GhostballError, Physics, SceneError, Table
-from engine.scene import rolling_angular_velocity
+from ghostball.engine import CUSHIONS, Ball, GhostballError, Physics, SceneError, Table
+from ghostball.engine.scene import rolling_angular_velocity
 
 
 def test_scene_error_is_a_ghostball_error_and_a_value_error():

@@ -9,10 +9,10 @@ import pytest
 from refusals import refusal_of
 from shots import POOL_TABLE, ball, random_break, scene_of
 
-from engine import Ball, Physics, Scene, SceneError, Table
-from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
-from engine.scene import json_schema
-from engine.scene.toml import dumps
+from ghostball.engine import Ball, Physics, Scene, SceneError, Table
+from ghostball.engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+from ghostball.engine.scene import json_schema
+from ghostball.engine.scene.toml import dumps
 
 PLAIN = b'schema = 1\nname = "a"\n[[balls]]\nid = "cue"\nposition = [0.0, 0.0]\n'
 WRONG_BALLS = b"".join(b'[[balls]]\nid = "%d"\nposition = [0, nan]\n' % i for i in range(1_000))

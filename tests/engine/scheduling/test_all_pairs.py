@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from kernels import entry_to
 
-from engine.core.state import LANES, TRACKS
-from engine.scheduling.all_pairs import _bound_block, _meet_block
+from ghostball.engine.core.state import LANES, TRACKS
+from ghostball.engine.scheduling.all_pairs import _bound_block, _meet_block
 
 BLOCKS = 12_000
 T = 1.0

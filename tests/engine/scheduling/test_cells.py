@@ -9,7 +9,7 @@ from breaks import break_scene, physics_of
 from invariants import fingerprint
 from shots import POOL_TABLE, R, ball, rack, scene_of
 
-from engine import (
+from ghostball.engine import (
     Ball,
     EventKind,
     Physics,
@@ -18,9 +18,9 @@ from engine import (
     simulate,
     simulate_sweep,
 )
-from engine.impacts.laws.registry import any_integrated
-from engine.running import driver, skips
-from validation.scenes.library import FOLDER
+from ghostball.engine.impacts.laws.registry import any_integrated
+from ghostball.engine.running import driver, skips
+from ghostball.validation.scenes.library import FOLDER
 
 
 def crowd(count, filled=0.4, seed=1, speed=1.0, t_max=None, spread=1.0, **physics) -> Scene:

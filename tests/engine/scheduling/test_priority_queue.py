@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given, strategies as st
 from kernels import entry_to
 
-from engine.core.state import NOWHERE
-from engine.scheduling.priority_queue import enter_instant, first_due, least_of_others
+from ghostball.engine.core.state import NOWHERE
+from ghostball.engine.scheduling.priority_queue import enter_instant, first_due, least_of_others
 
 enter_instant, first_due, least_of_others = map(
     entry_to, (enter_instant, first_due, least_of_others)

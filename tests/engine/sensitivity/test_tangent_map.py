@@ -11,10 +11,10 @@ import pytest
 from shots import R, ball, scene_of
 from transforms import shuffled
 
-from engine import GhostballError, Scene, simulate
-from engine.sensitivity import QUALITY, ROUNDING, tangent_of
-from reference_adapters.certified import certify
-from validation.scenes.library import find_scene
+from ghostball.engine import GhostballError, Scene, simulate
+from ghostball.engine.sensitivity import QUALITY, ROUNDING, tangent_of
+from ghostball.reference_adapters.certified import certify
+from ghostball.validation.scenes.library import find_scene
 
 G = 9.81
 MU = 0.02
@@ -289,7 +289,7 @@ def test_a_run_that_recorded_nothing_has_no_sensitivity():
 
 
 def test_an_engine_that_records_frames_has_no_sensitivity():
-    from reference_adapters import make_engine
+    from ghostball.reference_adapters import make_engine
 
     result = make_engine("paper-discrete").simulate(find_scene("stop"), record="trajectory")
     with pytest.raises(GhostballError, match="records frames"):

@@ -9,7 +9,7 @@ from hypothesis import given, strategies as st
 from knots import SPIN_DECELERATION, rest, roll, slide, trajectory_of, whole_shot
 from shots import R
 
-from engine import (
+from ghostball.engine import (
     Ball,
     ExactTrajectory,
     GhostballError,
@@ -18,8 +18,13 @@ from engine import (
     Table,
     simulate,
 )
-from engine.trajectory import orientation as turning
-from engine.trajectory.orientation import SERIES_TERMS, STEP_TURN, fixed_axis_turn, series_turn
+from ghostball.engine.trajectory import orientation as turning
+from ghostball.engine.trajectory.orientation import (
+    SERIES_TERMS,
+    STEP_TURN,
+    fixed_axis_turn,
+    series_turn,
+)
 
 
 def turned(quaternion, vector):

@@ -19,10 +19,10 @@ from knots import (
 )
 from shots import R, ball, scene_of
 
-from engine import ExactTrajectory, SampledTrajectory, Samples
-from engine.core import state
-from engine.result import initial_state
-from engine.trajectory import Phase, energy_of
+from ghostball.engine import ExactTrajectory, SampledTrajectory, Samples
+from ghostball.engine.core import state
+from ghostball.engine.result import initial_state
+from ghostball.engine.trajectory import Phase, energy_of
 
 
 def line(times, xs, vxs) -> SampledTrajectory:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from reference_adapters.certified import cache
+from ghostball.reference_adapters.certified import cache
 
 
 @pytest.fixture(autouse=True)

@@ -9,9 +9,9 @@ import os
 import pytest
 from shots import POOL_TABLE, ball, scene_of
 
-from engine import Scene
-from reference_adapters.certified import CertifiedSettings, api, cache, certify
-from reference_adapters.certified.problem import problem_of
+from ghostball.engine import Scene
+from ghostball.reference_adapters.certified import CertifiedSettings, api, cache, certify
+from ghostball.reference_adapters.certified.problem import problem_of
 
 
 def shot(x: float = 0.5, **fields) -> Scene:

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, strategies as st
 from shots import ball, scene_of
 
-from engine import EventKind
-from engine.errors import GhostballError
-from reference_adapters.certified import Certificate, Choice, Enclosure, certify
+from ghostball.engine import EventKind
+from ghostball.engine.errors import GhostballError
+from ghostball.reference_adapters.certified import Certificate, Choice, Enclosure, certify
 
 enclosures = st.builds(
     Enclosure,

@@ -12,10 +12,10 @@ from mpmath import mpf, workdps
 from oracle import solve
 from shots import POOL_TABLE, R, ball, random_break, random_cloth_shot, random_shot, scene_of
 
-from engine import EventKind, Table, UnsupportedSceneError, simulate
-from engine.result import COLLISION_KINDS
-from engine.scene import CUSHIONS
-from reference_adapters.certified import (
+from ghostball.engine import EventKind, Table, UnsupportedSceneError, simulate
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.engine.scene import CUSHIONS
+from ghostball.reference_adapters.certified import (
     Certificate,
     CertifiedSettings,
     Choice,
@@ -23,10 +23,10 @@ from reference_adapters.certified import (
     certify,
     gaps as gaps_module,
 )
-from reference_adapters.certified.problem import problem_of
-from reference_adapters.certified.run import TIE_BITS, Run, largest_speeds
-from validation.scenes.library import find_scene
-from validation.truth.closed_forms import FORMS, closed_form
+from ghostball.reference_adapters.certified.problem import problem_of
+from ghostball.reference_adapters.certified.run import TIE_BITS, Run, largest_speeds
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.truth.closed_forms import FORMS, closed_form
 
 BALL_BALL, BALL_CUSHION = EventKind.BALL_BALL, EventKind.BALL_CUSHION
 

@@ -7,12 +7,12 @@ import pytest
 from pydantic import ValidationError
 from shots import POOL_TABLE, ball, scene_of
 
-from engine import EventKind, Status, UnsupportedSceneError, simulate
-from engine.errors import GhostballError
-from engine.scene.features import Feature
-from reference_adapters import ReferenceEngine
-from reference_adapters.certified import CertifiedEngine, CertifiedSettings
-from validation.scenes.library import find_scene
+from ghostball.engine import EventKind, Status, UnsupportedSceneError, simulate
+from ghostball.engine.errors import GhostballError
+from ghostball.engine.scene.features import Feature
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reference_adapters.certified import CertifiedEngine, CertifiedSettings
+from ghostball.validation.scenes.library import find_scene
 
 
 def engine(**settings) -> CertifiedEngine:

@@ -12,10 +12,10 @@ from oracle import ALCIATORE, Laws as OracleLaws
 from oracle_laws import SIDES, Body, bounced, collided, settled, slip, unit
 from shots import R, ball, scene_of
 
-from engine import Table
-from reference_adapters.certified.arithmetic import UndecidedError, working_precision
-from reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
-from reference_adapters.certified.problem import problem_of
+from ghostball.engine import Table
+from ghostball.reference_adapters.certified.arithmetic import UndecidedError, working_precision
+from ghostball.reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
+from ghostball.reference_adapters.certified.problem import problem_of
 
 CUSHIONS = (
     {"cushion": "mirror"},

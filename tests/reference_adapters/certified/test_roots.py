@@ -8,8 +8,8 @@ from hypothesis import given, strategies as st
 from mpmath import mpf, workdps
 from oracle_roots import first_entry as oracle_entry
 
-from reference_adapters.certified.arithmetic import working_precision
-from reference_adapters.certified.roots import (
+from ghostball.reference_adapters.certified.arithmetic import working_precision
+from ghostball.reference_adapters.certified.roots import (
     NONE,
     ROOT,
     UNSURE,

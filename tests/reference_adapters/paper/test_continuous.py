@@ -8,9 +8,21 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from engine import Ball, EventKind, Physics, Result, Scene, Status, Table, UnsupportedSceneError
-from reference_adapters.base import ReferenceEngine
-from reference_adapters.paper.continuous import PaperContinuousEngine, PaperContinuousSettings
+from ghostball.engine import (
+    Ball,
+    EventKind,
+    Physics,
+    Result,
+    Scene,
+    Status,
+    Table,
+    UnsupportedSceneError,
+)
+from ghostball.reference_adapters.base import ReferenceEngine
+from ghostball.reference_adapters.paper.continuous import (
+    PaperContinuousEngine,
+    PaperContinuousSettings,
+)
 
 R = 0.028575
 DECELERATION = 0.02 * 9.81

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from engine import Ball, EventKind, Physics, Scene, Status, Table, UnsupportedSceneError
-from reference_adapters.base import ReferenceEngine
-from reference_adapters.paper.discrete import PaperDiscreteEngine, PaperDiscreteSettings
+from ghostball.engine import Ball, EventKind, Physics, Scene, Status, Table, UnsupportedSceneError
+from ghostball.reference_adapters.base import ReferenceEngine
+from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine, PaperDiscreteSettings
 
 R = 0.028575
 DECELERATION = 0.02 * 9.81

@@ -7,8 +7,8 @@ import math
 import pytest
 from hypothesis import given, strategies as st
 
-from engine import Ball, Physics, Scene, Table
-from reference_adapters.paper.model import PaperBalls
+from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.reference_adapters.paper.model import PaperBalls
 
 DECELERATION = 0.02 * 9.81
 

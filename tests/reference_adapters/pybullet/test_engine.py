@@ -14,13 +14,13 @@ from typing import Any
 import pytest
 from shots import R, ball, scene_of
 
-from engine import Record, Result, Scene, Table
-from engine.errors import UnsupportedSceneError
-from engine.scene.features import missing_features
-from reference_adapters.base import EngineError, ReferenceEngine
-from reference_adapters.pybullet import world as pybullet_world
-from reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
-from reference_adapters.registry import make_engine
+from ghostball.engine import Record, Result, Scene, Table
+from ghostball.engine.errors import UnsupportedSceneError
+from ghostball.engine.scene.features import missing_features
+from ghostball.reference_adapters.base import EngineError, ReferenceEngine
+from ghostball.reference_adapters.pybullet import world as pybullet_world
+from ghostball.reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
+from ghostball.reference_adapters.registry import make_engine
 
 TABLE = Table(length=2.0, width=1.0)
 
@@ -156,8 +156,8 @@ def test_imports_bullet_late_and_prints_nothing() -> None:
         pytest.skip(str(PybulletEngine.unavailable()))
     program = """
 import sys
-from engine import Ball, Scene, Table
-from reference_adapters.pybullet.engine import PybulletEngine
+from ghostball.engine import Ball, Scene, Table
+from ghostball.reference_adapters.pybullet.engine import PybulletEngine
 assert "pybullet" not in sys.modules
 assert PybulletEngine.unavailable() is None
 assert "pybullet" not in sys.modules

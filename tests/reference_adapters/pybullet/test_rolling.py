@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine import Ball, EventKind, Physics, Record, Result, Scene, Status, Table
-from engine.scene import CUSHIONS
-from reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
+from ghostball.engine import Ball, EventKind, Physics, Record, Result, Scene, Status, Table
+from ghostball.engine.scene import CUSHIONS
+from ghostball.reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
 
 R = 0.028575
 G = 9.81

@@ -14,8 +14,8 @@ import pytest
 from numpy.typing import NDArray
 from shots import R, ball, scene_of
 
-from engine import CUSHIONS, EventKind, Record, Result, Scene, Status, Table, simulate
-from reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
+from ghostball.engine import CUSHIONS, EventKind, Record, Result, Scene, Status, Table, simulate
+from ghostball.reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
 
 G = 9.81
 TABLE = Table(length=2.0, width=1.0)

@@ -6,11 +6,11 @@ import hashlib
 
 import pytest
 
-from engine import Result
-from reference_adapters import make_engine
-from reference_adapters.pybullet import world as pybullet_world
-from reference_adapters.pybullet.world import World
-from validation.scenes.library import find_scene
+from ghostball.engine import Result
+from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.pybullet import world as pybullet_world
+from ghostball.reference_adapters.pybullet.world import World
+from ghostball.validation.scenes.library import find_scene
 
 pytestmark = pytest.mark.skipif(
     pybullet_world.unavailable() is not None, reason=str(pybullet_world.unavailable())

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from engine import Ball, EventKind, Physics, Scene, Status, Table, UnsupportedSceneError
-from reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
-from validation.scenes.library import find_scene
-from validation.truth.closed_forms import closed_form
+from ghostball.engine import Ball, EventKind, Physics, Scene, Status, Table, UnsupportedSceneError
+from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.truth.closed_forms import closed_form
 
 R = 0.028575
 MU_G = 0.02 * 9.81

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from shots import R, ball, random_cloth_shot, scene_of
 
-from engine import Result, Scene, Table, simulate
-from engine.scene.features import Feature, missing_features, scene_features
-from reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
+from ghostball.engine import Result, Scene, Table, simulate
+from ghostball.engine.scene.features import Feature, missing_features, scene_features
+from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
 
 TOUCHING = 2 * R * (1 + 1e-9)
 

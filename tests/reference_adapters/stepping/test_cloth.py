@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from shots import R, ball, random_cloth_shot, scene_of
 
-from engine import EventKind, Scene, simulate
-from engine.scene.features import missing_features
-from reference_adapters.pymunk import steppers as pymunk_steppers
-from reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
-from reference_adapters.stepping.cloth import ClosedFormCloth
-from validation.scenes.library import find_scene
+from ghostball.engine import EventKind, Scene, simulate
+from ghostball.engine.scene.features import missing_features
+from ghostball.reference_adapters.pymunk import steppers as pymunk_steppers
+from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
+from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
+from ghostball.validation.scenes.library import find_scene
 
 
 def far_apart(seed: int, **physics: object) -> Scene:

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from engine import Table
-from reference_adapters.stepping.landing import (
+from ghostball.engine import Table
+from ghostball.reference_adapters.stepping.landing import (
     LANDING_GAP,
     rolling_accelerations,
     time_to_contact,

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from reports.page.chart import (
+from ghostball.reports.page.chart import (
     BOTTOM,
     HEIGHT,
     LEFT,

@@ -5,8 +5,8 @@ from importlib.resources import files
 
 import pytest
 
-from reports import style
-from reports.page.colours import (
+from ghostball.reports import style
+from ghostball.reports.page.colours import (
     DARK_INK,
     DARK_PAPER,
     LEAST_LINE,
@@ -18,7 +18,7 @@ from reports.page.colours import (
     readable,
 )
 
-CSS = files("reports.page").joinpath("assets", "page.css").read_text(encoding="utf-8")
+CSS = files("ghostball.reports.page").joinpath("assets", "page.css").read_text(encoding="utf-8")
 TEXTS = [
     (ink, paper)
     for ink in ("ink", "muted", "accent")

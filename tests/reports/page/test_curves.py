@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from engine import simulate
-from reports.page.curves import distance_from
-from validation.results.store import Motion
-from validation.runs.sampling import motion_of
-from validation.scenes.library import find_scene
+from ghostball.engine import simulate
+from ghostball.reports.page.curves import distance_from
+from ghostball.validation.results.store import Motion
+from ghostball.validation.runs.sampling import motion_of
+from ghostball.validation.scenes.library import find_scene
 
 
 def sampled(result, times):

@@ -16,11 +16,11 @@ from stored_results import (
     in_database,
 )
 
-from engine import GhostballError
-from reports import PAGE, write_report
-from reports.page import scene_part
-from reports.shots import load_shot
-from validation.baselines import (
+from ghostball.engine import GhostballError
+from ghostball.reports import PAGE, write_report
+from ghostball.reports.page import scene_part
+from ghostball.reports.shots import load_shot
+from ghostball.validation.baselines import (
     FirstDifference,
     LoggedEvent,
     Quantity,
@@ -30,9 +30,9 @@ from validation.baselines import (
     Timing,
     save_regression,
 )
-from validation.results.motions import motion_of_case, save_sides
-from validation.results.store import Motion, Results
-from validation.stress.findings import Finding, StressRun, StressWriter
+from ghostball.validation.results.motions import motion_of_case, save_sides
+from ghostball.validation.results.store import Motion, Results
+from ghostball.validation.stress.findings import Finding, StressRun, StressWriter
 
 # The page needs no figure.
 pytestmark = pytest.mark.usefixtures("without_run_figures")

@@ -4,11 +4,11 @@ import re
 
 import pytest
 
-from reports.page.measured import cost_html
-from reports.page.precision import MARKERS, OPEN, engines_of_page
-from validation.bench import PrecisionMeasurement
-from validation.bench.precision import LeftOut, PrecisionCurve, PrecisionPoint, Reach
-from validation.results.store import Results
+from ghostball.reports.page.measured import cost_html
+from ghostball.reports.page.precision import MARKERS, OPEN, engines_of_page
+from ghostball.validation.bench import PrecisionMeasurement
+from ghostball.validation.bench.precision import LeftOut, PrecisionCurve, PrecisionPoint, Reach
+from ghostball.validation.results.store import Results
 
 
 def point(engine, step, seconds, error, **changed):

@@ -4,7 +4,14 @@ import json
 
 import pytest
 
-from reports.page.rendering import asset, embedded_json, inline, label_html, markdown, render
+from ghostball.reports.page.rendering import (
+    asset,
+    embedded_json,
+    inline,
+    label_html,
+    markdown,
+    render,
+)
 
 EVIL = [
     "</script><script>alert(1)</script>",

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from replay_decoder import Packed, decoded, place_at
 
-from engine import EVENT_DTYPE, Ball, Scene, Table, simulate
-from engine.trajectory import Phase
-from reports.page.replay_data import MAX_EVENTS, motion_data, scene_data
-from reports.page.replay_tracks import FARTHEST, TOLERANCE, packed, tick_of, track_of
-from reports.shots import load_shot
-from validation.results.records import Motion
-from validation.results.store import Results
-from validation.runs.sampling import motion_of
-from validation.scenes.library import find_scene
+from ghostball.engine import EVENT_DTYPE, Ball, Scene, Table, simulate
+from ghostball.engine.trajectory import Phase
+from ghostball.reports.page.replay_data import MAX_EVENTS, motion_data, scene_data
+from ghostball.reports.page.replay_tracks import FARTHEST, TOLERANCE, packed, tick_of, track_of
+from ghostball.reports.shots import load_shot
+from ghostball.validation.results.records import Motion
+from ghostball.validation.results.store import Results
+from ghostball.validation.runs.sampling import motion_of
+from ghostball.validation.scenes.library import find_scene
 
 
 def motion_of_path(times, xy, events=()) -> Motion:

@@ -20,14 +20,14 @@ import gate
 import numpy as np
 import pytest
 
-import validation
-from engine import EVENT_DTYPE, GhostballError, simulate
-from validation.baselines import against as against_module
-from validation.baselines.against import compare_revisions
-from validation.baselines.player import NotComparableError, PlayError
-from validation.baselines.regression import load_regression
-from validation.results.motions import motion_of_side, save_sides
-from validation.results.store import Motion
+from ghostball import validation
+from ghostball.engine import EVENT_DTYPE, GhostballError, simulate
+from ghostball.validation.baselines import against as against_module
+from ghostball.validation.baselines.against import compare_revisions
+from ghostball.validation.baselines.player import NotComparableError, PlayError
+from ghostball.validation.baselines.regression import load_regression
+from ghostball.validation.results.motions import motion_of_side, save_sides
+from ghostball.validation.results.store import Motion
 
 ROOT = Path(validation.__file__).resolve().parent.parent
 PACKAGES = ("engine", "reference_adapters", "validation", "reports", "ghostball")
@@ -56,7 +56,7 @@ class Checkout:
         self.root.mkdir()
         for name in PACKAGES:
             ignored = shutil.ignore_patterns("__pycache__", "gallery")
-            shutil.copytree(ROOT / name, self.root / name, ignore=ignored)
+            shutil.copytree(ROOT / name, self.root / name, symlinks=True, ignore=ignored)
         shutil.copy(ROOT / "pyproject.toml", self.root)
         (self.root / ".gitignore").write_text("__pycache__/\n")
         git(self.root, "init", "-q", "-b", "sound")

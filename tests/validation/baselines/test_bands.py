@@ -7,16 +7,16 @@ import math
 import pytest
 from hypothesis import example, given, strategies as st
 
-from engine import GhostballError
-from validation.baselines.bands import (
+from ghostball.engine import GhostballError
+from ghostball.validation.baselines.bands import (
     Band,
     band_of_counter,
     band_of_metric,
     direction,
     is_error,
 )
-from validation.baselines.regression import Quantity
-from validation.checks.metric_table import METRICS
+from ghostball.validation.baselines.regression import Quantity
+from ghostball.validation.checks.metric_table import METRICS
 
 
 def quantity(name, base, head, *, low=None, high=None, level="error"):

@@ -9,8 +9,8 @@ import gate
 import numpy as np
 import pytest
 
-from validation.baselines.bands import Band
-from validation.baselines.baseline import (
+from ghostball.validation.baselines.bands import Band
+from ghostball.validation.baselines.baseline import (
     FOLDER,
     Baseline,
     BaselineError,
@@ -20,7 +20,7 @@ from validation.baselines.baseline import (
     baseline_path,
     load_baseline,
 )
-from validation.baselines.observed import KEPT_EVENTS
+from ghostball.validation.baselines.observed import KEPT_EVENTS
 
 RUN = gate.observed(gate.cut_shot())
 BASELINE = Baseline.of(RUN, gate.ACCEPTED)

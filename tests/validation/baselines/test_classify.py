@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from engine import GhostballError
-from engine.result import EventKind
-from validation.baselines.classify import Bands, classify
-from validation.baselines.fingerprint import BLOCK
-from validation.baselines.observed import KEPT_EVENTS
-from validation.baselines.rounding import allowance_of
-from validation.scenes.library import find_scene
+from ghostball.engine import GhostballError
+from ghostball.engine.result import EventKind
+from ghostball.validation.baselines.classify import Bands, classify
+from ghostball.validation.baselines.fingerprint import BLOCK
+from ghostball.validation.baselines.observed import KEPT_EVENTS
+from ghostball.validation.baselines.rounding import allowance_of
+from ghostball.validation.scenes.library import find_scene
 
 SHOT = gate.cut_shot()
 BASE = gate.observed(SHOT)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gate
 import pytest
 
-from validation.baselines.fingerprint import BLOCK, blocks_of
+from ghostball.validation.baselines.fingerprint import BLOCK, blocks_of
 
 
 @pytest.mark.parametrize(("count", "blocks"), [(0, 0), (1, 1), (BLOCK, 1), (BLOCK + 1, 2)])

@@ -10,24 +10,29 @@ import numpy as np
 import pytest
 from stored_results import damage_motions
 
-import reference_adapters.ghostball
-import validation.runs.our_run
-from engine import GhostballError, UnsupportedSceneError, simulate
-from validation.baselines import gate as gate_module
-from validation.baselines.accept import CHANGES_FILE, AcceptError, LimitsBrokenError, accept
-from validation.baselines.baseline import (
+import ghostball.reference_adapters.ghostball
+import ghostball.validation.runs.our_run
+from ghostball.engine import GhostballError, UnsupportedSceneError, simulate
+from ghostball.validation.baselines import gate as gate_module
+from ghostball.validation.baselines.accept import (
+    CHANGES_FILE,
+    AcceptError,
+    LimitsBrokenError,
+    accept,
+)
+from ghostball.validation.baselines.baseline import (
     BaselineError,
     baseline_names,
     baseline_path,
     load_baseline,
 )
-from validation.baselines.gate import check_baselines, compare_results, outcome_of
-from validation.baselines.regression import Regression, load_regression, save_regression
-from validation.checks.criteria import Criteria
-from validation.results.files import ResultsError
-from validation.results.frames import rows_of
-from validation.results.store import Results
-from validation.suite.suite import run_suite
+from ghostball.validation.baselines.gate import check_baselines, compare_results, outcome_of
+from ghostball.validation.baselines.regression import Regression, load_regression, save_regression
+from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.results.files import ResultsError
+from ghostball.validation.results.frames import rows_of
+from ghostball.validation.results.store import Results
+from ghostball.validation.suite.suite import run_suite
 
 SCENES = [gate.cut_shot(), gate.roll_shot()]
 
@@ -68,7 +73,7 @@ class Workshop:
             result = simulate(scene.model_copy(update={"balls": (moved, *others)}), **options)
             return replace(result, scene=scene)
 
-        for module in (reference_adapters.ghostball, validation.runs.our_run):
+        for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.our_run):
             self._monkeypatch.setattr(module, "simulate", planted)
 
     def contents(self):
@@ -155,7 +160,7 @@ def test_a_counter_that_moved_fails_with_the_same_bits(accepted, monkeypatch):
         result = simulate(scene, **options)
         return replace(result, work={**result.work, "events": result.work["events"] + 1})
 
-    monkeypatch.setattr(reference_adapters.ghostball, "simulate", busier)
+    monkeypatch.setattr(ghostball.reference_adapters.ghostball, "simulate", busier)
     found = accepted.compare()
     assert found.outcome == "failed"
     assert set(changes(found).values()) == {"identical"}
@@ -177,7 +182,7 @@ def test_a_metric_that_only_warns_passes_with_a_warning(accepted, monkeypatch):
         more = {"events": result.work["events"] + (scene.name == "roll")}
         return replace(result, work={**result.work, **more})
 
-    monkeypatch.setattr(reference_adapters.ghostball, "simulate", busier)
+    monkeypatch.setattr(ghostball.reference_adapters.ghostball, "simulate", busier)
     found = accepted.compare()
     assert found.outcome == "passed"
     (warning,) = found.warnings
@@ -216,7 +221,7 @@ def test_a_run_that_crashed_fails(accepted, monkeypatch):
             raise ZeroDivisionError("planted")
         return simulate(scene, **options)
 
-    monkeypatch.setattr(reference_adapters.ghostball, "simulate", crash)
+    monkeypatch.setattr(ghostball.reference_adapters.ghostball, "simulate", crash)
     found = accepted.compare()
     cut = found.scene("cut")
     assert (cut.change, cut.failed) == ("worse", True)
@@ -235,7 +240,7 @@ def refuse_rolling(monkeypatch):
             raise UnsupportedSceneError("ghostball", ("planted: no cloth without a table",))
         return simulate(scene, **options)
 
-    monkeypatch.setattr(reference_adapters.ghostball, "simulate", refuse)
+    monkeypatch.setattr(ghostball.reference_adapters.ghostball, "simulate", refuse)
 
 
 def test_a_scene_that_our_engine_no_longer_represents_fails(accepted, monkeypatch):
@@ -341,7 +346,7 @@ def test_an_engine_that_gives_other_bits_each_time_is_told(accepted, monkeypatch
         moved = state._replace(positions=state.positions + 1e-9 * next(count))
         return replace(result, final_state=moved)
 
-    for module in (reference_adapters.ghostball, validation.runs.our_run):
+    for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.our_run):
         monkeypatch.setattr(module, "simulate", unsteady)
     with pytest.raises(GhostballError, match="must be deterministic"):
         accepted.compare()

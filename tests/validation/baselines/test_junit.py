@@ -5,8 +5,8 @@ from xml.etree import ElementTree
 import pytest
 from regressions import identical, quantity, regression, uncompared, worse
 
-from engine import GhostballError
-from validation.baselines.junit import moved_text, regression_xml, write_regression_junit
+from ghostball.engine import GhostballError
+from ghostball.validation.baselines.junit import moved_text, regression_xml, write_regression_junit
 
 
 def parsed(compared):

@@ -8,13 +8,13 @@ import gate
 import numpy as np
 import pytest
 
-from engine import GhostballError, simulate
-from validation.baselines.observed import Observed, judged
-from validation.checks.criteria import Criteria
-from validation.checks.metrics import measure
-from validation.results.store import Results
-from validation.suite.suite import run_suite
-from validation.truth.scene_truth import truth_of
+from ghostball.engine import GhostballError, simulate
+from ghostball.validation.baselines.observed import Observed, judged
+from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.checks.metrics import measure
+from ghostball.validation.results.store import Results
+from ghostball.validation.suite.suite import run_suite
+from ghostball.validation.truth.scene_truth import truth_of
 
 SHOT = gate.cut_shot()
 

@@ -9,11 +9,11 @@ import gate
 import numpy as np
 import pytest
 
-import validation
-from engine import simulate
-from validation.baselines import player as player_module
-from validation.baselines.player import NotComparableError, PlayError, playing
-from validation.runs.sampling import motion_of
+from ghostball import validation
+from ghostball.engine import simulate
+from ghostball.validation.baselines import player as player_module
+from ghostball.validation.baselines.player import NotComparableError, PlayError, playing
+from ghostball.validation.runs.sampling import motion_of
 
 ROOT = Path(validation.__file__).resolve().parent.parent
 SHOT = gate.cut_shot()
@@ -47,6 +47,9 @@ def other(tmp_path):
         root = tmp_path / "other"
         (root / "engine").mkdir(parents=True)
         (root / "engine" / "__init__.py").write_text(FACE.format(importing, simulating))
+        (root / "ghostball").mkdir()
+        (root / "ghostball" / "__init__.py").write_text("")
+        (root / "ghostball" / "engine").symlink_to("../engine")
         return root
 
     return make
@@ -169,10 +172,9 @@ def test_what_an_engine_prints_is_no_answer(other, scene_file):
 
 def test_a_place_with_a_name_that_begins_alike_is_another_place(other, tmp_path, monkeypatch):
     root = other("pass")
-    (root / "engine").rename(tmp_path / "engine")
     beside = tmp_path / "other-one"
-    beside.mkdir()
-    (tmp_path / "engine").rename(beside / "engine")
+    root.rename(beside)
+    root.mkdir()
     monkeypatch.setenv("PYTHONPATH", str(beside))
     with pytest.raises(NotComparableError, match="not the revision"), playing("it", root):
         pass

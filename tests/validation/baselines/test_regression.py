@@ -7,16 +7,16 @@ import json
 import gate
 import pytest
 
-from validation.baselines.regression import (
+from ghostball.validation.baselines.regression import (
     Regression,
     TimeChange,
     Timing,
     load_regression,
     save_regression,
 )
-from validation.results.database import put_document, transaction, writing
-from validation.results.files import ResultsError
-from validation.results.frames import rows_of
+from ghostball.validation.results.database import put_document, transaction, writing
+from ghostball.validation.results.files import ResultsError
+from ghostball.validation.results.frames import rows_of
 
 SHOT = gate.cut_shot()
 BASE = gate.observed(SHOT)

@@ -8,8 +8,14 @@ import subprocess
 
 import pytest
 
-from validation.baselines import revision as revision_module
-from validation.baselines.revision import KEPT, RevisionError, repository, resolve, worktree
+from ghostball.validation.baselines import revision as revision_module
+from ghostball.validation.baselines.revision import (
+    KEPT,
+    RevisionError,
+    repository,
+    resolve,
+    worktree,
+)
 
 
 def git(root, *arguments):

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
-from engine import Scene, simulate
-from engine.result.hashes import bits_hash
-from engine.sensitivity import TangentMap
-from validation.baselines.rounding import UNAMPLIFIED, allowance_of
-from validation.scenes.library import find_scene
+from ghostball.engine import Scene, simulate
+from ghostball.engine.result.hashes import bits_hash
+from ghostball.engine.sensitivity import TangentMap
+from ghostball.validation.baselines.rounding import UNAMPLIFIED, allowance_of
+from ghostball.validation.scenes.library import find_scene
 
 
 def faster(scene: Scene, change) -> Scene:

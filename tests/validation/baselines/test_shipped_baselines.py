@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import pytest
 
-from engine import simulate
-from validation.baselines import load_baseline
-from validation.baselines.baseline import FOLDER, baseline_names, baseline_path
-from validation.baselines.gate import crowds
-from validation.baselines.observed import Observed
-from validation.results.records import scene_hash
-from validation.scenes.library import find_scene, scene_names
+from ghostball.engine import simulate
+from ghostball.validation.baselines import load_baseline
+from ghostball.validation.baselines.baseline import FOLDER, baseline_names, baseline_path
+from ghostball.validation.baselines.gate import crowds
+from ghostball.validation.baselines.observed import Observed
+from ghostball.validation.results.records import scene_hash
+from ghostball.validation.scenes.library import find_scene, scene_names
 
 CROWDS = {scene.name: scene for scene in crowds()}
 """Scenes that cells schedule: the shipped ones have too few balls."""

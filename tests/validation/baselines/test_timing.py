@@ -7,8 +7,13 @@ import math
 import pytest
 from hypothesis import given, strategies as st
 
-from validation.baselines.regression import Timing
-from validation.baselines.timing import SLOWER, compare_samples, median_interval, timing_of
+from ghostball.validation.baselines.regression import Timing
+from ghostball.validation.baselines.timing import (
+    SLOWER,
+    compare_samples,
+    median_interval,
+    timing_of,
+)
 
 
 @pytest.mark.parametrize(

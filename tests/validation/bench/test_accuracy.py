@@ -8,11 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-import validation.bench.accuracy
-from engine import Scene, simulate
-from validation.bench import AccuracyMeasurement, BenchError, measure_accuracy, measurements
-from validation.bench.accuracy import Distribution
-from validation.scenes.random_shots import random_shot
+import ghostball.validation.bench.accuracy
+from ghostball.engine import Scene, simulate
+from ghostball.validation.bench import (
+    AccuracyMeasurement,
+    BenchError,
+    measure_accuracy,
+    measurements,
+)
+from ghostball.validation.bench.accuracy import Distribution
+from ghostball.validation.scenes.random_shots import random_shot
 
 SCENES = Path(__file__).parents[2] / "support" / "scenes"
 
@@ -71,7 +76,7 @@ def test_a_shot_that_breaks_a_limit_is_named_with_its_scene(
     def short(scene: Scene, **options: Any) -> Any:
         return simulate(scene, **options | {"max_events": 1})
 
-    monkeypatch.setattr(validation.bench.accuracy, "simulate", short)
+    monkeypatch.setattr(ghostball.validation.bench.accuracy, "simulate", short)
     measured = measure_accuracy(20, jobs=1)
     assert measured.faulty
     assert measured.missing > 0

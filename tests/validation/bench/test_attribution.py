@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from validation.bench import AttributionMeasurement, BenchError, attribution, measure_attribution
-from validation.bench.attribution import SUBJECTS, AttributedShot, Coverage, pool_shot
-from validation.bench.measurements import STORE, load
+from ghostball.validation.bench import (
+    AttributionMeasurement,
+    BenchError,
+    attribution,
+    measure_attribution,
+)
+from ghostball.validation.bench.attribution import SUBJECTS, AttributedShot, Coverage, pool_shot
+from ghostball.validation.bench.measurements import STORE, load
 
 SHOT = AttributedShot(
     number=3,

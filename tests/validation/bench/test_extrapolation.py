@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from validation.bench._extrapolation import extrapolate
-from validation.diagnose.attribution import largest_distance
+from ghostball.validation.bench._extrapolation import extrapolate
+from ghostball.validation.diagnose.attribution import largest_distance
 
 STEPS = [0.02 / 2**k for k in range(5)]
 LIMIT = np.array([[1.0, 2.0], [0.3, 0.4]])

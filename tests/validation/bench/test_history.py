@@ -5,11 +5,11 @@ import shutil
 import pytest
 from measured_history import Repository, targets
 
-from validation.bench import BenchError, measurements
-from validation.bench._observed import KINDS, observed_in
-from validation.bench.history import read_history
-from validation.bench.measurements import STORE
-from validation.results.git import GitError
+from ghostball.validation.bench import BenchError, measurements
+from ghostball.validation.bench._observed import KINDS, observed_in
+from ghostball.validation.bench.history import read_history
+from ghostball.validation.bench.measurements import STORE
+from ghostball.validation.results.git import GitError
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ import itertools
 import pytest
 from toy_engines import ToyEngine, ToySettings, roll
 
-from engine import Ball, Scene
-from reference_adapters import make_engine
-from validation.bench._ladders import (
+from ghostball.engine import Ball, Scene
+from ghostball.reference_adapters import make_engine
+from ghostball.validation.bench._ladders import (
     WIDE,
     Extent,
     ladder_of,
@@ -15,7 +15,7 @@ from validation.bench._ladders import (
     start_of,
     work_of,
 )
-from validation.bench._phases import begun_earlier
+from ghostball.validation.bench._phases import begun_earlier
 
 
 def steps_of(label, duration=4.0, extent=WIDE):

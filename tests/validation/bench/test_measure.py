@@ -3,12 +3,16 @@
 import pytest
 from peers import FakePeer
 
-from validation.bench import measure
-from validation.bench.measure import measure_targets
-from validation.bench.peer_engines import PeerAbsentError, PeerCannotError, PeerFailedError
-from validation.bench.scenes import table_gas
-from validation.bench.sizes import FULL, QUICK
-from validation.bench.workloads import Workload
+from ghostball.validation.bench import measure
+from ghostball.validation.bench.measure import measure_targets
+from ghostball.validation.bench.peer_engines import (
+    PeerAbsentError,
+    PeerCannotError,
+    PeerFailedError,
+)
+from ghostball.validation.bench.scenes import table_gas
+from ghostball.validation.bench.sizes import FULL, QUICK
+from ghostball.validation.bench.workloads import Workload
 
 
 def load_of(name, **values):

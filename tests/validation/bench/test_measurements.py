@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from validation.bench import measurements
-from validation.bench.measurements import (
+from ghostball.validation.bench import measurements
+from ghostball.validation.bench.measurements import (
     Row,
     ScalingMeasurement,
     TargetsMeasurement,
@@ -17,7 +17,7 @@ from validation.bench.measurements import (
     store_path,
     stored_paths,
 )
-from validation.bench.running import BenchError
+from ghostball.validation.bench.running import BenchError
 
 ENVIRONMENT = {"cpu": "AMD EPYC", "cores": 2, "date": "2026-01-01"}
 ROW = Row(

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from engine import GhostballError, Status
-from validation.bench import peer_engines
-from validation.bench.peer_engines import (
+from ghostball.engine import GhostballError, Status
+from ghostball.validation.bench import peer_engines
+from ghostball.validation.bench.peer_engines import (
     DEFAULT_PEERS,
     AdapterPeer,
     PeerAbsentError,
@@ -19,8 +19,8 @@ from validation.bench.peer_engines import (
     ScriptPeer,
     make_peers,
 )
-from validation.bench.running import BenchError
-from validation.bench.scenes import FULL_CLOTH, racked_break, table_gas
+from ghostball.validation.bench.running import BenchError
+from ghostball.validation.bench.scenes import FULL_CLOTH, racked_break, table_gas
 
 SCENE = table_gas(2, 0.5)
 PEER = """
@@ -148,7 +148,7 @@ def test_all_peers_are_there_unless_others_are_asked_for(monkeypatch):
 
 
 def test_an_adapter_whose_package_is_missing_is_absent(monkeypatch):
-    from reference_adapters.pymunk.engine import PymunkEngine
+    from ghostball.reference_adapters.pymunk.engine import PymunkEngine
 
     monkeypatch.setattr(PymunkEngine, "unavailable", classmethod(lambda _: "pip install pymunk"))
     (peer,) = make_peers("pymunk", None)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from toy_engines import cut, roll
 
-from engine import Ball, Scene, Table, simulate
-from validation import find_scene
-from validation.bench._phases import begun_earlier
+from ghostball.engine import Ball, Scene, Table, simulate
+from ghostball.validation import find_scene
+from ghostball.validation.bench._phases import begun_earlier
 
 
 @pytest.mark.parametrize("name", ["half-ball-cut", "sliding-swerve", "masse", "throw-by-spin"])

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from toy_engines import NoSettings, ToyEngine, ToySettings, cut, other_shot, roll
 
-from engine import Ball, Scene, UnsupportedSceneError
-from reference_adapters import EngineBase, EngineError, EngineUnavailableError
-from validation.bench import BenchError, PrecisionMeasurement, _places, precision
-from validation.bench.measurements import load, save
-from validation.bench.precision import TINY, Extent, measure_precision
-from validation.scenes.library import find_scene
+from ghostball.engine import Ball, Scene, UnsupportedSceneError
+from ghostball.reference_adapters import EngineBase, EngineError, EngineUnavailableError
+from ghostball.validation.bench import BenchError, PrecisionMeasurement, _places, precision
+from ghostball.validation.bench.measurements import load, save
+from ghostball.validation.bench.precision import TINY, Extent, measure_precision
+from ghostball.validation.scenes.library import find_scene
 
 FEW = Extent(most_steps=4_000)
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from validation.bench import processes
-from validation.bench.running import BenchError
+from ghostball.validation.bench import processes
+from ghostball.validation.bench.running import BenchError
 
 
 def clock_of(*seconds):

@@ -3,11 +3,11 @@
 import pytest
 from peers import FakePeer
 
-from validation.bench import RacksMeasurement, measurements, racks
-from validation.bench._observed import observed_in
-from validation.bench.peer_engines import PeerCannotError, PeerFailedError, PeerRun
-from validation.bench.racks import measure_racks
-from validation.bench.scenes import random_rack
+from ghostball.validation.bench import RacksMeasurement, measurements, racks
+from ghostball.validation.bench._observed import observed_in
+from ghostball.validation.bench.peer_engines import PeerCannotError, PeerFailedError, PeerRun
+from ghostball.validation.bench.racks import measure_racks
+from ghostball.validation.bench.scenes import random_rack
 
 
 class Counting(FakePeer):

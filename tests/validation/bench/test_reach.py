@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from validation.bench._reach import Level, order_of, reach_of
+from ghostball.validation.bench._reach import Level, order_of, reach_of
 
 TRUTH = np.array([[1.0, 0.5]])
 DURATION = 4.0

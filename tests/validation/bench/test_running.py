@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from engine import Status
-from engine.running.from_scene import layout_of
-from validation.bench import measure_accuracy, measure_attribution, running
-from validation.bench.running import BenchError
-from validation.bench.scenes import FRICTIONLESS, packed_gas, table_gas
+from ghostball.engine import Status
+from ghostball.engine.running.from_scene import layout_of
+from ghostball.validation.bench import measure_accuracy, measure_attribution, running
+from ghostball.validation.bench.running import BenchError
+from ghostball.validation.bench.scenes import FRICTIONLESS, packed_gas, table_gas
 
 
 def ended(monkeypatch, status):

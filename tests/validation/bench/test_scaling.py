@@ -5,9 +5,9 @@ import itertools
 import pytest
 from peers import FakePeer
 
-from validation.bench import scaling
-from validation.bench.peer_engines import PeerCannotError, PeerFailedError
-from validation.bench.scaling import TINY, Extent, measure_scaling, scene_of
+from ghostball.validation.bench import scaling
+from ghostball.validation.bench.peer_engines import PeerCannotError, PeerFailedError
+from ghostball.validation.bench.scaling import TINY, Extent, measure_scaling, scene_of
 
 SMALL = Extent((2, 4, 8), (0.2,), fixed_balls=4, least_events=1, least_peer_events=1)
 

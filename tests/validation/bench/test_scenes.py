@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from engine import SceneError
-from engine.scene import POOL_BALL_RADIUS as R
-from validation.bench import scenes
-from validation.bench.scenes import FRICTIONLESS, FULL_CLOTH, ROLLING
-from validation.scenes.library import find_scene
+from ghostball.engine import SceneError
+from ghostball.engine.scene import POOL_BALL_RADIUS as R
+from ghostball.validation.bench import scenes
+from ghostball.validation.bench.scenes import FRICTIONLESS, FULL_CLOTH, ROLLING
+from ghostball.validation.scenes.library import find_scene
 
 
 @pytest.mark.parametrize("seed", range(5))

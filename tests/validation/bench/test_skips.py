@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from shots import POOL_TABLE, ball, scene_of
 
-from engine import simulate
-from engine.running.skips import BUILT_IN, Skip
-from validation.bench import measure_skips, skips
-from validation.bench.skips import ROUNDING, compare_answers
+from ghostball.engine import simulate
+from ghostball.engine.running.skips import BUILT_IN, Skip
+from ghostball.validation.bench import measure_skips, skips
+from ghostball.validation.bench.skips import ROUNDING, compare_answers
 
 # None of pressed balls, nor of a law that integrates: what it measures is compiled already.
 SHOT = scene_of(ball((0.5, 0.6), (1.0, 0.1)), ball((1.2, 0.64)), table=POOL_TABLE)

@@ -2,12 +2,18 @@
 
 import pytest
 
-from validation.bench.comparison import COMPARED
-from validation.bench.peer_engines import DEFAULT_PEERS
-from validation.bench.quantities import QUANTITIES
-from validation.bench.running import BenchError
-from validation.bench.targets import TARGETS, TIMES_QUICKER, Target, chosen_workloads, target_of
-from validation.bench.workloads import WORKLOADS
+from ghostball.validation.bench.comparison import COMPARED
+from ghostball.validation.bench.peer_engines import DEFAULT_PEERS
+from ghostball.validation.bench.quantities import QUANTITIES
+from ghostball.validation.bench.running import BenchError
+from ghostball.validation.bench.targets import (
+    TARGETS,
+    TIMES_QUICKER,
+    Target,
+    chosen_workloads,
+    target_of,
+)
+from ghostball.validation.bench.workloads import WORKLOADS
 
 
 def test_every_target_is_of_something_that_is_measured():

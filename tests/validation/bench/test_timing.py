@@ -2,7 +2,7 @@
 
 import pytest
 
-from validation.bench.timing import Figures, Samples, Spread, Task, take_turns
+from ghostball.validation.bench.timing import Figures, Samples, Spread, Task, take_turns
 
 
 def task_of(name, log, most=None, interrupt_at=None):

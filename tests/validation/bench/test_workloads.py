@@ -2,10 +2,10 @@
 
 import pytest
 
-from validation.bench.quantities import QUANTITIES
-from validation.bench.sizes import QUICK
-from validation.bench.targets import TARGETS
-from validation.bench.workloads import WORKLOADS, shipped_scene
+from ghostball.validation.bench.quantities import QUANTITIES
+from ghostball.validation.bench.sizes import QUICK
+from ghostball.validation.bench.targets import TARGETS
+from ghostball.validation.bench.workloads import WORKLOADS, shipped_scene
 
 IN_PROCESS = [load for load in WORKLOADS if not load.name.endswith("start")]
 

@@ -7,7 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from validation.checks.criteria import Criteria, CriteriaError, Criterion, Selector, criteria_beside
+from ghostball.validation.checks.criteria import (
+    Criteria,
+    CriteriaError,
+    Criterion,
+    Selector,
+    criteria_beside,
+)
 
 NATIVE = {"mode": "native", "dt": 0.001, "gate": True}
 LANDED = {"mode": "landed", "dt": 0.001, "gate": True}

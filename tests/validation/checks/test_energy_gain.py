@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from engine import EventKind, ExactTrajectory, Result, SampledTrajectory, simulate
-from reference_adapters import make_engine
-from reference_adapters.base import resolution_of
-from validation.checks.criteria import common_criteria
-from validation.checks.energy_gain import cloth_takes, largest_gain, largest_rise
-from validation.checks.metrics import measure
-from validation.scenes.library import find_scene
-from validation.suite.suite import shipped_criteria
-from validation.truth.scene_truth import Truth
+from ghostball.engine import EventKind, ExactTrajectory, Result, SampledTrajectory, simulate
+from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.base import resolution_of
+from ghostball.validation.checks.criteria import common_criteria
+from ghostball.validation.checks.energy_gain import cloth_takes, largest_gain, largest_rise
+from ghostball.validation.checks.metrics import measure
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.suite import shipped_criteria
+from ghostball.validation.truth.scene_truth import Truth
 
 SCENES = ("head-on", "half-ball-cut", "draw-shot", "break-7")
 

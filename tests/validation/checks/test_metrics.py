@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-import validation.checks.metrics
-from engine import (
+import ghostball.validation.checks.metrics
+from ghostball.engine import (
     EVENT_DTYPE,
     Ball,
     EventKind,
@@ -22,9 +22,9 @@ from engine import (
     Status,
     Table,
 )
-from validation.checks.metric_table import METRICS, MetricError, choose_metrics
-from validation.checks.metrics import _COMPUTE, conserves_energy, measure
-from validation.truth.scene_truth import Truth
+from ghostball.validation.checks.metric_table import METRICS, MetricError, choose_metrics
+from ghostball.validation.checks.metrics import _COMPUTE, conserves_energy, measure
+from ghostball.validation.truth.scene_truth import Truth
 
 R, M = 0.03, 0.2
 BB, BC = int(EventKind.BALL_BALL), int(EventKind.BALL_CUSHION)
@@ -365,10 +365,10 @@ def test_what_nobody_asks_for_is_not_computed(monkeypatch: pytest.MonkeyPatch) -
     run = result(scene(balls=1), [[0.0], [1.0], [2.5]], [1.0, 1.0, 0.0])
     whole = measure(run, truth)
     for name in ("energy_at", "energy_series", "deepest_overlap", "collisions_of"):
-        monkeypatch.setattr(validation.checks.metrics, name, refuse)
+        monkeypatch.setattr(ghostball.validation.checks.metrics, name, refuse)
     some = measure(run, truth, ("wall_time", "rest_error_max"))
     assert list(some.values) == ["rest_error_max", "wall_time"]
     assert some.values == {name: whole.values[name] for name in some.values}
     assert some.ball_errors is not None
-    monkeypatch.setattr(validation.checks.metrics, "ball_errors", refuse)
+    monkeypatch.setattr(ghostball.validation.checks.metrics, "ball_errors", refuse)
     assert measure(run, truth, ("wall_time",)).ball_errors is None

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from validation.checks.metric_table import METRICS
-from validation.checks.verdict import (
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.verdict import (
     RestError,
     Verdict,
     is_nothing_judged,
@@ -18,7 +18,7 @@ from validation.checks.verdict import (
     verdict_of,
     wrong_count,
 )
-from validation.results.records import CLOSED_FORM, OUR_ENGINE, CaseRecord, Check
+from ghostball.validation.results.records import CLOSED_FORM, OUR_ENGINE, CaseRecord, Check
 
 
 def check(metric: str, passed: bool | None = True, kind: str = "at_most") -> Check:

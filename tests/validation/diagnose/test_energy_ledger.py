@@ -5,10 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engine import Ball, Scene, simulate
-from validation.diagnose.energy_ledger import FRAMES, NOT_FINITE, SEVERAL, UNSTORED, ledger_of
-from validation.runs.sampling import motion_of
-from validation.scenes.library import find_scene
+from ghostball.engine import Ball, Scene, simulate
+from ghostball.validation.diagnose.energy_ledger import (
+    FRAMES,
+    NOT_FINITE,
+    SEVERAL,
+    UNSTORED,
+    ledger_of,
+)
+from ghostball.validation.runs.sampling import motion_of
+from ghostball.validation.scenes.library import find_scene
 
 
 def motion(scene):

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from toy_engines import NoSettings, other_shot
 
-from engine import Ball, EventKind, Scene, Table, UnsupportedSceneError, simulate
-from engine.scene.features import EXACT, Feature
-from reference_adapters import EngineBase, make_engine
-from validation import find_scene
-from validation.diagnose.explanation import ExplanationError, explain
-from validation.diagnose.parting import Collision
+from ghostball.engine import Ball, EventKind, Scene, Table, UnsupportedSceneError, simulate
+from ghostball.engine.scene.features import EXACT, Feature
+from ghostball.reference_adapters import EngineBase, make_engine
+from ghostball.validation import find_scene
+from ghostball.validation.diagnose.explanation import ExplanationError, explain
+from ghostball.validation.diagnose.parting import Collision
 
 TABLE = Table(length=2.0, width=1.0)
 

@@ -5,10 +5,15 @@ import math
 import pytest
 from toy_engines import cut
 
-from engine import Ball, EventKind, Scene, Table, simulate
-from reference_adapters import make_engine
-from validation.diagnose.near_misses import approach_speed, depth_of, in_ulps, nearest_approach
-from validation.diagnose.parting import Collision, collisions_in
+from ghostball.engine import Ball, EventKind, Scene, Table, simulate
+from ghostball.reference_adapters import make_engine
+from ghostball.validation.diagnose.near_misses import (
+    approach_speed,
+    depth_of,
+    in_ulps,
+    nearest_approach,
+)
+from ghostball.validation.diagnose.parting import Collision, collisions_in
 
 R = 0.028575
 

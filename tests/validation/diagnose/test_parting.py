@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from engine import EVENT_DTYPE, EventKind
-from validation.diagnose.parting import Collision, collisions_in, compare_logs
+from ghostball.engine import EVENT_DTYPE, EventKind
+from ghostball.validation.diagnose.parting import Collision, collisions_in, compare_logs
 
 BALLS = EventKind.BALL_BALL
 CUSHION = EventKind.BALL_CUSHION

@@ -5,17 +5,17 @@ from pathlib import Path
 
 import pytest
 
-from engine import Ball, Scene
-from validation.results.store import ResultsWriter
+from ghostball.engine import Ball, Scene
+from ghostball.validation.results.store import ResultsWriter
 
 ENGINE = """
 import os
 
 import numpy as np
 
-from engine import Result, Status, simulate
-from engine.scene.features import EXACT, Capability, Feature
-from reference_adapters.base import EngineBase, EngineSettings
+from ghostball.engine import Result, Status, simulate
+from ghostball.engine.scene.features import EXACT, Capability, Feature
+from ghostball.reference_adapters.base import EngineBase, EngineSettings
 
 
 class Settings(EngineSettings):

@@ -6,11 +6,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import validation.ensembles.run as run_module
-from engine import Ball, Scene
-from validation.ensembles import QUANTITIES, Ensembles, Size, compare, perturb, run_ensembles
-from validation.ensembles.compare import Compared, permutations_for
-from validation.scenes.library import find_scene
+import ghostball.validation.ensembles.run as run_module
+from ghostball.engine import Ball, Scene
+from ghostball.validation.ensembles import (
+    QUANTITIES,
+    Ensembles,
+    Size,
+    compare,
+    perturb,
+    run_ensembles,
+)
+from ghostball.validation.ensembles.compare import Compared, permutations_for
+from ghostball.validation.scenes.library import find_scene
 
 COUNT = 20
 

@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from engine import Ball, Physics, Scene, Table
-from validation.ensembles import EnsembleError, Size, perturb
-from validation.scenes.library import find_scene, select
+from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.validation.ensembles import EnsembleError, Size, perturb
+from ghostball.validation.scenes.library import find_scene, select
 
 SIZE = Size()
 ROUNDING = 1e-15

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import validation.ensembles.run as run_module
-from engine import GhostballError, Scene, simulate
-from validation.ensembles import (
+import ghostball.validation.ensembles.run as run_module
+from ghostball.engine import GhostballError, Scene, simulate
+from ghostball.validation.ensembles import (
     EnsembleError,
     Ensembles,
     Size,
@@ -17,11 +17,11 @@ from validation.ensembles import (
     perturb,
     run_ensembles,
 )
-from validation.ensembles.run import EnsembleOutcome
-from validation.results.database import transaction, writing
-from validation.results.files import ResultsError
-from validation.results.frames import rows_of
-from validation.scenes.library import find_scene
+from ghostball.validation.ensembles.run import EnsembleOutcome
+from ghostball.validation.results.database import transaction, writing
+from ghostball.validation.results.files import ResultsError
+from ghostball.validation.results.frames import rows_of
+from ghostball.validation.scenes.library import find_scene
 
 BOTH = ["ghostball", "fake"]
 

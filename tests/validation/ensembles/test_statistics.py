@@ -7,7 +7,7 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from validation.ensembles.statistics import (
+from ghostball.validation.ensembles.statistics import (
     distances,
     energy_distance,
     holm,

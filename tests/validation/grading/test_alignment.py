@@ -8,12 +8,19 @@ import random
 import numpy as np
 import pytest
 
-import validation.grading.alignment
-from engine import EventKind, Scene, simulate
-from engine.result import COLLISION_KINDS, Events
-from reference_adapters.certified import Choice, certify
-from validation.grading.alignment import Alignment, Log, align, found_log, log_of, proved_log
-from validation.scenes.library import find_scene
+import ghostball.validation.grading.alignment
+from ghostball.engine import EventKind, Scene, simulate
+from ghostball.engine.result import COLLISION_KINDS, Events
+from ghostball.reference_adapters.certified import Choice, certify
+from ghostball.validation.grading.alignment import (
+    Alignment,
+    Log,
+    align,
+    found_log,
+    log_of,
+    proved_log,
+)
+from ghostball.validation.scenes.library import find_scene
 
 CHOICES = {
     "A": Choice(EventKind.BALL_BALL, 0, 1),
@@ -148,7 +155,7 @@ def test_random_logs_are_aligned_as_well_as_by_the_table(ties: bool) -> None:
 
 
 def test_a_long_log_is_aligned_piece_by_piece(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(validation.grading.alignment, "PIECE", 8)
+    monkeypatch.setattr(ghostball.validation.grading.alignment, "PIECE", 8)
     chance = random.Random(5)
     whole = chance.choices("ABCX", k=300)
     kept = [letter for k, letter in enumerate(whole) if k % 17 != 3]  # every 17th is dropped

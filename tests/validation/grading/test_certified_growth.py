@@ -10,13 +10,13 @@ import pytest
 from numpy.typing import NDArray
 from shots import R, ball, scene_of
 
-from engine import Scene, simulate
-from reference_adapters.certified import certify
-from validation.grading.certified_growth import growth_of_proof
-from validation.grading.slope import Slope
-from validation.scenes.library import find_scene
-from validation.scenes.random_shots import random_shot
-from validation.stress.proved import own_words
+from ghostball.engine import Scene, simulate
+from ghostball.reference_adapters.certified import certify
+from ghostball.validation.grading.certified_growth import growth_of_proof
+from ghostball.validation.grading.slope import Slope
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.scenes.random_shots import random_shot
+from ghostball.validation.stress.proved import own_words
 
 CHANGE = 1e-9
 """Largest displacement [m] that differences are taken over: the second order is 1e-9 of it."""

@@ -12,19 +12,24 @@ import pytest
 from shots import ball, scene_of
 from tangent import made_up
 
-from engine import EventKind, ExactTrajectory, GhostballError, Result, Scene, simulate
-from reference_adapters import make_engine
-from reference_adapters.certified import Certificate, CertifiedSettings, Enclosure, certify
-from validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
-from validation.grading.grading import (
+from ghostball.engine import EventKind, ExactTrajectory, GhostballError, Result, Scene, simulate
+from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.certified import (
+    Certificate,
+    CertifiedSettings,
+    Enclosure,
+    certify,
+)
+from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
+from ghostball.validation.grading.grading import (
     Grade,
     _distance,
     gradable,
     grade as grade_by,
 )
-from validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
-from validation.scenes.library import find_scene
-from validation.scenes.random_shots import random_shot
+from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.scenes.random_shots import random_shot
 
 
 def run_and_proof(name: str, **tangent: Any) -> tuple[Result, Certificate, CertifiedGrowth]:

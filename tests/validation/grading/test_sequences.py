@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine import EventKind
-from validation.grading.sequences import matching_collisions
+from ghostball.engine import EventKind
+from ghostball.validation.grading.sequences import matching_collisions
 
 BB, BC = int(EventKind.BALL_BALL), int(EventKind.BALL_CUSHION)
 

@@ -14,9 +14,14 @@ from pathlib import Path
 
 import pytest
 
-import validation.parallel.cluster
-from validation.parallel.cluster import ClusterError, ClusterLostError, cluster_at, versions
-from validation.parallel.pool import limit_of, run_tasks
+import ghostball.validation.parallel.cluster
+from ghostball.validation.parallel.cluster import (
+    ClusterError,
+    ClusterLostError,
+    cluster_at,
+    versions,
+)
+from ghostball.validation.parallel.pool import limit_of, run_tasks
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'ghostball[cluster]'")
 
@@ -93,7 +98,7 @@ def test_without_an_address_there_is_no_cluster():
 
 
 def test_an_address_where_nothing_answers_as_it_should_is_refused(monkeypatch):
-    monkeypatch.setattr(validation.parallel.cluster, "CONNECT_LIMIT", 0.5)
+    monkeypatch.setattr(ghostball.validation.parallel.cluster, "CONNECT_LIMIT", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
         with pytest.raises(ClusterError, match=r"no answer within 0\.5 s"), cluster_at(address):
@@ -171,8 +176,8 @@ def test_a_run_that_ends_early_leaves_nothing_at_work(cluster, tmp_path, sign):
 RUN = f"""
 import sys
 from {__name__} import died, work
-from validation.parallel.cluster import cluster_at
-from validation.parallel.pool import run_tasks
+from ghostball.validation.parallel.cluster import cluster_at
+from ghostball.validation.parallel.pool import run_tasks
 
 if __name__ == "__main__":
     with cluster_at(sys.argv[1]) as there:
@@ -230,7 +235,7 @@ def test_a_scheduler_that_dies_is_one_error(tmp_path):
 
 @pytest.mark.slow
 def test_a_cluster_without_workers_is_given_up(tmp_path, monkeypatch):
-    monkeypatch.setattr(validation.parallel.cluster, "PATIENCE", 1.0)
+    monkeypatch.setattr(ghostball.validation.parallel.cluster, "PATIENCE", 1.0)
     with (
         dask_cluster(tmp_path, workers=0) as cluster,
         cluster_at(cluster.address) as there,
@@ -244,7 +249,7 @@ def test_workers_with_other_code_are_refused(cluster, monkeypatch):
     theirs = versions()
     sources = theirs["ghostball's sources"]
     ours = {"ghostball's sources": "0123456789ab", "numpy": "1.0"}
-    monkeypatch.setattr(validation.parallel.cluster, "versions", lambda: theirs | ours)
+    monkeypatch.setattr(ghostball.validation.parallel.cluster, "versions", lambda: theirs | ours)
     with cluster_at(cluster.address) as there, pytest.raises(ClusterError) as refused:
         list(run_tasks(["a", "b"], there, work, died))
     assert not isinstance(refused.value, ClusterLostError)

@@ -4,9 +4,9 @@ import os
 
 import pytest
 
-from engine import GhostballError
-from validation.parallel import compiling
-from validation.scenes.library import find_scene
+from ghostball.engine import GhostballError
+from ghostball.validation.parallel import compiling
+from ghostball.validation.scenes.library import find_scene
 
 SCENES = [find_scene(name) for name in ("stop", "half-ball-cut", "mathavan-cut")]
 

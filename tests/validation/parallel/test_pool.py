@@ -18,8 +18,8 @@ from pathlib import Path
 import pytest
 from pebble import CONSTS
 
-import validation.parallel.pool
-from validation.parallel.pool import limit_of, run_tasks
+import ghostball.validation.parallel.pool
+from ghostball.validation.parallel.pool import limit_of, run_tasks
 
 LIMIT = limit_of(30.0)
 
@@ -145,7 +145,7 @@ def test_a_process_that_dies_in_the_midst_of_its_answer_costs_its_task():
 
 
 def test_a_process_that_cannot_start_costs_a_task_each(monkeypatch):
-    monkeypatch.setattr(validation.parallel.pool, "_begin", _never)
+    monkeypatch.setattr(ghostball.validation.parallel.pool, "_begin", _never)
     assert results(["a", "b"]) == [
         "a: the process running it died (exit code 5)",
         "b: the process running it died (exit code 5)",
@@ -153,8 +153,8 @@ def test_a_process_that_cannot_start_costs_a_task_each(monkeypatch):
 
 
 def test_a_process_that_never_starts_is_given_up(monkeypatch):
-    monkeypatch.setattr(validation.parallel.pool, "_begin", _hangs)
-    monkeypatch.setattr(validation.parallel.pool, "START_LIMIT", 0.3)
+    monkeypatch.setattr(ghostball.validation.parallel.pool, "_begin", _hangs)
+    monkeypatch.setattr(ghostball.validation.parallel.pool, "START_LIMIT", 0.3)
     assert results(["a"]) == ["a: its process did not start within 0.3 s"]
 
 
@@ -196,7 +196,7 @@ def test_a_worker_whose_parent_is_killed_ends(tmp_path, seconds):
 
 PARENT = """
 import sys, time
-from validation.parallel.pool import limit_of, run_tasks
+from ghostball.validation.parallel.pool import limit_of, run_tasks
 
 
 def work(task):
@@ -262,7 +262,7 @@ def test_an_interrupt_that_does_not_end_the_wait_is_not_lost():
 def test_the_first_process_is_deaf_to_interrupts_from_its_first_instruction_on():
     script = """
 import signal, subprocess, sys
-from validation.parallel.pool import _interrupts_held
+from ghostball.validation.parallel.pool import _interrupts_held
 from multiprocessing import resource_tracker
 with _interrupts_held():
     resource_tracker.ensure_running()  # as the start of a process does
@@ -276,8 +276,8 @@ with _interrupts_held():
 
 INTERRUPTED = """
 import sys, time
-import validation.parallel.pool
-from validation.parallel.pool import run_tasks
+from ghostball.validation.parallel import pool
+from ghostball.validation.parallel.pool import run_tasks
 
 
 def work(said):
@@ -292,7 +292,7 @@ def stop_late(process):  # so that a worker that answers has the time to say so
 
 
 if __name__ == "__main__":
-    stop, validation.parallel.pool.Process.stop = validation.parallel.pool.Process.stop, stop_late
+    stop, pool.Process.stop = pool.Process.stop, stop_late
     try:
         list(run_tasks(sys.argv[1:] * 2, 2, work, print))
     except KeyboardInterrupt:

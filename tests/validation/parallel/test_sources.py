@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import validation.parallel.sources
-from validation.parallel.sources import OUR_PACKAGES, code_files, hash_sources, source_folders
+import ghostball.validation.parallel.sources
+from ghostball.validation.parallel.sources import (
+    OUR_PACKAGES,
+    code_files,
+    hash_sources,
+    source_folders,
+)
 
 # What holds the packages: a checkout, or where a wheel is installed.
-ROOT = Path(validation.parallel.sources.__file__).parents[2]
+ROOT = Path(ghostball.validation.parallel.sources.__file__).parents[2]
 
 
 def test_the_hash_of_sources_sees_every_change(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from validation.results.database import (
+from ghostball.validation.results.database import (
     APPLICATION,
     DATABASE,
     LOCK,
@@ -25,7 +25,7 @@ from validation.results.database import (
     transaction,
     writing,
 )
-from validation.results.files import ResultsError
+from ghostball.validation.results.files import ResultsError
 
 
 def put(folder: Path, content: str) -> None:
@@ -78,7 +78,7 @@ def test_who_reads_sees_one_state_while_another_writes(tmp_path: Path) -> None:
 def test_a_killed_process_loses_nothing_that_it_had_committed(tmp_path: Path) -> None:
     script = (
         "import os, sys; from pathlib import Path\n"
-        "from validation.results.database import *\n"
+        "from ghostball.validation.results.database import *\n"
         "with writing(Path(sys.argv[1])) as database:\n"
         "    with transaction(database): put_document(database, 'suite', 'committed')\n"
         "    with transaction(database):\n"
@@ -201,7 +201,7 @@ def test_a_reserved_folder_is_refused_to_others_and_the_lock_goes_with_the_proce
         pass
     script = (
         "import sys, time; from pathlib import Path\n"
-        "from validation.results.database import reserved\n"
+        "from ghostball.validation.results.database import reserved\n"
         "with reserved(Path(sys.argv[1])): print('held', flush=True); time.sleep(600)"
     )
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}

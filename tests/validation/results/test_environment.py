@@ -6,7 +6,7 @@ import json
 import subprocess
 from pathlib import Path
 
-from validation.results.environment import PACKAGES, describe_environment, git_state
+from ghostball.validation.results.environment import PACKAGES, describe_environment, git_state
 
 
 def test_the_description_is_plain_and_complete() -> None:

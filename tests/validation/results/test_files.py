@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from validation.results.files import told, write_all_whole, write_whole
+from ghostball.validation.results.files import told, write_all_whole, write_whole
 
 
 def test_text_and_bytes_are_written_whole(tmp_path: Path) -> None:

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine import EVENT_DTYPE, Ball, GhostballError, Scene
-from validation.results.database import transaction, writing
-from validation.results.files import ResultsError
-from validation.results.frames import TABLES, export, rows_of
-from validation.results.store import CaseRecord, Check, Motion, Results, ResultsWriter
+from ghostball.engine import EVENT_DTYPE, Ball, GhostballError, Scene
+from ghostball.validation.results.database import transaction, writing
+from ghostball.validation.results.files import ResultsError
+from ghostball.validation.results.frames import TABLES, export, rows_of
+from ghostball.validation.results.store import CaseRecord, Check, Motion, Results, ResultsWriter
 
 SCENE = Scene(name="roll", title="größer, |", balls=[Ball(id="cue", position=(0.1, 0.2))])
 PASSED = Check("rest_error_max", 2.0**-53, "at_most", 1e-13, "m", True, "by hand")

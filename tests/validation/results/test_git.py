@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from validation.results.environment import git_state
-from validation.results.git import GitError, run_git
+from ghostball.validation.results.environment import git_state
+from ghostball.validation.results.git import GitError, run_git
 
 
 @pytest.fixture

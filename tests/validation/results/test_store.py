@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine import EVENT_DTYPE, Ball, GhostballError, Scene
-from validation.results.database import DATABASE, LOCK, writing
-from validation.results.store import (
+from ghostball.engine import EVENT_DTYPE, Ball, GhostballError, Scene
+from ghostball.validation.results.database import DATABASE, LOCK, writing
+from ghostball.validation.results.store import (
     CaseRecord,
     Check,
     Motion,

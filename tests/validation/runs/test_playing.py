@@ -5,19 +5,19 @@ from textwrap import dedent
 
 import pytest
 
-from engine import EngineFailedError, GhostballError, UnsupportedSceneError
-from reference_adapters import make_engine, make_engine_of_class
-from reference_adapters.registry import OURS
-from validation import find_scene
-from validation.runs.playing import apart, run_engine
-from validation.runs.steps import with_setting
+from ghostball.engine import EngineFailedError, GhostballError, UnsupportedSceneError
+from ghostball.reference_adapters import make_engine, make_engine_of_class
+from ghostball.reference_adapters.registry import OURS
+from ghostball.validation import find_scene
+from ghostball.validation.runs.playing import apart, run_engine
+from ghostball.validation.runs.steps import with_setting
 
 ENGINE = '''
 import ctypes, os, signal, time
 from dataclasses import replace
-from engine import SceneError, UnsupportedSceneError, simulate
-from engine.scene.features import EXACT, Feature
-from reference_adapters import EngineBase, EngineSettings
+from ghostball.engine import SceneError, UnsupportedSceneError, simulate
+from ghostball.engine.scene.features import EXACT, Feature
+from ghostball.reference_adapters import EngineBase, EngineSettings
 
 
 class Settings(EngineSettings):

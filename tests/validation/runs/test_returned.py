@@ -5,11 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engine import EVENT_DTYPE, Ball, Result, SampledTrajectory, Scene, Status, Table, simulate
-from engine.result import initial_state
-from reference_adapters import engine_names, make_engine
-from validation import find_scene
-from validation.runs.returned import ResultRefusedError, check_result
+from ghostball.engine import (
+    EVENT_DTYPE,
+    Ball,
+    Result,
+    SampledTrajectory,
+    Scene,
+    Status,
+    Table,
+    simulate,
+)
+from ghostball.engine.result import initial_state
+from ghostball.reference_adapters import engine_names, make_engine
+from ghostball.validation import find_scene
+from ghostball.validation.runs.returned import ResultRefusedError, check_result
 
 TABLE = Table(length=2.0, width=1.0, cushions=("left", "right"))
 SCENE = Scene(

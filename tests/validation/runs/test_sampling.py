@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine import Ball, Physics, Scene, simulate
-from engine.trajectory import Phase
-from reference_adapters import make_engine
-from validation.runs.sampling import (
+from ghostball.engine import Ball, Physics, Scene, simulate
+from ghostball.engine.trajectory import Phase
+from ghostball.reference_adapters import make_engine
+from ghostball.validation.runs.sampling import (
     MAX_TIMES,
     PATH_DEVIATION,
     deepest_overlap,

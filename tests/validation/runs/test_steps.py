@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from reference_adapters.registry import make_engine
-from validation.runs.steps import step_of, step_setting, with_setting, with_step
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.runs.steps import step_of, step_setting, with_setting, with_step
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 from typer.main import get_command
 
 from ghostball.cli import app
-from validation.scenes import commands
+from ghostball.validation.scenes import commands
 
 ODD = "newcomer:name=a b;rm,dt=1e-3"
 

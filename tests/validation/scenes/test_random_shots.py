@@ -6,17 +6,17 @@ import subprocess
 import sys
 from collections import Counter
 
-from engine import simulate
-from engine.scene.features import scene_features
-from validation.scenes.random_shots import MOST_BALLS, random_shot
-from validation.truth.proof import refused_features
+from ghostball.engine import simulate
+from ghostball.engine.scene.features import scene_features
+from ghostball.validation.scenes.random_shots import MOST_BALLS, random_shot
+from ghostball.validation.truth.proof import refused_features
 
 MANY = [random_shot(number) for number in range(400)]
 
 
 def test_a_number_is_a_shot_in_every_process() -> None:
     code = (
-        "from validation.scenes.random_shots import random_shot;"
+        "from ghostball.validation.scenes.random_shots import random_shot;"
         "print(random_shot(17).model_dump_json())"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -10,15 +10,21 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from engine import EventKind, Scene, SceneError, simulate
-from engine.scene import json_schema
-from reference_adapters.registry import engine_names
-from validation.checks.criteria import SUFFIX, Criteria, criteria_beside
-from validation.grading.sequences import matching_collisions
-from validation.scenes.library import FOLDER, find_scene, scene_names, select, shipped_scenes
-from validation.truth.closed_forms import FORMS, closed_form
-from validation.truth.proof import proof_of
-from validation.truth.scene_truth import collisions_of
+from ghostball.engine import EventKind, Scene, SceneError, simulate
+from ghostball.engine.scene import json_schema
+from ghostball.reference_adapters.registry import engine_names
+from ghostball.validation.checks.criteria import SUFFIX, Criteria, criteria_beside
+from ghostball.validation.grading.sequences import matching_collisions
+from ghostball.validation.scenes.library import (
+    FOLDER,
+    find_scene,
+    scene_names,
+    select,
+    shipped_scenes,
+)
+from ghostball.validation.truth.closed_forms import FORMS, closed_form
+from ghostball.validation.truth.proof import proof_of
+from ghostball.validation.truth.scene_truth import collisions_of
 
 FloatArray = NDArray[np.float64]
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from engine import simulate
-from validation.scenes.library import find_scene
-from validation.stress.closed_ends import ClosedEnd, parted_end, parting, shipped_end
-from validation.stress.families.graded import FAMILY
-from validation.stress.trial import SceneTrial
+from ghostball.engine import simulate
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.stress.closed_ends import ClosedEnd, parted_end, parting, shipped_end
+from ghostball.validation.stress.families.graded import FAMILY
+from ghostball.validation.stress.trial import SceneTrial
 
 
 def trials() -> dict[str, SceneTrial]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from stress_trials import scene_trial, trials_of
 
-from engine import simulate
-from validation.stress.families.cradles import FAMILY, TELLING
+from ghostball.engine import simulate
+from ghostball.validation.stress.families.cradles import FAMILY, TELLING
 
 
 def test_the_full_suite_is_large():

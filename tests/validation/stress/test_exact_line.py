@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from validation.stress.exact_line import play_line
+from ghostball.validation.stress.exact_line import play_line
 
 R = 2.0**-5
 

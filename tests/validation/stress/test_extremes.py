@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from engine import Ball, Scene, SceneError
-from reference_adapters.certified import certify
-from reference_adapters.registry import make_engine
-from validation.stress.families.extremes import FAMILY
-from validation.stress.proved import ProvedTrial
-from validation.stress.scaling import ScaledTrial
+from ghostball.engine import Ball, Scene, SceneError
+from ghostball.reference_adapters.certified import certify
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.stress.families.extremes import FAMILY
+from ghostball.validation.stress.proved import ProvedTrial
+from ghostball.validation.stress.scaling import ScaledTrial
 
 TRIALS = {trial.name: trial for trial in FAMILY.trials("quick")}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from stress_trials import trials_of
 
-from validation.stress.families import FAMILIES
+from ghostball.validation.stress.families import FAMILIES
 
 
 @pytest.mark.parametrize("suite", ["quick", "full"])

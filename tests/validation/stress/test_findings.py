@@ -7,9 +7,9 @@ import sqlite3
 
 import pytest
 
-from validation.results.database import DATABASE, reserved, transaction, writing
-from validation.results.files import ResultsError
-from validation.stress.findings import (
+from ghostball.validation.results.database import DATABASE, reserved, transaction, writing
+from ghostball.validation.results.files import ResultsError
+from ghostball.validation.stress.findings import (
     Finding,
     StressFolder,
     StressRun,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine import simulate
-from reference_adapters.registry import make_engine
-from validation.stress.gas import (
+from ghostball.engine import simulate
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.stress.gas import (
     begun_at_end,
     collision_rate,
     gas,

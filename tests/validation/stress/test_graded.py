@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from engine import Scene, simulate
-from reference_adapters.registry import make_engine
-from validation.scenes.library import find_scene
-from validation.scenes.random_shots import random_shot
-from validation.stress.families.graded import (
+from ghostball.engine import Scene, simulate
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.scenes.random_shots import random_shot
+from ghostball.validation.stress.families.graded import (
     BATCH,
     CALM,
     FAMILY,

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from stress_trials import trials_of
 
-from engine import EventKind, simulate
-from reference_adapters.certified import certify
-from validation.stress.families.grazing import FAMILY, HitOrMiss
-from validation.stress.trial import SceneTrial
+from ghostball.engine import EventKind, simulate
+from ghostball.reference_adapters.certified import certify
+from ghostball.validation.stress.families.grazing import FAMILY, HitOrMiss
+from ghostball.validation.stress.trial import SceneTrial
 
 TRIALS = trials_of(FAMILY, "quick")
 KINDS = ("rolling", "elastic", "sliding", "small", "curved", "cushion")

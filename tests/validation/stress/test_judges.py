@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from shots import POOL_TABLE, R, ball, scene_of
 
-from engine import Result, Status, simulate
-from engine.scene import CUSHIONS
-from engine.trajectory import SampledTrajectory, Samples
-from validation.stress.judges import energies, energy_rise, instants, overlaps, unsolved
+from ghostball.engine import Result, Status, simulate
+from ghostball.engine.scene import CUSHIONS
+from ghostball.engine.trajectory import SampledTrajectory, Samples
+from ghostball.validation.stress.judges import energies, energy_rise, instants, overlaps, unsolved
 
 
 def test_the_deepest_overlap_of_balls_and_the_deepest_at_a_cushion_are_found():

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engine import SampledTrajectory, UnsupportedSceneError, simulate
-from engine.scene import POOL_BALL_RADIUS as RADIUS
-from reference_adapters.registry import make_engine
-from validation.stress.families.long_runs import (
+from ghostball.engine import SampledTrajectory, UnsupportedSceneError, simulate
+from ghostball.engine.scene import POOL_BALL_RADIUS as RADIUS
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.stress.families.long_runs import (
     GalperinTrial,
     GasTrial,
     _Seen,
     galperin,
 )
-from validation.stress.gas import (
+from ghostball.validation.stress.gas import (
     gas,
 )
 
@@ -32,7 +32,8 @@ def test_galperin_is_counted_and_a_lost_collision_is_seen(digits, monkeypatch):
     assert trial.run(make_engine("ghostball")).faults == ()
     right = galperin(digits)
     monkeypatch.setattr(
-        "validation.stress.families.long_runs.galperin", lambda _: (right[0] + 1, *right[1:])
+        "ghostball.validation.stress.families.long_runs.galperin",
+        lambda _: (right[0] + 1, *right[1:]),
     )
     assert "instead of" in trial.run(make_engine("ghostball")).faults[0]
 
@@ -45,7 +46,9 @@ def test_speeds_of_galperin_that_are_off_are_seen(engine, passes, breaks, monkey
     count, light, heavy = galperin(0)
     for off, seen in ((passes, False), (breaks, True)):
         wrong = (count, light + off, heavy)
-        monkeypatch.setattr("validation.stress.families.long_runs.galperin", lambda _, it=wrong: it)
+        monkeypatch.setattr(
+            "ghostball.validation.stress.families.long_runs.galperin", lambda _, it=wrong: it
+        )
         faults = GalperinTrial("galperin", 0, True).run(make_engine(engine)).faults
         assert any("end speeds" in fault for fault in faults) == seen
 

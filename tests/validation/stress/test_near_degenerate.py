@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from stress_trials import trials_of
 
-from engine import simulate
-from reference_adapters.certified import certify
-from validation.stress.families.near_degenerate import FAMILY
-from validation.stress.proved import AsProved
-from validation.stress.trial import SceneTrial
+from ghostball.engine import simulate
+from ghostball.reference_adapters.certified import certify
+from ghostball.validation.stress.families.near_degenerate import FAMILY
+from ghostball.validation.stress.proved import AsProved
+from ghostball.validation.stress.trial import SceneTrial
 
 
 def is_pressed(name: str) -> bool:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine import UnsupportedSceneError, simulate
-from reference_adapters.registry import make_engine
-from validation.stress.gas import gas, literature
-from validation.stress.pressure import PressureTrial, judge_pressure, middle_of
+from ghostball.engine import UnsupportedSceneError, simulate
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.stress.gas import gas, literature
+from ghostball.validation.stress.pressure import PressureTrial, judge_pressure, middle_of
 
 
 def test_steps_are_asked_for_few_collisions():

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engine import (
+from ghostball.engine import (
     Ball,
     GhostballError,
     Physics,
@@ -17,17 +17,17 @@ from engine import (
     Scene,
     simulate,
 )
-from reference_adapters.certified import CertifiedSettings, certify
-from reference_adapters.registry import make_engine
-from validation.scenes.library import find_scene
-from validation.scenes.random_shots import random_shot
-from validation.stress.families import graded, near_degenerate, touching
-from validation.stress.families.extremes import ICE, cut
-from validation.stress.families.graded import FULL_SHOTS, PROOF, form_against_proof
-from validation.stress.judges import VISIBLE
-from validation.stress.proved import AsProved, ProvedTrial, partly_proved, quality_limit
-from validation.stress.sound import Both
-from validation.stress.trial import SceneTrial
+from ghostball.reference_adapters.certified import CertifiedSettings, certify
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.scenes.random_shots import random_shot
+from ghostball.validation.stress.families import graded, near_degenerate, touching
+from ghostball.validation.stress.families.extremes import ICE, cut
+from ghostball.validation.stress.families.graded import FULL_SHOTS, PROOF, form_against_proof
+from ghostball.validation.stress.judges import VISIBLE
+from ghostball.validation.stress.proved import AsProved, ProvedTrial, partly_proved, quality_limit
+from ghostball.validation.stress.sound import Both
+from ghostball.validation.stress.trial import SceneTrial
 
 R = 2.0**-5
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from engine import Scene
-from validation.stress.judges import overlaps
-from validation.stress.random_breaks import FASTEST, MOST_BALLS, SLOWEST, random_break
+from ghostball.engine import Scene
+from ghostball.validation.stress.judges import overlaps
+from ghostball.validation.stress.random_breaks import FASTEST, MOST_BALLS, SLOWEST, random_break
 
 SOME = [random_break(number) for number in range(400)]
 

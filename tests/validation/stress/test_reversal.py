@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from engine import GhostballError
-from reference_adapters.registry import make_engine
-from validation.stress.families.reversal import (
+from ghostball.engine import GhostballError
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.stress.families.reversal import (
     TOLERANCE,
     ReversalTrial,
     Step,
@@ -14,7 +14,7 @@ from validation.stress.families.reversal import (
     _unlike,
     judge,
 )
-from validation.stress.gas import gas
+from ghostball.validation.stress.gas import gas
 
 SCENE = gas(2, 0.1, 3.0)
 

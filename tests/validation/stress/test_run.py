@@ -10,15 +10,15 @@ from types import SimpleNamespace
 import pytest
 from faulty_engine import planted
 
-import validation.stress.run
-from engine import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
-from validation.parallel.pool import run_tasks
-from validation.results.database import transaction, writing
-from validation.scenes.library import find_scene
-from validation.stress import StressOutcome, run_stress
-from validation.stress.findings import Finding, StressFolder, StressRun
-from validation.stress.run import StressTask, run_trial
-from validation.stress.trial import (
+import ghostball.validation.stress.run
+from ghostball.engine import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
+from ghostball.validation.parallel.pool import run_tasks
+from ghostball.validation.results.database import transaction, writing
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.stress import StressOutcome, run_stress
+from ghostball.validation.stress.findings import Finding, StressFolder, StressRun
+from ghostball.validation.stress.run import StressTask, run_trial
+from ghostball.validation.stress.trial import (
     CRASHED,
     NOT_FINITE,
     Trial,
@@ -70,7 +70,9 @@ def in_database(folder, statement):
 def here(monkeypatch):
     """Run trials in this process: what is kept of a run doesn't ask who made it."""
     monkeypatch.setattr(
-        validation.stress.run, "run_tasks", lambda tasks, _, work, *__: (work(one) for one in tasks)
+        ghostball.validation.stress.run,
+        "run_tasks",
+        lambda tasks, _, work, *__: (work(one) for one in tasks),
     )
 
 
@@ -131,7 +133,9 @@ def test_what_other_code_was_asked_for_is_no_part_of_a_run(tmp_path):
 def test_a_crash_is_tried_again_where_it_is_asked_for_and_else_stays(tmp_path, monkeypatch):
     crashed = Finding("grazing", "rolling-hit-1e-01", "pymunk", "broken", ("died",), CRASHED)
     with monkeypatch.context() as patch:
-        patch.setattr(validation.stress.run, "run_tasks", lambda *_: (one for one in [crashed]))
+        patch.setattr(
+            ghostball.validation.stress.run, "run_tasks", lambda *_: (one for one in [crashed])
+        )
         run_stress(["pymunk"], tmp_path, only=ONE)
     run_stress(["ghostball"], tmp_path, only=ONE)
     assert {one.outcome for one in StressFolder.load(tmp_path).findings} == {"survived", "broken"}
@@ -215,7 +219,7 @@ def test_an_engine_that_crashes_or_hangs_costs_its_trial(tmp_path, monkeypatch):
 
         return run_tasks(tasks, jobs, work, died, shortened, *more)
 
-    monkeypatch.setattr(validation.stress.run, "run_tasks", impatient)
+    monkeypatch.setattr(ghostball.validation.stress.run, "run_tasks", impatient)
     labels = ["faulty:does=die", "faulty:does=hang", "faulty:does=exit", "faulty"]
     outcome = run_stress(labels, tmp_path / "out", only=ONE)
     found = {one.label: one for one in outcome.folder.findings}
@@ -237,7 +241,7 @@ def test_a_limit_of_time_only_shortens_that_of_a_trial(tmp_path, monkeypatch):
         seen.extend(limit(task) for task in tasks)
         yield from ()
 
-    monkeypatch.setattr(validation.stress.run, "run_tasks", tasks_done)
+    monkeypatch.setattr(ghostball.validation.stress.run, "run_tasks", tasks_done)
     for seconds in (None, 1.0, 1e6):
         run_stress(["pymunk"], tmp_path / str(seconds), only=ONE, time_limit=seconds)
     assert seen == [60.0, 1.0, 60.0]
@@ -259,16 +263,16 @@ def test_our_engine_may_not_refuse_a_scene(tmp_path, monkeypatch):
 
 def test_a_changed_criterion_is_another_code(tmp_path, monkeypatch):
     """What trials play besides the code: shipped scenes and their criteria."""
-    monkeypatch.setattr(validation.stress.run, "FOLDER", tmp_path)
-    monkeypatch.setattr(validation.stress.run, "code_hash", lambda: "abc")
-    hashes = [validation.stress.run._hash_of_all()]
+    monkeypatch.setattr(ghostball.validation.stress.run, "FOLDER", tmp_path)
+    monkeypatch.setattr(ghostball.validation.stress.run, "code_hash", lambda: "abc")
+    hashes = [ghostball.validation.stress.run._hash_of_all()]
     (tmp_path / "common.expect.toml").write_text("limit = 32")
-    hashes.append(validation.stress.run._hash_of_all())
+    hashes.append(ghostball.validation.stress.run._hash_of_all())
     (tmp_path / "common.expect.toml").write_text("limit = 64")
-    hashes.append(validation.stress.run._hash_of_all())
+    hashes.append(ghostball.validation.stress.run._hash_of_all())
     assert len(set(hashes)) == 3
-    monkeypatch.setattr(validation.stress.run, "code_hash", lambda: "")
-    assert validation.stress.run._hash_of_all() == ""
+    monkeypatch.setattr(ghostball.validation.stress.run, "code_hash", lambda: "")
+    assert ghostball.validation.stress.run._hash_of_all() == ""
 
 
 @pytest.mark.parametrize(

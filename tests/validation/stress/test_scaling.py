@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engine import Physics, simulate
-from validation.stress.families.extremes import ICE, bank
-from validation.stress.scaling import differences, scaled
+from ghostball.engine import Physics, simulate
+from ghostball.validation.stress.families.extremes import ICE, bank
+from ghostball.validation.stress.scaling import differences, scaled
 
 
 @pytest.mark.parametrize("physics", [ICE, Physics(preset="pool", ball_friction=0.05)])

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engine import (
+from ghostball.engine import (
     Ball,
     ExactTrajectory,
     Physics,
@@ -18,8 +18,8 @@ from engine import (
     Table,
     simulate,
 )
-from validation.stress.judges import VISIBLE, way_of_a_step
-from validation.stress.sound import (
+from ghostball.validation.stress.judges import VISIBLE, way_of_a_step
+from ghostball.validation.stress.sound import (
     Both,
     Ends,
     Sound,

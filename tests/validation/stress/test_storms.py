@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from shots import ball, scene_of
 
-from engine import GhostballError, Result, UnsupportedSceneError, simulate
-from engine.trajectory import ExactTrajectory, SampledTrajectory, Samples
-from reference_adapters.registry import make_engine
-from validation.stress.families import storms
-from validation.stress.families.storms import (
+from ghostball.engine import GhostballError, Result, UnsupportedSceneError, simulate
+from ghostball.engine.trajectory import ExactTrajectory, SampledTrajectory, Samples
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.stress.families import storms
+from ghostball.validation.stress.families.storms import (
     FAMILY,
     Breaks,
     faults_of,

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from validation.stress.findings import Finding, StressFolder, StressRun
-from validation.stress.survival import all_survival, reproducing, scene_file, survival_of
+from ghostball.validation.stress.findings import Finding, StressFolder, StressRun
+from ghostball.validation.stress.survival import all_survival, reproducing, scene_file, survival_of
 
 SCENE = {"schema": 1, "name": "x", "balls": [{"id": "a", "position": [0.0, 0.0, 0.028575]}]}
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 from stress_trials import scene_trial, trials_of
 
-from engine import simulate
-from reference_adapters import make_engine
-from validation.stress.families.sustained import FAMILY
-from validation.stress.sound import Sound
-from validation.stress.trial import SceneTrial
+from ghostball.engine import simulate
+from ghostball.reference_adapters import make_engine
+from ghostball.validation.stress.families.sustained import FAMILY
+from ghostball.validation.stress.sound import Sound
+from ghostball.validation.stress.trial import SceneTrial
 
 
 def test_the_full_suite_is_large():

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engine import simulate
-from reference_adapters.registry import make_engine
-from validation.stress.ties import Velocities, ties
-from validation.stress.trial import SceneTrial
+from ghostball.engine import simulate
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.stress.ties import Velocities, ties
+from ghostball.validation.stress.trial import SceneTrial
 
 OURS = make_engine("ghostball")
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from stress_trials import scene_trial, trials_of
 
-from engine import simulate
-from validation.stress.families.touching import (
+from ghostball.engine import simulate
+from ghostball.validation.stress.families.touching import (
     EVENTS_PER_BALL,
     FAMILY,
     RADIUS,

@@ -4,8 +4,14 @@ import json
 
 import pytest
 
-from validation.stress.findings import Finding, StressFolder, StressRun
-from validation.stress.tracked import DEPTH, SPEED, has_cliff, largest_step, tracked_numbers
+from ghostball.validation.stress.findings import Finding, StressFolder, StressRun
+from ghostball.validation.stress.tracked import (
+    DEPTH,
+    SPEED,
+    has_cliff,
+    largest_step,
+    tracked_numbers,
+)
 
 
 def folder_of(tmp_path, *findings):

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from engine import EventKind, UnsupportedSceneError, simulate
-from reference_adapters.registry import make_engine
-from validation.runs.steps import with_step
-from validation.stress.families import tunnelling
-from validation.stress.families.tunnelling import (
+from ghostball.engine import EventKind, UnsupportedSceneError, simulate
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.runs.steps import with_step
+from ghostball.validation.stress.families import tunnelling
+from ghostball.validation.stress.families.tunnelling import (
     DIAMETER,
     FAMILY,
     PHASES,
@@ -24,7 +24,7 @@ from validation.stress.families.tunnelling import (
     own_step,
     passing,
 )
-from validation.stress.judges import energies
+from ghostball.validation.stress.judges import energies
 
 
 def test_the_half_chord_of_a_full_hit_is_a_diameter():

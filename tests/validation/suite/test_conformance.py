@@ -3,12 +3,18 @@
 import pytest
 from toy_engines import NoSettings, OtherShotEngine, ToyEngine
 
-from engine.scene.features import Capability, Feature
-from reference_adapters import EngineError
-from validation.checks.criteria import Criteria
-from validation.scenes.library import find_scene
-from validation.suite.conformance import COMPLETES, Asked, asked_of, asked_of_any, engine_under_test
-from validation.suite.suite import shipped_criteria
+from ghostball.engine.scene.features import Capability, Feature
+from ghostball.reference_adapters import EngineError
+from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.conformance import (
+    COMPLETES,
+    Asked,
+    asked_of,
+    asked_of_any,
+    engine_under_test,
+)
+from ghostball.validation.suite.suite import shipped_criteria
 
 TOY = "toy_engines:ToyEngine"
 HALF_BALL = find_scene("half-ball-cut")

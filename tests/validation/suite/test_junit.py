@@ -9,11 +9,11 @@ from xml.etree import ElementTree
 
 import pytest
 
-from engine import GhostballError
-from validation.checks.metric_table import METRICS
-from validation.checks.verdict import NOTHING_JUDGED
-from validation.results.store import CaseRecord, Check
-from validation.suite.junit import junit_xml, write_junit
+from ghostball.engine import GhostballError
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.verdict import NOTHING_JUDGED
+from ghostball.validation.results.store import CaseRecord, Check
+from ghostball.validation.suite.junit import junit_xml, write_junit
 
 
 def case(**changes: Any) -> CaseRecord:

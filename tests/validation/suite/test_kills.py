@@ -14,17 +14,17 @@ from typing import Any
 
 import pytest
 
-import validation.stress.run
-from engine import Ball, Scene, Table
-from validation.checks.criteria import Criteria
-from validation.ensembles import Ensembles, run_ensembles
-from validation.results.database import has_database
-from validation.results.store import Results, ResultsWriter, has_results, reusable_cases
-from validation.stress import StressFolder, run_stress
-from validation.stress.findings import is_stress_folder
-from validation.stress.selection import chosen_trials, path_of
-from validation.suite.suite import run_suite
-from validation.suite.unchanged import code_hash
+import ghostball.validation.stress.run
+from ghostball.engine import Ball, Scene, Table
+from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.ensembles import Ensembles, run_ensembles
+from ghostball.validation.results.database import has_database
+from ghostball.validation.results.store import Results, ResultsWriter, has_results, reusable_cases
+from ghostball.validation.stress import StressFolder, run_stress
+from ghostball.validation.stress.findings import is_stress_folder
+from ghostball.validation.stress.selection import chosen_trials, path_of
+from ghostball.validation.suite.suite import run_suite
+from ghostball.validation.suite.unchanged import code_hash
 
 pytestmark = [
     pytest.mark.slow,
@@ -70,7 +70,7 @@ def stress(out: Path, say: Say) -> None:
     def here(tasks: Any, _: int, work: Any, *__: Any) -> Iterator[Any]:
         return (work(task) for task in tasks)
 
-    validation.stress.run.run_tasks = here
+    ghostball.validation.stress.run.run_tasks = here
     run_stress(["ghostball"], out, only=TRIALS, progress=lambda one, *_: say(one.key))
 
 
@@ -121,7 +121,9 @@ def test_a_kill_at_any_instant_loses_nothing_that_was_done(
     kills: int,
 ) -> None:
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([__name__, "validation.suite.suite", "validation.ensembles.run"])
+    context.set_forkserver_preload(
+        [__name__, "ghostball.validation.suite.suite", "ghostball.validation.ensembles.run"]
+    )
     rng = random.Random(kills)
     patience, killed, rounds = 2.0, 0, 0
     before: set[Key] = set()

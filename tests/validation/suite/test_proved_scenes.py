@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from engine import simulate
-from engine.sensitivity import QUALITY
-from validation.checks.criteria import Criteria, common_criteria
-from validation.checks.metrics import measure
-from validation.grading.tolerances import ROUNDINGS
-from validation.scenes.library import find_scene, scene_names
-from validation.truth.scene_truth import truth_of
+from ghostball.engine import simulate
+from ghostball.engine.sensitivity import QUALITY
+from ghostball.validation.checks.criteria import Criteria, common_criteria
+from ghostball.validation.checks.metrics import measure
+from ghostball.validation.grading.tolerances import ROUNDINGS
+from ghostball.validation.scenes.library import find_scene, scene_names
+from ghostball.validation.truth.scene_truth import truth_of
 
 GRADED = ("events_missing", "events_invented", "quality_factor")
 

@@ -16,14 +16,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-import validation.suite.suite
-from engine import Ball, GhostballError, Scene
-from validation.checks.criteria import Criteria, Criterion
-from validation.checks.verdict import Verdict, unfinished_text, verdict_of
-from validation.results.store import CaseRecord, Results, ResultsError
-from validation.scenes.library import find_scene
-from validation.suite.case import Case
-from validation.suite.suite import criteria_beside_paths, run_suite, shipped_criteria
+import ghostball.validation.suite.suite
+from ghostball.engine import Ball, GhostballError, Scene
+from ghostball.validation.checks.criteria import Criteria, Criterion
+from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
+from ghostball.validation.results.store import CaseRecord, Results, ResultsError
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.case import Case
+from ghostball.validation.suite.suite import criteria_beside_paths, run_suite, shipped_criteria
 
 ENGINES = '''
 """Engines that misbehave, one setting for each way."""
@@ -33,9 +33,9 @@ import time
 
 import numpy as np
 
-from engine import Result, Status, simulate
-from engine.scene.features import EXACT, Capability, Feature
-from reference_adapters.base import EngineBase, EngineSettings
+from ghostball.engine import Result, Status, simulate
+from ghostball.engine.scene.features import EXACT, Capability, Feature
+from ghostball.reference_adapters.base import EngineBase, EngineSettings
 
 
 class Settings(EngineSettings):
@@ -275,7 +275,7 @@ def test_what_raises_in_our_own_code_is_our_fault(
     def fail(*_: object, **__: object) -> None:
         raise ZeroDivisionError("by ten")
 
-    monkeypatch.setattr("validation.suite.case.measure", fail)
+    monkeypatch.setattr("ghostball.validation.suite.case.measure", fail)
     found = run_suite([scene()], ["fake"], tmp_path)
     assert (found.cases[0].fault, found.cases[0].reason) == (
         "ghostball",
@@ -319,8 +319,8 @@ def test_a_truth_that_fails_fails_its_scene_alone(
             raise ZeroDivisionError("no truth today")
         return real(shot, *wanted, **more)
 
-    real = validation.suite.suite.truth_of
-    monkeypatch.setattr(validation.suite.suite, "truth_of", broken)
+    real = ghostball.validation.suite.suite.truth_of
+    monkeypatch.setattr(ghostball.validation.suite.suite, "truth_of", broken)
     outcome = run_suite([scene("broken"), scene()], ["fake"], tmp_path)
     assert [case.outcome for case in outcome.cases] == ["failed", "ran"]
     assert "no truth today" in outcome.cases[0].reason
@@ -331,9 +331,9 @@ def test_truth_is_computed_once_for_each_scene(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     computed = []
-    real = validation.suite.suite.truth_of
+    real = ghostball.validation.suite.suite.truth_of
     monkeypatch.setattr(
-        validation.suite.suite,
+        ghostball.validation.suite.suite,
         "truth_of",
         lambda shot, *wanted, **more: (computed.append(shot.name), real(shot, *wanted, **more))[1],
     )
@@ -389,12 +389,16 @@ def test_the_kernels_are_made_ready_once_and_only_for_a_run_that_starts(
 ) -> None:
     # Breaks where workers start first: each would compile, and say so.
     seen: list[str] = []
-    real = validation.suite.suite.run_cases
+    real = ghostball.validation.suite.suite.run_cases
     monkeypatch.setattr(
-        validation.suite.suite, "compile_kernels", lambda *given, **named: seen.append("warm")
+        ghostball.validation.suite.suite,
+        "compile_kernels",
+        lambda *given, **named: seen.append("warm"),
     )
     monkeypatch.setattr(
-        validation.suite.suite, "run_cases", lambda *given: (seen.append("run"), real(*given))[1]
+        ghostball.validation.suite.suite,
+        "run_cases",
+        lambda *given: (seen.append("run"), real(*given))[1],
     )
     with pytest.raises(GhostballError):
         run_suite([scene()], ["fkae"], tmp_path / "out")
@@ -427,7 +431,7 @@ def test_an_engine_that_is_absent_needs_no_settings_for_its_criteria(tmp_path: P
 def test_a_changed_copy_of_a_shipped_scene_has_no_shipped_criteria(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(validation.suite.suite, "FOLDER", tmp_path)
+    monkeypatch.setattr(ghostball.validation.suite.suite, "FOLDER", tmp_path)
     (tmp_path / "stop.expect.toml").write_text('truth = "engine"\n')
     shipped = find_scene("stop")
     assert shipped_criteria(shipped) == Criteria(truth="engine")
@@ -542,8 +546,8 @@ def test_ctrl_c_in_a_terminal(tmp_path: Path, fake_engines: Path, jobs: int) -> 
     script.write_text(
         textwrap.dedent(f"""
         from pathlib import Path
-        from engine import Ball, Scene
-        from validation import run_suite
+        from ghostball.engine import Ball, Scene
+        from ghostball.validation import run_suite
 
         if __name__ == "__main__":
             ball = Ball(id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0))
@@ -591,7 +595,7 @@ def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(
         assert seconds == 300.0
         return lambda case: 0.5 if "hang" in case.label else seconds
 
-    monkeypatch.setattr(validation.suite.suite, "limit_of", limit_of)
+    monkeypatch.setattr(ghostball.validation.suite.suite, "limit_of", limit_of)
     engines = ["fake:does=die", "fake:does=hang", "fake"]
     outcome = run_suite([scene()], engines, tmp_path, time_limit=300.0)
     cases = by_label(Results.open(tmp_path).cases)

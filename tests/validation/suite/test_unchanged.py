@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import json
 import os
-import shutil
 import sqlite3
 import subprocess
 import sys
@@ -19,20 +18,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+from copies import copy_packages
 
-import validation.suite.unchanged
-from engine import Ball, Result, Scene, Status, Table
-from reference_adapters.ghostball import GhostballEngine
-from reference_adapters.paper.discrete import PaperDiscreteEngine
-from validation.checks.criteria import Criteria, Criterion
-from validation.parallel.sources import OUR_PACKAGES, source_folders
-from validation.results.database import DATABASE, SCHEMA
-from validation.results.environment import PACKAGES, versions
-from validation.results.records import CaseRecord, Motion, status_name
-from validation.results.store import Results, ResultsError, ResultsWriter, reusable_cases
-from validation.scenes.library import find_scene
-from validation.suite.suite import Outcome, run_suite
-from validation.suite.unchanged import (
+import ghostball.validation.suite.unchanged
+from ghostball.engine import Ball, Result, Scene, Status, Table
+from ghostball.reference_adapters.ghostball import GhostballEngine
+from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
+from ghostball.validation.checks.criteria import Criteria, Criterion
+from ghostball.validation.parallel.sources import OUR_PACKAGES, source_folders
+from ghostball.validation.results.database import DATABASE, SCHEMA
+from ghostball.validation.results.environment import PACKAGES, versions
+from ghostball.validation.results.records import CaseRecord, Motion, status_name
+from ghostball.validation.results.store import Results, ResultsError, ResultsWriter, reusable_cases
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.suite import Outcome, run_suite
+from ghostball.validation.suite.unchanged import (
     Unchanged,
     code_hash,
     describe_code,
@@ -42,7 +42,7 @@ from validation.suite.unchanged import (
 )
 
 # What holds the packages: a checkout, or where a wheel is installed.
-ROOT = Path(validation.suite.unchanged.__file__).parents[2]
+ROOT = Path(ghostball.validation.suite.unchanged.__file__).parents[2]
 ENGINES = ("ghostball", "paper-discrete")
 PAIRS = [(scene, label) for scene in ("cut", "roll") for label in ENGINES]
 
@@ -196,12 +196,12 @@ def test_what_an_engine_cannot_represent_is_not_asked_again(
 
 
 def touch_sources(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(validation.suite.unchanged, "_loaded_sources", lambda: "edited")
+    monkeypatch.setattr(ghostball.validation.suite.unchanged, "_loaded_sources", lambda: "edited")
 
 
 def touch_library(monkeypatch: pytest.MonkeyPatch) -> None:
     newer = versions() | {"pymunk": "99.0"}
-    monkeypatch.setattr(validation.suite.unchanged, "versions", lambda: newer)
+    monkeypatch.setattr(ghostball.validation.suite.unchanged, "versions", lambda: newer)
 
 
 def touch_python(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -209,7 +209,7 @@ def touch_python(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def touch_processor(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(validation.suite.unchanged, "cpu_name", lambda: "another")
+    monkeypatch.setattr(ghostball.validation.suite.unchanged, "cpu_name", lambda: "another")
 
 
 def touch_variable(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -324,7 +324,7 @@ def test_engines_of_other_packages_always_run(
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: foreign\nVersion: 1\n")
     (info / "entry_points.txt").write_text("[ghostball.engines]\nforeign = foreign_engine:F\n")
     (site / "foreign_engine.py").write_text(
-        "from reference_adapters.paper.discrete import PaperDiscreteEngine\n"
+        "from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine\n"
         "class F(PaperDiscreteEngine):\n    name = 'foreign'\n"
         "    def simulate(self, scene, *, record='rest'):\n"
         "        import dataclasses\n"
@@ -372,7 +372,9 @@ def test_an_edit_after_the_code_was_loaded_is_not_what_ran(
 ) -> None:
     # Breaks where a notebook that loaded the old code stores its results as those of the new.
     before = code_hash()
-    monkeypatch.setattr(validation.suite.unchanged, "hash_sources", lambda folders: "edited")
+    monkeypatch.setattr(
+        ghostball.validation.suite.unchanged, "hash_sources", lambda folders: "edited"
+    )
     assert code_hash() == before
     assert run(tmp_path).exit_status == 0
     assert list(reusable_cases(tmp_path, before)[1]) == [
@@ -383,18 +385,12 @@ def test_an_edit_after_the_code_was_loaded_is_not_what_ran(
 def test_sources_that_cannot_be_found_reuse_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(validation.parallel.sources, "code_files", lambda folder: [])
-    unread = validation.suite.unchanged._loaded_sources.__wrapped__
-    monkeypatch.setattr(validation.suite.unchanged, "_loaded_sources", unread)
+    monkeypatch.setattr(ghostball.validation.parallel.sources, "code_files", lambda folder: [])
+    unread = ghostball.validation.suite.unchanged._loaded_sources.__wrapped__
+    monkeypatch.setattr(ghostball.validation.suite.unchanged, "_loaded_sources", unread)
     assert code_hash() == ""
     for _ in range(2):
         assert run(tmp_path / "out").counts.taken_over == 0
-
-
-def copy_of_the_sources(folder: Path) -> Path:
-    for package in OUR_PACKAGES:
-        shutil.copytree(ROOT / package, folder / package)  # with what Python has compiled
-    return folder
 
 
 # --- the hashes
@@ -423,7 +419,7 @@ def test_every_library_that_our_code_imports_is_hashed() -> None:
             else [alias.name for alias in node.names]
         )
     }
-    known = sys.stdlib_module_names | {*OUR_PACKAGES, "__future__", ""}
+    known = sys.stdlib_module_names | {"ghostball", "__future__", ""}
     # Where caches lie; how a scene is written; who may write results; when a module is imported;
     # in which process a task is done.
     harmless = {"platformdirs", "tomli_w", "filelock", "lazy_loader", "pebble", "distributed"}
@@ -440,7 +436,7 @@ def test_every_library_that_our_code_imports_is_hashed() -> None:
 def test_the_description_of_the_code_is_the_same_in_another_process() -> None:
     # Breaks where an address or a hash seed gets into it: nothing would ever be taken over.
     script = (
-        "import json; from validation.suite.unchanged import describe_code as d;"
+        "import json; from ghostball.validation.suite.unchanged import describe_code as d;"
         "print(json.dumps(d()))"
     )
     done = subprocess.run(
@@ -633,11 +629,12 @@ def test_a_run_that_ends_drops_what_its_code_could_never_take_over(
 
 @pytest.mark.slow
 def test_an_edit_of_a_copy_of_the_sources_is_seen(tmp_path: Path) -> None:
-    code = copy_of_the_sources(tmp_path / "code")
+    code = tmp_path / "code"
+    copy_packages(code, *OUR_PACKAGES)
     script = textwrap.dedent(f"""
         from pathlib import Path
-        from validation import run_suite, select
-        import engine
+        from ghostball.validation import run_suite, select
+        from ghostball import engine
 
         assert engine.__file__.startswith({str(code)!r})
         out = Path({str(tmp_path / "out")!r})
@@ -662,6 +659,6 @@ def test_an_edit_of_a_copy_of_the_sources_is_seen(tmp_path: Path) -> None:
         ("reference_adapters", "paper/model"),
         ("validation", "checks/metrics"),
     ):
-        path = code / package / f"{module}.py"
+        path = code / "ghostball" / package / f"{module}.py"
         path.write_text(path.read_text() + "# a comment\n")
         assert [taken_over(), taken_over()] == [0, 2]

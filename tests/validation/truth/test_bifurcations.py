@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from engine import EventKind, ExactTrajectory, Scene, simulate
-from validation.diagnose.predictability import bifurcations_of, nearest_of
-from validation.scenes.library import find_scene
-from validation.truth.bifurcations import Bifurcation, _meetings, _passings
+from ghostball.engine import EventKind, ExactTrajectory, Scene, simulate
+from ghostball.validation.diagnose.predictability import bifurcations_of, nearest_of
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.truth.bifurcations import Bifurcation, _meetings, _passings
 
 
 def found_in(scene: Scene) -> dict[str, Bifurcation]:

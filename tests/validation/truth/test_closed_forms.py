@@ -10,10 +10,10 @@ import pytest
 from mpmath import mp
 from numpy.typing import NDArray
 
-from engine import CUSHIONS, Ball, Physics, Scene, Table
-from validation.checks.criteria import criteria_beside
-from validation.scenes.library import FOLDER, find_scene
-from validation.truth.closed_forms import DIGITS, FORMS, ClosedForm, closed_form
+from ghostball.engine import CUSHIONS, Ball, Physics, Scene, Table
+from ghostball.validation.checks.criteria import criteria_beside
+from ghostball.validation.scenes.library import FOLDER, find_scene
+from ghostball.validation.truth.closed_forms import DIGITS, FORMS, ClosedForm, closed_form
 
 FloatArray = NDArray[np.float64]
 

@@ -6,16 +6,16 @@ import math
 
 import pytest
 
-from engine import simulate
-from reference_adapters import make_engine
-from reference_adapters.base import resolution_of
-from validation.checks.criteria import common_criteria
-from validation.checks.metric_table import METRICS
-from validation.checks.verdict import Verdict, verdict_of
-from validation.scenes.library import find_scene
-from validation.suite.case import Case, run_case
-from validation.truth.horizons import growth_of
-from validation.truth.scene_truth import truth_of
+from ghostball.engine import simulate
+from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.base import resolution_of
+from ghostball.validation.checks.criteria import common_criteria
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.verdict import Verdict, verdict_of
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.case import Case, run_case
+from ghostball.validation.truth.horizons import growth_of
+from ghostball.validation.truth.scene_truth import truth_of
 
 
 def horizon_of(name: str, label: str) -> float:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from toy_engines import roll
 
-from engine import Physics, UnsupportedSceneError
-from validation import find_scene
-from validation.truth.known_shot import known_shot
+from ghostball.engine import Physics, UnsupportedSceneError
+from ghostball.validation import find_scene
+from ghostball.validation.truth.known_shot import known_shot
 
 
 def test_certified_where_it_can_be():

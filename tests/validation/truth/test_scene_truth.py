@@ -11,9 +11,9 @@ import mpmath
 import numpy as np
 import pytest
 
-import validation.truth.proof
-import validation.truth.scene_truth
-from engine import (
+import ghostball.validation.truth.proof
+import ghostball.validation.truth.scene_truth
+from ghostball.engine import (
     Ball,
     EventKind,
     Physics,
@@ -23,15 +23,15 @@ from engine import (
     UnsupportedSceneError,
     simulate,
 )
-from reference_adapters.certified import certify
-from validation.checks.criteria import Criteria
-from validation.results.store import CERTIFIED, CLOSED_FORM, OUR_ENGINE
-from validation.runs import our_run
-from validation.scenes.library import find_scene
-from validation.suite.case import TruthFailure
-from validation.suite.suite import shipped_criteria, truth_or_failure
-from validation.truth.closed_forms import DIGITS, closed_form
-from validation.truth.scene_truth import Truth, TruthError, check_truth, truth_of
+from ghostball.reference_adapters.certified import certify
+from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.results.store import CERTIFIED, CLOSED_FORM, OUR_ENGINE
+from ghostball.validation.runs import our_run
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.case import TruthFailure
+from ghostball.validation.suite.suite import shipped_criteria, truth_or_failure
+from ghostball.validation.truth.closed_forms import DIGITS, closed_form
+from ghostball.validation.truth.scene_truth import Truth, TruthError, check_truth, truth_of
 
 BB, BC = int(EventKind.BALL_BALL), int(EventKind.BALL_CUSHION)
 
@@ -75,7 +75,7 @@ def unproved(scene: Scene) -> tuple[None, str]:
 def test_a_closed_form_takes_energy_and_times_from_our_engine_and_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(validation.truth.scene_truth, "proof_of", unproved)
+    monkeypatch.setattr(ghostball.validation.truth.scene_truth, "proof_of", unproved)
     truth = truth_of(find_scene("head-on"))
     assert truth.collisions == ((BB, 0, 1),)
     assert len(truth.collision_times) == 1
@@ -111,7 +111,7 @@ def test_where_our_engine_cannot_help_a_closed_form_stands_alone(
         raise UnsupportedSceneError("ghostball", ("no sliding",))
 
     monkeypatch.setattr(our_run, "simulate", refuse)
-    monkeypatch.setattr(validation.truth.scene_truth, "proof_of", unproved)
+    monkeypatch.setattr(ghostball.validation.truth.scene_truth, "proof_of", unproved)
     truth = truth_of(find_scene("sliding-stun"))
     assert truth.kind == CLOSED_FORM
     assert truth.why_not("proof") == "no proof: made to be refused"
@@ -165,7 +165,7 @@ def test_without_a_closed_form_the_proof_is_the_truth_and_independent() -> None:
 def test_without_a_closed_form_and_a_proof_our_engine_is_the_truth_and_not_independent(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(validation.truth.scene_truth, "proof_of", unproved)
+    monkeypatch.setattr(ghostball.validation.truth.scene_truth, "proof_of", unproved)
     scene = shot()
     truth, ours = truth_of(scene), simulate(scene)
     assert truth.kind == OUR_ENGINE
@@ -215,14 +215,18 @@ def test_a_proof_of_physics_without_a_closed_form_is_refused_before_anything_run
 
 
 def test_a_proof_that_takes_long_says_so_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(validation.truth.proof, "PATIENCE", 0.0)
+    monkeypatch.setattr(ghostball.validation.truth.proof, "PATIENCE", 0.0)
     said = threading.Event()
     monkeypatch.setattr(
-        validation.truth.proof.logger, "warning", lambda text: (seen.append(text), said.set())
+        ghostball.validation.truth.proof.logger,
+        "warning",
+        lambda text: (seen.append(text), said.set()),
     )
     seen: list[str] = []
-    monkeypatch.setattr(validation.truth.proof, "certify", lambda *_, **__: said.wait(60.0))
-    validation.truth.proof.proof_of(find_scene("stop"))
+    monkeypatch.setattr(
+        ghostball.validation.truth.proof, "certify", lambda *_, **__: said.wait(60.0)
+    )
+    ghostball.validation.truth.proof.proof_of(find_scene("stop"))
     assert seen[0].startswith('proving scene "stop"')
 
 
@@ -253,7 +257,7 @@ def test_only_the_parts_that_are_asked_for_are_computed(monkeypatch: pytest.Monk
 
     scene = find_scene("half-ball-cut")
     whole = truth_of(scene)
-    monkeypatch.setattr(validation.truth.scene_truth, "energy_at", refuse)
+    monkeypatch.setattr(ghostball.validation.truth.scene_truth, "energy_at", refuse)
     events = truth_of(scene, parts=frozenset({"events"}))
     assert events.energy is None
     assert np.array_equal(events.collision_times, whole.collision_times)

@@ -10,11 +10,11 @@ import pytest
 from numpy.typing import NDArray
 from spinning_oracle import SpinningOracle
 
-from engine import Ball, Physics, Scene
-from validation.checks.criteria import criteria_beside
-from validation.scenes.library import FOLDER, find_scene
-from validation.truth.closed_forms import FORMS, ClosedForm, closed_form, has_closed_form
-from validation.truth.closed_forms._setup import numbers_of
+from ghostball.engine import Ball, Physics, Scene
+from ghostball.validation.checks.criteria import criteria_beside
+from ghostball.validation.scenes.library import FOLDER, find_scene
+from ghostball.validation.truth.closed_forms import FORMS, ClosedForm, closed_form, has_closed_form
+from ghostball.validation.truth.closed_forms._setup import numbers_of
 
 FloatArray = NDArray[np.float64]
 

@@ -1,6 +1,6 @@
 """Where a difference comes from: the engine's model, its step, rounding; and its backward error.
 
-    >>> from validation.diagnose.attribution import attribute
+    >>> from ghostball.validation.diagnose.attribution import attribute
     >>> attribute(scene, make_engine("pymunk")).discretisation
 
 difference = model + discretisation + rounding: what the engine's physics lacks, what goes away as
@@ -8,10 +8,18 @@ its step goes to zero, and what an ulp of the input does. Where the steps don't 
 which, no number is given.
 """
 
-from validation.diagnose.attribution._attribute import attribute
-from validation.diagnose.attribution._backward import BackwardError, NoCueBallError, backward_error
-from validation.diagnose.attribution._zero_step import ZeroStep, largest_distance, zero_step_of
-from validation.diagnose.attribution.attribution_record import Attribution, Better, Part
+from ghostball.validation.diagnose.attribution._attribute import attribute
+from ghostball.validation.diagnose.attribution._backward import (
+    BackwardError,
+    NoCueBallError,
+    backward_error,
+)
+from ghostball.validation.diagnose.attribution._zero_step import (
+    ZeroStep,
+    largest_distance,
+    zero_step_of,
+)
+from ghostball.validation.diagnose.attribution.attribution_record import Attribution, Better, Part
 
 __all__ = [
     "Attribution",

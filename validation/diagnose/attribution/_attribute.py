@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import GhostballError, Scene
-from reference_adapters import ReferenceEngine
-from validation.diagnose.attribution._backward import (
+from ghostball.engine import GhostballError, Scene
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.validation.diagnose.attribution._backward import (
     NoCueBallError,
     NotCertifiedError,
     backward_error,
 )
-from validation.diagnose.attribution._horizon import horizon
-from validation.diagnose.attribution._runs import (
+from ghostball.validation.diagnose.attribution._horizon import horizon
+from ghostball.validation.diagnose.attribution._runs import (
     ULPS,
     Played,
     StoppedEarlyError,
@@ -26,13 +26,17 @@ from validation.diagnose.attribution._runs import (
     play,
     play_ulps,
 )
-from validation.diagnose.attribution._zero_step import ZeroStep, largest_distance, zero_step_of
-from validation.diagnose.attribution.attribution_record import Attribution, Better, Part
-from validation.diagnose.parting import collisions_in
-from validation.runs.sampling import events_of
-from validation.runs.steps import step_setting, with_setting, with_step
-from validation.suite.case import approximations_of
-from validation.truth.known_shot import KnownShot, known_shot
+from ghostball.validation.diagnose.attribution._zero_step import (
+    ZeroStep,
+    largest_distance,
+    zero_step_of,
+)
+from ghostball.validation.diagnose.attribution.attribution_record import Attribution, Better, Part
+from ghostball.validation.diagnose.parting import collisions_in
+from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.runs.steps import step_setting, with_setting, with_step
+from ghostball.validation.suite.case import approximations_of
+from ghostball.validation.truth.known_shot import KnownShot, known_shot
 
 FloatArray = NDArray[np.float64]
 

@@ -15,13 +15,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Ball, GhostballError, Scene
-from reference_adapters.certified import CertifiedSettings, certify
-from reference_adapters.certified.engine import result_of
-from validation.diagnose.attribution._zero_step import largest_distance
-from validation.runs.our_run import run_ours
-from validation.runs.rolling import rolling_spin
-from validation.truth.known_shot import KnownShot
+from ghostball.engine import Ball, GhostballError, Scene
+from ghostball.reference_adapters.certified import CertifiedSettings, certify
+from ghostball.reference_adapters.certified.engine import result_of
+from ghostball.validation.diagnose.attribution._zero_step import largest_distance
+from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.rolling import rolling_spin
+from ghostball.validation.truth.known_shot import KnownShot
 
 FloatArray = NDArray[np.float64]
 Shot = Callable[[FloatArray], FloatArray]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from engine import Scene
-from validation.diagnose.attribution._runs import ulps_away
-from validation.runs.our_run import run_ours
+from ghostball.engine import Scene
+from ghostball.validation.diagnose.attribution._runs import ulps_away
+from ghostball.validation.runs.our_run import run_ours
 
 TOLERANCE = 1e-6
 """How far an ulp of the input may move a ball before the shot counts as unpredictable [m].

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import Ball, GhostballError, Scene, SceneError
-from reference_adapters import ReferenceEngine
-from validation.diagnose.attribution._zero_step import LEAST_RATIO, RUNS
-from validation.diagnose.parting import Agreement, Collision, collisions_in, compare_logs
-from validation.runs.playing import run_engine
-from validation.runs.rolling import rolling_spin
-from validation.runs.sampling import events_of
-from validation.runs.steps import step_setting
+from ghostball.engine import Ball, GhostballError, Scene, SceneError
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.validation.diagnose.attribution._zero_step import LEAST_RATIO, RUNS
+from ghostball.validation.diagnose.parting import Agreement, Collision, collisions_in, compare_logs
+from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.rolling import rolling_spin
+from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.runs.steps import step_setting
 
 FloatArray = NDArray[np.float64]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from validation.diagnose.attribution._backward import BackwardError
-from validation.truth.known_shot import KnownBy
+from ghostball.validation.diagnose.attribution._backward import BackwardError
+from ghostball.validation.truth.known_shot import KnownBy
 
 Outcome = Literal["attributed", "not told", "no step", "not compared"]
 """Whether a difference could be divided.

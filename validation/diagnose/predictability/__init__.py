@@ -1,19 +1,19 @@
 """How far a shot can be predicted: growth of rounding, its horizon, nearest other courses.
 
->>> from validation.diagnose.predictability import predictability_of
+>>> from ghostball.validation.diagnose.predictability import predictability_of
 >>> known = predictability_of(scene)
 >>> known.horizon, known.nearest, known.fragile
 """
 
-from validation.diagnose.predictability.measure import predictability_of
-from validation.diagnose.predictability.prediction import (
+from ghostball.validation.diagnose.predictability.measure import predictability_of
+from ghostball.validation.diagnose.predictability.prediction import (
     Predictability,
     Separation,
     load_predictability,
     predictability_in,
     save_predictability,
 )
-from validation.truth.bifurcations import Bifurcation, bifurcations_of, nearest_of
+from ghostball.validation.truth.bifurcations import Bifurcation, bifurcations_of, nearest_of
 
 __all__ = [
     "Bifurcation",

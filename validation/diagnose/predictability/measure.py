@@ -7,14 +7,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engine import EventKind, Result, Scene
-from engine.sensitivity import PARTS, QUALITY, ROUNDING
-from validation.diagnose.predictability.prediction import Predictability, Separation
-from validation.results.records import scene_hash
-from validation.runs.our_run import run_ours
-from validation.runs.rolling import rolling_spin
-from validation.runs.sampling import events_of, union_times
-from validation.truth.bifurcations import bifurcations_of, nearest_of
+from ghostball.engine import EventKind, Result, Scene
+from ghostball.engine.sensitivity import PARTS, QUALITY, ROUNDING
+from ghostball.validation.diagnose.predictability.prediction import Predictability, Separation
+from ghostball.validation.results.records import scene_hash
+from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.rolling import rolling_spin
+from ghostball.validation.runs.sampling import events_of, union_times
+from ghostball.validation.truth.bifurcations import bifurcations_of, nearest_of
 
 FloatArray = NDArray[np.float64]
 

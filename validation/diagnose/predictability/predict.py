@@ -6,15 +6,15 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from engine import Scene, UnsupportedSceneError
-from validation.diagnose.predictability.measure import predictability_of
-from validation.diagnose.predictability.prediction import (
+from ghostball.engine import Scene, UnsupportedSceneError
+from ghostball.validation.diagnose.predictability.measure import predictability_of
+from ghostball.validation.diagnose.predictability.prediction import (
     Predictability,
     load_predictability,
     save_predictability,
 )
-from validation.results.records import scene_hash
-from validation.suite.unchanged import code_hash
+from ghostball.validation.results.records import scene_hash
+from ghostball.validation.suite.unchanged import code_hash
 
 Progress = Callable[[int, int, str], None]
 """Called before each scene with how many are done, how many there are, and the scene's name."""

@@ -8,10 +8,16 @@ from pathlib import Path
 
 from pydantic import ConfigDict, TypeAdapter
 
-from validation.results.database import has_database, reading, record_of, transaction, writing
-from validation.results.records import FloatArray, definition_hash
-from validation.results.store import Results
-from validation.truth.bifurcations import Bifurcation
+from ghostball.validation.results.database import (
+    has_database,
+    reading,
+    record_of,
+    transaction,
+    writing,
+)
+from ghostball.validation.results.records import FloatArray, definition_hash
+from ghostball.validation.results.store import Results
+from ghostball.validation.truth.bifurcations import Bifurcation
 
 
 @dataclass(frozen=True, eq=False)

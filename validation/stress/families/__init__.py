@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from validation.stress.families import (
+from ghostball.validation.stress.families import (
     cradles,
     extremes,
     graded,
@@ -22,7 +22,7 @@ from validation.stress.families import (
     touching,
     tunnelling,
 )
-from validation.stress.family import Family
+from ghostball.validation.stress.family import Family
 
 __all__ = ["FAMILIES", "Family"]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import product
 
-from engine import Ball, Physics, Scene, Table
-from validation.stress.exact_line import play_line
-from validation.stress.family import Family
-from validation.stress.rows import RADIUS, row
-from validation.stress.sound import Both, Ends, Sound
-from validation.stress.trial import SceneTrial, Suite, Trial, size
+from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.validation.stress.exact_line import play_line
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.rows import RADIUS, row
+from ghostball.validation.stress.sound import Both, Ends, Sound
+from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, size
 
 MASS = 0.125
 TELLING = 2.0**-46

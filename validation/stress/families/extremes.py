@@ -16,12 +16,12 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from engine import Ball, Physics, Scene, Table
-from engine.scene import POOL_BALL_MASS as MASS, POOL_BALL_RADIUS as RADIUS
-from validation.stress.family import Family
-from validation.stress.proved import ProvedTrial
-from validation.stress.scaling import ScaledTrial
-from validation.stress.trial import Suite, Trial
+from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.engine.scene import POOL_BALL_MASS as MASS, POOL_BALL_RADIUS as RADIUS
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.proved import ProvedTrial
+from ghostball.validation.stress.scaling import ScaledTrial
+from ghostball.validation.stress.trial import Suite, Trial
 
 WAY = 0.0625
 """Way of the cue ball to the other one [m]."""

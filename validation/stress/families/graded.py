@@ -13,18 +13,18 @@ from typing import ClassVar
 
 from mpmath import mpf
 
-from engine import CUSHIONS, Ball, Physics, Scene, Table
-from engine.result import COLLISION_KINDS
-from reference_adapters import ReferenceEngine
-from reference_adapters.certified import CertifiedSettings
-from validation.scenes.library import find_scene
-from validation.scenes.random_shots import random_shot
-from validation.stress.closed_ends import CLOSED_ENDS, PARTED, PRESSED, parting
-from validation.stress.family import Family
-from validation.stress.proved import AsProved, partly_proved, proved_too_little
-from validation.stress.ties import ties
-from validation.stress.trial import SceneTrial, Suite, Trial, Verdict, play
-from validation.truth.closed_forms import closed_form
+from ghostball.engine import CUSHIONS, Ball, Physics, Scene, Table
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reference_adapters.certified import CertifiedSettings
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.scenes.random_shots import random_shot
+from ghostball.validation.stress.closed_ends import CLOSED_ENDS, PARTED, PRESSED, parting
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.proved import AsProved, partly_proved, proved_too_little
+from ghostball.validation.stress.ties import ties
+from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, Verdict, play
+from ghostball.validation.truth.closed_forms import closed_form
 
 PROOF = CertifiedSettings(max_events=5_000)
 """How far a shot is proved: a few elastic ones have thousands of events."""

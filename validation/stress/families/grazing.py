@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from mpmath import mp, mpf, workdps
 
-from engine import Ball, EventKind, Physics, Result, Scene, Table
-from validation.stress.family import Family
-from validation.stress.trial import SceneTrial, Suite, Trial, Verdict
+from ghostball.engine import Ball, EventKind, Physics, Result, Scene, Table
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, Verdict
 
 SPEED = 1.0
 WAY = 0.1

@@ -14,14 +14,14 @@ from typing import Any, ClassVar
 import numpy as np
 from mpmath import mp, workdps
 
-from engine import Ball, Result, Scene, Table, UnsupportedSceneError
-from engine.scene import POOL_BALL_RADIUS as RADIUS
-from reference_adapters import ReferenceEngine
-from reference_adapters.base import resolution_of
-from reference_adapters.registry import OURS
-from validation.grading.tolerances import EPS
-from validation.stress.family import Family
-from validation.stress.gas import (
+from ghostball.engine import Ball, Result, Scene, Table, UnsupportedSceneError
+from ghostball.engine.scene import POOL_BALL_RADIUS as RADIUS
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reference_adapters.base import resolution_of
+from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.grading.tolerances import EPS
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.gas import (
     ICE,
     FloatArray,
     begun_at_end,
@@ -31,9 +31,9 @@ from validation.stress.gas import (
     patient,
     stray_momentum,
 )
-from validation.stress.judges import VISIBLE, is_exact, overlap_limit, overlaps
-from validation.stress.pressure import PressureTrial
-from validation.stress.trial import Suite, Trial, Verdict, graded_severity, play
+from ghostball.validation.stress.judges import VISIBLE, is_exact, overlap_limit, overlaps
+from ghostball.validation.stress.pressure import PressureTrial
+from ghostball.validation.stress.trial import Suite, Trial, Verdict, graded_severity, play
 
 SEGMENT = 20_000
 """Collisions of a gas that are recorded at once; the next run begins where this one ended."""

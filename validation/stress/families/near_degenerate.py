@@ -6,13 +6,13 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from engine import Ball, Physics, Scene
-from validation.grading.tolerances import LOWEST_HOP
-from validation.stress.family import Family
-from validation.stress.proved import AsProved
-from validation.stress.rows import RADIUS
-from validation.stress.sound import Both, Ends, Sound
-from validation.stress.trial import SceneTrial, Suite, Trial, size
+from ghostball.engine import Ball, Physics, Scene
+from ghostball.validation.grading.tolerances import LOWEST_HOP
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.proved import AsProved
+from ghostball.validation.stress.rows import RADIUS
+from ghostball.validation.stress.sound import Both, Ends, Sound
+from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, size
 
 SPEED = 1.0
 T_CATCH = 0.05

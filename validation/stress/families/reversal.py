@@ -15,15 +15,15 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from engine import Ball, GhostballError, Result, Scene, SceneError, Table
-from engine.scene import POOL_BALL_RADIUS as RADIUS
-from engine.sensitivity import QUALITY, ROUNDING
-from reference_adapters import ReferenceEngine
-from reference_adapters.registry import OURS
-from validation.runs.our_run import run_ours
-from validation.stress.family import Family
-from validation.stress.gas import ICE, begun_at_end, gas
-from validation.stress.trial import Suite, Trial, Verdict, play
+from ghostball.engine import Ball, GhostballError, Result, Scene, SceneError, Table
+from ghostball.engine.scene import POOL_BALL_RADIUS as RADIUS
+from ghostball.engine.sensitivity import QUALITY, ROUNDING
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.gas import ICE, begun_at_end, gas
+from ghostball.validation.stress.trial import Suite, Trial, Verdict, play
 
 TOLERANCE = 1e-3 * RADIUS
 """Distance from the start up to which balls have come back [m]."""

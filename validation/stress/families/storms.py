@@ -8,13 +8,13 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from engine import Result, Scene, UnsupportedSceneError
-from engine.trajectory import SampledTrajectory, energy_of
-from reference_adapters import ReferenceEngine
-from reference_adapters.registry import OURS
-from validation.runs.steps import with_setting
-from validation.stress.family import Family
-from validation.stress.judges import (
+from ghostball.engine import Result, Scene, UnsupportedSceneError
+from ghostball.engine.trajectory import SampledTrajectory, energy_of
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.runs.steps import with_setting
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.judges import (
     FloatArray,
     energy_rise,
     instants,
@@ -23,8 +23,8 @@ from validation.stress.judges import (
     rise_limit,
     unsolved,
 )
-from validation.stress.random_breaks import random_break
-from validation.stress.trial import Suite, Trial, Verdict, graded_severity, play
+from ghostball.validation.stress.random_breaks import random_break
+from ghostball.validation.stress.trial import Suite, Trial, Verdict, graded_severity, play
 
 MOST_EVENTS = 100_000
 """Events and contact steps of a break: four times the most that any of 100 000 needs.

@@ -11,13 +11,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 
-from engine import Ball, Physics, Scene, Table
-from reference_adapters import ReferenceEngine
-from validation.runs.steps import with_setting
-from validation.stress.family import Family
-from validation.stress.rows import RADIUS, Plane, Spin, ball, resting_row
-from validation.stress.sound import Sound
-from validation.stress.trial import SceneTrial, Suite, Trial, Verdict
+from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.validation.runs.steps import with_setting
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.rows import RADIUS, Plane, Spin, ball, resting_row
+from ghostball.validation.stress.sound import Sound
+from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, Verdict
 
 EVENTS_PER_BALL = 150
 """Beside those of a row that is hit: impacts go to and fro through it until no ball approaches the

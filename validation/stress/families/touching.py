@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 
-from engine import Physics, Scene, Table
-from validation.stress.family import Family
-from validation.stress.judges import VISIBLE
-from validation.stress.proved import AsProved
-from validation.stress.rows import RADIUS, Plane, ball, resting_row
-from validation.stress.sound import Both, Ends, Sound
-from validation.stress.trial import SceneTrial, Suite, Trial, size
+from ghostball.engine import Physics, Scene, Table
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.judges import VISIBLE
+from ghostball.validation.stress.proved import AsProved
+from ghostball.validation.stress.rows import RADIUS, Plane, ball, resting_row
+from ghostball.validation.stress.sound import Both, Ends, Sound
+from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, size
 
 ROOT3 = math.sqrt(3.0)
 

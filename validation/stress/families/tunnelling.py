@@ -21,17 +21,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from engine import Ball, EventKind, Physics, Result, Scene, Table
-from engine.result import initial_state
-from engine.scene import POOL_BALL_RADIUS
-from engine.trajectory import energy_of
-from reference_adapters import ReferenceEngine
-from validation.grading.tolerances import EPS
-from validation.runs.playing import run_engine
-from validation.runs.steps import step_setting, with_step
-from validation.stress.family import Family
-from validation.stress.judges import energies, is_exact
-from validation.stress.trial import Suite, Trial, Verdict, play
+from ghostball.engine import Ball, EventKind, Physics, Result, Scene, Table
+from ghostball.engine.result import initial_state
+from ghostball.engine.scene import POOL_BALL_RADIUS
+from ghostball.engine.trajectory import energy_of
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.validation.grading.tolerances import EPS
+from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.steps import step_setting, with_step
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.judges import energies, is_exact
+from ghostball.validation.stress.trial import Suite, Trial, Verdict, play
 
 DIAMETER = 2.0 * POOL_BALL_RADIUS
 

@@ -15,10 +15,10 @@ import numpy as np
 from mpmath import mp, mpf
 from numpy.typing import NDArray
 
-from engine import Scene
-from engine.result import COLLISION_KINDS
-from validation.truth.closed_forms._forms import FORMS, Form
-from validation.truth.closed_forms._setup import (
+from ghostball.engine import Scene
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.validation.truth.closed_forms._forms import FORMS, Form
+from ghostball.validation.truth.closed_forms._setup import (
     DIGITS,
     Collision,
     Key,

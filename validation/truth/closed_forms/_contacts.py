@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from mpmath import mp
 
-from validation.truth.closed_forms._motion import State, cloth_of, path_of, time_to_rest
-from validation.truth.closed_forms._setup import OrderError, Outcome, Setup
+from ghostball.validation.truth.closed_forms._motion import State, cloth_of, path_of, time_to_rest
+from ghostball.validation.truth.closed_forms._setup import OrderError, Outcome, Setup
 
 
 def hit_on_two(setup: Setup) -> Outcome:

@@ -10,10 +10,10 @@ from typing import Literal, NamedTuple
 
 from mpmath import mpf
 
-from validation.truth.closed_forms._contacts import hit_on_two, pushed_along, wedged
-from validation.truth.closed_forms._setup import OrderError, Outcome, Setup
-from validation.truth.closed_forms._shot import Shot
-from validation.truth.closed_forms._unfolding import unfolded_bounces, unfolded_masses
+from ghostball.validation.truth.closed_forms._contacts import hit_on_two, pushed_along, wedged
+from ghostball.validation.truth.closed_forms._setup import OrderError, Outcome, Setup
+from ghostball.validation.truth.closed_forms._shot import Shot
+from ghostball.validation.truth.closed_forms._unfolding import unfolded_bounces, unfolded_masses
 
 
 class Form(NamedTuple):

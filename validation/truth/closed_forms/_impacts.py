@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from mpmath import mp, mpf
 
-from validation.truth.closed_forms._motion import (
+from ghostball.validation.truth.closed_forms._motion import (
     State,
     along,
     dot,
@@ -17,7 +17,7 @@ from validation.truth.closed_forms._motion import (
     scaled,
     slip_of,
 )
-from validation.truth.closed_forms._setup import Setup, Spin, Vector
+from ghostball.validation.truth.closed_forms._setup import Setup, Spin, Vector
 
 NORMALS = {"left": (-1, 0), "right": (1, 0), "bottom": (0, -1), "top": (0, 1)}
 """Unit vectors into the cushions."""

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from mpmath import mp, mpf
 
-from validation.truth.closed_forms._setup import Setup, Spin, Vector
+from ghostball.validation.truth.closed_forms._setup import Setup, Spin, Vector
 
 ROUNDING_DIGITS = 40
 """A speed of less than 1e-40 m/s is what rounding to 50 digits left of 0.

@@ -6,8 +6,8 @@ from itertools import combinations
 
 from mpmath import mp, mpf
 
-from validation.truth.closed_forms._impacts import NORMALS, ball_impact, cushion_impact
-from validation.truth.closed_forms._motion import (
+from ghostball.validation.truth.closed_forms._impacts import NORMALS, ball_impact, cushion_impact
+from ghostball.validation.truth.closed_forms._motion import (
     Segment,
     along,
     cloth_of,
@@ -18,8 +18,14 @@ from validation.truth.closed_forms._motion import (
     state_at,
     time_to_rest,
 )
-from validation.truth.closed_forms._polynomials import Polynomial, first_fall_below_zero
-from validation.truth.closed_forms._setup import Collision, OrderError, Outcome, Setup, Vector
+from ghostball.validation.truth.closed_forms._polynomials import Polynomial, first_fall_below_zero
+from ghostball.validation.truth.closed_forms._setup import (
+    Collision,
+    OrderError,
+    Outcome,
+    Setup,
+    Vector,
+)
 
 TOUCHING = mp.mpf(2) ** -46
 """Overlap, in units of a radius, that balls in contact may have: their places are given in doubles.

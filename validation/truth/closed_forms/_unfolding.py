@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from mpmath import mp
 
-from validation.truth.closed_forms._motion import along, cloth_of, length_of
-from validation.truth.closed_forms._setup import Collision, OrderError, Outcome, Setup
+from ghostball.validation.truth.closed_forms._motion import along, cloth_of, length_of
+from ghostball.validation.truth.closed_forms._setup import Collision, OrderError, Outcome, Setup
 
 
 def unfolded_bounces(setup: Setup) -> Outcome:

@@ -28,11 +28,11 @@ from hypothesis import assume, given
 from kernels import entry_to
 from shots import R
 
-from engine.core.state import Laws
-from engine.impacts.laws.ball_frictional import frictional
-from engine.impacts.laws.ball_mathavan2014 import mathavan2014
-from engine.impacts.laws.friction_curve import alciatore_friction
-from engine.impacts.laws.interface import BallImpact, BallImpulse
+from ghostball.engine.core.state import Laws
+from ghostball.engine.impacts.laws.ball_frictional import frictional
+from ghostball.engine.impacts.laws.ball_mathavan2014 import mathavan2014
+from ghostball.engine.impacts.laws.friction_curve import alciatore_friction
+from ghostball.engine.impacts.laws.interface import BallImpact, BallImpulse
 
 frictional, mathavan2014, alciatore_friction = map(
     entry_to, (frictional, mathavan2014, alciatore_friction)

@@ -24,10 +24,10 @@ from kernels import entry_to
 from published_steps import stepped
 from shots import R
 
-from engine.impacts.laws.ball_frictional import frictional
-from engine.impacts.laws.ball_mathavan2014 import mathavan2014
-from engine.impacts.laws.friction_curve import alciatore_friction
-from engine.impacts.laws.interface import BallImpact
+from ghostball.engine.impacts.laws.ball_frictional import frictional
+from ghostball.engine.impacts.laws.ball_mathavan2014 import mathavan2014
+from ghostball.engine.impacts.laws.friction_curve import alciatore_friction
+from ghostball.engine.impacts.laws.interface import BallImpact
 
 frictional, mathavan2014, alciatore_friction = map(
     entry_to, (frictional, mathavan2014, alciatore_friction)

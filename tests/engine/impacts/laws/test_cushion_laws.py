@@ -11,9 +11,9 @@ from cushion_impacts import R, energy, impact_of, laws_of, outcome, reflected, r
 from hypothesis import assume, given, settings, strategies as st
 from kernels import entry_to
 
-from engine.impacts.laws.cushion_han2005 import frictional, han2005
-from engine.impacts.laws.cushion_mathavan2010 import mathavan2010
-from engine.impacts.laws.cushion_restitution import restitution
+from ghostball.engine.impacts.laws.cushion_han2005 import frictional, han2005
+from ghostball.engine.impacts.laws.cushion_mathavan2010 import mathavan2010
+from ghostball.engine.impacts.laws.cushion_restitution import restitution
 
 frictional, han2005, mathavan2010, restitution = map(
     entry_to, (frictional, han2005, mathavan2010, restitution)

@@ -22,7 +22,7 @@ from cushion_impacts import (
 from hypothesis import example, given, settings, strategies as st
 from kernels import entry_to
 
-from engine.impacts.laws.cushion_mathavan2010 import mathavan2010
+from ghostball.engine.impacts.laws.cushion_mathavan2010 import mathavan2010
 
 mathavan2010 = entry_to(mathavan2010)
 

@@ -11,9 +11,9 @@ import pytest
 from kernels import entry_to
 from shots import ball, scene_of
 
-from engine.core.state import Laws
-from engine.impacts.laws.friction_curve import alciatore_friction, friction_coefficient
-from engine.running.from_scene import laws_of
+from ghostball.engine.core.state import Laws
+from ghostball.engine.impacts.laws.friction_curve import alciatore_friction, friction_coefficient
+from ghostball.engine.running.from_scene import laws_of
 
 alciatore_friction, friction_coefficient = map(entry_to, (alciatore_friction, friction_coefficient))
 

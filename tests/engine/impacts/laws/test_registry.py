@@ -5,24 +5,22 @@ Broken by: a list of laws anywhere else, a law without its branch, a derivative 
 
 import json
 import os
-import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from ball_impacts import impact_of as balls_of, laws as ball_laws_of, shot
+from copies import copy_packages
 from cushion_impacts import impact_of as cushion_of, laws_of as cushion_laws_of
 from kernels import entry_to
 
-import engine
-from engine.impacts.laws.dispatch import ball_law, cushion_law
-from engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
+from ghostball.engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 
 CUSHION = '''"""A cushion that halves what comes along it, and gives side spin back reversed."""
 
-from engine.core.kernel import kernel
-from engine.impacts.laws.interface import CushionBounce
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.impacts.laws.interface import CushionBounce
 
 
 @kernel
@@ -38,8 +36,8 @@ CUSHION_BRANCH = """    if law == CUSHION_LAW_NAMES.index("felt"):
 
 BALL = '''"""Balls of putty: half of their approach is left over, and stays."""
 
-from engine.core.kernel import kernel
-from engine.impacts.laws.interface import BallImpulse
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.impacts.laws.interface import BallImpulse
 
 
 @kernel
@@ -54,7 +52,7 @@ BALL_BRANCH = """    if laws.ball_law == BALL_LAW_NAMES.index("putty"):
 SHOT = """
 import json
 import numpy as np
-from engine import Ball, Physics, Scene, Table, simulate
+from ghostball.engine import Ball, Physics, Scene, Table, simulate
 
 fields = dict(preset="pool", motion="sliding", sliding_friction=0.0, rolling_friction=0.0,
               spinning_friction_rate=0.0, ball_friction=0.0)
@@ -90,9 +88,7 @@ print(json.dumps([after.velocities[0, 0].tolist(), after.angular_velocities[0, 0
 @pytest.fixture
 def copy(tmp_path):
     """A copy of the engine with both laws."""
-    source = Path(engine.__file__).parent
-    shutil.copytree(source, tmp_path / "engine", ignore=shutil.ignore_patterns("__pycache__"))
-    laws = tmp_path / "engine/impacts/laws"
+    laws = copy_packages(tmp_path, "engine", bytecode=False) / "engine/impacts/laws"
     (laws / "cushion_felt.py").write_text(CUSHION)
     (laws / "ball_putty.py").write_text(BALL)
     balls, cushions = (laws / "registry.py").read_text().split("\nCUSHION_LAWS = (\n")
@@ -101,10 +97,10 @@ def copy(tmp_path):
     (laws / "registry.py").write_text(balls + "\nCUSHION_LAWS = (\n" + cushions)
     calls = (laws / "dispatch.py").read_text()
     calls = calls.replace(
-        "\nfrom engine.impacts.laws.interface",
-        "\nfrom engine.impacts.laws.ball_putty import putty"
-        "\nfrom engine.impacts.laws.cushion_felt import felt"
-        "\nfrom engine.impacts.laws.interface",
+        "\nfrom ghostball.engine.impacts.laws.interface",
+        "\nfrom ghostball.engine.impacts.laws.ball_putty import putty"
+        "\nfrom ghostball.engine.impacts.laws.cushion_felt import felt"
+        "\nfrom ghostball.engine.impacts.laws.interface",
         1,
     )
     for branch, last in (

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from toy_engines import ToyEngine, ToySettings, cut, other_shot, roll
 
-from engine import Ball, Scene, Table, UnsupportedSceneError
-from reference_adapters import make_engine
-from validation import find_scene
-from validation.diagnose.attribution import attribute
-from validation.truth.known_shot import known_shot
+from ghostball.engine import Ball, Scene, Table, UnsupportedSceneError
+from ghostball.reference_adapters import make_engine
+from ghostball.validation import find_scene
+from ghostball.validation.diagnose.attribution import attribute
+from ghostball.validation.truth.known_shot import known_shot
 
 THREE = {"a": (1.2, 0.6), "b": (1.35, 0.65), "c": (1.3, 0.75)}
 

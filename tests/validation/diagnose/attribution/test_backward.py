@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from toy_engines import cut, other_shot, roll
 
-from engine import Ball, Scene, simulate
-from validation import find_scene
-from validation.diagnose.attribution import NoCueBallError, attribute, backward_error
-from validation.diagnose.attribution._backward import changed_shot, cue_ball
-from validation.truth.known_shot import known_shot
+from ghostball.engine import Ball, Scene, simulate
+from ghostball.validation import find_scene
+from ghostball.validation.diagnose.attribution import NoCueBallError, attribute, backward_error
+from ghostball.validation.diagnose.attribution._backward import changed_shot, cue_ball
+from ghostball.validation.truth.known_shot import known_shot
 
 SHOTS = {
     "cut": cut(),

@@ -3,8 +3,13 @@
 import numpy as np
 import pytest
 
-from validation.diagnose.attribution._runs import FINEST, ladder_of
-from validation.diagnose.attribution._zero_step import LEAST_RATIO, MARGIN, RUNS, zero_step_of
+from ghostball.validation.diagnose.attribution._runs import FINEST, ladder_of
+from ghostball.validation.diagnose.attribution._zero_step import (
+    LEAST_RATIO,
+    MARGIN,
+    RUNS,
+    zero_step_of,
+)
 
 LIMIT = np.array([[1.0, 2.0], [0.3, 0.4]])
 WAY = np.array([[0.6, -0.8], [0.0, 0.1]])

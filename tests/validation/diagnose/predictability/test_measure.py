@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engine import Scene, Status, simulate
-from validation.diagnose.predictability import (
+from ghostball.engine import Scene, Status, simulate
+from ghostball.validation.diagnose.predictability import (
     load_predictability,
     predictability_of,
     save_predictability,
 )
-from validation.runs import our_run
-from validation.scenes.library import find_scene
+from ghostball.validation.runs import our_run
+from ghostball.validation.scenes.library import find_scene
 
 
 def test_neighbouring_shots_part_as_the_tangent_map_says_while_they_are_near():

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from engine import Scene
-from validation.diagnose.predictability import load_predictability, predict
-from validation.diagnose.predictability.predict import predict_scenes
-from validation.results.frames import rows_of
-from validation.scenes.library import find_scene
+from ghostball.engine import Scene
+from ghostball.validation.diagnose.predictability import load_predictability, predict
+from ghostball.validation.diagnose.predictability.predict import predict_scenes
+from ghostball.validation.results.frames import rows_of
+from ghostball.validation.scenes.library import find_scene
 
 
 @pytest.fixture
