@@ -62,3 +62,19 @@ def test_the_plugin_of_pytest_finds_an_engine_in_a_package_called_engine(project
         "--ghostball", "--ghostball-engine", "engine.mine:Mine",
     )  # fmt: skip
     assert "stop" in told
+
+
+@pytest.mark.checkout
+@pytest.mark.parametrize("name", NAMES)
+def test_by_its_short_name_a_part_refuses_to_be_a_second_one(name, pytestconfig):
+    done = subprocess.run(
+        [sys.executable, "-c", f"import {name}"],
+        cwd=pytestconfig.rootpath,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert f"ImportError: this package is part of ghostball: import `ghostball.{name}`" in (
+        done.stderr
+    )
