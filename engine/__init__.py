@@ -90,3 +90,9 @@ __all__ = [
     "simulate_sweep",
     "warm_up",
 ]
+
+if not __name__.startswith("ghostball."):  # else there were two of each class
+    raise ImportError(
+        f"this package is part of ghostball: import `ghostball.{__name__}`, or "
+        "`from ghostball import Scene, simulate`"
+    )

@@ -1,5 +1,16 @@
-"""The command `ghostball`: a thin layer over `validation`, `reports` and the engines.
+"""Ghostball: a comparative physics-validation harness for billiards, and the engine inside it.
 
-Its modules import the packages that they call inside functions: `ghostball --help` must not wait
-for numpy and the engines.
+    >>> from ghostball import Scene, simulate
+    >>> simulate(Scene.load("break.toml")).rest_positions
+
+What a user needs is named here; `__init__.pyi` says where each name comes from. They are imported
+when they are asked for: `ghostball --help` must not wait for numpy and the engines, and its
+commands import what they call inside functions.
+
+`ghostball.engine`, `ghostball.reference_adapters`, `ghostball.validation` and `ghostball.reports`
+lie beside this package in the repository, and are linked into it. Installed, they are parts of it.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

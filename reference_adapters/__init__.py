@@ -10,4 +10,10 @@ module of it, such as `output`, starts at once.
 
 import lazy_loader
 
+if not __name__.startswith("ghostball."):  # else there were two of each class
+    raise ImportError(
+        f"this package is part of ghostball: import `ghostball.{__name__}`, or "
+        "`from ghostball import Scene, simulate`"
+    )
+
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -35,3 +35,9 @@ __all__ = [
     "write_stress_report",
     "write_summary",
 ]
+
+if not __name__.startswith("ghostball."):  # else there were two of each class
+    raise ImportError(
+        f"this package is part of ghostball: import `ghostball.{__name__}`, or "
+        "`from ghostball import Scene, simulate`"
+    )

@@ -31,4 +31,4 @@ def in_this_process(monkeypatch):
 @pytest.fixture
 def without_run_figures(monkeypatch):
     """Draw none of the figures of the whole run, for what is about other parts of a report."""
-    monkeypatch.setattr("reports.report.WHOLE_FIGURES", {})
+    monkeypatch.setattr("ghostball.reports.report.WHOLE_FIGURES", {})

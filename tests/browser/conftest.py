@@ -50,7 +50,7 @@ def results(run_folder: Path) -> Results:
 def page_url(run_folder: Path) -> str:
     """Address of the page, which needs no figure."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("reports.report.WHOLE_FIGURES", {})
+        patch.setattr("ghostball.reports.report.WHOLE_FIGURES", {})
         return write_report(run_folder).with_name("report.html").as_uri()
 
 

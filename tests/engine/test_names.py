@@ -20,7 +20,14 @@ NOTHING = Laws(*(0.0,) * len(NUMBERS), obstacles=np.empty(0, dtype=OBSTACLE), in
 
 
 @pytest.mark.parametrize(
-    "package", ["engine", "reference_adapters", "validation", "reports", "ghostball"]
+    "package",
+    [
+        "ghostball",
+        *(
+            f"ghostball.{name}"
+            for name in ("engine", "reference_adapters", "validation", "reports")
+        ),
+    ],
 )
 def test_no_name_of_a_package_hides_a_module_of_it(package):
     """`import engine.simulate as m` gave a function, while there was a module of that name."""

@@ -86,7 +86,7 @@ def test_peers_are_beside_it_and_an_absent_one_is_listed(bench, monkeypatch):
     fakes = [FakePeer("pooltool", seconds=9.0), FakePeer("FastFiz", error=PeerAbsentError("C++"))]
     monkeypatch.setattr("ghostball.validation.bench.make_peers", lambda *_: fakes)
     monkeypatch.setattr(
-        "validation.bench.comparison.COMPARED", {"break-pool": lambda _: [_scene()]}
+        "ghostball.validation.bench.comparison.COMPARED", {"break-pool": lambda _: [_scene()]}
     )
     result = bench("--repeats", "1")
     assert result.exit_code == 0, result.output
@@ -161,7 +161,7 @@ def test_an_interrupt_before_anything_was_measured_replaces_nothing(bench, tmp_p
     assert bench("--peers", "none", "--out", path).exit_code == 130
     assert path.read_text() == before
     ours = FakePeer("ghostball", error=KeyboardInterrupt())
-    monkeypatch.setattr("validation.bench.scaling.OurEngine", lambda: ours)
+    monkeypatch.setattr("ghostball.validation.bench.scaling.OurEngine", lambda: ours)
     monkeypatch.setattr("ghostball.validation.bench.make_peers", lambda *_: [])
     assert bench("scaling", "--quick", "--out", tmp_path / "y.json").exit_code == 130
     assert not (tmp_path / "y.json").exists()

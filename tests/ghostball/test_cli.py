@@ -356,7 +356,9 @@ def test_what_of_a_report_fails_costs_itself_and_comes_after_the_verdicts(
     def fail(*_):
         raise ZeroDivisionError("no [bold]balls")
 
-    monkeypatch.setattr("reports.report.WHOLE_FIGURES", {"verdicts": fail, "accuracy": fail})
+    monkeypatch.setattr(
+        "ghostball.reports.report.WHOLE_FIGURES", {"verdicts": fail, "accuracy": fail}
+    )
     monkeypatch.setattr("ghostball.reports.page.page.environment_html", fail)
     out = tmp_path / "out"
     page, report = out / "report.html", out / "report.md"

@@ -18,8 +18,8 @@ from ghostball.validation.examples import stepper
 
 pytest_plugins = ["pytester"]
 
-STEPPER = "--ghostball-engine=validation.examples.stepper:Stepper"
-HEADER = "from dataclasses import replace\nimport numpy as np\nfrom engine import simulate\n"
+STEPPER = "--ghostball-engine=ghostball.validation.examples.stepper:Stepper"
+HEADER = "from dataclasses import replace\nimport numpy as np\nfrom ghostball import simulate\n"
 
 
 @pytest.fixture(autouse=True)
@@ -81,7 +81,7 @@ def test_loading_it_loads_nothing_else():
         "print(*sorted(set(sys.modules) - before))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["ghostball", "ghostball.pytest_plugin"]
+    assert done.stdout.split() == ["ghostball", "ghostball.pytest_plugin", "lazy_loader"]
 
 
 def test_without_the_option_there_is_nothing(pytester):
@@ -301,7 +301,7 @@ WRONG = {
     "class": (["--ghostball", "--ghostball-engine=pathlib:Path"], "isn't an engine: it lacks"),
     "name of a class": (
         ["--ghostball", STEPPER.replace("Stepper", "Steper")],
-        "has no 'Steper'. Did you mean `validation.examples.stepper:Stepper`?",
+        "has no 'Steper'. Did you mean `ghostball.validation.examples.stepper:Stepper`?",
     ),
     "no class": (
         ["--ghostball", "--ghostball-engine=pathlib:Engine"],

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import shutil
 import signal
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -26,12 +25,8 @@ from multiprocessing.context import ForkServerContext
 from pathlib import Path
 from unittest.mock import patch
 
+from copies import copy_packages
 from probe import try_all
-
-from ghostball import engine
-
-SOURCES = Path(engine.__file__).parent.parent
-"""Where our packages lie, side by side."""
 
 START_LIMIT = 120.0
 """How long the process of a copy may take to start [s]: minutes pass on a busy machine."""
@@ -85,7 +80,7 @@ class Mutation:
         MutantError
             Where the text isn't there exactly once, or is replaced by itself.
         """
-        path = folder / self.package / self.file
+        path = folder / "ghostball" / self.package / self.file
         try:
             text = path.read_text(encoding="utf-8")
         except OSError as error:
@@ -118,8 +113,7 @@ def planted(*mutations: Mutation) -> Iterator[Path]:
     """
     with tempfile.TemporaryDirectory(prefix="ghostball-mutant-") as place:
         folder = Path(place).resolve()
-        for package in {"engine", *(mutation.package for mutation in mutations)}:
-            shutil.copytree(SOURCES / package, folder / package)
+        copy_packages(folder, "engine", *(mutation.package for mutation in mutations))
         for mutation in mutations:
             mutation.apply(folder)
         yield folder

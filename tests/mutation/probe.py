@@ -51,7 +51,7 @@ def check_copies(folder: Path) -> None:
     ImportError
         Where another one is: it would be taken for the copy.
     """
-    for package in folder.glob("*/__init__.py"):
-        found = importlib.import_module(package.parent.name).__file__
+    for package in folder.glob("ghostball/*/__init__.py"):
+        found = importlib.import_module(f"ghostball.{package.parent.name}").__file__
         if found is None or not Path(found).samefile(package):
             raise ImportError(f"not the copy: {found}")

@@ -85,6 +85,6 @@ def test_the_engine_itself_stays_as_it_is():
     before = path.read_bytes()
     with planted(RESTITUTION) as folder:
         assert not folder.is_relative_to(path.parent.parent)
-        assert RESTITUTION.new in (folder / "engine" / RESTITUTION.file).read_text()
+        assert RESTITUTION.new in (folder / "ghostball/engine" / RESTITUTION.file).read_text()
     assert not folder.exists()
     assert path.read_bytes() == before

@@ -8,7 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from mutants import SOURCES, Mutation, faults_on, planted
+from copies import INSTALLED
+from mutants import Mutation, faults_on, planted
 from mutations import MUTATIONS
 
 from ghostball.validation.stress import FAMILIES
@@ -37,9 +38,9 @@ def test_what_catches_a_bug_is_there():
 
 def test_every_mutation_fits(tmp_path):
     for mutation in MUTATIONS:
-        copy = tmp_path / mutation.package / mutation.file
+        copy = tmp_path / "ghostball" / mutation.package / mutation.file
         copy.parent.mkdir(parents=True, exist_ok=True)
-        copy.write_bytes((SOURCES / mutation.package / mutation.file).read_bytes())
+        copy.write_bytes((INSTALLED / mutation.package / mutation.file).read_bytes())
         mutation.apply(tmp_path)
         compile(copy.read_text("utf-8"), mutation.file, "exec")
 

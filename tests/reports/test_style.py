@@ -77,7 +77,7 @@ def test_any_label_gets_a_look_that_is_the_same_in_every_process():
     looks = [style.engine_style(label) for label in labels]
     assert all(look.colour.startswith("#") for look in looks)
     code = (
-        "from ghostball import reports, sys; print('matplotlib' in sys.modules)\n"
+        "import sys, ghostball.reports; print('matplotlib' in sys.modules)\n"
         "from ghostball.reports import style\n"
         f"for label in {labels!r}: print(style.engine_style(label))"
     )

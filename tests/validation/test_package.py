@@ -24,9 +24,9 @@ def test_a_name_that_is_none_is_refused():
 
 def test_a_process_for_tasks_imports_nothing_of_what_they_do():
     # Breaks where each process of a pool imports the whole suite before its first task.
-    names = ("engine", "numpy", "numba", "ghostball.validation.suite.suite")
+    names = ("ghostball.engine", "numpy", "numba", "ghostball.validation.suite.suite")
     heavy = f"[name for name in {names} if name in modules]"
-    code = f"import validation.parallel.pool; from sys import modules; print({heavy})"
+    code = f"import ghostball.validation.parallel.pool; from sys import modules; print({heavy})"
     found = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     ).stdout

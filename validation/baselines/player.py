@@ -32,8 +32,12 @@ from statistics import median
 answers = os.fdopen(os.dup(1), "w")
 os.dup2(2, 1)  # what anything prints is no answer
 root = sys.argv[1]
-from ghostball import engine
-if not os.path.samefile(os.path.dirname(os.path.dirname(engine.__file__)), root):
+try:
+    from ghostball import engine
+except ImportError:  # a revision in which it was a package of its own
+    import engine
+place = os.path.dirname(os.path.dirname(os.path.realpath(engine.__file__)))
+if not os.path.samefile(place, root):
     raise ImportError(f"not the revision asked for: {engine.__file__}")
 
 def play(scene, out):

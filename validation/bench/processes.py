@@ -22,7 +22,8 @@ SHOT = "half-ball-cut"
 PROGRAM = """\
 import time
 began = time.perf_counter()
-import engine, sys
+import sys
+from ghostball import engine
 imported = time.perf_counter() - began
 engine.simulate(engine.Scene.load(sys.argv[1]))
 print(imported, flush=True)

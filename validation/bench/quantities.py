@@ -40,6 +40,6 @@ QUANTITIES: Mapping[str, Quantity] = {
     "every_variant": Quantity(
         "s", "what `make validate` needs of the kernels, compiled in two processes"
     ),
-    "import": Quantity("s", "`import engine` in a new process"),
+    "import": Quantity("s", "`import ghostball.engine` in a new process"),
 }
 """By the name that rows have."""

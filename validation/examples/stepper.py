@@ -1,6 +1,6 @@
 """An engine to begin from, and to see the suite judge before there is one of your own.
 
-    pytest ghostball:: --ghostball-engine validation.examples.stepper:Stepper
+    pytest ghostball:: --ghostball-engine ghostball.validation.examples.stepper:Stepper
 
 It passes much and fails `overlap_max`: it states no `resolution`, so it claims to be exact, and
 sees contacts up to a step late.

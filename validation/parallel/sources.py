@@ -40,7 +40,7 @@ def source_folders() -> tuple[Path, ...]:
     """
     folders = []
     for name in OUR_PACKAGES:
-        spec = find_spec(name)
+        spec = find_spec(f"ghostball.{name}")
         folder = Path(spec.origin).parent if spec is not None and spec.origin else None
         if folder is None or not code_files(folder):
             raise SourcesError(f"package `{name}`: its source files can't be found")

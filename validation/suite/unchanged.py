@@ -167,7 +167,7 @@ def inputs_hash(
 def is_ours(label: str) -> bool:
     """Whether an engine is one of this project, so that its code is known and hashed."""
     engine: Any = engine_class(parse_spec(label)[0])
-    return str(engine.__module__).partition(".")[0] in OUR_PACKAGES
+    return str(engine.__module__).startswith(tuple(f"ghostball.{name}." for name in OUR_PACKAGES))
 
 
 def code_hash() -> str:

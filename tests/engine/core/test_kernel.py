@@ -2,7 +2,6 @@
 
 import ast
 import os
-import shutil
 import subprocess
 import sys
 import time
@@ -10,6 +9,7 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
+from copies import copy_packages
 from kernels import entry_to
 
 from ghostball import reference_adapters
@@ -42,16 +42,16 @@ with compiling("calls"):
 @pytest.fixture
 def copy(tmp_path):
     """A copy of the engine with the two kernels."""
-    shutil.copytree(SOURCES, tmp_path / "engine", ignore=shutil.ignore_patterns("__pycache__"))
-    (tmp_path / "engine/_callee.py").write_text(CALLEE)
-    (tmp_path / "engine/_caller.py").write_text(CALLER)
+    sources = copy_packages(tmp_path, "engine", bytecode=False) / "engine"
+    (sources / "_callee.py").write_text(CALLEE)
+    (sources / "_caller.py").write_text(CALLER)
     return tmp_path
 
 
 def run_copy(folder, cache):
     environment = {**os.environ, "PYTHONPATH": str(folder), "GHOSTBALL_CACHE_DIR": str(cache)}
     done = subprocess.run(
-        [sys.executable, "-c", "import engine._caller"],
+        [sys.executable, "-c", "import ghostball.engine._caller"],
         env=environment,
         cwd=folder,
         capture_output=True,
@@ -71,7 +71,7 @@ def test_an_edited_callee_in_another_file_is_seen(copy):
     again, silent = run_copy(copy, cache)
     assert again == first
     assert "compiling" not in silent  # the cache serves a later process
-    (copy / "engine/_callee.py").write_text(CALLEE.replace("2.0 * x", "3.0 * x"))
+    (copy / "ghostball/engine/_callee.py").write_text(CALLEE.replace("2.0 * x", "3.0 * x"))
     assert run_copy(copy, cache)[0] == 10.0
 
 
@@ -102,7 +102,9 @@ def borrowed_by_kernels(source):
     for node in ast.walk(module):
         if isinstance(node, ast.Import):
             imported |= {(one.asname or one.name) for one in node.names if one.name != "math"}
-        elif isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] != "engine":
+        elif isinstance(node, ast.ImportFrom) and not (node.module or "").startswith(
+            "ghostball.engine"
+        ):
             imported |= {one.asname or one.name for one in node.names}
         elif isinstance(node, ast.FunctionDef) and is_kernel(node):
             used |= {one.id for part in node.body for one in ast.walk(part) if hasattr(one, "id")}
@@ -120,7 +122,7 @@ def test_a_kernel_outside_the_engine_uses_what_is_in_its_file_alone():
     assert len(files) >= 2
     for path in files:
         assert borrowed_by_kernels(path.read_text("utf-8")) == set(), path.name
-    text = "from ghostball.reference_adapters.b import c\n@kernel(entry=True)\ndef f(x):\n    return c(x)\n"
+    text = "from ghostball.reports.b import c\n@kernel(entry=True)\ndef f(x):\n    return c(x)\n"
     assert borrowed_by_kernels(text) == {"c"}
 
 
@@ -181,7 +183,7 @@ def test_old_caches_are_removed_and_recent_ones_kept(tmp_path):
 @pytest.mark.compiled
 def test_of_two_processes_one_compiles_and_the_other_waits(copy):
     environment = {**os.environ, "PYTHONPATH": str(copy), "GHOSTBALL_CACHE_DIR": str(copy / "c")}
-    command = [sys.executable, "-c", "import engine._caller"]
+    command = [sys.executable, "-c", "import ghostball.engine._caller"]
     both = [
         subprocess.Popen(
             command,

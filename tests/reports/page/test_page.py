@@ -111,7 +111,7 @@ def section(html, name):
 def html(module_folder):
     """Three scenes on seven engines: some pass, some fail, one crashed, one can't represent."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("reports.report.WHOLE_FIGURES", {})
+        patch.setattr("ghostball.reports.report.WHOLE_FIGURES", {})
         return page_of(module_folder)
 
 

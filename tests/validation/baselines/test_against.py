@@ -56,7 +56,7 @@ class Checkout:
         self.root.mkdir()
         for name in PACKAGES:
             ignored = shutil.ignore_patterns("__pycache__", "gallery")
-            shutil.copytree(ROOT / name, self.root / name, ignore=ignored)
+            shutil.copytree(ROOT / name, self.root / name, symlinks=True, ignore=ignored)
         shutil.copy(ROOT / "pyproject.toml", self.root)
         (self.root / ".gitignore").write_text("__pycache__/\n")
         git(self.root, "init", "-q", "-b", "sound")

@@ -47,6 +47,9 @@ def other(tmp_path):
         root = tmp_path / "other"
         (root / "engine").mkdir(parents=True)
         (root / "engine" / "__init__.py").write_text(FACE.format(importing, simulating))
+        (root / "ghostball").mkdir()
+        (root / "ghostball" / "__init__.py").write_text("")
+        (root / "ghostball" / "engine").symlink_to("../engine")
         return root
 
     return make
@@ -169,10 +172,9 @@ def test_what_an_engine_prints_is_no_answer(other, scene_file):
 
 def test_a_place_with_a_name_that_begins_alike_is_another_place(other, tmp_path, monkeypatch):
     root = other("pass")
-    (root / "engine").rename(tmp_path / "engine")
     beside = tmp_path / "other-one"
-    beside.mkdir()
-    (tmp_path / "engine").rename(beside / "engine")
+    root.rename(beside)
+    root.mkdir()
     monkeypatch.setenv("PYTHONPATH", str(beside))
     with pytest.raises(NotComparableError, match="not the revision"), playing("it", root):
         pass

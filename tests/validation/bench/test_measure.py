@@ -28,7 +28,7 @@ def ticking():
 def gas(monkeypatch):
     """Compare peers on one small scene, called like a workload with a target."""
     scenes = {"break-pool": lambda _: [table_gas(2, 0.5), table_gas(3, 0.5)]}
-    monkeypatch.setattr("validation.bench.comparison.COMPARED", scenes)
+    monkeypatch.setattr("ghostball.validation.bench.comparison.COMPARED", scenes)
     return load_of("break-pool", kernel=20e-6, per_event=300e-9)
 
 

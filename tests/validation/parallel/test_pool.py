@@ -276,7 +276,7 @@ with _interrupts_held():
 
 INTERRUPTED = """
 import sys, time
-import ghostball.validation.parallel.pool
+from ghostball.validation.parallel import pool
 from ghostball.validation.parallel.pool import run_tasks
 
 
@@ -292,7 +292,7 @@ def stop_late(process):  # so that a worker that answers has the time to say so
 
 
 if __name__ == "__main__":
-    stop, ghostball.validation.parallel.pool.Process.stop = ghostball.validation.parallel.pool.Process.stop, stop_late
+    stop, pool.Process.stop = pool.Process.stop, stop_late
     try:
         list(run_tasks(sys.argv[1:] * 2, 2, work, print))
     except KeyboardInterrupt:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import json
 import os
-import shutil
 import sqlite3
 import subprocess
 import sys
@@ -19,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from copies import copy_packages
 
 import ghostball.validation.suite.unchanged
 from ghostball.engine import Ball, Result, Scene, Status, Table
@@ -393,12 +393,6 @@ def test_sources_that_cannot_be_found_reuse_nothing(
         assert run(tmp_path / "out").counts.taken_over == 0
 
 
-def copy_of_the_sources(folder: Path) -> Path:
-    for package in OUR_PACKAGES:
-        shutil.copytree(ROOT / package, folder / package)  # with what Python has compiled
-    return folder
-
-
 # --- the hashes
 
 
@@ -425,7 +419,7 @@ def test_every_library_that_our_code_imports_is_hashed() -> None:
             else [alias.name for alias in node.names]
         )
     }
-    known = sys.stdlib_module_names | {*OUR_PACKAGES, "__future__", ""}
+    known = sys.stdlib_module_names | {"ghostball", "__future__", ""}
     # Where caches lie; how a scene is written; who may write results; when a module is imported;
     # in which process a task is done.
     harmless = {"platformdirs", "tomli_w", "filelock", "lazy_loader", "pebble", "distributed"}
@@ -635,7 +629,8 @@ def test_a_run_that_ends_drops_what_its_code_could_never_take_over(
 
 @pytest.mark.slow
 def test_an_edit_of_a_copy_of_the_sources_is_seen(tmp_path: Path) -> None:
-    code = copy_of_the_sources(tmp_path / "code")
+    code = tmp_path / "code"
+    copy_packages(code, *OUR_PACKAGES)
     script = textwrap.dedent(f"""
         from pathlib import Path
         from ghostball.validation import run_suite, select
@@ -664,6 +659,6 @@ def test_an_edit_of_a_copy_of_the_sources_is_seen(tmp_path: Path) -> None:
         ("reference_adapters", "paper/model"),
         ("validation", "checks/metrics"),
     ):
-        path = code / package / f"{module}.py"
+        path = code / "ghostball" / package / f"{module}.py"
         path.write_text(path.read_text() + "# a comment\n")
         assert [taken_over(), taken_over()] == [0, 2]

@@ -5,17 +5,15 @@ Broken by: a list of laws anywhere else, a law without its branch, a derivative 
 
 import json
 import os
-import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from ball_impacts import impact_of as balls_of, laws as ball_laws_of, shot
+from copies import copy_packages
 from cushion_impacts import impact_of as cushion_of, laws_of as cushion_laws_of
 from kernels import entry_to
 
-from ghostball import engine
 from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
 from ghostball.engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 
@@ -90,9 +88,7 @@ print(json.dumps([after.velocities[0, 0].tolist(), after.angular_velocities[0, 0
 @pytest.fixture
 def copy(tmp_path):
     """A copy of the engine with both laws."""
-    source = Path(engine.__file__).parent
-    shutil.copytree(source, tmp_path / "engine", ignore=shutil.ignore_patterns("__pycache__"))
-    laws = tmp_path / "engine/impacts/laws"
+    laws = copy_packages(tmp_path, "engine", bytecode=False) / "engine/impacts/laws"
     (laws / "cushion_felt.py").write_text(CUSHION)
     (laws / "ball_putty.py").write_text(BALL)
     balls, cushions = (laws / "registry.py").read_text().split("\nCUSHION_LAWS = (\n")
@@ -101,10 +97,10 @@ def copy(tmp_path):
     (laws / "registry.py").write_text(balls + "\nCUSHION_LAWS = (\n" + cushions)
     calls = (laws / "dispatch.py").read_text()
     calls = calls.replace(
-        "\nfrom engine.impacts.laws.interface",
-        "\nfrom engine.impacts.laws.ball_putty import putty"
-        "\nfrom engine.impacts.laws.cushion_felt import felt"
-        "\nfrom engine.impacts.laws.interface",
+        "\nfrom ghostball.engine.impacts.laws.interface",
+        "\nfrom ghostball.engine.impacts.laws.ball_putty import putty"
+        "\nfrom ghostball.engine.impacts.laws.cushion_felt import felt"
+        "\nfrom ghostball.engine.impacts.laws.interface",
         1,
     )
     for branch, last in (

@@ -16,7 +16,7 @@ THREE = {"a": (1.2, 0.6), "b": (1.35, 0.65), "c": (1.3, 0.75)}
 @pytest.fixture
 def few_steps(monkeypatch):
     """Let ladders end sooner: the bound is wider then, and holds as well."""
-    monkeypatch.setattr("validation.diagnose.attribution._runs.STEPS", 60_000)
+    monkeypatch.setattr("ghostball.validation.diagnose.attribution._runs.STEPS", 60_000)
 
 
 def toy(**settings):

@@ -1,0 +1,18 @@
+from .engine import (
+    Ball as Ball,
+    EventKind as EventKind,
+    GhostballError as GhostballError,
+    Physics as Physics,
+    Result as Result,
+    Scene as Scene,
+    SceneError as SceneError,
+    Status as Status,
+    Table as Table,
+    simulate as simulate,
+    simulate_many as simulate_many,
+    simulate_sweep as simulate_sweep,
+)
+from .reference_adapters import make_engine as make_engine
+from .validation.results.store import Results as Results
+from .validation.scenes.library import find_scene as find_scene
+from .validation.suite.suite import run_suite as run_suite

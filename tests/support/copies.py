@@ -1,0 +1,27 @@
+"""Copies of our packages, for tests that change their sources."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from ghostball import engine
+
+INSTALLED = Path(engine.__file__).parent.parent
+"""The package `ghostball`, in which the others are found."""
+
+
+def copy_packages(folder: Path, *packages: str, bytecode: bool = True) -> Path:
+    """Make a package `ghostball` in a folder in which some parts are copies; return its place.
+
+    All else is a link to what it is here. With the bytecode that Python has compiled, or without.
+    """
+    place = folder / "ghostball"
+    place.mkdir(parents=True)
+    ignored = None if bytecode else shutil.ignore_patterns("__pycache__")
+    for part in INSTALLED.iterdir():
+        if part.name in packages:
+            shutil.copytree(part, place / part.name, ignore=ignored)
+        elif part.name != "__pycache__":
+            (place / part.name).symlink_to(part.resolve())
+    return place
