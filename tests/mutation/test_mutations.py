@@ -73,8 +73,12 @@ def run_on(folder: Path, *tests: str) -> subprocess.CompletedProcess[str]:
         "NUMBA_DISABLE_JIT": str(int(interpreted)),
         "GHOSTBALL_CACHE_DIR": str(folder),
     }
-    check = f"from ghostball import engine; assert engine.__file__.startswith({str(folder)!r})"
-    run = f"import pytest, sys; {check}; sys.exit(pytest.main(sys.argv[1:]))"
+    # Found, not imported: pytest wants to do that itself, for its plugin is part of it.
+    check = f"assert find_spec('ghostball').origin.startswith({str(folder)!r})"
+    run = (
+        "import pytest, sys; from importlib.util import find_spec; "
+        f"{check}; sys.exit(pytest.main(sys.argv[1:]))"
+    )
     options = ["-q", "-n", "0", "-p", "no:cacheprovider", "--rootdir", str(ROOT)]
     options += ["-c", str(ROOT / "pyproject.toml")]
     return subprocess.run(

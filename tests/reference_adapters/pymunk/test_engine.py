@@ -381,7 +381,7 @@ def test_settings_are_reported_as_used():
 def test_importing_the_adapter_does_not_import_pymunk():
     """A list of engines must answer at once; pymunk takes 0.1 s to load."""
     code = (
-        "import sys, reference_adapters.pymunk.engine as e;"
+        "import sys, ghostball.reference_adapters.pymunk.engine as e;"
         "assert e.PymunkEngine.unavailable() is None; sys.exit('pymunk' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -265,7 +265,7 @@ def test_workers_without_ghostball_are_refused(tmp_path):
     # The scheduler lacks it too, and does well without.
     lacks = tmp_path / "lacks"
     lacks.mkdir()
-    (lacks / "validation.py").write_text("raise ImportError('no ghostball')")
+    (lacks / "ghostball.py").write_text("raise ImportError('no ghostball')")
     with (
         dask_cluster(tmp_path, workers=0, PYTHONPATH=str(lacks)) as cluster,
         cluster_at(cluster.address) as there,

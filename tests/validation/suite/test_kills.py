@@ -98,8 +98,16 @@ def findings_in(out: Path) -> set[Key]:
     return {one.key for one in StressFolder.load(out).findings} if is_stress_folder(out) else set()
 
 
-def run_until_killed(run: Callable[[Path, Say], None], out: Path, said: Path) -> None:
-    """Run in this process, and say what is done by a line of a file each, written at once."""
+def run_until_killed(
+    run: Callable[[Path, Say], None], out: Path, said: Path, variables: dict[str, str]
+) -> None:
+    """Run in this process, and say what is done by a line of a file each, written at once.
+
+    With these variables of the environment, which are part of what a result is taken over for. The
+    server of processes has those of whichever test began it.
+    """
+    os.environ.clear()
+    os.environ.update(variables)
     file = os.open(said, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
     run(out, lambda key: os.write(file, ("\t".join(key) + "\n").encode()) and None)
 
@@ -134,7 +142,7 @@ def test_a_kill_at_any_instant_loses_nothing_that_was_done(
             writer.begin({"scenes": [], "engines": []})
             writer.finish("complete")
         said = tmp_path / f"said-{rounds}"
-        process = context.Process(target=run_until_killed, args=(run, out, said))
+        process = context.Process(target=run_until_killed, args=(run, out, said, dict(os.environ)))
         begun = time.monotonic()
         process.start()
         process.join(rng.uniform(0.0, patience))
