@@ -12,14 +12,11 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 OUT ?= out
 JOBS ?= 2
-SUITE ?= full
-# Names or tags, instead of a suite.
-SCENES ?=
-# Where the verdicts go as JUnit XML, if anywhere.
-JUNIT ?=
-# Set to draw also the figures of each scene.
+# Names, tags or patterns; smoke is a small run.
+SCENES ?= full
+# Which pictures lie beside the report: png, svg (both) or none.
 FIGURES ?=
-VALIDATE_MORE = $(if $(JUNIT), --junit $(JUNIT))$(if $(FIGURES), --figures)
+VALIDATE_MORE = $(if $(FIGURES), --figures $(FIGURES))
 PYTEST := $(BIN)/python -m pytest --quiet --numprocesses $(JOBS)
 # Where bytecode isn't kept, each of hundreds of processes compiles every module that it imports:
 # three seconds to load the suite instead of one, twelve to collect the tests instead of four.
@@ -28,8 +25,8 @@ export PYTHONDONTWRITEBYTECODE :=
 .DEFAULT_GOAL := help
 # Two test runs at once would time each other, and mix their output.
 .NOTPARALLEL:
-.PHONY: help venv validate regress stress kernels test test-slow test-nojit coverage test-boundscheck \
-	lint types imports check wheel gallery peers clean
+.PHONY: help venv engines smoke validate regress stress kernels test test-slow test-nojit coverage \
+	test-boundscheck lint types imports docs check wheel gallery peers clean
 
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -47,11 +44,19 @@ $(READY): pyproject.toml
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@
 
+smoke: $(READY)  ## a first result within a minute: three scenes, three engines, a picture, the page
+	$(BIN)/ghostball validate half-ball-cut thin-cut break-7 -e ghostball -e pymunk -e paper-discrete \
+		--jobs $(JOBS) --out $(OUT)/smoke
+	$(BIN)/ghostball run break-7 --plot $(OUT)/smoke/break-7.png
+
+engines: $(READY)  ## install the optional engines to compare with, 160 MB
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[engines]'
+
 validate: $(READY)  ## run every scene on every engine, write the report, print the verdicts
-	$(BIN)/ghostball validate $(or $(SCENES),--suite $(SUITE)) --jobs $(JOBS) --out $(OUT)$(VALIDATE_MORE)
+	$(BIN)/ghostball validate $(SCENES) --jobs $(JOBS) --out $(OUT)$(VALIDATE_MORE)
 
 stress: $(READY)  ## try to break every engine: what CI has time for
-	$(BIN)/ghostball stress --suite quick --jobs $(JOBS) --out $(OUT)/stress-quick
+	$(BIN)/ghostball stress --jobs $(JOBS) --out $(OUT)/stress-quick
 
 regress: $(READY)  ## compare our engine with its accepted baselines
 	$(BIN)/ghostball regress --jobs $(JOBS) --out $(OUT)/regress
@@ -90,7 +95,7 @@ test-nojit: $(READY)  ## tests that run every line of the kernels, without compi
 
 coverage: COVERAGE := 1
 
-coverage: test test-nojit  ## coverage of both runs
+coverage: engines test test-nojit  ## coverage of both runs
 	$(BIN)/coverage combine --keep --quiet .coverage.compiled .coverage.interpreted
 	$(BIN)/coverage report
 
@@ -105,7 +110,7 @@ BOUNDED := impacts resting_contact scheduling sensitivity trajectory/test_orient
 test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
 	$(CHECKED) $(COMPILE)
 	$(CHECKED) $(PYTEST) --dist loadfile $(addprefix tests/engine/,$(BOUNDED)) \
-		--deselect tests/engine/scheduling/test_cells.py::test_a_sweep_in_cells_is_each_of_its_shots
+		--deselect tests/engine/scheduling/test_broad_phase.py::test_a_sweep_in_cells_is_each_of_its_shots
 
 lint: $(READY)  ## ruff: rules and format
 	$(BIN)/ruff check
@@ -117,9 +122,14 @@ types: $(READY)  ## mypy, strict
 imports: $(READY)  ## the direction of imports between the packages
 	$(BIN)/lint-imports
 
-check: lint types imports test test-nojit stress test-slow test-boundscheck  ## all checks, but coverage
+# Its pages run commands, and a notebook. Material speaks of what comes after MkDocs at each build.
+docs: $(READY)  ## the documentation, into out/site; its commands are run, and a warning fails
+	PATH="$(abspath $(BIN)):$$PATH" COLUMNS=90 NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
 
-# Run where no file of the checkout is imported by accident: what the wheel lacks fails here.
+check: lint types imports docs test test-nojit stress test-slow test-boundscheck  ## all checks, but coverage
+
+# What a user installs, without the extras, in an empty folder; then the tests, where no file of the
+# checkout is imported by accident: what the wheel lacks fails here.
 WHEEL := $(OUT)/wheel
 OF_WHEEL := $(abspath .venv-wheel)/bin
 
@@ -127,21 +137,29 @@ wheel: $(READY)  ## build the wheel, install it apart in .venv-wheel, validate a
 	rm -rf $(WHEEL)
 	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir $(WHEEL) .
 	$(BIN)/python -m venv --clear .venv-wheel
+	$(OF_WHEEL)/python -m pip install --quiet --disable-pip-version-check $(WHEEL)/*.whl
+	empty=$$(mktemp -d) && cd $$empty && $(OF_WHEEL)/ghostball validate smoke --jobs $(JOBS) && rm -rf $$empty
 	$(OF_WHEEL)/python -m pip install --quiet --disable-pip-version-check "$$(echo $(WHEEL)/*.whl)[dev]"
-	cp -R tests benchmarks .github .ci Makefile *.md pyproject.toml $(WHEEL)
-	cd $(WHEEL) && $(OF_WHEEL)/ghostball validate --suite $(SUITE) --jobs $(JOBS) --out results
+	cp -R tests benchmarks docs .github .ci Makefile *.md pyproject.toml $(WHEEL)
 	cd $(WHEEL) && $(OF_WHEEL)/python tests/support/compile_kernels.py $(JOBS)
 	cd $(WHEEL) && $(OF_WHEEL)/python -m pytest --quiet --numprocesses $(JOBS) -m "not slow and not checkout"
 
-gallery: validate  ## remake the pictures that the README shows
-	$(BIN)/python -c "from reports import write_gallery; write_gallery('$(OUT)', 'reports/gallery')"
+# What the paper's section 6 wished for, also on engines that the suite leaves out.
+SECTIONS := wall-bounce masse sliding-swerve air-rolls restitution-bounce flight-jump
+SECTION_ENGINES := ghostball pymunk pymunk:mode=landed pybullet pybullet:mode=landed paper-discrete \
+	paper-continuous mujoco physx:cloth=own dart:cloth=own
 
-peers:  ## other billiards engines, into .venv-peers, for `ghostball bench` to measure beside ours
+gallery: validate  ## remake the pictures that the README shows
+	$(BIN)/ghostball validate $(SECTIONS) $(addprefix -e ,$(SECTION_ENGINES)) --jobs $(JOBS) \
+		--out $(OUT)/sections --no-report
+	$(BIN)/python -m benchmarks gallery $(OUT) reports/gallery --sections $(OUT)/sections
+
+peers:  ## other billiards engines, into .venv-peers, for `python -m benchmarks` to measure beside ours
 	@test -n "$(PYTHON)" && $(PYTHON) $(FIT) || { \
 		echo "error: Python 3.11 or newer is needed, got '$(PYTHON)'" >&2; exit 2; }
 	$(PYTHON) -m venv --clear .venv-peers
 	.venv-peers/bin/python -m pip install --quiet --disable-pip-version-check \
-		--requirement validation/bench/peers/requirements.txt
+		--requirement reference_adapters/workers/scripts/requirements.txt
 	@# Without what it asks for: that would be a panda3d that is nowhere to be had.
 	.venv-peers/bin/python -m pip install --quiet --disable-pip-version-check --no-deps \
 		pooltool-billiards==0.6.0

@@ -12,7 +12,8 @@ Geometry
 The table lies in the plane z = 0, from (0, 0) to (length, width). Balls move in the plane of their
 centres: two touch where their centres are the sum of their radii apart in that plane, also when the
 radii differ, as in the paper; a ball touches a cushion where its centre is a radius away from it,
-whatever the height of the nose, which only some laws of impacts use.
+whatever the height of the nose, which only some laws of impacts use. Where balls may leave the
+cloth, all of this is in space: see "Flight".
 
 Motion
 ------
@@ -22,8 +23,11 @@ spin is a state of its own. The lowest point of a ball slips over the cloth at u
 vy + R wx). While u isn't 0 the ball slides: friction `sliding_friction` times its weight acts
 against u, whose direction never changes, so that the centre follows a parabola and the slip ends
 in a time known beforehand; then the ball rolls. Spin about the vertical decays steadily, at
-`spinning_friction_rate`, in each `Phase`, and moves nothing until an impact. A ball may have
-frictions of its own.
+`spinning_friction_rate`, as long as the ball is on the cloth, and moves nothing until an impact. A
+ball may have frictions of its own.
+
+With `air_drag`, or `rolling_friction_quadratic`, balls are slowed by more the faster they are, and
+such a motion is no parabola (`engine/motion/drag.py`).
 
 Impacts
 -------
@@ -32,8 +36,17 @@ They take no time. `Physics.ball_impact` and `Physics.cushion` name the law of e
 balls that share one at one instant are resolved together, so that no order of balls matters, or one
 after another; together, balls rub by Coulomb's law, whatever `ball_impact` is. Both cushions of a
 corner are met together too; a cushion and a ball at one instant, the cushion first. Impulses along
-the vertical turn balls and never lift them: a ball stays on the cloth. Laws that act through spin
+the vertical turn balls and never lift them, unless `airborne` is true. Laws that act through spin
 need `motion` = "sliding".
+
+Flight
+------
+With `airborne` = true a ball may begin above the cloth, or be lifted by an impact. It goes along a
+parabola (`engine/motion/flight.py`), bounces where it lands, `table_restitution` says how high, and
+may fly over a cushion and off the table. Contacts are where the surfaces meet in space, that with a
+cushion at its nose, `cushion_height` above the cloth. Impacts have the scene's restitution and
+friction, but follow no law by name, unless they are too slow to lift a ball
+(`engine/impacts/in_space.py`). There is no air drag in such scenes.
 
 Sustained contact
 -----------------

@@ -16,7 +16,6 @@ from ghostball.engine.core.events import Status
 from ghostball.engine.core.tolerances import position_rounding
 from ghostball.engine.errors import GhostballError, SceneError
 from ghostball.engine.running.from_scene import layout_of
-from ghostball.engine.running.variants import variant_of
 from ghostball.engine.scene import Ball, Scene, rolling_angular_velocity
 from ghostball.engine.scene.messages import refusal
 from ghostball.engine.scene.rules import Motions, check_motions
@@ -84,7 +83,7 @@ def simulate_many(
         check_request(scene, "rest", max_events)
     from ghostball.engine.running.driver import Run, warm_up  # noqa: PLC0415 - loads the compiler
 
-    for variant in {variant_of(scene, contacts=False) for scene in scenes}:
+    for variant in {layout_of(scene).variant for scene in scenes}:
         warm_up(variant)  # with contacts when a scene turns out to need them
     most = max((len(scene.balls) for scene in scenes), default=0)
     rest = np.full((len(scenes), most, 3), np.nan)

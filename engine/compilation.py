@@ -1,7 +1,8 @@
-"""Which variants of the compiled kernels scenes need, and how they are compiled beforehand.
+"""Compiles, before any shot is played, the variants of the kernels that given scenes need.
 
-A variant leaves out what a scene doesn't need. Variants can be compiled side by side, each in a
-process of its own, and whoever needs one that isn't compiled yet compiles it then.
+A variant leaves out what a scene doesn't need (`running.variants`). Variants can be compiled side
+by side, each in a process of its own, and whoever needs one that isn't compiled yet compiles it
+then.
 """
 
 from __future__ import annotations

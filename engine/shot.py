@@ -9,7 +9,6 @@ from ghostball.engine.errors import GhostballError
 from ghostball.engine.result import Result
 from ghostball.engine.running.from_scene import admit
 from ghostball.engine.running.skips import Skip, chosen_skips
-from ghostball.engine.running.variants import variant_of
 from ghostball.engine.scene import Scene
 
 MAX_EVENTS = 10_000_000
@@ -52,9 +51,10 @@ def simulate(
 
     Notes
     -----
-    Between events each ball moves in closed form; the next contact is the first entering root of
-    the true gap (`engine/scheduling/all_pairs.py`). There is no time step, but for balls that
-    friction presses together: these move in steps that keep their gaps within a stated tolerance
+    Between events each ball moves in closed form, or along power series that are exact to rounding
+    where air slows it (`engine/motion/drag.py`); the next contact is the first entering root of the
+    true gap (`engine/scheduling/all_pairs.py`). There is no time step, but for balls that friction
+    presses together: these move in steps that keep their gaps within a stated tolerance
     (`engine/resting_contact/step.py`), counted in `work["contact_steps"]`. Impacts at one instant
     that share a ball, resolved together (`engine/impacts/simultaneous.py`), are counted in
     `work["joint_impacts"]`.
@@ -68,8 +68,8 @@ def simulate(
     from ghostball.engine.running import driver  # noqa: PLC0415
 
     off = frozenset() if no_skip == () else chosen_skips(no_skip, scene)
-    driver.warm_up(variant_of(scene, False, off))
     run = driver.Run(scene, record != "rest" or Skip.RECORDS in off, off)
+    driver.warm_up(run.variant)
     run.go(max_events)
     return Result(
         engine="ghostball",

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rich import box
-from rich.console import Group, RenderableType
+from rich.console import Console, Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball._progress import counting
-from ghostball._terminal import ExitStatus, say, stdout
+from ghostball._progress import COMPILING, Steps
+from ghostball._terminal import ExitStatus, say
 from ghostball.engine import Scene
 from ghostball.reports import style
 from ghostball.reports.markdown_ensembles import effect_text, without_end_text
@@ -31,6 +31,9 @@ from ghostball.validation.ensembles import (
 )
 from ghostball.validation.ensembles.compare import LEVEL
 from ghostball.validation.parallel.cluster import Cluster
+
+PERTURBING, COMPARING = "perturbed shots", "comparing"
+"""The steps."""
 
 
 @dataclass(frozen=True)
@@ -71,10 +74,12 @@ def run(
     cluster: Cluster | None,
     rerun: bool,
     time_limit: float,
+    steps: Steps,
 ) -> ExitStatus:
     """Run the ensembles into a results folder that the suite wrote, and return the exit status."""
     failing: set[tuple[str, str]] = set()
-    with counting("perturbed shots") as count:
+    with steps.bar(PERTURBING) as step:
+        count = step(PERTURBING)
 
         def progress(result: MemberResult, done: int, planned: int) -> None:
             count(done, planned, f"{result.scene}, {result.index}, on {result.label}")
@@ -93,6 +98,7 @@ def run(
             jobs=jobs,
             cluster=cluster,
             progress=progress,
+            compiling=step(COMPILING),
             reuse=not rerun,
             time_limit=time_limit,
         )
@@ -113,18 +119,18 @@ def run(
     return ExitStatus.CHECK_FAILED if outcome.failed else ExitStatus.PASSED
 
 
-def show(out: Path) -> ExitStatus:
+def show(out: Path, console: Console, steps: Steps) -> ExitStatus:
     """Print what the ensembles of a results folder say; return the exit status of their check."""
     ensembles = Ensembles.load(out)
     assert ensembles is not None  # a run has just written them
-    with counting("comparing") as count:
-        count(0, 1, "")
+    with steps.bar(COMPARING) as step:
+        step(COMPARING)(0, 1, "")
         compared = compare(ensembles)
-    stdout().print(_tables(ensembles, compared))
+    console.print(_tables(ensembles, compared))
     passed = compared.null.passed
     colour = {True: "green", False: "bold red", None: "yellow"}[passed]
     sentence = escape(compared.null.sentence)
-    stdout().print(f"null test of {REFERENCE} [{colour}]{sentence}[/]", soft_wrap=True)
+    console.print(f"null test of {REFERENCE} [{colour}]{sentence}[/]", soft_wrap=True)
     return ExitStatus.CHECK_FAILED if passed is False else ExitStatus.PASSED
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import enum
+import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -19,18 +20,37 @@ class RecordChoice(enum.StrEnum):
     TRAJECTORY = "trajectory"
 
 
-class SuiteChoice(enum.StrEnum):
-    """Which of the shipped scenes run."""
+class Format(enum.StrEnum):
+    """What is printed on stdout."""
 
-    SMOKE = "smoke"
-    FULL = "full"
+    TEXT = "text"
+    JSON = "json"
+    JUNIT = "junit"
+    GITHUB = "github"
 
 
-class StressSuite(enum.StrEnum):
-    """How much `stress` tries."""
+class Plain(enum.StrEnum):
+    """What is printed on stdout where there are no verdicts."""
 
-    QUICK = "quick"
-    FULL = "full"
+    TEXT = "text"
+    JSON = "json"
+
+
+def complete_scene(incomplete: str) -> list[str]:
+    """Return the shipped scenes and tags that begin so, for the shell; files are its own."""
+    from ghostball.validation.scenes.library import (  # noqa: PLC0415
+        scene_names,
+        scene_tags,
+    )
+
+    return [one for one in (*scene_names(), *scene_tags()) if one.startswith(incomplete)]
+
+
+def complete_engine(incomplete: str) -> list[str]:
+    """Return the installed engines that begin so, for the shell."""
+    from ghostball.reference_adapters import engine_names  # noqa: PLC0415
+
+    return [one for one in engine_names() if one.startswith(incomplete)]
 
 
 SceneName = Annotated[
@@ -38,31 +58,82 @@ SceneName = Annotated[
     typer.Argument(
         metavar="SCENE",
         help="A shipped scene's name (`ghostball scenes` lists them), or a TOML file.",
+        autocompletion=complete_scene,
     ),
 ]
+
+SceneNames = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="SCENE|TAG",
+        help="Names or tags of shipped scenes (`ghostball scenes` lists both), TOML files, or "
+        "patterns such as 'break-*'; smoke is a small run. Default: those of [tool.ghostball] in "
+        "pyproject.toml, else all that are shipped.",
+        autocompletion=complete_scene,
+    ),
+]
+
+TimeLimit = Annotated[
+    float, typer.Option(metavar="SECONDS", help="How long a scene may take on an engine.")
+]
+
+Rerun = Annotated[
+    bool, typer.Option("--rerun", help="Run everything, also what is unchanged since.")
+]
+
+_ENGINE = (
+    "A name and settings, as `ghostball engines` lists them, such as pymunk:dt=1e-4; or where its "
+    "class is, such as my_package:MyEngine."
+)
 
 EngineSpec = Annotated[
     str,
     typer.Option(
-        metavar="NAME[:KEY=VALUE,...]",
-        help="Engine and its settings, as `ghostball engines` lists them, such as pymunk:dt=1e-4.",
+        "--engine",
+        "-e",
+        metavar="ENGINE",
+        help=f"Engine. {_ENGINE}",
+        autocompletion=complete_engine,
     ),
 ]
+
+
+def engines_option(default: str) -> typer.models.OptionInfo:
+    """Return the option `--engine`, which repeats; `default` says which where it is left out."""
+    option: typer.models.OptionInfo = typer.Option(
+        "--engine",
+        "-e",
+        metavar="ENGINE",
+        help=f"Engine; give it once for each. {_ENGINE} Default: those of [tool.ghostball] in "
+        f"pyproject.toml, else {default}.",
+        autocompletion=complete_engine,
+    )
+    return option
+
 
 BaselineFolder = Annotated[
     Path | None,
     typer.Option(
         metavar="DIR",
-        help="Folder of the baselines (default: validation/baselines/accepted, as shipped).",
+        help="Folder of the baselines, with a folder for each engine (default: that of "
+        "[tool.ghostball] in pyproject.toml, else baselines).",
     ),
 ]
 
+
+class FigureChoice(enum.StrEnum):
+    """Which pictures a report draws."""
+
+    PNG = "png"
+    SVG = "svg"
+    NONE = "none"
+
+
 Figures = Annotated[
-    bool,
+    FigureChoice,
     typer.Option(
-        "--figures",
-        help="Draw also four figures of each scene, as PNG and SVG: about a second a scene. "
-        "report.html needs none. Without this option, those of an earlier report are removed.",
+        help="Pictures beside report.html, such as a sheet for each scene: PNG, PNG and SVG, or "
+        "none.",
     ),
 ]
 
@@ -85,12 +156,62 @@ ClusterAddress = Annotated[
     ),
 ]
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")]
+FormatOption = Annotated[
+    Format,
+    typer.Option(
+        "--format",
+        metavar="text|json|junit|github",
+        help="What is printed on stdout: tables, one JSON object, JUnit XML, or Markdown such as "
+        'for "$GITHUB_STEP_SUMMARY". Where it isn\'t text, the tables go to stderr.',
+    ),
+]
+
+PlainFormat = Annotated[
+    Plain, typer.Option("--format", metavar="text|json", help="What is printed on stdout.")
+]
 
 
-def jobs_option(what: str) -> typer.models.OptionInfo:
-    """Return the option `--jobs`; `what` these processes do."""
-    option: typer.models.OptionInfo = typer.Option(min=1, help=f"Processes that {what}.")
+def processors(text: str | int) -> int:
+    """Return how many processes `--jobs` asks for: a number, or "auto", one for each processor."""
+    if text == AUTO:
+        return processor_count()
+    try:
+        jobs = int(text)
+    except ValueError:
+        jobs = 0
+    if jobs < 1:
+        raise typer.BadParameter(f"must be auto or a number of at least 1, got {text!r}")
+    return jobs
+
+
+def processor_count() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+AUTO: Any = "auto"
+"""One process for each processor."""
+
+Jobs = Annotated[
+    int,
+    typer.Option(
+        "--jobs",
+        "-j",
+        metavar="N|auto",
+        parser=processors,
+        help="Processes that do the work; auto is one for each processor. Run times are cleanest "
+        "with 1.",
+    ),
+]
+
+
+def out_option(default: str, what: str = "Folder of the results") -> typer.models.OptionInfo:
+    """Return the option `--out`; `default` says where that is if it is left out."""
+    option: typer.models.OptionInfo = typer.Option(
+        "--out", "-o", metavar="DIR", help=f"{what} (default: {default})."
+    )
     return option
 
 
@@ -102,28 +223,20 @@ def plot_option(what: str) -> typer.models.OptionInfo:
     return option
 
 
-def engines_option(default: str) -> typer.models.OptionInfo:
-    """Return the option `--engines`; `default` says which they are where it is left out."""
-    option: typer.models.OptionInfo = typer.Option(
-        metavar="A,B,...",
-        help="Engines, with settings as for `simulate --engine`, such as "
-        f"ghostball,pymunk:mode=landed (default: all that are shipped, {default}).",
-    )
-    return option
-
-
-def check_plot(path: Path) -> None:
-    """Refuse a picture that can't be made, before the run.
+def check_plot(path: Path, *, films: bool = False) -> None:
+    """Refuse a picture that can't be made, before the run; `films` says whether it may move.
 
     Raises
     ------
     GhostballError
         Where it can't be written.
     """
+    from ghostball.reports.film import FILMS  # noqa: PLC0415
     from ghostball.reports.plot import ENDINGS  # noqa: PLC0415
 
-    if path.suffix.lower() not in ENDINGS:
+    endings = ENDINGS + FILMS if films else ENDINGS
+    if path.suffix.lower() not in endings:
         raise typer.BadParameter(
-            f"must end in {', '.join(ENDINGS)}, got {path.name!r}", param_hint="--plot"
+            f"must end in {', '.join(endings)}, got {path.name!r}", param_hint="--plot"
         )
     check_writable(path, "--plot")

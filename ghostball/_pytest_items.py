@@ -14,14 +14,20 @@ from typing import Any
 
 import pytest
 
+from ghostball._config import load_config
 from ghostball.engine import GhostballError, Scene
 from ghostball.pytest_plugin import PREFIX, TIME_LIMIT
-from ghostball.reference_adapters import ReferenceEngine, names_class
+from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.output import harmless
+from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.style import format_length
+from ghostball.validation.baselines.baseline import baseline_path, engine_folder, engine_key
+from ghostball.validation.baselines.gate import check_baselines, compare_case
+from ghostball.validation.baselines.junit import UNCOMPARED
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.runs.playing import apart
+from ghostball.validation.scenes.commands import regress as regress_command
 from ghostball.validation.scenes.library import scene_names, select
 from ghostball.validation.suite.conformance import (
     COMPLETES,
@@ -41,6 +47,9 @@ from ghostball.validation.suite.suite import (
 )
 
 DEFAULT_SCENES = "smoke"
+
+BASELINE = "baseline"
+"""The test that compares a scene with what was accepted of it."""
 
 
 def collect(session: pytest.Session, picked: Sequence[str]) -> list[pytest.Item]:
@@ -129,16 +138,24 @@ class _Plan:
     for_all: Criteria | None
     options: tuple[str, ...]  # of the command that runs one of these tests again
     time_limit: float | None  # of a scene [s]; None: none, and in this process
+    baselines: Path  # of this engine
     process: ExitStack = field(default_factory=ExitStack)
     printed: list[str] = field(default_factory=list)
 
     @classmethod
     def of(cls, config: pytest.Config, picked: Sequence[str]) -> _Plan:
-        option = config.option
-        engine = engine_under_test(option.ghostball_engine, option.ghostball_as)
-        names = _asked_scenes(option.ghostball_scenes, picked)
-        scenes = select([] if "full" in names else names)
-        beside = criteria_beside_paths([name for name in names if name != "full"])
+        option, project = config.option, load_config(config.rootpath)
+        spec = option.ghostball_engine or _only_engine(project.engines)
+        engine = engine_under_test(spec, option.ghostball_as)
+        names = _asked_scenes(option.ghostball_scenes, project.scenes, picked)
+        scenes = select(names)
+        beside = criteria_beside_paths(names)
+        root = project.baselines
+        if option.ghostball_baselines is not None:
+            root = Path(option.ghostball_baselines)
+        key = engine_key(spec)
+        baselines = engine_folder(root, key)
+        check_baselines(baselines, [scene.name for scene in scenes], key)
         own = {
             scene.name: beside[scene.name] if scene.name in beside else shipped_criteria(scene)
             for scene in scenes
@@ -146,7 +163,9 @@ class _Plan:
         for name, criteria in own.items():
             check_names(criteria, engine, f'criteria of scene "{name}"')
         for_all = None
-        options = ["--ghostball-engine", option.ghostball_engine]
+        options = ["--ghostball-engine", spec]
+        if option.ghostball_baselines is not None:
+            options += ["--ghostball-baselines", option.ghostball_baselines]
         if option.ghostball_as is not None:
             options += ["--ghostball-as", option.ghostball_as]
         if option.ghostball_criteria is not None:
@@ -159,12 +178,12 @@ class _Plan:
                 )
             options += ["--ghostball-criteria", option.ghostball_criteria]
         if any(scene.name not in scene_names() for scene in scenes):
-            options += ["--ghostball-scenes", option.ghostball_scenes]
+            options += ["--ghostball-scenes", ",".join(names)]
         seconds = option.ghostball_time_limit
         options += ["--ghostball-time-limit", f"{seconds:g}"] * (seconds != TIME_LIMIT)
         time_limit = None if seconds == math.inf else seconds
         check_time_limit(time_limit)
-        return cls(engine, tuple(scenes), own, for_all, tuple(options), time_limit)
+        return cls(engine, tuple(scenes), own, for_all, tuple(options), time_limit, baselines)
 
     def asked(self, scene: Scene) -> Asked:
         return asked_of(self.engine, scene, self.own[scene.name], self.for_all)
@@ -183,15 +202,33 @@ class _Plan:
     def commands(self, nodeid: str, scene: Scene) -> Iterator[str]:
         """Yield what runs a test again, and what shows where the shot parts from the true one."""
         yield shlex.join(["pytest", nodeid, *self.options])
-        if not names_class(self.engine.spec) and scene.name in scene_names():
+        if scene.name in scene_names():
             yield shlex.join(["ghostball", "explain", scene.name, "--engine", self.engine.spec])
 
 
-def _asked_scenes(text: str | None, picked: Sequence[str]) -> list[str]:
+def _only_engine(engines: Sequence[str]) -> str:
+    """Return the engine that a project names, ours where it names none.
+
+    Raises
+    ------
+    GhostballError
+        Where it names several: each has tests of its own.
+    """
+    if len(engines) > 1:
+        raise GhostballError(
+            f"`[tool.ghostball]` names several engines: {', '.join(engines)}. Choose one by "
+            "--ghostball-engine"
+        )
+    return engines[0] if engines else OURS
+
+
+def _asked_scenes(text: str | None, project: Sequence[str], picked: Sequence[str]) -> list[str]:
     """Return names, tags and paths; tests that are picked name their scenes themselves."""
     if text is None:
-        named = [pick.split("::")[1] for pick in picked]
-        return list(dict.fromkeys(named)) if all(named) and named else [DEFAULT_SCENES]
+        named = list(dict.fromkeys(pick.split("::")[1] for pick in picked))
+        if named and all(named) and (not project or set(named) <= set(scene_names())):
+            return named
+        return [*project] or [DEFAULT_SCENES]
     return [piece.strip() for piece in text.split(",")]
 
 
@@ -210,7 +247,9 @@ class _SceneNode(_Node):
         self.plan, self.scene = plan, scene
         self.asked = plan.asked(scene)
         self.metrics = self.asked.metrics
-        self.traceback_shown = False
+        if baseline_path(plan.baselines, scene.name).exists():
+            self.metrics += (BASELINE,)
+        self.failure_told = False  # of the engine in this scene, which all its tests have
 
     @cached_property
     def outcome(self) -> SceneRun:
@@ -236,11 +275,31 @@ class MetricItem(pytest.Item):
             self._report_all(outcome)
             if outcome.record.printed:
                 self.add_report_section("call", "engine", harmless(outcome.record.printed))
+        if outcome.record.outcome == "failed":
+            if self.parent.failure_told:
+                pytest.skip("the engine failed in this scene: see the first of its tests")
+            self.parent.failure_told = True
+        elif self.name == BASELINE:
+            self._compare(outcome)
+            return
         finding = outcome.finding(self.name)
         if finding.outcome == "skipped":
             pytest.skip(harmless(finding.words))
         if finding.outcome == "failed":
             pytest.fail(self._message(outcome, finding), pytrace=False)
+
+    def _compare(self, outcome: SceneRun) -> None:
+        """Compare what the engine did with what was accepted of it."""
+        if outcome.motion is None:
+            pytest.skip(harmless(f"there is nothing to compare: {outcome.record.reason}"))
+        plan = self.parent.plan
+        change = compare_case(outcome.record, outcome.motion, plan.baselines, plan.engine.spec)
+        words = f"{change.change}: {change.summary}"
+        if change.change in UNCOMPARED:
+            pytest.skip(harmless(words))
+        if change.failed:
+            command = regress_command(self.parent.scene.name, engine=plan.engine.spec)
+            pytest.fail(harmless(f"{words}\n  more      {command}"), pytrace=False)
 
     def reportinfo(self) -> tuple[Path, None, str]:
         """Return how reports call the test."""
@@ -271,10 +330,5 @@ class MetricItem(pytest.Item):
         ):
             lines.append(f"  {what:<8}  {command}")
         if record.traceback:
-            # Every test of the scene fails of it; once is enough to read.
-            if self.parent.traceback_shown:
-                lines.append("  (its traceback is with the first test of this scene)")
-            else:
-                self.parent.traceback_shown = True
-                lines += ["", record.traceback.rstrip()]
+            lines += ["", record.traceback.rstrip()]
         return harmless("\n".join(lines))

@@ -2,38 +2,49 @@
 
 from __future__ import annotations
 
+import shlex
 import time
 from collections import Counter
-from collections.abc import Container, Sequence
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from rich import box
+from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball._progress import counting
-from ghostball._terminal import ExitStatus, check_writable, say, stdout, worst
+from ghostball._config import Config, load_config
+from ghostball._options import Format
+from ghostball._progress import COMPILING, Steps
+from ghostball._terminal import ExitStatus, say, stdout, tables, worst
 from ghostball.engine import Scene
+from ghostball.reference_adapters import make_engine
+from ghostball.reports import summary_markdown
 from ghostball.validation.baselines import (
+    Acceptance,
+    AcceptError,
     LimitsBrokenError,
     NotComparableError,
+    NothingToAcceptError,
     Regression,
     SceneChange,
     accept,
-    baseline_folder,
     can_be_accepted,
     check_baselines,
     compare_results,
     compare_revisions,
     save_regression,
 )
+from ghostball.validation.baselines.baseline import engine_folder, engine_key
 from ghostball.validation.baselines.gate import crowds, with_cases
-from ghostball.validation.baselines.junit import write_regression_junit
+from ghostball.validation.baselines.junit import regression_xml
 from ghostball.validation.baselines.regression import BASELINES, Change
 from ghostball.validation.baselines.timing import ROUNDS
+from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import Results
-from ghostball.validation.scenes.library import scene_names, select
+from ghostball.validation.scenes.library import select
 from ghostball.validation.suite.suite import Outcome, criteria_beside_paths, run_suite
 from ghostball.validation.truth.scene_truth import OUR_NAME
 
@@ -66,17 +77,17 @@ _VERDICTS = {
 
 
 def run(
-    names_or_tags: Sequence[str],
+    wanted: Sequence[str],
+    engines: Sequence[str],
     *,
     against: str | None,
     baselines: Path | None,
-    out: Path,
-    junit: Path | None,
+    out: Path | None,
+    form: Format,
     jobs: int,
     rerun: bool,
     time_limit: float,
     timed: bool,
-    as_json: bool,
 ) -> ExitStatus:
     """Compare, print what changed, and return the exit status; see the options of the command.
 
@@ -85,69 +96,143 @@ def run(
     GhostballError
         Before anything runs, where the input is wrong or a baseline is nonsense.
     """
-    folder = baseline_folder(baselines)
-    scenes, criteria = select(names_or_tags), criteria_beside_paths(names_or_tags)
-    if junit is not None:
-        check_writable(junit, "--junit")
-        junit.unlink(missing_ok=True)  # of an earlier run: an interrupt must not leave it behind
-    if against is None:
-        made = () if names_or_tags else crowds()
-        check_baselines(folder, [scene.name for scene in (*scenes, *made)])
-    started = time.perf_counter()
-    with counting("running") as count:
+    config = load_config()
+    names = wanted or config.scenes
+    scenes, criteria = select(names), criteria_beside_paths(names)
+    gates = _gates(engines, config, baselines, out)
+    ran = {scene.name for scene in scenes}
+    whole = not wanted or ran >= {scene.name for scene in select(config.scenes)}
+    for gate in gates if against is None else ():
+        made = crowds() if gate.label == OUR_NAME and whole else ()
+        check_baselines(gate.folder, [scene.name for scene in (*scenes, *made)], gate.engine)
+    found: list[Regression] = []
+    statuses = []
+    for gate in gates:
+        if len(gates) > 1:
+            tables(form).print(f"[bold]{escape(gate.label)}[/]")
+        status, regression = _run_one(
+            gate,
+            scenes,
+            criteria,
+            against=against,
+            whole=whole,
+            jobs=jobs,
+            rerun=rerun,
+            time_limit=time_limit,
+            timed=timed,
+            form=form,
+        )
+        if status is ExitStatus.INTERRUPTED:
+            return status
+        statuses.append(status)
+        found.append(regression)
+    if form is Format.JSON:
+        print(*(one.model_dump_json(by_alias=True) for one in found), sep="\n")
+    elif form is Format.JUNIT:
+        print(regression_xml(*found), end="")
+    elif form is Format.GITHUB:
+        for gate, regression in zip(gates, found, strict=True):
+            print(summary_markdown(Results.open(gate.out), regression), end="")
+    return worst(*statuses)
+
+
+@dataclass(frozen=True)
+class _Gate:
+    """An engine that is guarded: as it is asked for, what its baselines call it, its folders."""
+
+    label: str
+    engine: str
+    folder: Path
+    out: Path
+    accept: str  # the command that accepts what is found
+
+
+def _gates(
+    engines: Sequence[str], config: Config, baselines: Path | None, out: Path | None
+) -> list[_Gate]:
+    """Return what is guarded: the engines asked for, else the project's, else ours."""
+    labels = tuple(dict.fromkeys(engines or config.engines or (OUR_NAME,)))
+    root = config.out / "regress" if out is None else out
+    options = [*(("-e", one) for one in engines), ("--out", out), ("--baselines", baselines)]
+    words = [str(word) for pair in options if pair[1] is not None for word in pair]
+    command = shlex.join(["ghostball", "accept", *words]) + ' --reason "..."'
+    gates = []
+    for label in labels:
+        make_engine(label)
+        engine = engine_key(label)
+        folder = engine_folder(config.baselines if baselines is None else baselines, engine)
+        place = root / folder.name if len(labels) > 1 else root
+        gates.append(_Gate(label, engine, folder, place, command))
+    return gates
+
+
+def _run_one(
+    gate: _Gate,
+    scenes: Sequence[Scene],
+    criteria: Mapping[str, Criteria],
+    *,
+    against: str | None,
+    whole: bool,
+    jobs: int,
+    rerun: bool,
+    time_limit: float,
+    timed: bool,
+    form: Format,
+) -> tuple[ExitStatus, Regression]:
+    started, out, label = time.perf_counter(), gate.out, gate.label
+    nothing = Regression(
+        label=label,
+        engine=gate.engine,
+        against=against or BASELINES,
+        base={},
+        head={},
+        outcome="no-baseline",
+        scenes=(),
+    )
+    steps = Steps(COMPILING, "running", *(("comparing",) if against is not None else ()))
+    with steps.bar() as step:
+        count = step("running")
 
         def progress(case: CaseRecord, done: int, planned: int) -> None:
             count(done, planned, case.scene)
 
         outcome = run_suite(
             scenes,
-            [OUR_NAME],
+            [label],
             out,
             jobs=jobs,
             progress=progress,
+            compiling=step(COMPILING),
             criteria=criteria,
             reuse=not rerun,
             time_limit=time_limit,
         )
     if outcome.interrupted:
         say("[bold]Interrupted:[/] nothing was compared. The same command goes on from there")
-        return ExitStatus.INTERRUPTED
+        return ExitStatus.INTERRUPTED, nothing
     results = Results.open(out)
     try:
         if against is not None:
-            with counting("comparing") as count:
+            with steps.bar("comparing") as step:
                 regression = compare_revisions(
                     _chosen(scenes, {one.scene for one in outcome.cases if one.outcome == "ran"}),
                     against,
                     out,
+                    label,
                     criteria=criteria,
                     rounds=ROUNDS if timed else 0,
-                    progress=count,
+                    progress=step("comparing"),
                 )
                 regression = with_cases(regression, results)
         else:
-            regression = compare_results(results, folder, whole=not names_or_tags)
+            regression = compare_results(results, gate.folder, label, whole=whole)
     except NotComparableError as error:
         say(f"[bold red]error:[/] {escape(str(error))}")
-        if junit is not None:
-            nothing = Regression(
-                against=against or BASELINES,
-                base={},
-                head={},
-                outcome="no-baseline",
-                scenes=(),
-                warnings=(str(error),),
-            )
-            write_regression_junit(nothing, junit)
-        return ExitStatus.NOT_JUDGED
+        why = nothing.model_copy(update={"warnings": (str(error),)})
+        return ExitStatus.NOT_JUDGED, why
     save_regression(regression, out)
-    if junit is not None:
-        write_regression_junit(regression, junit)
-    if as_json:
-        print(regression.model_dump_json(by_alias=True))
-    else:
-        _show(regression, outcome, out, baselines, time.perf_counter() - started)
-    return _status(regression, outcome)
+    _show(regression, outcome, gate, tables(form), time.perf_counter() - started)
+    return _status(regression, outcome), regression
 
 
 def _chosen(scenes: Sequence[Scene], names: Container[str]) -> list[Scene]:
@@ -166,9 +251,8 @@ def _status(regression: Regression, outcome: Outcome) -> ExitStatus:
 
 
 def _show(
-    regression: Regression, outcome: Outcome, out: Path, baselines: Path | None, seconds: float
+    regression: Regression, outcome: Outcome, gate: _Gate, console: Console, seconds: float
 ) -> None:
-    console = stdout()
     new = [one.scene for one in regression.scenes if one.change == "no-baseline"]
     changed = [
         one
@@ -182,6 +266,16 @@ def _show(
     for warning in regression.warnings:
         console.print(f"[yellow]warning:[/] {escape(warning)}", soft_wrap=True)
     counts = Counter(one.change for one in regression.scenes)
+    if set(counts) == {"no-baseline"} and not (
+        outcome.counts.checks_failed or outcome.counts.unfinished
+    ):
+        console.print(
+            f"{_VERDICTS[ExitStatus.NOT_JUDGED]} yet of {len(new)} scenes, which ran in "
+            f"{seconds:.0f} s",
+            soft_wrap=True,
+        )
+        say(f"To keep what they did, and be told what changes: `{escape(gate.accept)}`")
+        return
     parts = [f"{counts[name]} {words}" for name, words in _WORDS.items() if counts[name]]
     if outcome.counts.unfinished:
         parts.append(f"{outcome.counts.unfinished} did not finish")
@@ -195,41 +289,29 @@ def _show(
         soft_wrap=True,
     )
     if not regression.accepted:
-        _show_times(regression)
+        _show_times(regression, console)
     if changed or new or regression.stale:
-        folder = escape(str(out))
+        folder = escape(str(gate.out))
         say(f"`ghostball report {folder}` shows it, old and new side by side")
         if regression.accepted:
-            _say_what_next(regression, out, baselines)
+            _say_what_next(regression, gate)
 
 
-def _say_what_next(regression: Regression, out: Path, baselines: Path | None) -> None:
+def _say_what_next(regression: Regression, gate: _Gate) -> None:
     """Say how to accept what moved, where that may be right."""
     if regression.broken:
         names = ", ".join(one.scene for one in regression.broken)
         say(f"Limits of truth are broken, so this is to be mended, not accepted: {escape(names)}")
-        return
-    shipped = {*scene_names(), *(scene.name for scene in crowds())}
-    own = [one.scene for one in regression.scenes if one.change == "no-baseline"]
-    homeless = [name for name in own if name not in shipped] if baselines is None else []
-    if homeless:
-        say(
-            "Ghostball keeps no baselines of scenes of your own, such as "
-            f"{escape(', '.join(homeless))}: give a folder for them, by `--baselines DIR`"
-        )
-    moved = [one for one in regression.scenes if can_be_accepted(one) and one.scene not in homeless]
-    if moved or regression.stale:
-        given = "" if out == Path("out/regress") else f" --from {escape(str(out))}"
-        given += "" if baselines is None else f" --baselines {escape(str(baselines))}"
-        say(f'Where it is right: `ghostball accept{given} --reason "..."`')
+    elif any(map(can_be_accepted, regression.scenes)) or regression.stale:
+        say(f"Where it is right: `{escape(gate.accept)}`")
 
 
-def _show_times(regression: Regression) -> None:
+def _show_times(regression: Regression, console: Console) -> None:
     times = [one.time for one in regression.scenes if one.time is not None]
     ratios = sorted(one.ratio for one in times)
     if ratios:
         middle = ratios[len(ratios) // 2]
-        stdout().print(
+        console.print(
             f"run time, head over base: {middle:.3f} in the median of {len(ratios)} scenes, "
             f"{ratios[0]:.3f} to {ratios[-1]:.3f}; slower beyond doubt: "
             f"{sum(one.slower for one in times)}",
@@ -253,25 +335,48 @@ def _table(changes: Sequence[SceneChange]) -> Table:
 
 
 def run_accept(
-    out: Path,
+    engines: Sequence[str],
     reason: str,
     *,
-    only: str,
+    only: Sequence[str],
+    results: Path | None,
     baselines: Path | None,
     even_though_limits_fail: bool,
 ) -> ExitStatus:
-    """Accept, say what was written, and return the exit status."""
-    try:
-        done = accept(
-            out,
-            reason,
-            only=only,
-            folder=baseline_folder(baselines),
-            even_though_limits_fail=even_though_limits_fail,
-        )
-    except LimitsBrokenError as error:
-        say(f"[bold red]error:[/] {escape(str(error))}, or say --even-though-limits-fail")
-        return ExitStatus.CHECK_FAILED
+    """Accept, say what was written, and return the exit status.
+
+    Raises
+    ------
+    GhostballError
+        Where there is nothing to accept of any engine.
+    """
+    gates = _gates(engines, load_config(), baselines, results)
+    statuses: list[ExitStatus] = []
+    nothing: list[AcceptError] = []
+    for gate in gates:
+        try:
+            done = accept(
+                gate.out,
+                reason,
+                only=only,
+                folder=gate.folder,
+                engine=gate.engine,
+                even_though_limits_fail=even_though_limits_fail,
+            )
+        except LimitsBrokenError as error:
+            say(f"[bold red]error:[/] {escape(str(error))}, or say --even-though-limits-fail")
+            statuses.append(ExitStatus.CHECK_FAILED)
+        except NothingToAcceptError as error:
+            nothing.append(error)
+        else:
+            _say_accepted(done)
+            statuses.append(ExitStatus.PASSED)
+    if len(nothing) == len(gates):
+        raise nothing[0]
+    return worst(*statuses)
+
+
+def _say_accepted(done: Acceptance) -> None:
     for words, names in (("accepted", done.written), ("removed", done.deleted)):
         if names:
             stdout().print(f"{words}: {escape(', '.join(names))}", soft_wrap=True)
@@ -283,4 +388,3 @@ def run_accept(
             + escape(f"{one.scene}: {'; '.join(one.broken)}")
         )
     stdout().print(f"noted in {done.changelog}", soft_wrap=True, markup=False)
-    return ExitStatus.PASSED

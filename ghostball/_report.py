@@ -7,22 +7,18 @@ from pathlib import Path
 
 from rich.markup import escape
 
-from ghostball._progress import counting
+from ghostball._progress import DRAWING, Steps
 from ghostball._terminal import ExitStatus, say
-from ghostball.reports import PAGE, FailedPart, IncompleteReportError, failed_text, write_report
+from ghostball.reports import FailedPart, IncompleteReportError, failed_text, write_report
+from ghostball.reports.report import Pictures
 
 
 @dataclass(frozen=True)
 class Written:
-    """A report that is written: its file, the page beside it, and what of it could not be made."""
+    """A report that is written: its page, and what of it could not be made."""
 
-    report: Path
+    page: Path
     failed: tuple[FailedPart, ...] = ()
-
-    @property
-    def page(self) -> Path:
-        """The page."""
-        return self.report.with_name(PAGE)
 
     def status(self) -> ExitStatus:
         """Return the exit status; where parts could not be made, say which, and that it is a bug.
@@ -41,16 +37,16 @@ class Written:
         return ExitStatus.HARNESS_FAILED
 
 
-def write(folder: Path, *, jobs: int, figures: bool) -> Written:
-    """Write the report, with a bar that says how far it is.
+def write(folder: Path, *, jobs: int, figures: Pictures, steps: Steps | None = None) -> Written:
+    """Write the report, with a bar that says how far it is: of all `steps`, or of this one.
 
     Raises
     ------
     GhostballError
         Where the folder holds no results, they are damaged, or nothing can be written.
     """
-    with counting("drawing") as count:
+    with (steps or Steps(DRAWING)).bar(DRAWING) as step:
         try:
-            return Written(write_report(folder, progress=count, jobs=jobs, figures=figures))
+            return Written(write_report(folder, progress=step(DRAWING), jobs=jobs, figures=figures))
         except IncompleteReportError as error:
             return Written(error.report, error.failed)

@@ -12,9 +12,10 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball._progress import counting
+from ghostball._config import load_config
+from ghostball._progress import COMPILING, Steps
 from ghostball._terminal import ExitStatus, say, stdout
-from ghostball.reference_adapters import make_engine, split_specs
+from ghostball.reference_adapters import make_engine
 from ghostball.reports import write_stress_report
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.stress import (
@@ -82,7 +83,7 @@ def run(
     only: Sequence[str],
     *,
     suite: Suite,
-    engines: str | None,
+    engines: Sequence[str],
     out: Path,
     jobs: int,
     cluster: Cluster | None,
@@ -92,12 +93,13 @@ def run(
     report: bool,
 ) -> ExitStatus:
     """Run the suite, print what was survived, and return the exit status."""
-    labels = DEFAULT_ENGINES if engines is None else split_specs(engines)
-    if engines is not None:
+    named = tuple(engines) or load_config().engines
+    labels = named or DEFAULT_ENGINES
+    for label in named:
         # Who names an engine wants its verdict; of the default ones, those that are here will do.
-        for label in labels:
-            make_engine(label)
-    with counting("trials") as count:
+        make_engine(label)
+    with Steps(COMPILING, "trying").bar() as step:
+        count = step("trying")
 
         def progress(finding: Finding, done: int, planned: int) -> None:
             count(done, planned, f"{finding.family}/{finding.trial} on {finding.label}")
@@ -110,6 +112,7 @@ def run(
             jobs=jobs,
             cluster=cluster,
             progress=progress,
+            compiling=step(COMPILING),
             reuse=not rerun,
             time_limit=time_limit,
         )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from rich import box
@@ -14,9 +15,11 @@ from rich.text import Text
 from ghostball.engine import Record, Result, Scene
 from ghostball.engine.running.skips import explain_skips
 from ghostball.engine.scene.features import Capability, Feature
+from ghostball.engine.scene.toml import dumps
 from ghostball.reference_adapters import EngineError, engine_class, engine_names
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.registry import known_settings
+from ghostball.validation.checks.metric_table import METRICS
 
 SETTINGS_KEY = (
     "Settings with their defaults, and other choices in brackets; a setting that is unset is left "
@@ -39,15 +42,15 @@ def result_table(result: Result) -> RenderableType:
     return Group(_heading(scene), balls, _facts(_outcome(result)))
 
 
-def skips_table(result: Result, record: Record) -> Table:
-    """Return a line for each skip of our engine: whether this run used it, why, what it saves."""
+def skips_table(scene: Scene, settings: Mapping[str, Any], record: Record) -> Table:
+    """Return a line for each skip of our engine: whether a run uses it, why, what it saves."""
     table = Table(box=box.SIMPLE_HEAD)
     table.add_column("skip", no_wrap=True)
     table.add_column("used")
     table.add_column("because")
     table.add_column("it leaves out")
-    off = result.settings.get("no_skip")
-    for use in explain_skips(result.scene, record, off.split("+") if off else ()):
+    off = settings.get("no_skip")
+    for use in explain_skips(scene, record, off.split("+") if off else ()):
         used = "[green]yes[/]" if use.used else "no"
         table.add_row(use.skip, used, escape(use.why), escape(use.skip.leaves_out))
     return table
@@ -67,10 +70,45 @@ def scenes_table(scenes: Iterable[Scene]) -> Table:
     return table
 
 
-def engines_list() -> Iterator[RenderableType]:
-    """Yield a block for each installed engine: whether it can run, settings, capabilities."""
+def scenes_json(scenes: Iterable[Scene]) -> str:
+    """Return the definitions of scenes as one JSON object, by name."""
+    plain = {scene.name: scene.model_dump(mode="json", by_alias=True) for scene in scenes}
+    return json.dumps({"scenes": plain})
+
+
+def scene_text(scene: Scene) -> str:
+    """Return the file of a scene."""
+    return dumps(scene)
+
+
+def metrics_table() -> Table:
+    """Return a line for each metric: name, unit, meaning."""
+    table = Table(box=box.SIMPLE_HEAD)
+    table.add_column("metric", no_wrap=True)
+    table.add_column("unit")
+    table.add_column("meaning")
+    table.add_column("compared with")
+    for one in METRICS.values():
+        table.add_row(one.name, escape(one.unit), escape(one.meaning), one.compares or "nothing")
+    return table
+
+
+def metrics_json() -> str:
+    """Return the metrics as one JSON object."""
+    rows = [
+        {"name": m.name, "unit": m.unit, "meaning": m.meaning, "compares": m.compares}
+        for m in METRICS.values()
+    ]
+    return json.dumps({"metrics": rows})
+
+
+def engines_list(names: Sequence[str] = ()) -> Iterator[RenderableType]:
+    """Yield a block for each of some engines, or of all that are installed.
+
+    It says whether the engine can run, its settings and its capabilities.
+    """
     yield Text(SETTINGS_KEY)
-    for name in engine_names():
+    for name in names or engine_names():
         try:
             engine = engine_class(name)
             reason = engine.unavailable()
@@ -135,7 +173,7 @@ def _outcome(result: Result) -> dict[str, str]:
         "wall time": f"{result.wall_time * 1e3:.3f} ms",
     }
     if result.events is not None:
-        rows["events"] = f"{len(result.events)} recorded; `--json` prints them"
+        rows["events"] = f"{len(result.events)} recorded; `--format json` prints them"
     return rows
 
 

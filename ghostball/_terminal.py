@@ -69,7 +69,7 @@ def command(function: Callable[P, None]) -> Callable[P, None]:
     @functools.wraps(function)
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
         try:
-            with _logging_shown():
+            with _logging_shown(), _modules_here():
                 function(*args, **kwargs)
         except (typer.Exit, typer.Abort, typer.BadParameter, BrokenPipeError):
             raise
@@ -85,6 +85,11 @@ def command(function: Callable[P, None]) -> Callable[P, None]:
 def stdout() -> Console:
     """Return the console of results."""
     return _console(stderr=False)
+
+
+def tables(form: str) -> Console:
+    """Return the console of tables: stdout has room for nothing else where it isn't "text"."""
+    return stdout() if form == "text" else stderr()
 
 
 @functools.cache
@@ -233,6 +238,20 @@ class _ShownOnStderr(logging.Handler):
         from rich.markup import escape  # noqa: PLC0415
 
         say(escape(record.getMessage()))
+
+
+@contextmanager
+def _modules_here() -> Iterator[None]:
+    """Find modules in the working directory, such as `my_engine:MyEngine`, after all others."""
+    here = str(Path.cwd())
+    if here in sys.path:
+        yield
+        return
+    sys.path.append(here)
+    try:
+        yield
+    finally:
+        sys.path.remove(here)
 
 
 @contextmanager

@@ -4,23 +4,33 @@ from __future__ import annotations
 
 import shlex
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
 from rich.markup import escape
 
 from ghostball import _ensembles, _report
-from ghostball._progress import counting
-from ghostball._terminal import ExitStatus, check_writable, say, say_printed, stdout, worst
+from ghostball._config import load_config
+from ghostball._options import Format
+from ghostball._progress import COMPILING, DRAWING, Steps
+from ghostball._summary import printed
+from ghostball._terminal import ExitStatus, say, say_printed, tables, worst
 from ghostball._verdicts import colour_of, verdict_tables
 from ghostball.engine import Scene
-from ghostball.reference_adapters import make_engine, split_specs
+from ghostball.reference_adapters import (
+    EngineError,
+    engine_class,
+    engine_names,
+    make_engine,
+    parse_spec,
+)
+from ghostball.reports.report import Pictures
 from ghostball.validation.baselines import (
     check_baselines,
     compare_results,
     save_regression,
 )
-from ghostball.validation.baselines.baseline import FOLDER, baseline_path
+from ghostball.validation.baselines.baseline import baseline_names, engine_folder, engine_key
 from ghostball.validation.checks.criteria import SUFFIX
 from ghostball.validation.checks.verdict import (
     NOTHING_JUDGED,
@@ -30,10 +40,15 @@ from ghostball.validation.checks.verdict import (
 )
 from ghostball.validation.diagnose.predictability.predict import predict_scenes
 from ghostball.validation.parallel.cluster import Cluster
-from ghostball.validation.results.records import COMPLETE_STATUSES
+from ghostball.validation.results.records import (
+    CERTIFIED,
+    CLOSED_FORM,
+    COMPLETE_STATUSES,
+    OUR_ENGINE,
+)
 from ghostball.validation.results.store import CaseRecord, Results, has_results
-from ghostball.validation.scenes.library import Suite, scene_names, select
-from ghostball.validation.suite.junit import write_junit
+from ghostball.validation.scenes import commands
+from ghostball.validation.scenes.library import scene_names, select
 from ghostball.validation.suite.suite import (
     DEFAULT_ENGINES,
     Outcome,
@@ -41,23 +56,23 @@ from ghostball.validation.suite.suite import (
     run_suite,
 )
 from ghostball.validation.suite.unchanged import Unchanged
-from ghostball.validation.truth.scene_truth import OUR_NAME
+
+RUNNING, PREDICTING = "running", "predicting"
 
 
 def run(
-    names_or_tags: Sequence[str],
+    wanted: Sequence[str],
+    engines: Sequence[str],
     *,
-    suite: Suite,
-    engines: str | None,
-    out: Path,
-    metrics: str | None,
+    out: Path | None,
+    metrics: Sequence[str] | None,
     rerun: bool,
-    junit: Path | None,
+    form: Format,
     jobs: int,
     cluster: Cluster | None,
     time_limit: float,
     report: bool,
-    figures: bool,
+    figures: Pictures,
     ensemble: int | None,
     ensemble_size: str | None,
 ) -> int:
@@ -69,21 +84,26 @@ def run(
         Before anything runs, where the input is wrong, an engine asked for by name can't run
         here, a metric is unknown, or a file can't be written.
     """
-    specs = DEFAULT_ENGINES if engines is None else split_specs(engines)
-    if engines is not None:
+    config = load_config()
+    out = config.out if out is None else out
+    named = tuple(engines) or config.engines
+    specs = named or DEFAULT_ENGINES
+    for spec in named:
         # Who names an engine wants its verdict; of the default ones, those that are here will do.
-        for spec in specs:
-            make_engine(spec)
-    scenes, criteria = select(names_or_tags, suite), criteria_beside_paths(names_or_tags)
-    check_baselines(FOLDER, [scene.name for scene in scenes])
-    patterns = None if metrics is None else [name.strip() for name in metrics.split(",")]
+        make_engine(spec)
+    names = wanted or config.scenes
+    scenes, criteria = select(names), criteria_beside_paths(names)
+    guarded = _guarded(specs, config.baselines, scenes)
+    patterns = metrics or None
     request = None
     if ensemble is not None:
         request = _ensembles.EnsembleRequest.checked(ensemble, ensemble_size, scenes, specs, out)
-    if junit is not None:
-        check_writable(junit, "--junit")
+    perturbed = (_ensembles.PERTURBING, _ensembles.COMPARING) if request else ()
+    drawn = (DRAWING,) if report else ()
+    steps = Steps(COMPILING, RUNNING, PREDICTING, *perturbed, *drawn)
     started = time.perf_counter()
-    with counting("running") as count:
+    with steps.bar() as step:
+        count = step(RUNNING)
 
         def progress(case: CaseRecord, done: int, planned: int) -> None:
             count(done, planned, f"{case.scene} on {case.label}")
@@ -98,36 +118,39 @@ def run(
             jobs=jobs,
             cluster=cluster,
             progress=progress,
+            compiling=step(COMPILING),
             criteria=criteria,
             metrics=patterns,
             reuse=not rerun,
             announce=lambda unchanged: _announce(unchanged, out),
             time_limit=time_limit,
+            strangers=True,
         )
     folder = escape(str(out))
     if not outcome.cases:
         say(f"[bold]Interrupted[/] before the first case was done: {_left(outcome)} in {folder}")
         return outcome.exit_status
     results = Results.open(out)
-    if junit is not None:
-        write_junit(results.cases, junit)
     # What was measured is said before anything is made of it: whatever may yet fail or be
     # interrupted, the verdicts are there.
-    console = stdout()
+    console = tables(form)
     console.print(verdict_tables(results, console))
+    for line in _truths(results, criteria):
+        console.print(line, soft_wrap=True)
     console.print(_headline(outcome, time.perf_counter() - started), soft_wrap=True)
     if outcome.counts.taken_over:
         console.print(f"{_taken_over(outcome.counts.taken_over, out)}; their run times are of then")
     _say_all_printed(outcome)
+    if not named and (others := _other_engines()):
+        console.print(f"[dim]{escape(others)}[/]", soft_wrap=True)
     if is_nothing_judged(outcome.cases):
         say(f"[bold yellow]{NOTHING_JUDGED}.[/] {escape(_advice(outcome))}")
     status = ExitStatus.PASSED
     try:
-        if outcome.interrupted or not _predict(scenes, out, reuse=not rerun):
+        if outcome.interrupted or not _predict(scenes, out, steps, reuse=not rerun):
             raise KeyboardInterrupt
-        shipped = [one for one in scenes if one.name not in criteria or _has_baseline(one)]
-        if changed := _compare(results, shipped, whole=patterns is None):
-            console.print(changed, soft_wrap=True)
+        if guarded and patterns is None and (moved := _compare(results, *guarded)):
+            console.print(moved, soft_wrap=True)
         if request is not None:
             status = _ensembles.run(
                 request,
@@ -138,14 +161,14 @@ def run(
                 cluster=cluster,
                 rerun=rerun,
                 time_limit=time_limit,
+                steps=steps,
             )
             if status is ExitStatus.INTERRUPTED:  # that was said
                 return status
-            status = worst(status, _ensembles.show(out))
+            status = worst(status, _ensembles.show(out, console, steps))
         if report:
-            written = _report.write(out, jobs=jobs, figures=figures)
-            console.print(f"page: {written.page}", soft_wrap=True, markup=False)
-            console.print(f"report: {written.report}", soft_wrap=True, markup=False)
+            written = _report.write(out, jobs=jobs, figures=figures, steps=steps)
+            console.print(f"report: {written.page}", soft_wrap=True, markup=False)
             status = worst(status, written.status())
     except KeyboardInterrupt:
         say(
@@ -154,18 +177,44 @@ def run(
             "`validate` without --rerun goes on from there"
         )
         return ExitStatus.INTERRUPTED
+    if form is not Format.TEXT:
+        print(printed(out, form), end="")
     return worst(outcome.exit_status, status)
 
 
-def _has_baseline(scene: Scene) -> bool:
-    return baseline_path(FOLDER, scene.name).exists()
+_TRUTHS = {
+    CLOSED_FORM: "its closed form",
+    CERTIFIED: "a proof of it, event by event",
+    OUR_ENGINE: "the engine `ghostball` alone, which is no independent truth",
+}
 
 
-def _compare(results: Results, scenes: Sequence[Scene], *, whole: bool) -> str:
-    """Compare our engine with its baselines where it ran; store that, and return it in words.
+def _truths(results: Results, own: Collection[str]) -> Iterator[str]:
+    """Say what each scene of the user's own was compared with."""
+    for name in own:
+        found = {case.truth for case in results.cases if case.scene == name and case.truth}
+        for truth in sorted(found):
+            yield f"{escape(name)} was compared with {_TRUTHS[truth]}"
 
-    It is shown, not judged: `ghostball regress` is the gate. Nothing is compared where not the
-    `whole` of the metrics was computed, nor of a user's own scene, which has no baseline here.
+
+def _guarded(
+    specs: Sequence[str], baselines: Path, scenes: Sequence[Scene]
+) -> tuple[str, Path, frozenset[str]] | None:
+    """Return the first engine that has baselines of these scenes, where they lie, and of which."""
+    for spec in specs:
+        engine = engine_key(spec)
+        folder = engine_folder(baselines, engine)
+        names = frozenset(baseline_names(folder)) & {scene.name for scene in scenes}
+        if names:
+            check_baselines(folder, sorted(names), engine)
+            return spec, folder, names
+    return None
+
+
+def _compare(results: Results, label: str, folder: Path, names: frozenset[str]) -> str:
+    """Compare an engine with its baselines; store that, and return in words what moved.
+
+    It is shown, not judged: `ghostball regress` is the gate.
 
     Raises
     ------
@@ -174,32 +223,26 @@ def _compare(results: Results, scenes: Sequence[Scene], *, whole: bool) -> str:
     ran = {
         case.scene
         for case in results.cases
-        if case.label == OUR_NAME and case.status in COMPLETE_STATUSES
+        if case.label == label and case.status in COMPLETE_STATUSES
     }
-    compared = [scene for scene in scenes if scene.name in ran]
-    if not whole or not compared:
-        return ""
     regression = compare_results(
-        results,
-        whole=False,
-        only={scene.name for scene in scenes},
-        candidates=False,
+        results, folder, label, whole=False, only=names & ran, candidates=False
     )
     save_regression(regression, results.path)
     moved = [one.scene for one in regression.scenes if one.failed]
     if not moved:
         return ""
     return (
-        "[yellow]our engine moved since its baselines were accepted:[/] "
-        f"{escape(', '.join(moved))}; `ghostball regress` says how"
+        f"[yellow]{escape(label)} moved since its baselines were accepted:[/] "
+        f"{escape(', '.join(moved))}; `{escape(commands.regress(engine=label))}` says how"
     )
 
 
-def _predict(scenes: Sequence[Scene], out: Path, *, reuse: bool) -> bool:
+def _predict(scenes: Sequence[Scene], out: Path, steps: Steps, *, reuse: bool) -> bool:
     """Store how far each scene's shot can be predicted; whether it came to its end."""
     try:
-        with counting("predicting") as count:
-            predict_scenes(scenes, out, reuse=reuse, progress=count)
+        with steps.bar(PREDICTING) as step:
+            predict_scenes(scenes, out, reuse=reuse, progress=step(PREDICTING))
     except KeyboardInterrupt:
         return False
     return True
@@ -239,7 +282,7 @@ def _headline(outcome: Outcome, seconds: float) -> str:
     if counts.checks_reference:
         parts.append(f"{counts.checks_reference} only compare our engine with itself")
     if counts.checks_left_out:
-        parts.append(f"{counts.checks_left_out} left out by --metrics")
+        parts.append(f"{counts.checks_left_out} left out by --metric")
     if counts.unfinished:
         parts.append(f"cases that did not finish: {counts.unfinished}")
     if counts.unavailable:
@@ -248,10 +291,33 @@ def _headline(outcome: Outcome, seconds: float) -> str:
     return f"[{colour}]{', '.join(parts)}[/] in {seconds:.0f} s"
 
 
+def _other_engines() -> str:
+    """Say which engines the run left out, and how to have them; "" where there are none."""
+    asked = {parse_spec(spec)[0] for spec in DEFAULT_ENGINES} | {"certified"}  # that is the truth
+    here: list[str] = []
+    absent: list[str] = []
+    for name in engine_names():
+        if name not in asked:
+            (here if _is_here(name) else absent).append(name)
+    parts = []
+    if here:
+        parts.append(f"here, and not run: {', '.join(here)}; `--engine` names one")
+    if absent:
+        parts.append(f"not here: {', '.join(absent)}; `ghostball engines` says how to get them")
+    return f"Other engines are {'; '.join(parts)}" if parts else ""
+
+
+def _is_here(name: str) -> bool:
+    try:
+        return engine_class(name).unavailable() is None
+    except EngineError:  # someone's package is broken: `ghostball engines` says what is wrong
+        return False
+
+
 def _advice(outcome: Outcome) -> str:
     """Say why no limit judges what was run, and how to have it judged."""
     if outcome.counts.checks_left_out:
-        return "--metrics leaves out every limit. Ask for a metric that has one"
+        return "--metric leaves out every limit. Ask for a metric that has one"
     ran = [case for case in outcome.cases if case.outcome == "ran"]
     if not ran:
         return (
@@ -263,8 +329,10 @@ def _advice(outcome: Outcome) -> str:
     case = next((one for one in unlimited if one.scene not in scene_names()), unlimited[0])
     if case.scene in scene_names():
         return (
-            f"The shipped scenes have no limits for `{case.engine}`. What no engine may break, and "
-            "limits of yours, are judged by "
+            f"Each run has its class, but nothing says how right `{case.engine}` has to be: the "
+            "shipped scenes have no limits for it, and it states no `resolution`, how far off a "
+            "ball may be when it collides. What no engine may break, and limits of yours, are "
+            "judged by "
             f"`pytest ghostball:: --ghostball-engine {shlex.quote(case.label)}`"
         )
     return (

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
-from statistics import median
 
 from rich import box
 from rich.console import Console, Group, RenderableType
@@ -13,10 +11,17 @@ from rich.measure import Measurement
 from rich.table import Table
 
 from ghostball.reports import style
-from ghostball.reports.figures.summary import independent_errors
-from ghostball.reports.shots import NUMBERS_KEY, cell_text, legend_text
+from ghostball.reports.accuracy import (
+    CLASSES,
+    CLASSES_KEY,
+    MARKS,
+    MARKS_KEY,
+    cell_text,
+    kinds_of,
+    tally,
+)
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
-from ghostball.validation.results.store import CaseRecord, Check, Results
+from ghostball.validation.results.store import CaseRecord, Results
 
 COLOURS = {
     Verdict.PASS: "green",
@@ -31,15 +36,17 @@ FAILURES_SHOWN = 20
 UNLIMITED = 100_000
 """Columns; a table of any size is measured within them."""
 
-KEY = (
-    f"[dim]{legend_text(Verdict)}.\n{NUMBERS_KEY}. Median and worst: scenes with a closed form[/]\n"
-)
+_VERDICTS = {mark: verdict for verdict, mark in MARKS.items()}
 
-COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"}
+KEY = (
+    f"[dim]How right, by number of scenes: {CLASSES_KEY}.\n"
+    "Typical: the median over its scenes; errors where the collisions are the true ones.\n"
+    f"As expected: is that what the engine's step allows? {MARKS_KEY}.[/]\n"
+)
 
 
 def verdict_tables(results: Results, console: Console) -> RenderableType:
-    """Return what `console` has room for: the matrix of verdicts, the engines, the failures."""
+    """Return what `console` has room for: the engines, their classes by scene, the failures."""
     parts: list[RenderableType] = []
     matrix = _matrix(results)
     unlimited = console.options.update_width(UNLIMITED)
@@ -64,44 +71,51 @@ def _matrix(results: Results) -> Table:
 
 
 def _cell(case: CaseRecord | None) -> str:
-    return "" if case is None else f"[{colour_of(case)}]{cell_text(case)}[/]"
+    if case is None:
+        return ""
+    found = case.accuracy
+    colour = "default" if found is None else CLASSES[found.kind].terminal
+    text = escape(cell_text(case))
+    for mark in MARKS.values():
+        text = text.replace(mark, f"[/][{COLOURS[_VERDICTS[mark]]}]{mark}")
+    return f"[{colour}]{text}[/]"
 
 
 def _engines(results: Results) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("engine", no_wrap=True)
+    kinds = kinds_of(results.cases)
     for heading in (
-        "✓",
-        "≈",
-        "✗",
-        "!",
-        "ref",
-        "○",
-        "–",
-        "median\nerror",
-        "worst\nerror",
-        "median\ntime",
+        *(f"[{CLASSES[kind].terminal}]{_stacked(CLASSES[kind].short)}[/]" for kind in kinds),
+        "can't\nplay",
+        "did not\nfinish",
+        "typical\nerror",
+        "typical\ntime",
+        "as\nexpected",
+        "worse",
     ):
         table.add_column(heading, justify="right", no_wrap=True, vertical="bottom")
     for label in results.labels:
-        cases = [case for case in results.cases if case.label == label]
-        verdicts = [verdict_of(case) for case in cases]
-        unable = verdicts.count(Verdict.NOT_REPRESENTABLE) + verdicts.count(Verdict.UNAVAILABLE)
-        errors = independent_errors(results, label)
-        times = [case.wall_time for case in cases if case.wall_time is not None]
+        found = tally(results, label)
         table.add_row(
             escape(label),
-            str(verdicts.count(Verdict.PASS)),
-            str(verdicts.count(Verdict.LIMITS_HOLD)),
-            *(_alarming(verdicts.count(bad)) for bad in (Verdict.FAIL, Verdict.CRASHED)),
-            str(verdicts.count(Verdict.REFERENCE)),
-            str(verdicts.count(Verdict.SHOWN)),
-            str(unable),
-            style.format_length(median(errors) if errors else None),
-            style.format_length(max(errors) if errors else None),
-            style.format_time(median(times) if times else None),
+            *(_count(found.counts.get(kind, 0), CLASSES[kind].terminal) for kind in kinds),
+            str(found.unable),
+            _alarming(found.crashed),
+            style.format_length(found.typical),
+            style.format_time(found.seconds),
+            str(found.expected),
+            _alarming(found.worse),
         )
     return table
+
+
+def _stacked(heading: str) -> str:
+    return heading.replace(" ", "\n")
+
+
+def _count(count: int, colour: str) -> str:
+    return f"[{colour}]{count}[/]" if count else "[dim]·[/]"
 
 
 def _alarming(count: int) -> str:
@@ -115,20 +129,9 @@ def _failures(cases: Iterable[CaseRecord]) -> Sequence[str]:
         if verdict_of(case) is Verdict.CRASHED:
             lines.append(f"[bold red]did not finish[/] {where}: {escape(unfinished_text(case))}")
         lines += [
-            f"[bold red]failed[/]  {where}: {escape(_sentence(check))}"
+            f"[bold red]failed[/]  {where}: {escape(check.sentence)}"
             for check in case.checks
             if check.passed is False
         ]
     more = len(lines) - FAILURES_SHOWN
     return [*lines[:FAILURES_SHOWN], f"... and {more} more, in the report"] if more > 0 else lines
-
-
-def _sentence(check: Check) -> str:
-    unit = "" if check.unit == "1" else f" {check.unit}"
-    got = f"is {_number(check.value)}{unit}" if check.value is not None else "has no value"
-    limit = f"must be {COMPARISONS[check.limit_kind]} {_number(check.limit)}{unit}"
-    return f"`{check.metric}` {limit}, {got}" + (f" ({check.note})" if check.note else "")
-
-
-def _number(value: float) -> str:
-    return f"{value:.3g}" if isinstance(value, float) and math.isfinite(value) else str(value)

@@ -8,6 +8,10 @@ ends by itself with finite numbers. Tests can be named on the command line like 
 `ghostball::` is all of them, and none of yours. A scene runs once for all its tests, also under
 pytest-xdist, and in another process: an engine that crashes or hangs fails its scene alone.
 
+What `[tool.ghostball]` in `pyproject.toml` says of engines, scenes and baselines holds here too.
+Where the engine has accepted baselines (`ghostball regress`, `ghostball accept`), each scene that
+has one is compared with it, in the test `baseline`.
+
 What is asked: limits that name the engine, of the scene, of the file of `--ghostball-criteria`, and
 the common ones, in this order for each metric; and, where the scene doesn't name the engine, what
 no engine may break (`validation.suite.conformance.asked_of_any`). What an engine doesn't represent
@@ -47,15 +51,20 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--ghostball-engine",
         metavar="NAME|MODULE:CLASS[:KEY=VALUE,...]",
-        default="ghostball",
         help="Which engine: an installed one's name, or where its class is, and settings "
-        "(default: ghostball).",
+        "(default: that of [tool.ghostball] in pyproject.toml, else ghostball).",
     )
     group.addoption(
         "--ghostball-scenes",
         metavar="full|SCENE|TAG|FILE,...",
         help="Which scenes: names, tags, TOML files, or full for all that are shipped "
-        "(default: smoke).",
+        "(default: those of [tool.ghostball] in pyproject.toml, else smoke).",
+    )
+    group.addoption(
+        "--ghostball-baselines",
+        metavar="DIR",
+        help="Folder of the accepted baselines (default: that of [tool.ghostball] in "
+        "pyproject.toml, else baselines).",
     )
     group.addoption(
         "--ghostball-criteria",

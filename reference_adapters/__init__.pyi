@@ -7,10 +7,9 @@ from .base import (
 from .registry import (
     EngineUnavailableError as EngineUnavailableError,
     engine_class as engine_class,
+    engine_name as engine_name,
     engine_names as engine_names,
     make_engine as make_engine,
-    make_engine_of_class as make_engine_of_class,
     names_class as names_class,
     parse_spec as parse_spec,
-    split_specs as split_specs,
 )

@@ -1,6 +1,7 @@
 """Engines by name: found through the entry points of the group `ghostball.engines`.
 
 A spec says which engine with which settings, as on the command line: `pymunk:dt=1e-3,mode=landed`.
+An engine that isn't installed is named by where its class is: `my_package:MyEngine:dt=1e-3`.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def engine_names() -> tuple[str, ...]:
 
 
 def engine_class(name: str) -> type[ReferenceEngine]:
-    """Import the engine called `name` and return its class.
+    """Import an engine, `NAME` or `MODULE:CLASS`, and return its class.
 
     Raises
     ------
@@ -52,6 +53,8 @@ def engine_class(name: str) -> type[ReferenceEngine]:
     EngineUnavailableError
         Where its module can't be imported, or what it names isn't an engine.
     """
+    if ":" in name:
+        return _class_at(name)
     point = _entry_point(name)
     try:
         with _told_what_it_prints(name):
@@ -77,8 +80,25 @@ def engine_class(name: str) -> type[ReferenceEngine]:
     return engine
 
 
+def engine_name(spec: str) -> str:
+    """Return what the engine of a spec calls itself; as it is asked for where it can't be imported.
+
+    Raises
+    ------
+    EngineError
+        Where the spec is none.
+    """
+    name, _ = parse_spec(spec)
+    if ":" not in name:
+        return name
+    try:
+        return engine_class(name).name
+    except EngineUnavailableError:
+        return name
+
+
 def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
-    """Split `name:key=value,...` into the name and its settings, still as text.
+    """Split a spec into `NAME` or `MODULE:CLASS`, and its settings, still as text.
 
     Raises
     ------
@@ -88,6 +108,9 @@ def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
     name, colon, rest = (part.strip() for part in spec.partition(":"))
     if not name:
         raise EngineError(f"an engine's name must be given, got {spec!r}. {_known_engines()}")
+    if names_class(spec):
+        attribute, colon, rest = (part.strip() for part in rest.partition(":"))
+        name = f"{name}:{attribute}"
     settings: dict[str, str] = {}
     for piece in rest.split(",") if colon else ():
         key, equals, value = (part.strip() for part in piece.partition("="))
@@ -102,32 +125,10 @@ def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
     return name, settings
 
 
-def split_specs(text: str) -> tuple[str, ...]:
-    """Split a comma-separated list of specs, whose settings have commas of their own.
-
-    A piece with "=" before any ":" is a setting and continues the spec before it:
-    `pymunk:dt=1e-3,mode=landed,pybullet` is `pymunk:dt=1e-3,mode=landed` and `pybullet`.
-
-    Raises
-    ------
-    EngineError
-        Where a piece is empty, or a setting has no engine.
-    """
-    specs: list[str] = []
-    for piece in (part.strip() for part in text.split(",")):
-        if not piece:
-            raise EngineError(f"an engine's name must be given between commas, got {text!r}")
-        if "=" not in piece.partition(":")[0]:
-            specs.append(piece)
-        elif specs and ":" in specs[-1]:
-            specs[-1] += "," + piece
-        else:
-            owner = specs[-1] if specs else "NAME"
-            raise EngineError(
-                f"a setting must follow its engine after a colon, got {piece!r} in {text!r}. "
-                f"Write `{owner}:{piece}`"
-            )
-    return tuple(specs)
+def spec_of(name: str, settings: Mapping[str, object]) -> str:
+    """Return the spec of an engine, `NAME` or `MODULE:CLASS`, with settings; see `parse_spec`."""
+    pairs = ",".join(f"{key}={value}" for key, value in settings.items())
+    return f"{name}:{pairs}" if pairs else name
 
 
 def make_engine(spec: str) -> ReferenceEngine:
@@ -136,7 +137,8 @@ def make_engine(spec: str) -> ReferenceEngine:
     Parameters
     ----------
     spec : str
-        `NAME` or `NAME:key=value,...`; each value is read as the type of its setting.
+        `NAME` or `MODULE:CLASS`, either followed by `:key=value,...` or not; each value is read as
+        the type of its setting.
 
     Raises
     ------
@@ -146,31 +148,20 @@ def make_engine(spec: str) -> ReferenceEngine:
         Where the engine can't run here.
     """
     name, texts = parse_spec(spec)
-    return _made(engine_class(name), name, texts)
+    engine = engine_class(name)
+    return _made(engine, engine.name, texts)
 
 
-def make_engine_of_class(spec: str) -> ReferenceEngine:
-    """Make an engine that needn't be installed: its class is named by where it is.
+def names_class(spec: str) -> bool:
+    """Whether a spec names an engine's class by where it is, `MODULE:CLASS`, not by its name."""
+    module, attribute, *_ = (*(part.strip() for part in spec.split(":")), "")
+    parts = (*module.split("."), *attribute.split("."))
+    return all(part.isidentifier() for part in parts) and module not in engine_names()
 
-    Parameters
-    ----------
-    spec : str
-        `MODULE:CLASS` or `MODULE:CLASS:key=value,...`.
 
-    Raises
-    ------
-    EngineError
-        Where it isn't of that form, or as `make_engine`.
-    EngineUnavailableError
-        Where the module can't be imported, or what is there isn't an engine.
-    """
-    module, _, rest = spec.partition(":")
-    attribute, colon, settings = rest.partition(":")
-    if not names_class(spec):
-        raise EngineError(
-            f"a class must be given as `MODULE:CLASS`, got {spec!r}, such as my_package:MyEngine"
-        )
-    where = f"{module}:{attribute}"
+def _class_at(where: str) -> type[ReferenceEngine]:
+    """Import the class that is at `MODULE:CLASS`."""
+    module, _, attribute = where.partition(":")
     try:
         with _told_what_it_prints(where):
             there = import_module(module)
@@ -194,15 +185,8 @@ def make_engine_of_class(spec: str) -> ReferenceEngine:
         lacks = "its `name` must be a text"
     if lacks:
         raise EngineUnavailableError(f"`{where}` isn't an engine: {lacks}")
-    name, texts = parse_spec(f"{loaded.name}{colon}{settings}")
-    return _made(loaded, name, texts)
-
-
-def names_class(spec: str) -> bool:
-    """Whether a spec names an engine's class by where it is, `MODULE:CLASS`, not by its name."""
-    module, _, rest = spec.partition(":")
-    attribute = rest.partition(":")[0]
-    return all(part.isidentifier() for part in (*module.split("."), *attribute.split(".")))
+    engine: type[ReferenceEngine] = loaded
+    return engine
 
 
 def _lacks(loaded: object) -> str:

@@ -2,38 +2,30 @@
 
     >>> from ghostball.reports import write_report
     >>> write_report("out")
-    PosixPath('out/report.md')
+    PosixPath('out/report.html')
 
-`report.html` lies beside it, one file to be opened in a browser.
+The page is one file, to be opened in a browser; pictures lie beside it in `figures/`.
 Importing this package loads no matplotlib: that waits for the first figure.
 """
 
-from ghostball.reports.gallery_pictures import write_gallery
 from ghostball.reports.guarded import FailedPart, IncompleteReportError, failed_text
 from ghostball.reports.parting_figure import plot_explanation
 from ghostball.reports.plot import plot_result
-from ghostball.reports.report import PAGE, ReportError, write_report
+from ghostball.reports.report import PAGE, write_report
 from ghostball.reports.stress_report import write_stress_report
-from ghostball.reports.style import EngineStyle, engine_style
-from ghostball.reports.summary import add_summary, summary_markdown, summary_text, write_summary
+from ghostball.reports.summary import summary_markdown, summary_text
 
 __all__ = [
     "PAGE",
-    "EngineStyle",
     "FailedPart",
     "IncompleteReportError",
-    "ReportError",
-    "add_summary",
-    "engine_style",
     "failed_text",
     "plot_explanation",
     "plot_result",
     "summary_markdown",
     "summary_text",
-    "write_gallery",
     "write_report",
     "write_stress_report",
-    "write_summary",
 ]
 
 if not __name__.startswith("ghostball."):  # else there were two of each class

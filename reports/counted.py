@@ -10,6 +10,7 @@ COUNTED = {
     "joint_impacts": "impacts of one instant, resolved together",
     "unsolved_joint_impacts": "of those, impacts whose impulses were not found",
     "contact_steps": "steps of balls that press each other",
+    "contact_pieces": "further pieces of the motion over such steps",
     "unsolved_contact_steps": "steps of pressing balls whose forces were not found",
     "pulls": "overlapping balls pulled apart",
     "put_backs": "balls put back from beyond a cushion",

@@ -1,12 +1,11 @@
-"""The report's section on ensembles, from those in the results folder."""
+"""What the page says of ensembles, in Markdown, from those in the results folder."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import PurePosixPath
+from collections.abc import Iterator, Sequence
 
 from ghostball.reports import style
-from ghostball.reports.markdown_parts import figure_link, many, one_line, table_of
+from ghostball.reports.markdown_parts import many, one_line, table_of
 from ghostball.validation.ensembles import (
     QUANTITIES,
     REFERENCE,
@@ -44,22 +43,17 @@ as a part of the initial energy.\
 _CERTIFIED = "`certified` proves each of its shots: against those, it is a comparison with truth."
 
 
-def ensembles_section(results: Results, figures: Mapping[str, PurePosixPath]) -> list[str]:
-    """Return the parts of the section; none where the folder holds no ensembles.
+def ensembles_parts(results: Results) -> Iterator[tuple[str, str]]:
+    """Yield what is said of all ensembles, under "", and of each scene's, under its name.
 
-    Parameters
-    ----------
-    results : Results
-    figures : mapping of str to path
-        By scene.
+    Nothing where the folder holds no ensembles.
     """
     ensembles = Ensembles.load(results.path)
     if ensembles is None:
-        return []
+        return
     compared = compare(ensembles)
     run = ensembles.run
     parts = [
-        "## Ensembles",
         _MEANS.format(
             count=run.count,
             velocity=run.size.velocity,
@@ -73,15 +67,15 @@ def ensembles_section(results: Results, figures: Mapping[str, PurePosixPath]) ->
         f"**Null test of `{REFERENCE}`** {compared.null.sentence}.",
         _state_text(results, ensembles),
     ]
+    yield "", "\n\n".join(part for part in parts if part)
     for scene in run.scenes:
         if records := ensembles.of(scene):
-            parts += [
+            parts = [
                 f"### Ensemble of {scene}",
                 _table(ensembles, compared, scene),
                 _remarks([*records.values(), *ensembles.of(scene, "null").values()]),
-                figure_link(f"How {run.count} perturbed shots of {scene} end", figures.get(scene)),
             ]
-    return parts
+            yield scene, "\n\n".join(part for part in parts if part)
 
 
 def effect_text(one: Comparison) -> str:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import PurePosixPath
-
 from ghostball.reports import style
-from ghostball.reports.markdown_parts import figure_link, one_line, table_of
+from ghostball.reports.markdown_parts import one_line, table_of
 from ghostball.validation.diagnose.predictability import Predictability, predictability_in
 from ghostball.validation.results.store import CaseRecord, Results
 
@@ -28,33 +26,20 @@ them stops 1e-10 m short, an exact one rounds. From this instant on, errors of t
 the shot another course, and no error of how it ends is printed, unless a criterion asks for it.\
 """
 
-CAPTION = "Shots that begin almost alike part exponentially, as the tangent map says"
 
-
-def predictability_section(results: Results, figure: PurePosixPath | None) -> list[str]:
-    """Return the parts of the section; none where nothing is stored.
-
-    Parameters
-    ----------
-    results : Results
-    figure : path or None
-        Of the shots that begin almost alike.
-    """
+def predictability_section(results: Results) -> list[str]:
+    """Return the parts of the section; none where nothing is stored."""
     shots = predictability_in(results)
     if not shots:
         return []
     parts = [
-        "## How far the shots can be predicted",
         _MEANS.format(tolerance=style.format_length(shots[0].tolerance)),
         table_of(
             ["scene", "growth [m]", "horizon", "nearest other course", "by a change of"],
             [_row(shot) for shot in shots],
         ),
     ]
-    parts += _horizons(results)
-    if figure is not None:
-        parts.append(figure_link(CAPTION, figure))
-    return parts
+    return parts + _horizons(results)
 
 
 def _horizons(results: Results) -> list[str]:

@@ -1,19 +1,15 @@
-"""The part of `report.md` that is about one scene."""
+"""What the page says of one scene, in Markdown: collisions, numbers, remarks."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 from ghostball.reports import style
-from ghostball.reports.counted import counted_text, work_text
+from ghostball.reports.counted import counted_text
 from ghostball.reports.markdown_parts import (
-    Drawn,
-    figure_link,
-    many,
     metric_of,
     number_text,
     one_line,
-    quantity_text,
     run_time_text,
     table_of,
 )
@@ -24,41 +20,9 @@ from ghostball.validation.checks.verdict import (
     rest_error_standing,
     verdict_of,
 )
-from ghostball.validation.results.store import CLOSED_FORM, INDEPENDENT, CaseRecord, Check, Results
-
-FIGURE_TITLES = {
-    "paths": "Paths and rest positions",
-    "errors": "Rest error against the limits",
-    "energy": "Energy against time",
-    "collisions": "Collisions counted",
-}
-FIGURE_TITLES_AT_END = {
-    "paths": "Paths and final positions",
-    "errors": "Error at the end against the limits",
-}
-"""Where a scene ends at its `t_max`, with balls in motion."""
+from ghostball.validation.results.store import CLOSED_FORM, INDEPENDENT, CaseRecord, Check
 
 COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"}
-
-
-def scene_section(results: Results, scene: str, drawn: Drawn) -> list[str]:
-    """Return the section of one scene: heading, numbers, remarks, checks, figures."""
-    cases = [c for e in results.labels if (c := results.case(scene, e)) is not None]
-    truth = next((case.truth for case in cases if case.truth), "none")
-    tags = ", ".join(f"`{tag}`" for tag in cases[0].tags)
-    parts = [
-        f"### {scene}",
-        f"{one_line(cases[0].title)}. Truth: {truth}." + (f" Tags: {tags}." if tags else ""),
-        collision_text(cases),
-        number_table(cases),
-        remarks(cases),
-        _checks_table(cases),
-        _work_table(cases),
-    ]
-    titles = FIGURE_TITLES
-    if any(case.status == "t-max" for case in cases):
-        titles = titles | FIGURE_TITLES_AT_END
-    return parts + [figure_link(titles[kind], path) for kind, path in drawn.items()]
 
 
 def collision_text(cases: Sequence[CaseRecord]) -> str:
@@ -164,43 +128,6 @@ def remarks(cases: Sequence[CaseRecord]) -> str:
 
 def failure_text(case: CaseRecord, check: Check) -> str:
     """Return a check that failed as an item of a list: what was found, the limit and its reason."""
-    unit = "" if check.unit == "1" else f" {check.unit}"
-    got = "has no value" if check.value is None else f"is {number_text(check.value)}{unit}"
-    limit = f"must be {COMPARISONS[check.limit_kind]} {number_text(check.limit)}{unit}"
-    why = "; ".join(one_line(text) for text in (check.reason, check.note) if text)
-    return f"- **`{case.label}` fails**: `{check.metric}` {got}, {limit}" + (
-        f" ({why})" if why else ""
-    )
-
-
-def _checks_table(cases: Sequence[CaseRecord]) -> str:
-    """Return every limit with its reason, folded: a ✓ must be open to question."""
-    rows = [
-        [
-            f"`{case.label}`",
-            f"`{check.metric}`",
-            "–" if check.value is None else quantity_text(check.value, check.unit),
-            f"{COMPARISONS[check.limit_kind]} {quantity_text(check.limit, check.unit)}",
-            {True: "✓", False: "✗", None: "ref"}[check.passed],
-            one_line(check.reason),
-        ]
-        for case in cases
-        for check in case.checks
-    ]
-    if not rows:
-        return ""
-    table = table_of(["engine", "metric", "value", "limit", "", "why this limit"], rows)
-    return _folded(f"{many(len(rows), 'check')}: limits and reasons", table)
-
-
-def _work_table(cases: Sequence[CaseRecord]) -> str:
-    """Return every counter of what the runs did, folded."""
-    rows = [[f"`{case.label}`", work_text(case)] for case in cases if case.work]
-    if not rows:
-        return ""
-    return _folded("Work: what each run counted", table_of(["engine", "work"], rows))
-
-
-def _folded(summary: str, text: str) -> str:
-    # Markdown inside HTML needs the empty lines.
-    return f"<details><summary>{summary}</summary>\n\n{text}\n\n</details>"
+    note = "" if check.value is None else check.note  # else the sentence has it
+    why = "; ".join(one_line(text) for text in (check.reason, note) if text)
+    return f"- **`{case.label}` fails**: {one_line(check.sentence)}" + f" ({why})" * bool(why)

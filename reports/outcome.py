@@ -13,12 +13,10 @@ from dataclasses import dataclass
 from ghostball.reports.markdown_parts import many
 from ghostball.validation.baselines.junit import UNCOMPARED
 from ghostball.validation.baselines.regression import Regression, SceneChange
+from ghostball.validation.checks.difference import BAD
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.scenes import commands
-
-BAD = (Verdict.FAIL, Verdict.CRASHED)
-"""Verdicts on a case that make a run fail."""
 
 CHANGES = {
     "worse": ("✗", "worse than what was accepted"),

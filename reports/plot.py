@@ -1,4 +1,4 @@
-"""Draw one result without a results folder: what `ghostball simulate --plot` writes."""
+"""Draw one result without a results folder: what `ghostball run --plot` writes."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 from ghostball.engine import GhostballError, Result
 from ghostball.reports import style
 from ghostball.reports.figures.single import draw_single
+from ghostball.reports.film import FILMS, film_result
 from ghostball.reports.shots import Run, Shot
 from ghostball.validation.results.store import CaseRecord
 from ghostball.validation.runs.sampling import motion_of
@@ -22,7 +23,7 @@ def plot_result(result: Result, path: str | Path) -> Path:
     result : Result
         Recorded with `record="trajectory"`.
     path : path
-        Where to write; its ending, .png, .svg or .pdf, is the format.
+        Where to write; its ending, .png, .svg or .pdf, is the format; .gif and .mp4 are films.
 
     Raises
     ------
@@ -30,10 +31,10 @@ def plot_result(result: Result, path: str | Path) -> Path:
         Where the ending is another, the result has no motion, or the file can't be written.
     """
     target = Path(path)
-    if target.suffix.lower() not in ENDINGS:
+    if target.suffix.lower() not in ENDINGS + FILMS:
         raise GhostballError(
-            f"`path` must end in {', '.join(ENDINGS)}, got {target.name!r}: the ending says the "
-            "format"
+            f"`path` must end in {', '.join(ENDINGS + FILMS)}, got {target.name!r}: the ending "
+            "says the format"
         )
     if result.events is None:
         raise GhostballError(
@@ -55,11 +56,13 @@ def plot_result(result: Result, path: str | Path) -> Path:
     )
     shot = Shot(result.scene, (Run(result.engine, case, motion_of(result)),))
     with style.drawing():
-        figure = draw_single(shot)
         try:
-            style.save_one(figure, target)
+            if target.suffix.lower() in FILMS:
+                film_result(result, target)
+            else:
+                style.save_one(draw_single(shot), target)
         except OSError as error:
             raise GhostballError(
-                f"{target}: can't write the figure: {error.strerror or error}. Choose another file"
+                f"{target}: can't write the picture: {error.strerror or error}. Choose another file"
             ) from error
     return target

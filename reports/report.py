@@ -1,8 +1,8 @@
-"""Write the report of a results folder: `report.html`, `report.md`, and figures as PNG and SVG.
+"""Write the report of a results folder: `report.html`, and pictures beside it.
 
-The page draws its own charts and needs no figure. Those of the whole run are few and always drawn;
-those of each scene, four a scene, take most of a minute for all shipped scenes, and wait until
-somebody asks for them.
+The page is whole without the pictures. There is a sheet for each scene (`NAME-sheet`), and a figure
+for each of the paper's figures, the laws of the game, what chaos does, and each ensemble; these
+the page holds too.
 """
 
 from __future__ import annotations
@@ -12,50 +12,50 @@ from contextlib import closing
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal
 
 from ghostball.engine import GhostballError
+from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
 from ghostball.reports.chaos_figure import draw_chaos
-from ghostball.reports.figures import SCENE_FIGURES, draw_accuracy, draw_ensemble, draw_verdicts
+from ghostball.reports.figures import draw_ensemble, draw_sheet
 from ghostball.reports.guarded import FailedPart, IncompleteReportError, attempt
-from ghostball.reports.markdown import report_text
-from ghostball.reports.markdown_parts import Drawn
 from ghostball.reports.page import ScenePart, failed_scene_part, page_text, scene_part
 from ghostball.reports.paper_figures import PAPER_FIGURES
 from ghostball.reports.physics_figures import PHYSICS_FIGURES
-from ghostball.reports.precision_figure import draw_precision, draw_precision_work
-from ghostball.reports.scaling_figure import draw_scaling
+from ghostball.reports.section_figures import SECTION_FIGURES
 from ghostball.reports.shots import load_shot
 from ghostball.validation.baselines import Regression, load_regression
 from ghostball.validation.diagnose.predictability import Predictability, predictability_in
 from ghostball.validation.ensembles import Ensembles
 from ghostball.validation.parallel.pool import run_tasks
-from ghostball.validation.results.files import write_all_whole
+from ghostball.validation.results.files import write_whole
 from ghostball.validation.results.store import Results
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FIGURES = "figures"
-REPORT = "report.md"
 PAGE = "report.html"
 ENDINGS = tuple(f".{ending}" for ending in style.FORMATS)
 
-WHOLE = "figure "
-"""What a task calls a figure of the whole run, before its kind; no scene's name has a space."""
+SHEET = "-sheet"
+"""What stands after a scene's name in the file of its sheet."""
 
-ENSEMBLE = "ensemble of "
-"""What a task calls the figure of a scene's ensemble, before the scene's name."""
-
-PICTURES = "figures of "
-"""What a task calls the figures of a scene, before the scene's name."""
+ENSEMBLE = "-ensemble"
+"""What stands after a scene's name in the file of its ensemble's figure."""
 
 PART = f"part of {PAGE} on scene "
-"""What a task calls a scene's part of the page, before the scene's name."""
+"""What a task calls a scene's part of the page and its sheet, before the scene's name."""
 
-Made = Drawn | ScenePart
-"""What comes of a task."""
+FIGURE = "figure "
+"""What a task calls a figure, before its file without the ending; no scene's name has a space."""
+
+Pictures = Literal["png", "svg", "none"]
+"""Which pictures are drawn: PNG, SVG beside it, or none at all."""
+
+Made = PurePosixPath | ScenePart | None
+"""What comes of a task: a figure that was drawn, a scene's part of the page, or nothing."""
 
 _Answer = tuple[str, Made | Exception, list[FailedPart]]
 """A task, what came of it or why all ends here, and what could not be made."""
@@ -64,14 +64,10 @@ Progress = Callable[[int, int, str], None]
 """Called with how many parts are done, of how many, and which was the last."""
 
 WHOLE_FIGURES: dict[str, Callable[[Results], Figure | None]] = {
-    "verdicts": draw_verdicts,
-    "accuracy": draw_accuracy,
     "chaos": draw_chaos,
-    "scaling": draw_scaling,
-    "precision": draw_precision,
-    "precision-work": draw_precision_work,
     **PHYSICS_FIGURES,
     **PAPER_FIGURES,
+    **SECTION_FIGURES,
 }
 
 
@@ -86,13 +82,14 @@ class Source:
     results: Results
     predictability: dict[str, Predictability]
     regression: Regression | None
+    figures: Pictures
 
     @classmethod
-    def load(cls, path: str | Path) -> Source:
+    def load(cls, path: str | Path, figures: Pictures) -> Source:
         """Read a results folder; errors are those of its parts."""
         results = Results.open(path)
         known = {one.scene: one for one in predictability_in(results)}
-        return cls(results, known, load_regression(results.path))
+        return cls(results, known, load_regression(results.path), figures)
 
 
 def write_report(
@@ -100,9 +97,9 @@ def write_report(
     *,
     progress: Progress | None = None,
     jobs: int = 1,
-    figures: bool = False,
+    figures: Pictures = "png",
 ) -> Path:
-    """Write `report.html`, `report.md` and `figures/`, from what a results folder holds alone.
+    """Write `report.html` and `figures/`, from what a results folder holds alone.
 
     Parameters
     ----------
@@ -112,14 +109,14 @@ def write_report(
         Called after each part with the number done, the number of all, and the part's name.
     jobs : int
         Processes that make it. With more than one, guard a script with `if __name__ == "__main__"`.
-    figures : bool
-        Whether to draw also the figures of each scene, which `report.html` doesn't need. Without,
-        those of an earlier report are removed.
+    figures : "png", "svg" or "none"
+        Draw a sheet of each scene and figures of the whole run as PNG, as PNG and SVG, or not at
+        all. What an earlier report drew and this one doesn't is removed.
 
     Returns
     -------
     Path
-        Of `report.md`; `report.html` lies beside it. Both are replaced only once all is made.
+        Of `report.html`, which is replaced only once all is made.
 
     Raises
     ------
@@ -128,19 +125,15 @@ def write_report(
     IncompleteReportError
         Where a section or a figure could not be made. All else is written by then.
     """
-    source = Source.load(results_dir)
+    source = Source.load(results_dir, figures)
     results = source.results
     if not results.cases:
         raise ReportError(
             f"{results.path}: holds no case, so there is nothing to report. Run the suite again"
         )
-    ensembles = Ensembles.load(results.path)
-    perturbed = () if ensembles is None else ensembles.run.scenes
-    tasks = [*(WHOLE + kind for kind in WHOLE_FIGURES), *(ENSEMBLE + name for name in perturbed)]
-    if figures:
-        tasks += [PICTURES + name for name in results.scene_names]
+    tasks = [*(FIGURE + name for name in _figures_of(source))]
     tasks += [PART + name for name in results.scene_names]
-    drawn: dict[str, Drawn] = {}
+    drawn: dict[str, PurePosixPath] = {}
     parts: dict[str, ScenePart] = {}
     failed: list[FailedPart] = []
     try:
@@ -148,33 +141,17 @@ def write_report(
         for done, (task, made) in enumerate(_make_all(source, tasks, jobs, failed), start=1):
             if isinstance(made, ScenePart):
                 parts[task.removeprefix(PART)] = made
-            else:
-                drawn[task] = made
+            elif made is not None:
+                drawn[task.removeprefix(FIGURE)] = made
             if progress is not None:
                 progress(done, len(tasks), task)
         # In the table's order, in whichever the processes drew them.
-        whole = {
-            kind: path
-            for figure in WHOLE_FIGURES
-            for kind, path in drawn.get(WHOLE + figure, {}).items()
-        }
-        physics, paper = (
-            {kind: path for kind, path in whole.items() if kind in kinds}
-            for kinds in (PHYSICS_FIGURES, PAPER_FIGURES)
-        )
-        clouds = {
-            name: path for name in perturbed for path in drawn.get(ENSEMBLE + name, {}).values()
-        }
-        pictures = (
-            {name: drawn.get(PICTURES + name, {}) for name in results.scene_names}
-            if figures
-            else None
-        )
-        page = page_text(results, parts, source.regression, failed)
-        text = report_text(results, whole, pictures, physics, paper, clouds, failed)
-        report = results.path / REPORT
-        write_all_whole({report.with_name(PAGE): page, report: text})
-        _remove_stale(results.path, drawn.values())
+        pictures = {name: drawn[name] for name in _figures_of(source) if name in drawn}
+        report = results.path / PAGE
+        page = page_text(results, parts, pictures, source.regression, failed)
+        write_whole(report, harmless(page))  # what engines say may steer a terminal
+        sheets = [part.sheet for part in parts.values() if part.sheet is not None]
+        _remove_stale(results.path, [*drawn.values(), *sheets], figures)
     except OSError as error:
         raise ReportError(
             f"{error.filename or results.path}: can't write the report: {error.strerror or error}. "
@@ -185,6 +162,15 @@ def write_report(
     return report
 
 
+def _figures_of(source: Source) -> list[str]:
+    """Return the files of all figures but sheets, without their ending."""
+    if source.figures == "none":
+        return []
+    ensembles = Ensembles.load(source.results.path)
+    perturbed = () if ensembles is None else ensembles.run.scenes
+    return [*WHOLE_FIGURES, *(name + ENSEMBLE for name in perturbed)]
+
+
 def _make_all(
     source: Source, tasks: Sequence[str], jobs: int, failed: list[FailedPart]
 ) -> Iterator[tuple[str, Made]]:
@@ -193,7 +179,7 @@ def _make_all(
         for task in tasks:
             yield task, _make(source, task, failed)
         return
-    work = partial(_make_in_worker, source.results.path)
+    work = partial(_make_in_worker, source.results.path, source.figures)
     with closing(run_tasks(tasks, jobs, work, _died)) as answers:
         for task, made, wrong in answers:
             if isinstance(made, Exception):
@@ -202,10 +188,10 @@ def _make_all(
             yield task, made
 
 
-def _make_in_worker(path: Path, task: str) -> _Answer:
+def _make_in_worker(path: Path, figures: Pictures, task: str) -> _Answer:
     failed: list[FailedPart] = []
     try:
-        return task, _make(_load_once(path), task, failed), failed
+        return task, _make(_load_once(path, figures), task, failed), failed
     except (GhostballError, OSError) as error:  # whoever asked can mend it
         return task, error, failed
 
@@ -214,70 +200,61 @@ def _died(task: str, reason: str) -> _Answer:
     failed = FailedPart(task, reason, reason)
     if task.startswith(PART):
         return task, failed_scene_part(task.removeprefix(PART), failed), [failed]
-    return task, {}, [failed]
+    return task, None, [failed]
 
 
 @lru_cache(maxsize=1)
-def _load_once(path: Path) -> Source:
-    return Source.load(path)
+def _load_once(path: Path, figures: Pictures) -> Source:
+    return Source.load(path, figures)
 
 
 def _make(source: Source, task: str, failed: list[FailedPart]) -> Made:
-    if not task.startswith(PART):
-        return _draw(source, task, failed)
-    name = task.removeprefix(PART)
-    made = attempt(task, partial(_scene_part, source, name), failed)
-    return failed_scene_part(name, failed[-1]) if made is None else made
+    if task.startswith(PART):
+        name = task.removeprefix(PART)
+        made = attempt(task, partial(_scene_part, source, name, failed), failed)
+        return failed_scene_part(name, failed[-1]) if made is None else made
+    name = task.removeprefix(FIGURE)
+    if name in WHOLE_FIGURES:
+        return _drawn(source, name, partial(WHOLE_FIGURES[name], source.results), failed)
+    ensembles = Ensembles.load(source.results.path)
+    assert ensembles is not None  # they gave the task its name
+    draw = partial(draw_ensemble, ensembles, name.removesuffix(ENSEMBLE))
+    return _drawn(source, name, draw, failed)
 
 
-def _scene_part(source: Source, name: str) -> ScenePart:
+def _scene_part(source: Source, name: str, failed: list[FailedPart]) -> ScenePart:
+    shot = load_shot(source.results, name)
+    sheet = None
+    if source.figures != "none":
+        sheet = _drawn(source, name + SHEET, partial(draw_sheet, shot), failed)
     change = None if source.regression is None else source.regression.scene(name)
-    return scene_part(load_shot(source.results, name), source.predictability.get(name), change)
+    return scene_part(shot, source.predictability.get(name), change, sheet)
 
 
-def _draw(source: Source, task: str, failed: list[FailedPart]) -> Drawn:
-    results = source.results
-    if task.startswith(WHOLE):
-        kind = task.removeprefix(WHOLE)
-        return _save_all(results.path, "", [(kind, WHOLE_FIGURES[kind], results)], failed)
-    if task.startswith(ENSEMBLE):
-        name = task.removeprefix(ENSEMBLE)
-        ensembles = Ensembles.load(results.path)
-        assert ensembles is not None  # they gave the task its name
-        draw = partial(draw_ensemble, ensembles)
-        return _save_all(results.path, f"{name}-", [("ensemble", draw, name)], failed)
-    name = task.removeprefix(PICTURES)
-    shot = attempt(task, partial(load_shot, results, name), failed)
-    if shot is None:
-        return {}
-    figures = ((kind, draw, shot) for kind, draw in SCENE_FIGURES.items())
-    return _save_all(results.path, f"{name}-", figures, failed)
-
-
-def _save_all(
-    folder: Path,
-    prefix: str,
-    made: Iterable[tuple[str, Callable[..., Figure | None], Any]],
+def _drawn(
+    source: Source,
+    name: str,
+    draw: Callable[[], Figure | None],
     failed: list[FailedPart],
-) -> Drawn:
-    written: dict[str, PurePosixPath] = {}
-    for kind, draw, subject in made:
-        part, stem = f"figure {prefix}{kind}", PurePosixPath(FIGURES, prefix + kind)
-        with style.drawing():
-            figure = attempt(part, partial(draw, subject), failed)
-            if figure is None:
-                continue
-            save = partial(style.save_figure, figure, folder / stem)
-            if attempt(part, save, failed, writes=True):
-                written[kind] = stem
-    return written
+) -> PurePosixPath | None:
+    """Draw a figure and write it; return its PNG, relative to the page, or None without one."""
+    endings = style.FORMATS if source.figures == "svg" else style.FORMATS[:1]
+    with style.drawing():
+        figure = attempt(FIGURE + name, draw, failed)
+        if figure is None:
+            return None
+        stem = source.results.path / FIGURES / name
+        save = partial(style.save_figure, figure, stem, endings=endings)
+        if not attempt(FIGURE + name, save, failed, writes=True):
+            return None
+    return PurePosixPath(FIGURES, f"{name}.{endings[0]}")
 
 
-def _remove_stale(folder: Path, drawn: Iterable[Drawn]) -> None:
-    """Remove figures that an earlier report left; what somebody else put there stays."""
-    kept = {path.name for one in drawn for path in one.values()}
-    of_a_scene = tuple(f"-{kind}" for kind in (*SCENE_FIGURES, "ensemble"))
+def _remove_stale(folder: Path, drawn: Iterable[PurePosixPath], figures: Pictures) -> None:
+    """Remove pictures that an earlier report left; what somebody else put there stays."""
+    kept = {path.stem for path in drawn}
     for path in (folder / FIGURES).iterdir():
-        ours = path.stem in WHOLE_FIGURES or path.stem.endswith(of_a_scene)
-        if path.suffix in ENDINGS and ours and path.stem not in kept:
+        ours = path.stem in WHOLE_FIGURES or path.stem.endswith((SHEET, ENSEMBLE))
+        stale = path.stem not in kept or (path.suffix == ".svg" and figures != "svg")
+        if path.suffix in ENDINGS and ours and stale:
             path.unlink()

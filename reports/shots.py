@@ -17,25 +17,17 @@ from ghostball.validation.checks.verdict import (
     RestError,
     Verdict,
     rest_error_standing,
-    rest_verdict_of,
     verdict_of,
-    wrong_count,
 )
 from ghostball.validation.results.store import CaseRecord, Motion, Results
 
 FloatArray = NDArray[np.float64]
 
 CROWD = 5
-"""From this many balls on, each engine gets its own panel: paths over each other say nothing."""
+"""From this many balls on no paths are drawn over each other: they would say nothing."""
 
-CHAOTIC = "(past horizon)"
-"""Stands for a rest error past an engine's horizon, which is no error."""
-
-NUMBERS_KEY = (
-    "Numbers: largest rest error of a ball; in brackets: not judged; "
-    "(past horizon): can't be predicted; 77 of 314: collisions counted, and in truth"
-)
-"""Says in legends what `rest_error_text` shows."""
+CHAOTIC = "(unpredictable)"
+"""Stands for a rest error where an engine's errors may have made another shot: it is no error."""
 
 
 def rest_error(case: CaseRecord | None) -> float | None:
@@ -62,18 +54,6 @@ def standing_text(case: CaseRecord | None, error: str) -> str:
         RestError.OWN: "",
         RestError.NONE: "",
     }[rest_error_standing(case)]
-
-
-def cell_text(case: CaseRecord | None) -> str:
-    """Return what a table of verdicts shows of a case: sign and largest rest error.
-
-    Where no check judges the outcome and collisions are missing, their number says more than a
-    distance does.
-    """
-    verdict, wrong = verdict_of(case), wrong_count(case)
-    if wrong is not None and verdict in (Verdict.LIMITS_HOLD, Verdict.SHOWN):
-        return f"{verdict.symbol} {wrong[0]} of {wrong[1]}"
-    return f"{verdict.symbol} {rest_error_text(case)}".strip()
 
 
 def legend_text(verdicts: Iterable[Verdict]) -> str:
@@ -117,22 +97,9 @@ class Run:
         return float(value) if value is not None and np.isfinite(value) else None
 
     @property
-    def rest_verdict(self) -> Verdict:
-        """What the checks on the rest error alone say; SHOWN where none judges it."""
-        return rest_verdict_of(self.case)
-
-    @property
     def standing(self) -> RestError:
         """What its rest error is worth."""
         return rest_error_standing(self.case)
-
-    def limit(self, metric: str) -> float | None:
-        """Return the most that a metric may be, or None where nothing limits it from above."""
-        if self.case is not None:
-            for check in self.case.checks:
-                if check.metric == metric and check.limit_kind in ("at_most", "equals"):
-                    return float(check.limit)
-        return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,14 +152,8 @@ class Shot:
         return "rest" if first is None or first.status == "rest" else "end"
 
     @property
-    def one_of_several(self) -> bool:
-        """Whether one engine alone could run it of those asked: then nothing is compared."""
-        ran = [run for run in self.runs if run.case is not None and run.case.outcome == "ran"]
-        return len(ran) == 1 < len(self.runs)
-
-    @property
     def crowded(self) -> bool:
-        """Whether each engine needs a panel of its own."""
+        """Whether there are too many balls for paths over each other."""
         return len(self.scene.balls) >= CROWD
 
 

@@ -8,13 +8,11 @@ Made from stored results alone, like the report.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
-from ghostball.engine import GhostballError
 from ghostball.reference_adapters.output import harmless
+from ghostball.reports import style
+from ghostball.reports.accuracy import CLASSES, CLASSES_KEY, cell_text, kinds_of, tally
 from ghostball.reports.markdown_parts import many, one_line, table_of
 from ghostball.reports.outcome import (
     CHANGES,
@@ -26,16 +24,15 @@ from ghostball.reports.outcome import (
     of_limits,
     overall,
 )
-from ghostball.reports.shots import NUMBERS_KEY, cell_text, legend_text
+from ghostball.reports.shots import legend_text
 from ghostball.validation.baselines.junit import UNCOMPARED, moved_text
 from ghostball.validation.baselines.regression import Quantity, Regression, SceneChange
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
-from ghostball.validation.results.files import write_whole
 from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.scenes import commands
 
-LIMIT = 200_000
-"""Bytes that a summary stays below; GitHub refuses a step's summary above 1 MiB."""
+ROWS = 250
+"""Rows that a table shows; GitHub refuses a step's summary above 1 MiB."""
 
 CELL = 400
 """Characters of a cell: an error message may be a whole page."""
@@ -43,9 +40,7 @@ CELL = 400
 _UNMOVED = ("identical", "rounding-only")
 
 
-def summary_markdown(
-    results: Results | None, regression: Regression | None, *, limit: int = LIMIT
-) -> str:
+def summary_markdown(results: Results | None, regression: Regression | None) -> str:
     """Return the summary as Markdown: the verdict, what changed, what failed, all verdicts.
 
     Parameters
@@ -53,16 +48,13 @@ def summary_markdown(
     results : Results or None
         None where only a comparison was made.
     regression : Regression or None
-    limit : int
-        Bytes (UTF-8) that it stays below. Rows that don't fit are left out, and counted.
     """
-    blocks = [_Block("\n\n".join(_headlines(results, regression)))]
+    parts = list(_headlines(results, regression))
     if regression is not None:
-        blocks += _changes(regression)
+        parts += _changes(regression)
     if results is not None:
-        blocks += _failures(results)
-        blocks.append(_matrix(results))
-    return _fitted(blocks, limit)
+        parts += [*_failures(results), _engines(results), _matrix(results)]
+    return "\n\n".join(parts) + "\n"
 
 
 def summary_text(results: Results | None, regression: Regression | None) -> str:
@@ -82,88 +74,13 @@ def summary_text(results: Results | None, regression: Regression | None) -> str:
     )
 
 
-def add_summary(text: str, path: str | Path) -> None:
-    """Add a summary to a file, which others may have begun, as GitHub's steps do to theirs.
-
-    Raises
-    ------
-    GhostballError
-        Where it can't be written.
-    """
-    target = Path(path)
-    try:
-        # One write: what reads meanwhile, or a full disk, finds all of it or an error.
-        file = os.open(target, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
-        with os.fdopen(file, "ab") as opened:
-            opened.write(text.encode())
-    except OSError as error:
-        raise _cannot_write(target, error) from error
-
-
-def write_summary(text: str, path: str | Path) -> None:
-    """Write a summary in place of what a file held, whole or not at all.
-
-    Raises
-    ------
-    GhostballError
-        Where it can't be written.
-    """
-    target = Path(path)
-    try:
-        write_whole(target, text)
-    except OSError as error:
-        raise _cannot_write(target, error) from error
-
-
-def _cannot_write(target: Path, error: OSError) -> GhostballError:
-    reason = error.strerror or type(error).__name__
-    return GhostballError(f"{target}: can't write the summary: {reason}. Choose another file")
-
-
-@dataclass(frozen=True)
-class _Block:
-    """A part of the page: its head whole, then as many lines as fit; `noun` is what a line is."""
-
-    head: str
-    lines: Sequence[str] = ()
-    noun: str = "line"
-    where: str = ""
-
-
-def _fitted(blocks: Sequence[_Block], limit: int) -> str:
-    """Put blocks together below a limit of bytes, never cutting within a line.
-
-    A block takes at most half of what is left where others follow, so that a thousand failures
-    don't hide what changed.
-    """
-    parts: list[str] = []
-    left = limit - 2  # the last newline is one, and below is less than
-    for k, block in enumerate(blocks):
-        last = k == len(blocks) - 1
-        room = (left if last else left // 2) - _size(_left_out(block, len(block.lines)))
-        kept = [block.head]
-        room -= _size(block.head) + 2
-        for line in block.lines:
-            room -= _size(line) + 1
-            if room < 0:
-                break
-            kept.append(line)
-        text = "\n".join(kept)
-        missing = len(block.lines) - (len(kept) - 1)
-        if missing:
-            text += f"\n\n{_left_out(block, missing)}"
-        parts.append(text)
-        left -= _size(text) + 2
-    return "\n\n".join(parts) + "\n"
-
-
-def _left_out(block: _Block, count: int) -> str:
-    where = f" {block.where}" if block.where else ""
-    return f"*{many(count, f'more {block.noun}')} left out here, for want of room.{where}*"
-
-
-def _size(text: str) -> int:
-    return len(text.encode())
+def _section(head: str, rows: Sequence[str], noun: str, where: str) -> str:
+    """Return a table below its head; rows that are too many are left out, and counted."""
+    text = "\n".join([head, *rows[:ROWS]])
+    more = len(rows) - ROWS
+    if more <= 0:
+        return text
+    return f"{text}\n\n*{many(more, f'more {noun}')} left out here, for want of room. {where}*"
 
 
 def _headlines(results: Results | None, regression: Regression | None) -> Iterator[str]:
@@ -202,7 +119,7 @@ def _case_verdict(results: Results) -> str:
     )
 
 
-def _changes(regression: Regression) -> Iterator[_Block]:
+def _changes(regression: Regression) -> Iterator[str]:
     told = [one for one in regression.scenes if _is_told(one)]
     before = [one for one in regression.scenes if not _is_told(one)]
     heading = f"### What changed against {base_text(regression)}"
@@ -211,13 +128,13 @@ def _changes(regression: Regression) -> Iterator[_Block]:
         header = ["scene", "change", "what", "first difference", "command"]
         head = f"{heading}{rest}\n\n{_table_head(header)}"
         rows = [_row(_change_cells(change)) for change in _in_order(told)]
-        where = "`ghostball regress` lists them all."
-        yield _Block(head, rows, "scene", where)
+        yield _section(head, rows, "scene", "`ghostball regress` lists them all.")
     else:
-        yield _Block(f"{heading}\n\nNothing.{rest}")
+        yield f"{heading}\n\nNothing.{rest}"
     notes = [*regression.warnings, *map(_stale, regression.stale)]
     if notes:
-        yield _Block("### Warnings\n", [f"- {_cell(note)}" for note in notes], "warning")
+        lines = [f"- {_cell(note)}" for note in notes]
+        yield _section("### Warnings\n", lines, "warning", "`ghostball regress` lists them all.")
 
 
 def _is_told(change: SceneChange) -> bool:
@@ -247,7 +164,7 @@ def _left_band(change: SceneChange, level: str = "error") -> list[Quantity]:
     return [one for one in quantities if not one.within and one.level == level]
 
 
-def _failures(results: Results) -> Iterator[_Block]:
+def _failures(results: Results) -> Iterator[str]:
     bad = bad_cases(results)
     if not bad:
         return
@@ -257,7 +174,7 @@ def _failures(results: Results) -> Iterator[_Block]:
         "### Not right\n\n`ghostball explain SCENE --engine ENGINE` says where a shot leaves the "
         f"true one.\n\n{_table_head(header)}"
     )
-    yield _Block(head, rows, "failure", "`report.md` of the results has them all.")
+    yield _section(head, rows, "failure", "`report.html` of the results has them all.")
 
 
 def _failure_cells(case: CaseRecord) -> Iterator[list[str]]:
@@ -275,16 +192,30 @@ def _command(case: CaseRecord) -> str:
     return commands.validate(case.scene, case.label, "out/again")
 
 
-def _matrix(results: Results) -> _Block:
+def _engines(results: Results) -> str:
+    kinds = kinds_of(results.cases)
+    names = [CLASSES[kind].short for kind in kinds]
+    rows = []
+    for label in results.labels:
+        found = tally(results, label)
+        counts = [str(found.counts.get(kind, 0)) for kind in kinds]
+        typical = [style.format_length(found.typical), style.format_time(found.seconds)]
+        rows.append(_row([_code(label), *counts, *typical]))
+    heads = ["engine", *names, "typical error", "typical time"]
+    head = f"### How right, in scenes of each class\n\n{CLASSES_KEY}.\n\n{_table_head(heads)}"
+    return _section(head, rows, "engine", "The page of the results has them all.")
+
+
+def _matrix(results: Results) -> str:
     rows, present = [], []
     for scene in results.scene_names:
         cases = [results.case(scene, label) for label in results.labels]
         present += [verdict_of(case) for case in cases]
         rows.append(_row([_cell(scene), *(_cell(cell_text(case)) for case in cases)]))
     labels = [_code(label) for label in results.labels]
-    legend = f"{legend_text(present)}. {NUMBERS_KEY}."
+    legend = f"Errors, and what limits say of them: {legend_text(present)}."
     head = f"### Verdicts\n\n{legend}\n\n{_table_head(['scene', *labels])}"
-    return _Block(head, rows, "scene", "`report.md` of the results has them all.")
+    return _section(head, rows, "scene", "`report.html` of the results has them all.")
 
 
 def _case_lines(results: Results) -> Iterator[tuple[str, str, str]]:

@@ -1,10 +1,16 @@
 """What every test needs."""
 
 import signal
+import sys
+from pathlib import Path
 
 import pytest
 
 pytest_plugins = ["cpu_time"]  # of tests/support
+
+# For `benchmarks` and `docs`. Last, so that `ghostball` is the one that the tests are run on: the
+# wheel's, or a copy with a planted bug.
+sys.path.append(str(Path(__file__).parents[1]))
 
 # A shell that starts something in the background without job control has it ignore interrupts, and
 # all its children inherit that: tests that press Ctrl-C would wait for ever.
@@ -26,9 +32,11 @@ def in_this_process(monkeypatch):
         "ghostball.validation.runs.playing",
     ):
         monkeypatch.setattr(f"{module}.limit_of", lambda _: None)
+    monkeypatch.setattr("ghostball._options.processor_count", lambda: 1)  # `--jobs auto`
 
 
 @pytest.fixture
 def without_run_figures(monkeypatch):
-    """Draw none of the figures of the whole run, for what is about other parts of a report."""
+    """Draw neither sheets nor figures of the whole run, for what is about other parts."""
     monkeypatch.setattr("ghostball.reports.report.WHOLE_FIGURES", {})
+    monkeypatch.setattr("ghostball.reports.report.draw_sheet", lambda _: None)

@@ -3,6 +3,8 @@
 The clock is the scratch repository's own: each of its tests says what it costs.
 """
 
+from pathlib import Path
+
 import pytest
 
 pytest_plugins = ["pytester"]
@@ -89,7 +91,49 @@ def test_cheap_tests_and_those_marked_slow_pass(run):
     result.stdout.no_fnmatch_line("*cost too much*")
 
 
+def test_on_a_slow_machine_all_tests_are_dear_and_none_fails_the_run(run):
+    cheap = "".join(f"\ndef test_{n}(spend):\n    spend(10.0)\n" for n in range(80))
+    result = run(cheap, "--cpu-limit=5")  # of 800 s a test may take 12
+    assert result.ret == pytest.ExitCode.OK
+    result.stdout.no_fnmatch_line("*cost too much*")
+    result = run(cheap + "\ndef test_dear(spend):\n    spend(13.0)\n", "--cpu-limit=5")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines(["*::test_dear took 13.0 s of the processor, and 12 s is *"])
+
+
 def test_without_a_limit_nothing_is_said(run):
     result = run(TESTS)
     assert result.ret == pytest.ExitCode.OK
     result.stdout.no_fnmatch_line("*cost*")
+
+
+LATE = """
+import subprocess
+import sys
+
+WORK = (
+    "import sys, time\\nwhile time.process_time() < 1.0: pass\\n"
+    "print(flush=True)\\nsys.stdin.read()"
+)
+started = []
+
+def test_begins():
+    pipe = subprocess.PIPE
+    started.append(subprocess.Popen([sys.executable, "-c", WORK], stdin=pipe, stdout=pipe))
+    started[0].stdout.readline()
+
+def test_ends():
+    started[0].communicate()
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="the system doesn't tell")
+def test_what_a_process_did_before_a_test_costs_that_test_nothing(pytester, monkeypatch, request):
+    monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
+    monkeypatch.setenv("PYTHONPATH", str(request.config.rootpath / "tests" / "support"))
+    pytester.makeini("[pytest]")
+    pytester.makepyfile(LATE)
+    plugins = ("-p", "no:hypothesispytest", "-p", "cpu_time", "-n", "0")
+    result = pytester.runpytest_subprocess(*plugins, "--cpu-limit=0.5")
+    result.assert_outcomes(passed=2)
+    assert result.ret == pytest.ExitCode.OK

@@ -1,15 +1,11 @@
-from .checks.criteria import (
-    Criteria as Criteria,
-    CriteriaError as CriteriaError,
-    Criterion as Criterion,
-    criteria_beside as criteria_beside,
-)
+from .checks.criteria import Criteria as Criteria, criteria_beside as criteria_beside
+from .checks.criterion import CriteriaError as CriteriaError, Criterion as Criterion
 from .checks.metric_table import METRICS as METRICS, Metric as Metric
 from .checks.verdict import RestError as RestError, Verdict as Verdict, verdict_of as verdict_of
 from .results.records import CaseRecord as CaseRecord, Check as Check, Motion as Motion
 from .results.store import Results as Results, ResultsError as ResultsError
 from .scenes.library import find_scene as find_scene, scene_names as scene_names, select as select
-from .suite.junit import junit_xml as junit_xml, write_junit as write_junit
+from .suite.junit import junit_xml as junit_xml
 from .suite.suite import (
     DEFAULT_ENGINES as DEFAULT_ENGINES,
     Outcome as Outcome,

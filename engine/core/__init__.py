@@ -1,1 +1,4 @@
-"""What every kernel stands on: state, the decorator, tolerances, kinds of events."""
+"""What every kernel stands on: the arrays of the state, the compiler, tolerances, kinds of events.
+
+A kernel is a compiled function: `kernel` has the decorator that makes one.
+"""

@@ -1,10 +1,11 @@
 """The one decorator for kernels, and the one place that knows how and where they are compiled.
 
-numba keeps compiled code beside the source file and looks only at *that* file to decide whether it
-is fresh: edit a callee in another file, or a constant, and callers stay stale. So the cache lives
-in a directory whose name is a hash of everything that goes into the machine code: the sources of
-this package, the versions of numba, llvmlite and numpy, and the flags. A changed source means
-another directory, and nothing stale can be found.
+A kernel is a function that numba compiles to machine code. numba keeps that beside the source file
+and looks only at *that* file to decide whether it is fresh: edit a callee in another file, or a
+constant, and callers stay stale. So the cache lives in a directory whose name is a hash of
+everything that goes into the machine code: the sources of this package, the versions of numba,
+llvmlite and numpy, and the flags. A changed source means another directory, and nothing stale can
+be found.
 """
 
 from __future__ import annotations
@@ -84,6 +85,28 @@ class _InnerKernel(CPUDispatcher):
         )
 
 
+class _EntryKernel(CPUDispatcher):
+    """A kernel that Python calls, and with which all that it calls is compiled."""
+
+    def compile(self, signature: Any) -> Any:
+        """Compile for these types of arguments, or load what was kept."""
+        return _in_one_piece(super().compile, signature)
+
+
+def _in_one_piece(function: Callable[[Any], Any], argument: Any) -> Any:
+    """Return `function(argument)`, called from a frame of more than a megabyte.
+
+    CPython keeps a thread's frames in pieces of 16 kB, and asks the system for the next one, or
+    gives it back, whenever a call crosses an end. Some of numba's longest loops happened to call
+    across one: 420 000 times for one variant, a third of the time to compile. A frame that no such
+    piece can hold gets one of 2 MB, and what it calls has the rest.
+    """
+    return function(argument)
+
+
+_in_one_piece.__code__ = _in_one_piece.__code__.replace(co_stacksize=140_000)  # words
+
+
 class _InnerCode(JITCodeLibrary):
     """Code of a kernel that only other kernels call: it becomes part of theirs.
 
@@ -110,13 +133,33 @@ class _InnerCode(JITCodeLibrary):
         super()._finalize_final_module()  # type: ignore[no-untyped-call]
 
 
-class _InnerCompiler(Compiler):
+class _EntryCode(JITCodeLibrary):
+    """Code of a kernel that Python calls, with that of all kernels below it."""
+
+    def _optimize_final_module(self) -> None:
+        """Optimise it, as one whose kernels nobody else calls.
+
+        Then what a kernel doesn't use of what it is passed isn't passed: of some 200 words, which a
+        few named tuples of arrays are, all but a dozen, in half of the calls.
+        """
+        for function in self._final_module.functions:
+            if function.linkage == llvmlite.binding.Linkage.linkonce_odr:
+                function.linkage = "internal"
+        super()._optimize_final_module()  # type: ignore[no-untyped-call]
+
+
+class _EntryCompiler(Compiler):
+    library: Any = _EntryCode
+
     def compile_extra(self, function: Callable[..., Any]) -> Any:
-        """Compile, as numba does, but into a library of the other kind."""
-        library: Any = _InnerCode
-        self.state.library = library(self.state.targetctx.codegen(), function.__qualname__)
+        """Compile, as numba does, but into a library of another kind."""
+        self.state.library = self.library(self.state.targetctx.codegen(), function.__qualname__)
         self.state.library.enable_object_caching()
         return super().compile_extra(function)  # type: ignore[no-untyped-call]
+
+
+class _InnerCompiler(_EntryCompiler):
+    library: Any = _InnerCode
 
 
 _ENVIRONMENT = "_ZN08NumbaEnv"
@@ -152,8 +195,7 @@ def kernel(function: Any = None, *, inline: bool = False, entry: bool = False) -
     if _config.DISABLE_JIT:
         return function
     options = {**OPTIONS, "forceinline": inline, "no_cpython_wrapper": not entry}
-    if not entry:
-        options["pipeline_class"] = _InnerCompiler
+    options["pipeline_class"] = _EntryCompiler if entry else _InnerCompiler
     directory = cache_directory()
     if directory is None:
         dispatcher = numba.njit(**options)(function)
@@ -167,8 +209,7 @@ def kernel(function: Any = None, *, inline: bool = False, entry: bool = False) -
         finally:
             _config.CACHE_DIR = previous
         _save_one_at_a_time(dispatcher, directory)
-    if not entry:
-        dispatcher.__class__ = _InnerKernel
+    dispatcher.__class__ = _EntryKernel if entry else _InnerKernel
     return _without_literals(dispatcher)
 
 

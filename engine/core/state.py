@@ -1,5 +1,8 @@
 """The arrays that the kernels work on, by role; `running.from_scene` makes them from a scene.
 
+`Balls`, the `Laws` with the obstacles, what each scheduler keeps (`Pairs`, `Cells`), `Contacts`
+that act together, and the `Log`; each followed by the names of its columns and of their values.
+
 Named tuples of arrays, because numba can neither cache jitclasses nor keep views of a row cheap.
 """
 
@@ -21,8 +24,8 @@ class Balls(NamedTuple):
 
     The centre moves as x + vx s + ax s^2 / 2, s the time since `epoch`, and what `higher` adds,
     until `own_time`, when the ball's own next event changes its motion. While it slides, its
-    angular velocity changes at a constant rate; while it rolls, the velocity gives it; about the
-    vertical it always decays.
+    angular velocity changes at a constant rate, but for what `air` adds; while it rolls, the
+    velocity gives it; about the vertical the cloth takes from it. In flight it stays as it is.
     m is enough for all pairs that can touch at once, and one cushion.
 
     One array for all numbers, because a kernel call passes every array of a named tuple as several
@@ -34,20 +37,47 @@ class Balls(NamedTuple):
     """
 
     state: Any  # (n,) of `BallRow`
-    own_kind: (
-        IntArray  # (n,) OWN_NONE, OWN_REST, OWN_ROLL, OWN_CONTACT, OWN_LOOK, OWN_CUSHION + a row
-    )
+    own_kind: IntArray  # (n,) OWN_NONE ... below, OWN_CUSHION + a row, OWN_OVER + a row
     changed: BoolArray  # (n,) whether the event at hand changed the ball's motion
     touched: Int32Array  # (n + 1,) how many of those there are, then which
-    hits: Int32Array  # (m, 2) FIRST, SECOND: the pairs that hit now, or contacts to be held
+    hits: Int32Array  # (m, 2) as `Contacts.ends`: the pairs that hit now, or contacts to be held
     near: Int32Array  # (n,) room for a ball's neighbours
     higher: FloatArray | None  # (n, HIGHER + 2 k): what pieces of a degree above 2 have beyond it
+    air: Air | None  # what else is needed where something slows balls by more the faster they are
+    height: FloatArray | None  # (n, HEIGHT_COLUMNS): columns BASE ... below, where balls may fly
 
 
 # Columns of `Balls.higher`: first how fast the acceleration may change along x and along y [m/s^3],
-# as long as the piece lasts, which then has an end. From HIGHER on, for x and for y, what goes with
-# the third power of the time since `epoch` [m/s^3], with the fourth, and so on.
-HIGHER = 2
+# as long as the piece lasts, which then has an end; how many of the powers that follow aren't 0.
+# From HIGHER on, for x and for y, what goes with the third power of the time since `epoch` [m/s^3],
+# with the fourth, and so on.
+POWERS = 2
+HIGHER = 3
+
+
+class Air(NamedTuple):
+    """Room for motions whose deceleration depends on the speed; see `motion.drag`."""
+
+    turning: FloatArray  # (n, 2 k): what goes in wx, wy with the second power of the time [rad/s^3]
+    series: FloatArray  # (SERIES_ROWS, SERIES_TERMS) the power series of the piece at hand
+
+
+# Columns of `Balls.height`.
+BASE = 0  # height of its centre where it lies on the cloth [m]; 0 where no ball may leave that
+RISE = 1  # of a ball's lowest point above the cloth, at `epoch` [m]
+UP_SPEED = 2  # its velocity upwards then [m/s]
+FALL = 3  # and its acceleration downwards [m/s^2]; 0 on the cloth
+LASTS = 4  # how long bounces that are too low to be followed take [s]; 0: there are none
+END_VX = 5  # with which velocity [m/s] and angular velocity [rad/s] the ball goes on
+END_VY = 6
+END_WX = 7
+END_WY = 8
+HEIGHT_COLUMNS = 9
+
+SERIES_TERMS = 25
+SERIES_ROWS = 8
+MOST_POWERS = 2 * 23
+"""Columns of `Air.turning`, and of the powers of `Balls.higher` there."""
 
 
 class _Row:
@@ -95,7 +125,7 @@ class BallRow(_Row):
     bx: float  # angular acceleration [rad/s^2], as wx and wy
     by: float
     bz: float  # what a contact step adds to the decay of wz
-    phase: float  # RESTING, SLIDING, ROLLING or GONE
+    phase: float  # RESTING, SLIDING, ROLLING, GONE or FLYING
     own_time: float  # next event that needs no second ball [s]; inf: none
     radius: float  # [m]
     mass: float  # [kg]
@@ -122,7 +152,7 @@ class ObstacleRow(_Row):
     ny: float
     radius: float  # of the disc, or of the nose around a segment [m]
     law: float  # the place of its law in `registry.CUSHION_LAWS`, or TAKES_OUT
-    index: float  # what events call it: a cushion's index in `engine.scene.CUSHIONS`
+    index: float  # what events call it: a cushion's in `engine.scene.CUSHIONS`, or one above those
 
 
 OBSTACLE_COLUMNS = len(ObstacleRow.__annotations__)
@@ -166,6 +196,7 @@ RESTING = 0.0  # the centre; it may spin about the vertical
 SLIDING = 1.0
 ROLLING = 2.0
 GONE = 3.0  # it left the run where it is, and nothing meets it
+FLYING = 4.0
 
 
 class Laws(NamedTuple):
@@ -183,19 +214,22 @@ class Laws(NamedTuple):
     ball_restitution: float
     ball_friction: float
     speed_dependent: bool  # whether Alciatore's curve stands for `ball_friction`
-    cushion_turns: bool  # whether that turns balls: see `registry.LawEntry`
+    cushion_turns: bool  # whether the law of the cushions turns balls: see `registry.LawEntry`
     cushion_restitution: float
     cushion_tangential: float
     cushion_friction: float
     cushion_height: float  # of the nose above the cloth [m]
     t_max: float  # [s]; inf: until rest
-    # What balls bounce off: see `motion.obstacles`. Python sees a matrix (k, OBSTACLE_COLUMNS),
-    # kernels (k,) of `ObstacleRow`.
+    air_drag: float  # k in a = -k |v| v [1/m]
+    airborne: bool  # whether balls may leave the cloth
+    gravity: float  # [m/s^2]
+    table_restitution: float
+    roll_quadratic: float  # b of a rolling friction mu g + b v^2, beside the air [1/m]
+    # What balls bounce off, or are taken out by; `running.from_scene.obstacles_of` lists it. Python
+    # sees a matrix (k, OBSTACLE_COLUMNS), kernels (k,) of `ObstacleRow`.
     obstacles: Any
     integrated: int | None  # 1 where a law needs integrating: see `impacts.laws.dispatch`
 
-
-MOST_OBSTACLES = 62  # those that a ball is held off are bits of a number
 
 TAKES_OUT = -1.0
 """In place of a law: a ball that touches the obstacle leaves the run."""
@@ -218,7 +252,7 @@ class Pairs(NamedTuple):
 # `Pairs.track` holds, for each block of LANES balls, TRACKS rows of LANES numbers: constant
 # distances, from which the compiler sees that rows don't overlap, and that it may vectorise.
 LANES = 64
-TRACKS = 9
+TRACKS = 10
 TRACK_X = 0 * LANES
 TRACK_Y = 1 * LANES
 TRACK_VX = 2 * LANES
@@ -228,14 +262,15 @@ TRACK_AY = 5 * LANES
 TRACK_EPOCH = 6 * LANES
 TRACK_RADIUS = 7 * LANES
 TRACK_OWN_TIME = 8 * LANES
+TRACK_JERK = 9 * LANES
 
 
 class Cells(NamedTuple):
     """The cloth in cells, and the earliest bound of every ball with its neighbours.
 
-    See `scheduling.grid`, `scheduling.cells` and `scheduling.priority_queue`. Numbers of balls and
-    cells are 32 bits wide: memory is what limits the largest scenes. What is used of a ball at one
-    time is in one row.
+    See `scheduling.broad_phase`, `scheduling.grid` and `scheduling.priority_queue`. Balls and cells
+    have numbers of 32 bits: memory is what limits the largest scenes. What is used of a ball at
+    one time is in one row.
     """
 
     frame: FloatArray  # (4,) the first cell's corner, x and y, a cell's side, largest diameter [m]
@@ -268,8 +303,8 @@ class Contacts(NamedTuple):
     """Contacts that act together: impacts of one instant, and clusters of balls that are pressed.
 
     See `impacts.simultaneous`, `resting_contact.step`, `resting_contact.islands` and
-    `impacts.plastic`; m is enough for all pairs that can touch at once, and all cushions. Nothing
-    grows with the square of n.
+    `impacts.contact_solver`; m is enough for all pairs that can touch at once, and for as many
+    obstacles at each ball as a table has cushions. Nothing grows with the square of n.
     """
 
     cluster: IntArray  # (n,) label of the ball's cluster, or FREE
@@ -282,11 +317,11 @@ class Contacts(NamedTuple):
     first_held: IntArray  # (n,) the ball's first row of `held`, or NOWHERE
     held: IntArray  # (2 m, 2) PARTNER, that a contact step holds the ball to; NEXT row, or NOWHERE
     free: IntArray  # (2 m + 1,) how many rows of `held` are free, then which
-    pressed: IntArray  # (p,) how many contacts had a force, then a hash table of them, or NOWHERE
-    pressure: FloatArray  # (p,) the last force of each [N], else 0
     motion: FloatArray  # (n, MOTION_COLUMNS): columns STEP ... below, by ball
-    ends: IntArray  # (m, 2) FIRST: a ball; SECOND: the other, or -1 minus a cushion's index
+    ends: IntArray  # (m, 2) FIRST: a ball; SECOND: another, or -1 minus a row of `Laws.obstacles`
     forces: FloatArray  # (m, FORCE_COLUMNS): columns FORCE ... below
+    matrix: FloatArray  # (MOST_DIRECT, MOST_DIRECT) room for the contacts' equations
+    stage: FloatArray  # (MOST_DIRECT, STAGE_COLUMNS): columns M_X ... below, by member or contact
 
 
 NOWHERE = -1
@@ -311,7 +346,56 @@ NEW_BY = 11
 YIELD = 12  # acceleration of a member over a force on it [1/kg]; 0: the cloth holds it
 DEEP = 13  # 1: a member that overlaps another by most of the tolerance
 ANSWERING = 14  # mass with which the ball answers to an impulse [kg]; inf: it stays
-MOTION_COLUMNS = 15
+IMPULSE_X = 15  # what impulses on the ball add up to [N s], or forces [N]: the sum of two parts
+IMPULSE_Y = 16
+SMALL_X = 17  # the second part
+SMALL_Y = 18
+AT = 19  # its place in `Contacts.member`
+LEFT = 20  # pieces that are left of the motion below, which an island has found for the ball
+PIECE_TIME = 21  # how long each is [s]
+WHOLE_TIME = 22  # how long the whole motion is [s]
+PATH_X = 23  # coefficients of its x and y [m], six each, in units of the whole time
+PATH_Y = 29
+TURN_WX = 35  # and of its angular velocity [rad/s], four each
+TURN_WY = 39
+TURN_WZ = 43
+HELD_OFF = 47  # obstacles that it is held off, one bit each
+PIECES = 48  # of the whole motion
+AHEAD = 49  # how long the next whole motion may be [s]
+MOTION_COLUMNS = 50
+
+MOST_DIRECT = 12
+"""Contacts up to which their equations are solved directly."""
+
+# Columns of `Contacts.stage`. Of member m:
+M_X = 0  # its state at a stage of the integration [m], [m/s], [rad/s]
+M_Y = 1
+M_VX = 2
+M_VY = 3
+M_WX = 4
+M_WY = 5
+M_WZ = 6
+M_AX = 7  # and how fast that changes
+M_AY = 8
+M_BX = 9
+M_BY = 10
+M_BZ = 11
+M_HOLD_X = 12  # what the cloth does so that it goes on rolling [m/s^2]
+M_HOLD_Y = 13
+M_FROM = 14  # its seven numbers at the start of the step
+M_SLOPE = 21  # and how fast they change, at each of seven stages
+# Of contact c:
+C_FIRST_X = 70  # acceleration that a force of 1 gives its first ball, x and y [1/kg]
+C_FIRST_HOLD = 72  # and what of it is the cloth's
+C_SECOND_X = 74
+C_SECOND_HOLD = 76
+C_TURN_X = 78  # what turns both, x and y [1]; 5 / (2 m R) times it turns a ball
+C_TURN_Z = 80
+M_SPIN = 81  # 1 or -1: the sense of its spin about the vertical, which the cloth slows; 0: held
+M_TWIST = 82  # how fast contacts alone change that spin [rad/s^2]
+M_TWIST_FROM = 83  # the same at the start of the step
+M_STILL = 84  # 1: it rests, and the cloth holds it
+STAGE_COLUMNS = 85
 
 # Columns of `Contacts.ends` and `Balls.hits`.
 FIRST = 0
@@ -322,21 +406,57 @@ FORCE = 0  # along the normal, never negative: an impulse [N s] or a force [N]
 NX = 1  # normal, away from the first ball
 NY = 2
 RATE = 3  # of the gap [m/s]
-TERM = 4  # room to add up
-PUSH_X = 5  # on the second ball, its opposite on the first
-PUSH_Y = 6
-TURN_X = 7  # on both
-TURN_Y = 8
-TURN_Z = 9
-ALONG = 10  # friction of a pressed contact: along t = (-ny, nx), and up
-UP = 11
-ACTIVE = 12  # 1: a contact that pushes, while plastic impulses are found
-LEFT_OVER = 13  # and what conjugate gradients keep of each contact: see `impacts.plastic`
-SCALED = 14
-DIRECTION = 15
-PRODUCT = 16
-ALONE = 17  # and of each contact as if it shared no ball
-FORCE_COLUMNS = 18
+PUSH_X = 4  # friction of an impact, on the second ball; its opposite on the first
+PUSH_Y = 5
+TURN_X = 6  # on both
+TURN_Y = 7
+TURN_Z = 8
+ALONG = 9  # friction of a pressed contact: along t = (-ny, nx), and up
+UP = 10
+ACTIVE = 11  # 1: a contact that pushes, while `impacts.contact_solver` is at work
+LEFT_OVER = 12  # and what that keeps of each contact
+SCALED = 13
+DIRECTION = 14
+PRODUCT = 15
+TERM = 16
+OWN_MASS = 17
+FORCE_BEFORE = 18  # the force of the sweep before [N]
+KEPT = 19  # that of a contact which moves no ball
+MORE_FORCE = 20  # by how much the last round changed FORCE, ALONG and UP [N]
+MORE_ALONG = 21
+MORE_UP = 22
+LESS_FORCE = 23  # and the one before
+LESS_ALONG = 24
+LESS_UP = 25
+LIMIT = 26  # of its friction, by Coulomb's law [N]
+GAP = 27  # at the start of the step [m]
+FORCE_COLUMNS = 28
+
+
+def contacts_in(marks: BoolArray, places: IntArray, numbers: FloatArray) -> Contacts:
+    """Return the `Contacts` whose arrays are parts of these three, quicker to hand over."""
+    n = len(marks) // 3
+    m = (len(places) - 5 * n - 2) // 8
+    forces, direct = n * MOTION_COLUMNS, MOST_DIRECT * MOST_DIRECT
+    matrix = forces + m * FORCE_COLUMNS
+    held = 5 * n + 2 + 2 * m
+    return Contacts(
+        cluster=places[:n],
+        ring=places[n : 2 * n],
+        again=marks[:n],
+        waiting=places[2 * n : 3 * n + 1],
+        stopped=marks[n : 2 * n],
+        rolled=marks[2 * n :],
+        member=places[3 * n + 1 : 4 * n + 1],
+        first_held=places[4 * n + 1 : 5 * n + 1],
+        held=places[held : held + 4 * m].reshape(2 * m, 2),
+        free=places[5 * n + 1 : held],
+        motion=numbers[:forces].reshape(n, MOTION_COLUMNS),
+        ends=places[held + 4 * m :].reshape(m, 2),
+        forces=numbers[forces:matrix].reshape(m, FORCE_COLUMNS),
+        matrix=numbers[matrix : matrix + direct].reshape(MOST_DIRECT, MOST_DIRECT),
+        stage=numbers[matrix + direct :].reshape(MOST_DIRECT, STAGE_COLUMNS),
+    )
 
 
 class Log(NamedTuple):
@@ -350,7 +470,9 @@ class Log(NamedTuple):
     time: FloatArray  # (m,) [s]
     what: IntArray  # (3, m): rows WHAT_KIND (EventKind), WHAT_A, WHAT_B
     ball: IntArray  # (k,)
-    motion: FloatArray  # (k, KNOT ...): the first columns of `Balls.state`, and powers of `higher`
+    # (k, KNOT ...): the first columns of `Balls.state`; RISE, UP_SPEED and FALL; powers of
+    # `higher`, and those of `turning`.
+    motion: FloatArray
 
 
 WHAT_KIND = 0
@@ -374,7 +496,8 @@ CELL_MOVES = 11
 UNSOUND = 12  # of RUN_NOT_FINITE: the ball with it, or FREE where none is to blame
 NO_ROOM = 13  # 1: more balls touch at once than `Balls.hits`, or `Contacts`, has room for
 BALLS_GONE = 14
-COUNTERS = 15
+CONTACT_PIECES = 15
+COUNTERS = 16
 
 # Places in the array of instants, float64 [s].
 NOW = 0
@@ -387,8 +510,11 @@ OWN_NONE = 0
 OWN_REST = 1
 OWN_ROLL = 2  # a slide ends
 OWN_CONTACT = 3  # a contact step ends
-OWN_LOOK = 4  # how near an obstacle is must be looked at again
-OWN_CUSHION = 5
+OWN_PIECE = 4  # a piece ends, and another one begins
+OWN_LAND = 5  # a ball in flight comes down on the cloth
+OWN_SETTLE = 6  # bounces that are too low to be followed end
+OWN_CUSHION = 7  # + a row of `Laws.obstacles`: a ball meets that, be it a cushion or not
+OWN_OVER = 2**32  # + a row, above all rows: a ball flies over an obstacle, and off the table
 
 FREE = -1
 

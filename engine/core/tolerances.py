@@ -1,11 +1,11 @@
 """The tolerances of the engine, each with why.
 
-All but the contact step's are derived from the rounding of double precision and only say when a
+Those down to `SLIP_ROUNDING` are derived from the rounding of double precision and only say when a
 computed sign is noise: free balls have no speed below which they rest, no distance below which they
-touch, no time below which events are simultaneous. A contact step has a tolerance of its own, and
-what counts as touching, slow or negligible within one follows from it; and a ball that meets one
-at rest more slowly than `CAPTURE_HEIGHT` allows doesn't bounce. How a step is chosen is no
-tolerance: those constants are in `resting_contact.step` and `resting_contact.forces`.
+touch, no time below which events are simultaneous. Two others leave bounces out: between balls that
+friction presses together, or one of which was at rest (`CAPTURE_HEIGHT`), and on the table
+(`LOWEST_HOP`). The rest is of balls that stay in contact. How their steps are chosen is no
+tolerance: those constants are where they are used, in `resting_contact`.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ CONTACT_TOLERANCE = 2.0**-37
 """Opening or overlap, in diameters, of a gap that a contact force holds closed.
 
 4e-13 m for pool balls: a thousand roundings of a coordinate on a table, so that the force is not
-made of noise. With those below it is all that is approximate in the engine; a run that used it
-says so in `work["contact_steps"]`.
+made of noise. With those below, and the accuracy of the laws that integrate over an impact, it is
+all that is approximate in the engine; a run that used it says so in `work["contact_steps"]`.
 """
 
 CAPTURE_HEIGHT = 2.0**-18
@@ -71,6 +71,22 @@ approach is all that the bounces would have exchanged, but for what friction cha
 Also the way in which the cloth can stop a pressed ball that rolls: one as slow as that is brought
 to rest by the end of its step, unless it is driven. Waiting for less took steps of microseconds, in
 which forces are not told from rounding, and balls of a frozen line crept to and fro for ever.
+
+And where balls may leave the cloth, how high an impact must let one rebound to be one in space: see
+`impacts.in_space`.
+"""
+
+LOWEST_HOP = 2.0**-24
+"""Height of a bounce on the table, in diameters, from which on bounces aren't followed one by one.
+
+3e-9 m for pool balls. All that follow are one motion, whose end is exact; between, the ball is on
+the cloth, too low by no more than that. A table that returns half of the speed takes 12 bounces to
+come to it from 1 m/s, one that returns 9/10 takes 78.
+
+Also the overlap that balls get which are pressed together in flight, where they hardly hop. No
+force holds contacts there: they hop, and each hop is an impact that returns the speed. Pulled
+together over this way they hop as high as that, so that a tenth of a second on top of another ball
+takes some thousand impacts, not one for each rounding of a speed.
 """
 
 STOP_WAY = 2.0**-28
@@ -82,3 +98,11 @@ steps so short that the tolerance of a gap leaves the force of a contact undecid
 
 CONTACT_REACH = 4.0
 """Gap, in tolerances, up to which balls join a contact step: steps before it may have left one."""
+
+MOTION_ERROR = 2.0**-26
+"""Error of the velocities, in units of the fastest, that a step of a resting contact may make.
+
+1.5e-8, so that some fifty steps, of which each errs as much, would be off by less than 1e-6. Of
+2^-33, 2^-28, 2^-26 and 2^-24 it is where the work stops to fall: 195, 120, 94 and 85 steps of a
+break, while a ball along a cushion ends within 1e-6 of its speed at all of them.
+"""

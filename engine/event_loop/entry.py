@@ -1,4 +1,7 @@
-"""The kernel that Python calls, with plain arrays: named tuples would cost it microseconds."""
+"""The kernel that Python calls to run one shot: it unpacks plain arrays, and calls the loop.
+
+Named tuples would cost a call from Python microseconds. Many shots have `event_loop.sweep`.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,11 @@ from ghostball.engine.core.state import (
     RUN_CONTACTS,
     RUN_EVENT_LIMIT,
     RUN_LOG_FULL,
+    Air,
     BallRow,
     Balls,
     BoolArray,
     Cells,
-    Contacts,
     FloatArray,
     Int32Array,
     IntArray,
@@ -23,6 +26,7 @@ from ghostball.engine.core.state import (
     Log,
     ObstacleRow,
     Pairs,
+    contacts_in,
     rows_of,
 )
 from ghostball.engine.event_loop.finish import finish
@@ -38,6 +42,8 @@ def enter(
     hits: Int32Array,
     near: Int32Array,
     higher: FloatArray | None,
+    air: Air | None,
+    height: FloatArray | None,
     laws: FloatArray,
     obstacles: FloatArray,
     integrated: int | None,
@@ -46,7 +52,7 @@ def enter(
     next_event: FloatArray,
     track: FloatArray,
     cells: Cells | None,
-    contacts: Contacts | None,
+    room: tuple[BoolArray, IntArray, FloatArray] | None,
     clock: FloatArray,
     counters: IntArray,
     time: FloatArray,
@@ -62,9 +68,10 @@ def enter(
     It is over, too, where `limit` is reached and `last` is true.
     """
     rows = state.view(BALL)[:, 0] if COMPILED else rows_of(state, BallRow)
-    balls = Balls(rows, own_kind, changed, touched, hits, near, higher)
+    balls = Balls(rows, own_kind, changed, touched, hits, near, higher, air, height)
     lines = obstacles.view(OBSTACLE)[:, 0] if COMPILED else rows_of(obstacles, ObstacleRow)
     numbers = laws_from(laws, lines, integrated)
+    contacts = None if room is None else contacts_from(*room)
     log = Log(clock, counters, time, what, ball, motion)
     if cells is None:
         pairs = Pairs(bound, least, next_event, track)
@@ -75,6 +82,9 @@ def enter(
     if goes_on or (status == RUN_EVENT_LIMIT and not last):
         return status
     return finish(balls, numbers, log, status, end)
+
+
+contacts_from = kernel(inline=True)(contacts_in)
 
 
 @kernel(inline=True)
@@ -95,6 +105,11 @@ def laws_from(numbers: FloatArray, obstacles: Any, integrated: int | None) -> La
         numbers[11],
         numbers[12],
         numbers[13],
+        numbers[14],
+        numbers[15] != 0.0,
+        numbers[16],
+        numbers[17],
+        numbers[18],
         obstacles,
         integrated,
     )

@@ -10,11 +10,13 @@ from ghostball.engine.core.state import (
     FARTHEST,
     LAST_EVENT,
     NOW,
+    RISE,
     RUN_NOT_FINITE,
     RUN_RESTED,
     RUN_T_MAX,
     SLIDING,
     UNSOUND,
+    UP_SPEED,
     Balls,
     FloatArray,
     Laws,
@@ -22,7 +24,8 @@ from ghostball.engine.core.state import (
 )
 from ghostball.engine.core.tolerances import EPS
 from ghostball.engine.event_loop.record import is_sound
-from ghostball.engine.motion.pieces import advance
+from ghostball.engine.motion.flight import flies
+from ghostball.engine.motion.position import advance
 
 
 @kernel
@@ -65,7 +68,7 @@ def finish(balls: Balls, laws: Laws, log: Log, status: int, end: FloatArray) -> 
 def _put_state(balls: Balls, i: int, end: FloatArray) -> None:
     """Put in end[:, i] the position, velocity and angular velocity of ball i."""
     vx, vy, radius = balls.state[i].vx, balls.state[i].vy, balls.state[i].radius
-    slides = balls.state[i].phase == SLIDING
+    slides = balls.state[i].phase == SLIDING or flies(balls.height, balls, i)
     end[0, i, 0] = balls.state[i].x
     end[0, i, 1] = balls.state[i].y
     end[0, i, 2] = radius
@@ -75,3 +78,11 @@ def _put_state(balls: Balls, i: int, end: FloatArray) -> None:
     end[2, i, 0] = balls.state[i].wx if slides else -vy / radius
     end[2, i, 1] = balls.state[i].wy if slides else vx / radius
     end[2, i, 2] = balls.state[i].wz
+    _put_height(balls.height, i, end)
+
+
+@kernel(inline=True)
+def _put_height(height: FloatArray | None, i: int, end: FloatArray) -> None:
+    if height is not None:
+        end[0, i, 2] += height[i, RISE]
+        end[1, i, 2] = height[i, UP_SPEED]

@@ -53,7 +53,7 @@ def run(
             status, event = find(balls, laws, pairs, cells, contacts, log, limit)
             if status != RUN_GOES_ON:
                 return status
-            advance_to(balls, contacts, event)
+            advance_to(balls, laws, contacts, event)
             held = resolve(balls, laws, cells, contacts, event, log)
             if held == NEEDS_CONTACTS:
                 return RUN_CONTACTS

@@ -1,9 +1,14 @@
-"""How balls move on after an event: each until its own next one, or held together by friction."""
+"""Predicts anew, after an event, the motion of every ball that it changed.
+
+Each alone, until its own next event (`motion.next_piece`), or with others that friction holds it
+together with (`resting_contact.step`).
+"""
 
 from __future__ import annotations
 
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import (
+    AHEAD,
     FREE,
     STEP,
     Balls,
@@ -15,7 +20,7 @@ from ghostball.engine.core.state import (
 from ghostball.engine.motion.geometry import (
     at_rest,
 )
-from ghostball.engine.motion.on_cloth import predict_motion
+from ghostball.engine.motion.next_piece import predict_motion
 from ghostball.engine.resting_contact.step import end_step, press_again
 
 
@@ -51,6 +56,7 @@ def _predict_marked(balls: Balls, laws: Laws, contacts: Contacts | None) -> None
             balls.state[i].moved = 1.0
         if contacts is not None:
             contacts.motion[i, STEP] = 0.0
+            contacts.motion[i, AHEAD] = 0.0
             if contacts.cluster[i] != FREE:
                 end_step(contacts, i)
                 continue

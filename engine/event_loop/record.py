@@ -14,6 +14,7 @@ from ghostball.engine.core.state import (
     BZ,
     EPOCH,
     EVENTS,
+    FALL,
     FREE,
     HIGHER,
     KNOT,
@@ -22,10 +23,13 @@ from ghostball.engine.core.state import (
     LOGGED_MOTIONS,
     NO_ROOM,
     PHASE,
+    POWERS,
+    RISE,
     RUN_GOES_ON,
     RUN_NO_ROOM,
     RUN_NOT_FINITE,
     UNSOUND,
+    UP_SPEED,
     VX,
     VY,
     WHAT_A,
@@ -34,6 +38,7 @@ from ghostball.engine.core.state import (
     WX,
     WY,
     WZ,
+    Air,
     Balls,
     Contacts,
     FloatArray,
@@ -48,6 +53,8 @@ BALL_CUSHION_EVENT = int(EventKind.BALL_CUSHION)
 SLIDE_TO_ROLL_EVENT = int(EventKind.SLIDE_TO_ROLL)
 ROLL_TO_REST_EVENT = int(EventKind.ROLL_TO_REST)
 BALL_GONE_EVENT = int(EventKind.BALL_GONE)
+BALL_CLOTH_EVENT = int(EventKind.BALL_CLOTH)
+LEAVES_TABLE_EVENT = int(EventKind.LEAVES_TABLE)
 
 
 @kernel
@@ -121,15 +128,40 @@ def note_motion(balls: Balls, i: int, log: Log) -> None:
         log.motion[row, BY] = ball.by
         log.motion[row, BZ] = ball.bz
         log.motion[row, PHASE] = ball.phase
-        _note_higher(balls.higher, i, log.motion, row)
+        _note_height(balls.height, i, log.motion, row)
+        _note_higher(balls.higher, balls.air, _columns_of(balls.height), i, log.motion, row)
         log.counters[LOGGED_MOTIONS] = row + 1
 
 
 @kernel(inline=True)
-def _note_higher(higher: FloatArray | None, i: int, motion: FloatArray, row: int) -> None:
+def _columns_of(height: FloatArray | None) -> int:
+    """Return after how many numbers of a motion its higher powers come."""
+    return KNOT if height is None else KNOT + 3
+
+
+@kernel(inline=True)
+def _note_height(height: FloatArray | None, i: int, motion: FloatArray, row: int) -> None:
+    if height is not None:
+        for k, column in enumerate((RISE, UP_SPEED, FALL)):
+            motion[row, KNOT + k] = height[i, column]
+
+
+@kernel(inline=True)
+def _note_higher(
+    higher: FloatArray | None,
+    air: Air | None,
+    first: int,
+    i: int,
+    motion: FloatArray,
+    row: int,
+) -> None:
     if higher is not None:
-        for k in range(HIGHER, higher.shape[1]):
-            motion[row, KNOT + k - HIGHER] = higher[i, k]
+        room, count = higher.shape[1] - HIGHER, 2 * int(higher[i, POWERS])
+        for k in range(room):
+            motion[row, first + k] = higher[i, HIGHER + k] if k < count else 0.0
+        if air is not None:
+            for k in range(room):
+                motion[row, first + room + k] = air.turning[i, k] if k < count else 0.0
 
 
 @kernel(inline=True)
@@ -158,7 +190,13 @@ def is_sound(balls: Balls, i: int) -> bool:
     place = (balls.state[i].x + balls.state[i].y) + (balls.state[i].vx + balls.state[i].vy)
     spin = (balls.state[i].wx + balls.state[i].wy) + balls.state[i].wz
     pull = (balls.state[i].ax + balls.state[i].ay) + (balls.state[i].bx + balls.state[i].by)
-    return bool(abs((place + spin) + (pull + balls.state[i].bz)) < math.inf)
+    size = abs((place + spin) + (pull + balls.state[i].bz))
+    return bool(_with_height(balls.height, i, size) < math.inf)
+
+
+@kernel(inline=True)
+def _with_height(height: FloatArray | None, i: int, size: float) -> float:
+    return size if height is None else size + abs(height[i, RISE] + height[i, UP_SPEED])
 
 
 @kernel(inline=True)

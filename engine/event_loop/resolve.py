@@ -1,6 +1,8 @@
-"""What happens at an event: the loop (`event_loop.loop`) says which, here it is done.
+"""Does what happens at an event: balls collide, meet an obstacle, land, begin to roll, or stop.
 
-What changes a ball's motion marks it in `balls.changed`, and leaves it to the loop to predict it.
+Which event it is, `event_loop.find` has found; what an impact does, is in `impacts`. What changes a
+ball's motion marks it in `balls.changed`, and leaves it to the loop to predict it. A `cushion` here
+is any row of `Laws.obstacles`.
 
 `Contacts` may be missing. What needs them then returns NEEDS_CONTACTS, having changed no motion,
 and is called again when they are there.
@@ -15,32 +17,47 @@ from ghostball.engine.core.state import (
     BALL_CUSHION,
     BALLS_GONE,
     DEGREE,
+    FALL,
     FIRST,
+    FLYING,
     FREE,
     JOINT_IMPACTS,
     OWN_CUSHION,
-    OWN_LOOK,
+    OWN_LAND,
+    OWN_OVER,
+    OWN_PIECE,
     OWN_REST,
     OWN_ROLL,
+    OWN_SETTLE,
     SECOND,
     SLIDING,
     TAKES_OUT,
     UNSOLVED_JOINT_IMPACTS,
+    UP_SPEED,
     Balls,
     Cells,
     Contacts,
+    FloatArray,
     Laws,
     Log,
 )
 from ghostball.engine.event_loop.record import (
     BALL_BALL_EVENT,
+    BALL_CLOTH_EVENT,
     BALL_CUSHION_EVENT,
     BALL_GONE_EVENT,
+    LEAVES_TABLE_EVENT,
     SLIDE_TO_ROLL_EVENT,
     note_event,
     note_rest,
 )
 from ghostball.engine.impacts.impact import bounce, bounce_in_corner, collide_balls
+from ghostball.engine.impacts.in_space import (
+    bounce_off_nose,
+    collide_in_space,
+    end_bounces,
+    land,
+)
 from ghostball.engine.impacts.simultaneous import collide_together
 from ghostball.engine.motion.geometry import (
     blocking_ball,
@@ -49,9 +66,9 @@ from ghostball.engine.motion.geometry import (
     negligible_hop,
     tie_rounding,
 )
-from ghostball.engine.motion.obstacles import facing
-from ghostball.engine.motion.on_cloth import come_to_rest, leave, mark, start_rolling
-from ghostball.engine.motion.pieces import advance
+from ghostball.engine.motion.next_piece import come_to_rest, leave, mark, start_rolling
+from ghostball.engine.motion.obstacles import facing, nose_reach
+from ghostball.engine.motion.position import advance
 from ghostball.engine.resting_contact.step import end_step
 from ghostball.engine.scheduling.contact_time import PRESSED
 from ghostball.engine.scheduling.due_pairs import Event
@@ -63,7 +80,7 @@ _ALONG = 1.0 - 2.0**-20
 
 
 @kernel(inline=True)
-def advance_to(balls: Balls, contacts: Contacts | None, event: Event) -> None:
+def advance_to(balls: Balls, laws: Laws, contacts: Contacts | None, event: Event) -> None:
     """Move the balls of an event to its instant: but not pairs that are to be held together.
 
     A ball that stops, or stops sliding, is moved there without cancelling digits.
@@ -83,12 +100,12 @@ def advance_to(balls: Balls, contacts: Contacts | None, event: Event) -> None:
             k = contacts.ring[ball]
             while k != ball:
                 if _rests_by(balls, k, t):
-                    come_to_rest(balls, k, t)
+                    come_to_rest(balls, laws, k, t)
                 k = contacts.ring[k]
-        come_to_rest(balls, ball, t)
+        come_to_rest(balls, laws, ball, t)
     elif kind == OWN_ROLL:
-        start_rolling(balls, ball, t)
-    elif kind >= OWN_LOOK:
+        start_rolling(balls, laws, ball, t)
+    elif kind >= OWN_PIECE and not _has_settled(balls.height, balls, ball, kind, t):
         advance(balls, ball, t)
 
 
@@ -108,6 +125,46 @@ def resolve(
     if event.ball < 0:
         return _resolve_contacts(balls, laws, contacts, event, log)
     return _resolve_own(balls, laws, cells, contacts, event.ball, event.t, log)
+
+
+@kernel(inline=True)
+def _has_settled(height: FloatArray | None, balls: Balls, i: int, kind: int, t: float) -> bool:
+    """Move ball i to where its bounces end, if that is what happens."""
+    if height is None:
+        return False
+    if kind != OWN_SETTLE:
+        return False
+    end_bounces(height, balls, i, t)
+    return True
+
+
+@kernel(inline=True)
+def _resolve_flight(
+    height: FloatArray | None, balls: Balls, laws: Laws, i: int, kind: int, t: float, log: Log
+) -> bool:
+    """Resolve what ball i does alone in the air: it lands, meets a nose, leaves the table.
+
+    Return whether it is that.
+    """
+    if height is None:
+        return False
+    if kind in (OWN_LAND, OWN_SETTLE):
+        note_event(BALL_CLOTH_EVENT, i, -1, t, log)
+        if kind == OWN_LAND:
+            land(height, balls, i, laws)
+    elif kind >= OWN_OVER:
+        log.counters[BALLS_GONE] += 1
+        note_event(LEAVES_TABLE_EVENT, i, _index(laws, kind - OWN_OVER), t, log)
+        leave(balls, i)
+        height[i, UP_SPEED], height[i, FALL] = 0.0, 0.0
+    elif kind >= OWN_CUSHION and balls.state[i].phase == FLYING:
+        log.counters[BALL_CUSHION] += 1
+        note_event(BALL_CUSHION_EVENT, i, _index(laws, kind - OWN_CUSHION), t, log)
+        bounce_off_nose(height, balls, i, kind - OWN_CUSHION, laws)
+    else:
+        return False
+    mark(balls, i)
+    return True
 
 
 @kernel
@@ -130,6 +187,8 @@ def _resolve_own(
     Return how many contacts in `balls.hits` are to be held.
     """
     kind = balls.own_kind[i]
+    if _resolve_flight(balls.height, balls, laws, i, kind, t, log):
+        return 0
     if kind == OWN_REST:
         if contacts is not None and contacts.cluster[i] != FREE:
             k = contacts.ring[i]
@@ -146,7 +205,7 @@ def _resolve_own(
         else:
             note_event(SLIDE_TO_ROLL_EVENT, i, -1, t, log)
         mark(balls, i)
-    elif kind == OWN_LOOK:
+    elif kind == OWN_PIECE:
         mark(balls, i)
     elif kind >= OWN_CUSHION:
         cushion = kind - OWN_CUSHION
@@ -176,13 +235,44 @@ def _resolve_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float, l
     log.counters[BALL_CUSHION] += 1
     note_event(BALL_CUSHION_EVENT, i, _index(laws, cushion), t, log)
     other = _corner_cushion(balls, laws, i, cushion, t)
-    if other < 0:
+    if _bounces_in_space(balls.height, balls, laws, i, cushion, other):
+        if other < 0:
+            return
+    elif other < 0:
         bounce(balls, i, cushion, laws)
         return
-    bounce_in_corner(balls, i, cushion, other, laws)
+    else:
+        bounce_in_corner(balls, i, cushion, other, laws)
     log.counters[BALL_CUSHION] += 1
     log.counters[JOINT_IMPACTS] += 1
     note_event(BALL_CUSHION_EVENT, i, _index(laws, other), t, log)
+
+
+@kernel(inline=True)
+def _bounces_in_space(
+    height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion: int, other: int
+) -> bool:
+    """Bounce ball i off one or two noses, one after the other, where balls may fly."""
+    if height is None:
+        return False
+    if not laws.airborne:
+        return False
+    bounce_off_nose(height, balls, i, cushion, laws)
+    if other >= 0:
+        bounce_off_nose(height, balls, i, other, laws)
+    return True
+
+
+@kernel(inline=True)
+def _collide_pair(height: FloatArray | None, balls: Balls, i: int, j: int, laws: Laws) -> None:
+    """Collide two balls neither of which has another impact now."""
+    if height is None:
+        collide_balls(balls, i, j, laws)
+        return
+    if laws.airborne:
+        collide_in_space(height, balls, i, j, laws)
+    else:
+        collide_balls(balls, i, j, laws)
 
 
 @kernel(inline=True)
@@ -199,7 +289,7 @@ def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) ->
         nx, ny, distance = facing(laws, other, ball.x, ball.y)
         if not nx * ball.vx + ny * ball.vy < 0.0 or abs(nx * ox + ny * oy) > _ALONG:
             continue
-        met = distance - ball.radius <= tie_rounding(balls, i, i, t)
+        met = distance - nose_reach(balls, i, laws) <= tie_rounding(balls, i, i, t)
         if met and laws.obstacles[other].law != TAKES_OUT:
             return other
     return -1
@@ -211,7 +301,7 @@ def _pressed_against(
 ) -> int:
     """Return what ball i is pressed against, where it wouldn't leave the cushion by bouncing.
 
-    The cushion itself (as -1 minus its index), where friction drives the ball into it; or a ball
+    The cushion itself (as -1 minus its row), where friction drives the ball into it; or a ball
     that is in its way; or the ball itself: nothing.
     """
     nx, ny, _ = facing(laws, cushion, balls.state[i].x, balls.state[i].y)
@@ -258,7 +348,7 @@ def _resolve_contacts(
         note_event(BALL_BALL_EVENT, a, b, t, log)
     if contacts is None:
         for c in range(count):
-            collide_balls(balls, balls.hits[c, FIRST], balls.hits[c, SECOND], laws)
+            _collide_pair(balls.height, balls, balls.hits[c, FIRST], balls.hits[c, SECOND], laws)
     else:
         _collide_groups(balls, laws, contacts, count, log)
     return 0
@@ -282,7 +372,9 @@ def _collide_groups(balls: Balls, laws: Laws, contacts: Contacts, count: int, lo
     for c in range(count):
         a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
         if contacts.motion[a, DEGREE] == 1.0 and contacts.motion[b, DEGREE] == 1.0:
-            collide_balls(balls, a, b, laws)
+            _collide_pair(balls.height, balls, a, b, laws)
+            contacts.motion[a, DEGREE] = 0.0
+            contacts.motion[b, DEGREE] = 0.0
         else:
             contacts.ends[joint, FIRST] = a
             contacts.ends[joint, SECOND] = b

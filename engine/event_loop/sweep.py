@@ -84,7 +84,15 @@ def sweep(
     laws = laws_from(numbers, lines, integrated)
     rows = room.state.view(BALL)[:, 0] if COMPILED else rows_of(room.state, BallRow)
     balls = Balls(
-        rows, room.own_kind, room.changed, room.touched, room.hits, room.near, room.higher
+        rows,
+        room.own_kind,
+        room.changed,
+        room.touched,
+        room.hits,
+        room.near,
+        room.higher,
+        room.air,
+        room.height,
     )
     for m in range(len(which)):
         k = which[m]
@@ -168,7 +176,4 @@ def _clear_contacts(contacts: Contacts) -> None:
     contacts.free[0] = len(contacts.held)
     for row in range(len(contacts.held)):
         contacts.free[1 + row] = row
-    contacts.pressed[:] = NOWHERE
-    contacts.pressed[0] = 0
-    contacts.pressure[:] = 0.0
     contacts.motion[:] = 0.0

@@ -1,9 +1,9 @@
-"""One impact: two balls, or a ball and a cushion, by the law that the scene chose.
+"""One impact on the cloth: two balls, or a ball and a cushion, by the law that the scene chose.
 
 Here the state is turned into the frame of the contact and back; what the impact does is the law's
-(`impacts.laws`). Its impulse up turns a ball. Whether it moves one, too, is decided here, by the
-ball's phase: each that there is has the ball on the cloth, which takes it. A phase in the air would
-add it to the ball's vertical velocity, after `_push_apart` and in `bounce`.
+(`impacts.laws`). Its impulse up turns a ball and never lifts it: the cloth takes that. Impacts in
+scenes whose balls may leave the cloth are in `impacts.in_space`, which comes here for those that
+are too slow to lift one. A `cushion` is any row of `Laws.obstacles`.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from ghostball.engine.core.state import (
 )
 from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
 from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
+from ghostball.engine.motion.next_piece import loosen
 from ghostball.engine.motion.obstacles import facing
-from ghostball.engine.motion.on_cloth import loosen
 
 
 @kernel(inline=True)

@@ -15,7 +15,7 @@ at e times its approach, friction included: what friction does against that mean
 it changes of the energy, and a loss. It is found with every ball split among its contacts (mass
 splitting: Tonge, Benevolenski and Voroshilov 2012): each contact sees its part of the mass, all act
 on the same state, and the parts are averaged. The result has the symmetry of the scene to the last
-bit, and doesn't depend on the order of the balls (see `impacts.plastic`).
+bit, and doesn't depend on the order of the balls (see `impacts.contact_solver`).
 
 A group's friction is Coulomb's, whatever the scene's law for two balls. Each group is counted in
 `work["joint_impacts"]`.
@@ -33,7 +33,6 @@ from ghostball.engine.core.state import (
     FORCE,
     NX,
     NY,
-    PRODUCT,
     PUSH_X,
     PUSH_Y,
     RATE,
@@ -45,11 +44,18 @@ from ghostball.engine.core.state import (
     Contacts,
     Laws,
 )
+from ghostball.engine.impacts.contact_solver import (
+    add_up,
+    end_approach,
+    gain_of,
+    gap_rate,
+    impulse_on,
+    scale,
+)
 from ghostball.engine.impacts.impact import contact_normal
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
-from ghostball.engine.impacts.plastic import end_approach, gained, gap_rate, scale, sum_at
 from ghostball.engine.motion.geometry import reduced_mass
-from ghostball.engine.motion.on_cloth import loosen
+from ghostball.engine.motion.next_piece import loosen
 
 
 @kernel
@@ -72,31 +78,30 @@ def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -
         nx, ny = contact_normal(balls, contacts.ends[c, FIRST], contacts.ends[c, SECOND])
         contacts.forces[c, NX] = nx
         contacts.forces[c, NY] = ny
-        contacts.forces[c, FORCE] = 0.0
         contacts.forces[c, RATE] = gap_rate(balls, contacts, c)
     solved = end_approach(contacts, count)
     restitution = laws.ball_restitution
     scale(contacts, count, 1.0 + restitution)
     if laws.slides and (laws.speed_dependent or laws.ball_friction > 0.0):
         _find_friction(balls, laws, contacts, count)
-        _push(balls, contacts, count)
-        _turn(balls, contacts, count)
+        _rub(balls, contacts, count)
         for c in range(count):
             before = contacts.forces[c, RATE]
             contacts.forces[c, RATE] = gap_rate(balls, contacts, c) + restitution * before
         solved = end_approach(contacts, count) and solved
-    _push(balls, contacts, count)
+    _push(balls, contacts)
     return solved
 
 
 @kernel
-def _push(balls: Balls, contacts: Contacts, count: int) -> None:
-    """Give every ball of the group the impulses in PUSH_X and PUSH_Y."""
+def _push(balls: Balls, contacts: Contacts) -> None:
+    """Give every ball of the group the velocity that the impulses give it."""
     for m in range(1, balls.touched[0] + 1):
         k = balls.touched[m]
         if contacts.motion[k, DEGREE] > 0.0:
-            balls.state[k].vx += gained(contacts, count, k, PUSH_X)
-            balls.state[k].vy += gained(contacts, count, k, PUSH_Y)
+            x, y = gain_of(contacts, k)
+            balls.state[k].vx += x
+            balls.state[k].vy += y
 
 
 @kernel
@@ -113,14 +118,15 @@ def _find_friction(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> 
     """Put each contact's friction in PUSH_X and PUSH_Y, and how it turns both balls in TURN_*.
 
     The latter as an impulse [N s]: 5 / (2 m R) times it is the change of angular velocity. On
-    entry the normal impulses are in PUSH_X and PUSH_Y.
+    entry, FORCE holds the normal impulses, which `gain_of` knows, too.
     """
     for c in range(count):
-        contacts.forces[c, PRODUCT] = _change_of_slip(contacts, count, c)
-    for c in range(count):
+        a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
         nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
+        (ax, ay), (bx, by) = gain_of(contacts, a), gain_of(contacts, b)
+        gain_x, gain_y = ax - bx, ay - by
         along, up = _slip(balls, contacts, c)
-        along += 0.5 * contacts.forces[c, PRODUCT]
+        along += 0.5 * (nx * gain_y - ny * gain_x)
         size = math.sqrt(along * along + up * up)
         limit = friction_coefficient(laws, size) * contacts.forces[c, FORCE]
         sticking = _split_mass(balls, contacts, c) * size / 3.5
@@ -133,27 +139,22 @@ def _find_friction(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> 
 
 
 @kernel
-def _change_of_slip(contacts: Contacts, count: int, c: int) -> float:
-    """Change of the slip of contact c [m/s], along t, by the impulses in PUSH_X and PUSH_Y."""
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    gained_x = gained(contacts, count, a, PUSH_X)
-    gained_y = gained(contacts, count, a, PUSH_Y)
-    gained_x -= gained(contacts, count, b, PUSH_X)
-    gained_y -= gained(contacts, count, b, PUSH_Y)
-    change: float = contacts.forces[c, NX] * gained_y - contacts.forces[c, NY] * gained_x
-    return change
-
-
-@kernel
-def _turn(balls: Balls, contacts: Contacts, count: int) -> None:
-    """Turn every ball of the group by its friction."""
-    for m in range(1, balls.touched[0] + 1):
-        k = balls.touched[m]
-        if contacts.motion[k, DEGREE] > 0.0:
-            turn = 2.5 / (balls.state[k].mass * balls.state[k].radius)
-            balls.state[k].wx += turn * sum_at(contacts, count, k, TURN_X, 1.0)
-            balls.state[k].wy += turn * sum_at(contacts, count, k, TURN_Y, 1.0)
-            balls.state[k].wz += turn * sum_at(contacts, count, k, TURN_Z, 1.0)
+def _rub(balls: Balls, contacts: Contacts, count: int) -> None:
+    """Give every ball of the group the friction of its contacts, which moves it and turns it."""
+    add_up(contacts, count, PUSH_X, PUSH_Y, -1.0)
+    _push(balls, contacts)
+    for row in (TURN_X, TURN_Z):
+        add_up(contacts, count, row, TURN_Y, 1.0)
+        for m in range(1, balls.touched[0] + 1):
+            k = balls.touched[m]
+            if contacts.motion[k, DEGREE] > 0.0:
+                x, y = impulse_on(contacts, k)
+                turn = 2.5 / (balls.state[k].mass * balls.state[k].radius)
+                if row == TURN_X:
+                    balls.state[k].wx += turn * x
+                    balls.state[k].wy += turn * y
+                else:
+                    balls.state[k].wz += turn * x
 
 
 @kernel

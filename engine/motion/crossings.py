@@ -1,4 +1,4 @@
-"""When a quadratic first falls to 0: of a gap, or of the distance of two that move uniformly."""
+"""When a gap closes: the first root of a quadratic in the time, found without losing digits."""
 
 from __future__ import annotations
 
@@ -30,6 +30,31 @@ def first_crossing(gap: float, rate: float, acceleration: float) -> float:
     under = root - rate if closing else -acceleration
     s = over / (under if meets else 1.0)
     return s if meets else math.inf
+
+
+@kernel
+def first_bent_crossing(
+    gap: float, rate: float, acceleration: float, jerk: float, left: float
+) -> float:
+    """`first_crossing`, at the soonest, where the acceleration falls by up to `jerk` a second.
+
+    For `left` seconds, a finite number; later than that, where it can't be before.
+
+    Notes
+    -----
+    Within h seconds jerk s^3 / 6 is no more than (jerk h / 3) s^2 / 2: a root of that is a bound if
+    it comes before h, and h is one if not. The best h lies where both are the same; the mean of the
+    logarithms of h and of its root is four times nearer to it. Where the rate is what closes the
+    gap, there is nothing to be won.
+    """
+    bend = jerk / 3.0
+    soonest: float = first_crossing(gap, rate, acceleration - bend * left)
+    horizon = left
+    while soonest < 0.25 * horizon and bend * horizon * soonest > -rate:
+        horizon = math.sqrt(soonest * horizon)
+        root = first_crossing(gap, rate, acceleration - bend * horizon)
+        soonest = max(min(root, horizon), soonest)
+    return soonest
 
 
 @kernel(inline=True)

@@ -1,4 +1,7 @@
-"""Where balls are relative to each other at an instant, without moving them."""
+"""Which balls are near each other, at rest, or in contact at an instant; which gaps are closed.
+
+Nothing is moved. What a gap may be off by, in tolerances and rounding, is here, too.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import (
     AFTER,
     COLUMN,
+    FLYING,
     GONE,
     NOWHERE,
     ROW,
@@ -15,6 +19,7 @@ from ghostball.engine.core.state import (
     TAKES_OUT,
     Balls,
     Cells,
+    FloatArray,
     Laws,
 )
 from ghostball.engine.core.tolerances import (
@@ -25,8 +30,8 @@ from ghostball.engine.core.tolerances import (
     GAP_ULPS,
     STOP_WAY,
 )
-from ghostball.engine.motion.obstacles import facing
-from ghostball.engine.motion.pieces import relative_motion
+from ghostball.engine.motion.obstacles import facing, nose_reach
+from ghostball.engine.motion.position import pair_reach, relative_motion
 
 
 @kernel
@@ -39,7 +44,17 @@ def reduced_mass(a: float, b: float) -> float:
 def at_rest(balls: Balls, i: int) -> bool:
     """Whether the centre of ball i rests, and stays so if nothing hits it."""
     slides = balls.state[i].phase == SLIDING and balls.state[i].slide_slowing > 0.0
+    if _in_air(balls.height, balls, i, i):
+        return False
     return bool(balls.state[i].vx == 0.0 and balls.state[i].vy == 0.0 and not slides)
+
+
+@kernel(inline=True)
+def _in_air(height: FloatArray | None, balls: Balls, i: int, j: int) -> bool:
+    """Whether one of two balls is in the air."""
+    if height is None:
+        return False
+    return bool(balls.state[i].phase == FLYING or balls.state[j].phase == FLYING)
 
 
 @kernel
@@ -120,10 +135,14 @@ def in_contact(gap: float, rate: float, tolerance: float, pull: float) -> bool:
 def obstacle_in_contact(balls: Balls, i: int, laws: Laws, k: int) -> bool:
     """Whether ball i counts as in contact with an obstacle, at its epoch."""
     ball = balls.state[i]
-    if ball.phase == GONE or laws.obstacles[k].law == TAKES_OUT:
+    if (
+        ball.phase == GONE
+        or _in_air(balls.height, balls, i, i)
+        or laws.obstacles[k].law == TAKES_OUT
+    ):
         return False
     nx, ny, distance = facing(laws, k, ball.x, ball.y)
-    gap = distance - ball.radius
+    gap = distance - nose_reach(balls, i, laws)
     rate = nx * ball.vx + ny * ball.vy
     return in_contact(gap, rate, contact_tolerance(balls, i, i), 3.0 * grip(balls, i))
 
@@ -137,12 +156,22 @@ def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
     """
     if balls.state[i].phase == GONE or balls.state[j].phase == GONE:
         return False
+    if _in_air(balls.height, balls, i, j):
+        return False
     rx, ry, vx, vy, _, _ = relative_motion(balls, i, j, t)
     distance = math.sqrt(rx * rx + ry * ry)
-    gap = distance - (balls.state[i].radius + balls.state[j].radius)
+    gap = distance - pair_reach(balls, i, j)
     rate = (rx * vx + ry * vy) / distance
     pull = 1.5 * (grip(balls, i) + grip(balls, j))
     return in_contact(gap, rate, contact_tolerance(balls, i, j), pull)
+
+
+@kernel
+def stands_before(balls: Balls, i: int, j: int) -> bool:
+    """Whether ball i is before ball j in the order of places; both at one instant."""
+    same = balls.state[i].x == balls.state[j].x
+    below = same and balls.state[i].y < balls.state[j].y
+    return bool(balls.state[i].x < balls.state[j].x or below)
 
 
 @kernel

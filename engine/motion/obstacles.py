@@ -1,7 +1,9 @@
-"""What stands still on the table: lines, segments and discs, each a row of `Laws.obstacles`.
+"""When a ball meets what stands still on the table: lines, segments and discs.
 
-Each is convex, so that a ball must cross the line through its nearest point, across the way there,
-before it can touch: a bound of when it does is found as for two balls.
+Each is a row of `Laws.obstacles`: `running.from_scene.obstacles_of` lists them, a scene's cushions
+as lines. Each is convex, so that a ball must cross the line through its nearest point, across the
+way there, before it can touch: a bound of when it does is found as for two balls, and from there
+another one. What a ball in the air meets is in `motion.flight`.
 """
 
 from __future__ import annotations
@@ -13,11 +15,12 @@ from ghostball.engine.core.state import (
     LINE,
     SEGMENT,
     Balls,
+    FloatArray,
     Laws,
 )
 from ghostball.engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS, TIME_ROUNDING
-from ghostball.engine.motion.crossings import first_crossing
-from ghostball.engine.motion.pieces import bend
+from ghostball.engine.motion.crossings import first_bent_crossing, first_crossing
+from ghostball.engine.motion.position import FOR_EVER, jerk, whole_motion
 
 
 @kernel(inline=True)
@@ -43,6 +46,20 @@ def _facing_nearest(laws: Laws, k: int, x: float, y: float) -> tuple[float, floa
     return rx / size, ry / size, size - laws.obstacles[k].radius
 
 
+@kernel(inline=True)
+def nose_reach(balls: Balls, i: int, laws: Laws) -> float:
+    """Return how far from an obstacle ball i touches it, on the cloth [m]; see `motion.flight`."""
+    return _nose_reach(balls.height, laws, balls.state[i].radius)
+
+
+@kernel(inline=True)
+def _nose_reach(height: FloatArray | None, laws: Laws, radius: float) -> float:
+    reach = radius
+    if height is not None and laws.airborne:
+        reach = math.sqrt(laws.cushion_height * (2.0 * radius - laws.cushion_height))
+    return reach
+
+
 @kernel
 def row_of(laws: Laws, index: int) -> int:
     """Return the row of the obstacle that events call `index`, or -1."""
@@ -53,40 +70,47 @@ def row_of(laws: Laws, index: int) -> int:
 
 
 @kernel(inline=True)
-def time_to_obstacle(
-    balls: Balls, i: int, laws: Laws, k: int, duration: float
-) -> tuple[float, bool]:
-    """Return in how long ball i may touch obstacle k [s], inf for never; and whether it will then.
+def time_to_obstacle(balls: Balls, i: int, laws: Laws, k: int, duration: float) -> float:
+    """Return in how long ball i touches obstacle k [s], within a duration [s]; or inf, or later.
 
-    From its epoch, as it moves for a duration [s]. A line is touched then, by a ball whose motion
-    is a quadratic; anything else must be looked at again, until it touches but for rounding.
+    From its epoch, as it moves for that long.
     """
     ball = balls.state[i]
-    bent = bend(balls, i, duration, 1.0, 1.0) > 0.0
-    if laws.obstacles[k].kind == LINE and not bent:
+    if laws.obstacles[k].kind == LINE and jerk(balls, i) == 0.0:
         nx, ny = laws.obstacles[k].nx, laws.obstacles[k].ny
         rate, pull = nx * ball.vx + ny * ball.vy, nx * ball.ax + ny * ball.ay
         if rate >= 0.0 and pull >= 0.0:
-            return math.inf, False
+            return math.inf
         _, _, away = facing(laws, k, ball.x, ball.y)
-        gap = max(away - ball.radius, 0.0)
+        gap = max(away - nose_reach(balls, i, laws), 0.0)
         # Without pull the root is that of a line: the same number, without a square root.
-        return gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull), True
-    return _time_to_look(balls, i, laws, k, duration)
+        return gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)
+    return _time_by_bounds(balls, i, laws, k, duration)
 
 
 @kernel
-def _time_to_look(balls: Balls, i: int, laws: Laws, k: int, duration: float) -> tuple[float, bool]:
-    """`time_to_obstacle`, where it is a bound but for a ball that touches."""
+def _time_by_bounds(balls: Balls, i: int, laws: Laws, k: int, duration: float) -> float:
+    """`time_to_obstacle`, by bounds each of which is found from the one before."""
     ball = balls.state[i]
-    nx, ny, away = facing(laws, k, ball.x, ball.y)
-    gap = max(away - ball.radius, 0.0)
-    rate = nx * ball.vx + ny * ball.vy
-    pull = nx * ball.ax + ny * ball.ay - bend(balls, i, duration, nx, ny)
-    if rate >= 0.0 and pull >= 0.0:
-        return math.inf, False
-    s = first_crossing(gap, rate, pull)
-    # Nearer than its coordinates can tell, it would be looked at for ever.
-    rounding = GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * (abs(ball.x) + abs(ball.y))
-    near = gap <= rounding or not s > TIME_ROUNDING * ball.epoch
-    return s, near and rate < 0.0
+    s = 0.0
+    while True:
+        t = ball.epoch + s
+        x, y, vx, vy, ax, ay = whole_motion(balls, i, t)
+        nx, ny, away = facing(laws, k, x, y)
+        gap = max(away - nose_reach(balls, i, laws), 0.0)
+        rate = nx * vx + ny * vy
+        pull = nx * ax + ny * ay
+        step = first_bent_crossing(gap, rate, pull, jerk(balls, i), min(duration - s, FOR_EVER))
+        if step == math.inf:
+            return math.inf
+        # Nearer than its coordinates can tell, it would be looked at for ever.
+        rounding = GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * (abs(x) + abs(y))
+        if rate < 0.0 and gap <= rounding:
+            return s
+        if not step > TIME_ROUNDING * t:
+            if rate < 0.0 or pull < 0.0:
+                return s
+            step = 2.0 * TIME_ROUNDING * max(t, duration)
+        s += step
+        if not s < duration:
+            return math.inf

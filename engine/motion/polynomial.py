@@ -1,6 +1,6 @@
-"""How far a piece of motion goes: the only place where its polynomial is written down.
+"""The polynomial of the time by which a ball moves between events: the only place that has it.
 
-Of numbers or of arrays, in Python and, as `motion.pieces` has it, in kernels. What a piece has
+Of numbers or of arrays, in Python and, as `motion.position` has it, in kernels. What a piece has
 beyond the square of the time are coefficients in pairs, for x and for y: those of the third power,
 of the fourth, and so on, as many as there are.
 """
@@ -25,26 +25,25 @@ def speed(velocity: Number, acceleration: Number, s: Number) -> Number:
     return velocity + acceleration * s
 
 
-def tail(coefficients: Any, axis: int, s: Any, order: int) -> Any:
-    """Return what the powers beyond the second add to a coordinate, or to a derivative of it.
+def tails(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
+    """Return what powers beyond the second add to x, y, their velocities and accelerations.
 
     Parameters
     ----------
     coefficients : (2 k,) or (2 k, m) float64
         By power and axis.
-    axis : int
-        0 for x, 1 for y.
+    count : int
+        How many powers to take, at most k.
     s : float or (m,) float64 [s]
         Time since the piece began.
-    order : int
-        Which derivative, up to the third.
     """
-    total = 0.0 * s
-    for row in range(len(coefficients) - 2 + axis, -1, -2):
-        factor = 1.0
-        for lower in range(order):
-            factor *= 3 + row // 2 - lower
-        total = total * s + factor * coefficients[row]
-    for _ in range(3 - order):
-        total = total * s
-    return total
+    # All as s^3 q(s): q, its derivative, and half of its second one, by Horner's scheme.
+    x, y, vx, vy, ax, ay = 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s
+    for power in range(count - 1, -1, -1):
+        ax, ay = ax * s + vx, ay * s + vy
+        vx, vy = vx * s + x, vy * s + y
+        x, y = x * s + coefficients[2 * power], y * s + coefficients[2 * power + 1]
+    square = s * s
+    ax, ay = 6.0 * x + s * (6.0 * vx + 2.0 * s * ax), 6.0 * y + s * (6.0 * vy + 2.0 * s * ay)
+    vx, vy = 3.0 * x + s * vx, 3.0 * y + s * vy
+    return square * s * x, square * s * y, square * vx, square * vy, s * ax, s * ay

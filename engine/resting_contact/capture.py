@@ -1,4 +1,7 @@
-"""The approach that is left where a contact step starts, taken away by plastic impulses."""
+"""Takes away, by plastic impulses, the approach that is left where a contact step starts.
+
+Plastic: the balls don't part. A ball at rest stays so, if the cloth would stop it again at once.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,9 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import (
     ANSWERING,
     FIRST,
+    FORCE,
     NX,
     NY,
-    PUSH_X,
-    PUSH_Y,
     RATE,
     SECOND,
     SLIDING,
@@ -20,7 +22,8 @@ from ghostball.engine.core.state import (
     Laws,
 )
 from ghostball.engine.core.tolerances import APPROACH_ROUNDING
-from ghostball.engine.impacts.plastic import end_approach, gained, gap_rate, sum_at
+from ghostball.engine.impacts.contact_solver import end_approach, gain_of, gap_rate
+from ghostball.engine.impacts.laws.dispatch import nose_sine
 from ghostball.engine.motion.geometry import (
     at_rest,
     capture_height,
@@ -28,8 +31,9 @@ from ghostball.engine.motion.geometry import (
     grip,
     negligible_hop,
 )
-from ghostball.engine.motion.on_cloth import speed_of
-from ghostball.engine.resting_contact.forces import gap_after
+from ghostball.engine.motion.next_piece import speed_of
+from ghostball.engine.resting_contact.cloth_response import answering_mass
+from ghostball.engine.resting_contact.gaps import gap_now
 
 _RESIDUE = 2.0**-20
 """Hop, in units of a negligible one, left to the contact force: a thousandth of its speed."""
@@ -52,20 +56,69 @@ def stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, co
         for m in range(members):
             k = contacts.member[m]
             firm = at_rest(balls, k)
-            contacts.motion[k, ANSWERING] = math.inf if firm else _moved_mass(balls, laws, k)
+            contacts.motion[k, ANSWERING] = math.inf if firm else answering_mass(balls, laws, k)
         solved = end_approach(contacts, count)
         for _ in range(members):
             if not _loosen_pushed(balls, laws, contacts, members, count, solved):
                 break
             solved = end_approach(contacts, count)
-        for m in range(members):
-            k = contacts.member[m]
-            balls.state[k].vx += gained(contacts, count, k, PUSH_X)
-            balls.state[k].vy += gained(contacts, count, k, PUSH_Y)
+        _push(balls, contacts, members)
+        rubbed = False
+        for c in range(count):
+            if contacts.ends[c, SECOND] < 0:
+                rubbed = _rub_cushion(balls, laws, contacts, c) or rubbed
+        if rubbed and _approaches(balls, laws, contacts, count):
+            # In a corner, what one cushion rubs drives the ball into the other.
+            solved = end_approach(contacts, count) and solved
+            _push(balls, contacts, members)
     for m in range(members):
         k = contacts.member[m]
         contacts.stopped[k] = contacts.stopped[k] and at_rest(balls, k)
     return solved
+
+
+@kernel
+def _push(balls: Balls, contacts: Contacts, members: int) -> None:
+    """Give every member its impulses."""
+    for m in range(members):
+        k = contacts.member[m]
+        x, y = gain_of(contacts, k)
+        balls.state[k].vx += x
+        balls.state[k].vy += y
+
+
+@kernel
+def _rub_cushion(balls: Balls, laws: Laws, contacts: Contacts, c: int) -> bool:
+    """Give contact c, of a ball that slides with a cushion, the friction of its impulse, if any.
+
+    By Coulomb's law, at the height where the impact law has the cushion touch it: all the bounces
+    that the impulse stands for would rub.
+    """
+    k, cushion = contacts.ends[c, FIRST], -1 - contacts.ends[c, SECOND]
+    ball = balls.state[k]
+    if not laws.cushion_turns or ball.phase != SLIDING or contacts.forces[c, FORCE] == 0.0:
+        return False
+    nx, ny, radius = contacts.forces[c, NX], contacts.forces[c, NY], ball.radius
+    sine = nose_sine(laws, int(laws.obstacles[cushion].law), radius)
+    cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
+    turning = nx * ball.wx + ny * ball.wy
+    along = (nx * ball.vy - ny * ball.vx) + radius * (cosine * ball.wz - sine * turning)
+    down = radius * (nx * ball.wy - ny * ball.wx)
+    size = speed_of(along, down)
+    if size == 0.0:
+        return False
+    # Part of what the normal impulse does, friction does: less is left for the nose's own.
+    friction = laws.cushion_friction
+    part = friction / (cosine + friction * sine * (down / size))
+    rubbed = min(part * (contacts.forces[c, FORCE] / ball.mass), size / 3.5)
+    along, down = -rubbed * (along / size), -rubbed * (down / size)
+    turn = 2.5 / radius
+    ball.vx -= along * ny
+    ball.vy += along * nx
+    ball.wx -= turn * (nx * (along * sine) + ny * down)
+    ball.wy -= turn * (ny * (along * sine) - nx * down)
+    ball.wz += turn * (along * cosine)
+    return True
 
 
 @kernel
@@ -74,7 +127,7 @@ def _approaches(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> boo
     found = False
     for c in range(count):
         a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-        nx, ny, _ = gap_after(balls, laws, contacts, c, 0.0)
+        nx, ny, _ = gap_now(balls, laws, contacts, c)
         contacts.forces[c, NX] = nx
         contacts.forces[c, NY] = ny
         rate = gap_rate(balls, contacts, c)
@@ -103,10 +156,8 @@ def _loosen_pushed(
         k = contacts.member[m]
         if not math.isinf(contacts.motion[k, ANSWERING]):
             continue
-        pushed = speed_of(
-            sum_at(contacts, count, k, PUSH_X, -1.0), sum_at(contacts, count, k, PUSH_Y, -1.0)
-        )
-        mass = _moved_mass(balls, laws, k)
+        pushed = _push_at(contacts, count, k)
+        mass = answering_mass(balls, laws, k)
         height = capture_height(balls, k, k)
         if not (solved and negligible_hop(pushed / mass, balls.state[k].roll_slowing, height)):
             contacts.motion[k, ANSWERING] = mass
@@ -115,12 +166,12 @@ def _loosen_pushed(
 
 
 @kernel
-def _moved_mass(balls: Balls, laws: Laws, k: int) -> float:
-    """Mass [kg] with which member k answers to a negligible impulse.
-
-    One that rolls, or rests, rolls on: the cloth ends so small a slip within part of
-    `CAPTURE_HEIGHT`.
-    """
-    rolls = laws.slides and balls.state[k].phase != SLIDING and grip(balls, k) > 0.0
-    mass: float = 1.4 * balls.state[k].mass if rolls else balls.state[k].mass
-    return mass
+def _push_at(contacts: Contacts, count: int, k: int) -> float:
+    """Return the size of the sum of ball k's impulses [N s]."""
+    x, y = 0.0, 0.0
+    for c in range(count):
+        if k in (contacts.ends[c, FIRST], contacts.ends[c, SECOND]):
+            sign = -1.0 if contacts.ends[c, FIRST] == k else 1.0
+            x += sign * contacts.forces[c, FORCE] * contacts.forces[c, NX]
+            y += sign * contacts.forces[c, FORCE] * contacts.forces[c, NY]
+    return speed_of(x, y)

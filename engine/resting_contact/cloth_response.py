@@ -1,4 +1,4 @@
-"""How a member of a pressed cluster answers to the forces on it, over one contact step.
+"""How a ball of a cluster answers to the forces on it, with the cloth's friction, over one step.
 
 The cloth acts too. A member that rolls is given the friction with which it goes on rolling, so that
 it reacts with 7/5 of its mass, for as long as that is within the limit of sliding friction (or of
@@ -12,6 +12,7 @@ import math
 
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import (
+    AHEAD,
     DEEP,
     LOAD_X,
     LOAD_Y,
@@ -20,6 +21,7 @@ from ghostball.engine.core.state import (
     NEW_BX,
     NEW_BY,
     ROLLING,
+    SLIDING,
     SLIPS,
     TWIST_X,
     TWIST_Y,
@@ -28,6 +30,7 @@ from ghostball.engine.core.state import (
     Contacts,
     Laws,
 )
+from ghostball.engine.motion.drag import rolling_deceleration, slowed_by_air
 from ghostball.engine.motion.geometry import (
     capture_height,
     contact_tolerance,
@@ -35,13 +38,17 @@ from ghostball.engine.motion.geometry import (
     negligible_hop,
     stop_way,
 )
-from ghostball.engine.motion.on_cloth import friction_against, slip, speed_of
+from ghostball.engine.motion.next_piece import friction_against, slip, speed_of
 
 _LEFT_OPEN = 0.125
 """What forces may leave of a gap, in units of its tolerance."""
 
 _LEFT_OVER = 2.0**-6
 """And in units of what the cloth's own force, the whole step long, would make of a gap."""
+
+_FOLLOWED_ON = 2.0**-10
+"""Way, in units of `STOP_WAY`, in which the cloth can end a slip that is followed no further: what
+contacts do meanwhile is left out, and was 1e-5 of the speeds along a cushion."""
 
 _TURN = 0.125
 """Largest change in a step of the velocity that gives friction its direction, over its size."""
@@ -53,8 +60,13 @@ def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: f
     mass = balls.state[k].mass
     fx, fy = contacts.motion[k, LOAD_X] / mass, contacts.motion[k, LOAD_Y] / mass
     contacts.motion[k, YIELD] = 1.0 / mass
+    # At mid-step, too: as far as the forces so far have it.
+    vx = balls.state[k].vx + 0.5 * duration * contacts.motion[k, NEW_AX]
+    vy = balls.state[k].vy + 0.5 * duration * contacts.motion[k, NEW_AY]
+    fx, fy = slowed_by_air(balls.air, laws, vx, vy, fx, fy)
+    limit = rolling_deceleration(balls.air, laws, balls.state[k].roll_slowing, vx, vy)
     if not laws.slides:
-        _roll(balls, contacts, k, duration, fx, fy)
+        _roll(balls, contacts, k, duration, fx, fy, limit)
         return
     radius = balls.state[k].radius
     gx = 2.5 * contacts.motion[k, TWIST_X] / (mass * radius)
@@ -69,7 +81,7 @@ def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: f
     contacts.motion[k, SLIPS] = 0.0 if rolls else 1.0
     if rolls:
         contacts.motion[k, YIELD] /= 1.4
-        _roll(balls, contacts, k, duration, fx + cx, fy + cy)
+        _roll(balls, contacts, k, duration, fx + cx, fy + cy, limit)
         contacts.motion[k, NEW_BX] = -contacts.motion[k, NEW_AY] / radius
         contacts.motion[k, NEW_BY] = contacts.motion[k, NEW_AX] / radius
         return
@@ -83,10 +95,20 @@ def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: f
 
 
 @kernel
-def _roll(balls: Balls, contacts: Contacts, k: int, duration: float, fx: float, fy: float) -> None:
-    """Set the acceleration of a member that rolls or rests: drive less rolling friction."""
+def _roll(
+    balls: Balls,
+    contacts: Contacts,
+    k: int,
+    duration: float,
+    fx: float,
+    fy: float,
+    limit: float,
+) -> None:
+    """Set the acceleration of a member that rolls or rests: drive less rolling friction.
+
+    `limit` is the most that this slows it by [m/s^2].
+    """
     vx, vy = balls.state[k].vx, balls.state[k].vy
-    limit = balls.state[k].roll_slowing
     if stopping(balls, k):
         # So slow, or at rest: the cloth brings it to rest by the end of the step if mu m g can,
         # else it resists with that.
@@ -153,15 +175,28 @@ def keep_still(balls: Balls, contacts: Contacts, k: int, duration: float) -> Non
 
 
 @kernel
-def settle(balls: Balls, k: int) -> bool:
-    """End ball k's slip now, where the cloth alone would end it within `STOP_WAY`.
+def is_settling(balls: Balls, contacts: Contacts, k: int) -> bool:
+    """Whether the cloth alone would end ball k's slip within `STOP_WAY`.
 
-    As the cloth would: 2/7 of the slip leave the velocity. Return whether it was so.
+    A slip that is followed is so nearly to the end.
     """
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
-    if size == 0.0 or not negligible_hop(size, balls.state[k].slide_slowing, stop_way(balls, k)):
+    way = stop_way(balls, k)
+    if contacts.motion[k, AHEAD] > 0.0:
+        way *= _FOLLOWED_ON
+    return size > 0.0 and negligible_hop(size, balls.state[k].slide_slowing, way)
+
+
+@kernel
+def settle(balls: Balls, contacts: Contacts, k: int) -> bool:
+    """End ball k's slip now, if it is settling; return whether it is.
+
+    As the cloth would: 2/7 of the slip leave the velocity.
+    """
+    if not is_settling(balls, contacts, k):
         return False
+    ux, uy = slip(balls, k)
     balls.state[k].vx -= ux / 3.5
     balls.state[k].vy -= uy / 3.5
     balls.state[k].phase = ROLLING
@@ -198,3 +233,15 @@ def turns_little(balls: Balls, contacts: Contacts, k: int, duration: float) -> b
         return True  # no friction: what speed is left may be but rounding, of any direction
     speed = speed_of(balls.state[k].vx, balls.state[k].vy)
     return bool(duration * speed_of(ax, ay) <= _TURN * speed or stopping(balls, k))
+
+
+@kernel
+def answering_mass(balls: Balls, laws: Laws, k: int) -> float:
+    """Mass [kg] with which member k answers to a negligible impulse.
+
+    One that rolls, or rests, rolls on: the cloth ends so small a slip within part of
+    `CAPTURE_HEIGHT`.
+    """
+    rolls = laws.slides and balls.state[k].phase != SLIDING and grip(balls, k) > 0.0
+    mass: float = 1.4 * balls.state[k].mass if rolls else balls.state[k].mass
+    return mass

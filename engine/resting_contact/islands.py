@@ -1,4 +1,4 @@
-"""Islands: which balls press each other, and where they touch each other and cushions."""
+"""Islands: which balls are in contact with each other, and where; and how they are set free."""
 
 from __future__ import annotations
 
@@ -17,9 +17,14 @@ from ghostball.engine.core.state import (
     IntArray,
     Laws,
 )
-from ghostball.engine.motion.geometry import list_near, obstacle_in_contact, pair_in_contact
-from ghostball.engine.motion.on_cloth import mark, predict_again
-from ghostball.engine.motion.pieces import advance
+from ghostball.engine.motion.geometry import (
+    list_near,
+    obstacle_in_contact,
+    pair_in_contact,
+    stands_before,
+)
+from ghostball.engine.motion.next_piece import mark, predict_again
+from ghostball.engine.motion.position import advance
 
 
 @kernel
@@ -104,13 +109,13 @@ def gather_members(
                 contacts.member[members] = other
                 members += 1
         m += 1
-    _sort(balls, contacts, members)
+    sort_by_place(balls, contacts, members)
     return members
 
 
 @kernel
 def _is_listed(balls: Balls, listed: int, i: int, j: int) -> bool:
-    """Whether ball i and j, a ball or -1 minus a cushion's index, are in `balls.hits`."""
+    """Whether ball i and j, a ball or -1 minus an obstacle's row, are in `balls.hits`."""
     for c in range(listed):
         a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
         if (a == i and b == j) or (a == j and b == i):
@@ -119,7 +124,7 @@ def _is_listed(balls: Balls, listed: int, i: int, j: int) -> bool:
 
 
 @kernel
-def _sort(balls: Balls, contacts: Contacts, members: int) -> None:
+def sort_by_place(balls: Balls, contacts: Contacts, members: int) -> None:
     """Put the members in the order of their places, so that their numbering doesn't matter."""
     for m in range(1, members):
         k, place = contacts.member[m], m
@@ -127,14 +132,6 @@ def _sort(balls: Balls, contacts: Contacts, members: int) -> None:
             contacts.member[place] = contacts.member[place - 1]
             place -= 1
         contacts.member[place] = k
-
-
-@kernel
-def stands_before(balls: Balls, i: int, j: int) -> bool:
-    """Whether ball i is before ball j in the order of places; both at one instant."""
-    same = balls.state[i].x == balls.state[j].x
-    below = same and balls.state[i].y < balls.state[j].y
-    return bool(balls.state[i].x < balls.state[j].x or below)
 
 
 @kernel

@@ -1,35 +1,39 @@
-"""Sustained contact: balls that friction presses together move as one cluster, in short steps.
+"""Sustained contact, the whole of it: balls that friction presses together move as one cluster.
 
 Two balls that roll side by side in contact, in slightly different directions, are slowed along
 different lines, and so may be pressed together. Bouncing, they would meet again and again with
 vanishing speed: without end for a restitution below 1. Instead a contact force holds each gap of
 the cluster closed for as long as it has to push.
 
-That motion isn't polynomial, because the line of centres and the direction of friction turn. It is
-followed in steps of constant acceleration, each as long as keeps every gap within
-`CONTACT_TOLERANCE` diameters (4e-13 m for pool balls), checked on the very polynomials that the
-balls then follow, at the step's end and seven times within. Normals and friction are taken at the
-middle of the step, so that its error is third order in its length. The forces come from projected
-Gauss-Seidel on the gaps at the end of the step. No ball is displaced. Impulses are plastic, and a
-force works on a gap that stays within the tolerance: what energy that could add is far below what
-friction takes in the same step.
+That motion isn't polynomial, because the line of centres and the direction of friction turn. While
+every contact pushes and no slip ends, it is followed far, to high order (`resting_contact.follow`).
+What happens between, where a contact parts or sticks, a ball stops or starts to slip, is taken
+across in steps of constant acceleration, each as long as keeps every gap within `CONTACT_TOLERANCE`
+diameters (4e-13 m for pool balls), checked on the very polynomials that the balls then follow, at
+the step's end and seven times within. Normals and friction are taken at the middle of the step, so
+that its error is third order in its length. The forces come from the one solver of contacts
+(`impacts.contact_solver`), on the gaps at the end of the step. No ball is displaced. Impulses are
+plastic, and a force works on a gap that stays within the tolerance: what energy that could add is
+far below what friction takes in the same step.
 
 A ball so slow that the cloth would stop it within `CAPTURE_HEIGHT` is brought to rest by the end of
 its step, unless it is pushed harder than mu m g.
 
-Each step is counted in `work["contact_steps"]`.
+Each step is counted in `work["contact_steps"]`. A motion that is followed goes along its step in
+pieces, for which no force is sought: those after the first are counted in `work["contact_pieces"]`.
 """
 
 from __future__ import annotations
 
-import math
-
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import (
+    AHEAD,
+    CONTACT_PIECES,
     CONTACT_STEPS,
     FIRST,
     FORCE,
     FREE,
+    LEFT,
     NEW_AX,
     NEW_AY,
     NEW_BX,
@@ -48,46 +52,38 @@ from ghostball.engine.core.state import (
     IntArray,
     Laws,
 )
-from ghostball.engine.core.tolerances import EPS, TIME_ROUNDING
-from ghostball.engine.motion.geometry import at_rest, grip
-from ghostball.engine.motion.on_cloth import (
+from ghostball.engine.core.tolerances import EPS
+from ghostball.engine.motion.geometry import at_rest, stands_before
+from ghostball.engine.motion.next_piece import (
     loosen,
     mark,
     predict_again,
     predict_obstacles,
     speed_of,
 )
-from ghostball.engine.motion.pieces import advance, straighten
+from ghostball.engine.motion.position import advance, straighten
 from ghostball.engine.resting_contact.capture import stop_approach
-from ghostball.engine.resting_contact.cloth_response import (
-    keep_still,
-    settle,
-    stopping,
-    time_to_change,
-)
+from ghostball.engine.resting_contact.cloth_response import keep_still, settle, stopping
 from ghostball.engine.resting_contact.forces import solve
+from ghostball.engine.resting_contact.going_on import (
+    FIRST_STEP,
+    follow_on,
+    goes_on,
+    next_step,
+    own_time_of,
+    shortest_step,
+    time_to_half,
+)
 from ghostball.engine.resting_contact.islands import (
     gather_contacts,
     gather_members,
     mark_again,
     release,
-    stands_before,
 )
-
-_SHORTEST = 2.0**-26
-"""Shortest step, in units of the time to go one radius at what the cloth can give.
-
-About 2 ns for pool balls. A contact that rubs by much, where masses differ by much, may jam: no
-forces but shocks are then a solution. Shorter steps only make the forces greater, and the work that
-they do on what rounding leaves of the gaps. The friction of the contacts is left out of such a step
-and it is counted in `work["unsolved_contact_steps"]`.
-"""
+from ghostball.engine.resting_contact.paths import held_obstacles
 
 _GROWTH = 1.25
-"""First step tried, in units of the last good one; a longer one would mostly be tried in vain."""
-
-_FIRST_STEP = 2.0**-6
-"""First step tried, in units of the time to go one radius at what the cloth can give."""
+"""Next step tried, in units of the last good one; a longer one would mostly be tried in vain."""
 
 
 @kernel
@@ -114,26 +110,34 @@ def press_again(
     """End the contact steps of all balls marked in `contacts.again`; start others if they press.
 
     And start those of the first `listed` contacts of `balls.hits`, whether they press or not:
-    FIRST is a ball, SECOND a ball or -1 minus the index of a cushion.
+    FIRST is a ball, SECOND a ball or -1 minus the row of an obstacle.
 
     Clusters are judged as wholes, and all of them that an event changed at once: in a chain, the
     ball behind may be all that presses the two in front together, so that no pair of free balls
     would show it; and of two balls that hit each other, both may belong to a cluster. What one
     cluster does may bring another in contact: so they take turns by place, not by number.
 
-    Contract: as `resting_contact.step`, for every ball that is marked or listed.
+    Contract: as `_press`, for every ball that is marked or listed.
     """
     for c in range(listed):
         for row in (FIRST, SECOND):
             k = balls.hits[c, row]
             if k >= 0:
                 mark_again(contacts, k)
+                contacts.motion[k, STEP] = 0.0
+                contacts.motion[k, AHEAD] = 0.0
                 if contacts.cluster[k] != FREE:
                     end_step(contacts, k)
     for m in range(1, contacts.waiting[0] + 1):
         k = contacts.waiting[m]
-        release(balls, laws, contacts, k, t)
-        advance(balls, k, t)
+        counter = CONTACT_PIECES if contacts.motion[k, LEFT] > 0.0 else CONTACT_STEPS
+        if contacts.again[k] and goes_on(balls, laws, contacts, k, t):
+            counters[counter] += 1
+    for m in range(1, contacts.waiting[0] + 1):
+        k = contacts.waiting[m]
+        if contacts.again[k]:
+            release(balls, laws, contacts, k, t)
+            advance(balls, k, t)
     while True:
         first = -1
         for m in range(1, contacts.waiting[0] + 1):
@@ -171,6 +175,7 @@ def _press(
     members = gather_members(balls, laws, cells, contacts, i, listed, t)
     for m in range(members):
         contacts.again[contacts.member[m]] = False
+        contacts.motion[contacts.member[m], LEFT] = 0.0
     count = gather_contacts(balls, laws, contacts, members, listed, t, counters)
     if count == 0:
         release(balls, laws, contacts, i, t)
@@ -178,19 +183,26 @@ def _press(
     _settle_all(balls, laws, contacts, members)
     stopped = stop_approach(balls, laws, contacts, members, count)
     _settle_all(balls, laws, contacts, members)
-    own_time = _own_time(balls, contacts, members)
-    fresh = _FIRST_STEP * own_time
-    shortest = max(_SHORTEST * own_time, 4.0 * TIME_ROUNDING * t)
-    change = math.inf
     for m in range(members):
-        change = min(change, time_to_change(balls, contacts.member[m]))
-    step = _next_step(contacts, members, fresh, own_time)
+        if contacts.rolled[contacts.member[m]]:
+            contacts.motion[contacts.member[0], AHEAD] = 0.0
+    if stopped and follow_on(balls, laws, contacts, members, count, t):
+        return
+    own_time = own_time_of(balls, contacts, members)
+    fresh = FIRST_STEP * own_time
+    shortest = shortest_step(own_time, t)
+    change = time_to_half(balls, contacts, members)
+    step = next_step(contacts, members, STEP, fresh, own_time)
     longest = min(step, change)
     solved, duration = _halve(balls, laws, contacts, members, count, longest, shortest, True)
     found = solved
     if not found and laws.slides:
         longest = min(fresh, change)
         found, duration = _halve(balls, laws, contacts, members, count, longest, shortest, False)
+    for m in range(members):
+        k = contacts.member[m]
+        paused = contacts.motion[k, AHEAD] < 0.0
+        contacts.motion[k, AHEAD] = contacts.motion[k, AHEAD] + 1.0 if paused else 0.0
     if not found:
         solve(balls, laws, contacts, members, 0, duration, False)  # no forces at all
     if duration < longest:
@@ -217,8 +229,8 @@ def _press(
         if not stopping(balls, k):
             balls.state[k].moved = 1.0
         balls.own_kind[k] = OWN_REST if _comes_to_rest(balls, k, duration) else OWN_CONTACT
-        predict_obstacles(balls, k, laws, duration, _held_cushions(contacts, count, k))
-        contacts.motion[k, STEP] = step
+        predict_obstacles(balls, k, laws, duration, held_obstacles(contacts, count, k))
+        contacts.motion[k, STEP] = _GROWTH * step
         mark(balls, k)
 
 
@@ -244,21 +256,11 @@ def _halve(
 
 
 @kernel
-def _held_cushions(contacts: Contacts, count: int, k: int) -> int:
-    """Return the cushions that the step holds ball k off, one bit each."""
-    held = 0
-    for c in range(count):
-        if contacts.ends[c, FIRST] == k and contacts.ends[c, SECOND] < 0:
-            held |= 1 << (-1 - contacts.ends[c, SECOND])
-    return held
-
-
-@kernel
 def _settle_all(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> None:
     """End the slips that the cloth ends at once; mark whose."""
     for m in range(members):
         k = contacts.member[m]
-        if laws.slides and settle(balls, k):
+        if laws.slides and settle(balls, contacts, k):
             contacts.rolled[k] = True
             predict_again(balls, k, laws)
 
@@ -316,27 +318,3 @@ def _comes_to_rest(balls: Balls, k: int, duration: float) -> bool:
     if balls.state[k].phase == SLIDING:
         return False  # it rolls first
     return speed > 0.0 and speed_of(left_x, left_y) <= 4.0 * EPS * speed
-
-
-@kernel
-def _next_step(contacts: Contacts, members: int, fresh: float, most: float) -> float:
-    """Return the step to try [s]: somewhat more than the members' last one was good for."""
-    step = most
-    for m in range(members):
-        last = contacts.motion[contacts.member[m], STEP]
-        step = min(step, _GROWTH * last if last > 0.0 else fresh)
-    return step
-
-
-@kernel
-def _own_time(balls: Balls, contacts: Contacts, members: int) -> float:
-    """Return the least time [s] in which the cloth can move a member by its radius.
-
-    Finite: without friction on the cloth no ball would press another.
-    """
-    least = math.inf
-    for m in range(members):
-        k = contacts.member[m]
-        if grip(balls, k) > 0.0:
-            least = min(least, math.sqrt(2.0 * balls.state[k].radius / grip(balls, k)))
-    return least

@@ -3,6 +3,7 @@
 from ghostball.engine.core.events import (
     COLLISION_KINDS,
     EVENT_DTYPE,
+    OBSTACLE_KINDS,
     RECORDS,
     EventKind,
     Events,
@@ -14,6 +15,7 @@ from ghostball.engine.result.result import Result, event_dict, initial_state
 __all__ = [
     "COLLISION_KINDS",
     "EVENT_DTYPE",
+    "OBSTACLE_KINDS",
     "RECORDS",
     "EventKind",
     "Events",

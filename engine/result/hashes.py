@@ -1,7 +1,7 @@
 """Hashes of what a run did: one of all bits, one of the order of its events alone.
 
-Our engine's hold on every platform: what feeds back into the dynamics is made of + - * / and
-square roots.
+Those of our engine are the same on every platform: what feeds back into the dynamics is made of
++ - * / and square roots.
 """
 
 from __future__ import annotations

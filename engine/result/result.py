@@ -8,15 +8,17 @@ import traceback
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ghostball.engine.core.events import EventKind, Events, Status
+from ghostball.engine.core.events import OBSTACLE_KINDS, EventKind, Events, Status
 from ghostball.engine.errors import EngineFailedError, GhostballError
 from ghostball.engine.result.hashes import bits_hash
 from ghostball.engine.scene import CUSHIONS, Scene
+from ghostball.engine.scene.picture import picture
 from ghostball.engine.trajectory import (
     Energy,
     ExactTrajectory,
@@ -28,6 +30,10 @@ from ghostball.engine.trajectory import (
 
 if TYPE_CHECKING:
     from ghostball.engine.sensitivity import TangentMap
+
+
+PICTURE_TIMES = 200
+"""At how many instants a notebook's picture follows the balls, beside those of the events."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,14 +114,20 @@ class Result:
     def orientation(self, times: ArrayLike) -> NDArray[np.float64]:
         """Return the orientation of every ball at `times`: unit quaternions (k, n, 4), w first.
 
-        Parameters are those of `sample`; every ball starts at (1, 0, 0, 0).
+        Parameters are those of `sample`; every ball starts at (1, 0, 0, 0). Of an engine that
+        records frames: what the angular velocities of these come to, straight from one to the next.
 
         Raises
         ------
         GhostballError
-            Where the run recorded nothing, or the engine records frames instead of exact motion.
+            Where the run recorded nothing, or the engine brought a trajectory of its own.
         """
-        return self._exact("orientation").orientation(_instants(times))
+        t, trajectory = _instants(times), self._recorded()
+        if isinstance(trajectory, (ExactTrajectory, SampledTrajectory)):
+            return trajectory.orientation(t)
+        raise GhostballError(
+            f"engine `{self.engine}` brought a trajectory of its own, which has no orientation"
+        )
 
     def phases(self, times: ArrayLike) -> NDArray[np.int8]:
         """Return how every ball moves at `times`: `Phase` as (k, n) int8.
@@ -199,7 +211,7 @@ class Result:
         return tangent_of(self.scene, self._exact("tangent map"), events, directions)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the result as plain values, the object that `simulate --json` prints."""
+        """Return the result as plain values, which `ghostball run --format json` prints."""
         start = energy_of(self.scene, initial_state(self.scene))
         end = energy_of(self.scene, self.final_state)
         return {
@@ -224,6 +236,20 @@ class Result:
         JSON has no NaN or infinity: where an engine blew up, null stands for them.
         """
         return json.dumps(_finite(self.to_dict()), allow_nan=False)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: how the shot ended, and the ways of the balls."""
+        path = self.rest_positions[np.newaxis]
+        if self.trajectory is not None:
+            times = np.linspace(0.0, self.rest_time, PICTURE_TIMES)
+            if self.events is not None:  # where the ways have their corners
+                times = np.union1d(times, self.events["t"])
+            path = np.concatenate([self.sample(times).positions, path])
+        counts = ", ".join(f"{kind} {count}" for kind, count in self.collision_counts.items())
+        told = f"{self.engine}, {self.status.name.lower()} at t = {self.rest_time:.6g} s; {counts}"
+        return (
+            f"<figure>{picture(self.scene, path)}<figcaption>{escape(told)}</figcaption></figure>"
+        )
 
     @cached_property
     def rounding(self) -> TangentMap:
@@ -309,7 +335,7 @@ def event_dict(event: Any) -> dict[str, Any]:
     """Return one event as plain values: b is a ball index, a cushion's name, or None."""
     kind = EventKind(int(event["kind"]))
     b: int | str | None = int(event["b"])
-    if kind in (EventKind.BALL_CUSHION, EventKind.BALL_GONE):
+    if kind in OBSTACLE_KINDS:
         index = int(event["b"])
         b = CUSHIONS[index] if index < len(CUSHIONS) else f"obstacle-{index}"
     elif kind is not EventKind.BALL_BALL:

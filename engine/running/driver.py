@@ -1,4 +1,4 @@
-"""Drives the kernel: gives it arrays, lets it work in chunks, reads what it left behind."""
+"""Runs one shot: gives the kernel its arrays, lets it work in chunks, reads what it left behind."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from ghostball.engine.core.events import EVENT_DTYPE, EventKind, Events, Status
 from ghostball.engine.core.kernel import compiling
 from ghostball.engine.core.tolerances import position_rounding
 from ghostball.engine.event_loop.entry import enter
-from ghostball.engine.running.from_scene import contacts_of, layout_of, log_of
+from ghostball.engine.running.from_scene import layout_of, log_of, room_for_contacts
 from ghostball.engine.running.skips import Skip
-from ghostball.engine.running.variants import Variant, still_scene, variant_of
+from ghostball.engine.running.variants import Variant, still_scene
 from ghostball.engine.scene import Scene
 from ghostball.engine.trajectory import ExactTrajectory, Samples
 
@@ -44,8 +44,9 @@ _MOTION = {
 def warm_up(variant: Variant) -> None:
     """Compile a variant of the kernels, or load it, so that no run's `wall_time` includes that."""
     with compiling(variant.name("shots")):
-        run = Run(still_scene(variant), True)
-        run.contacts = contacts_of(run.size) if variant.contacts else None
+        off = frozenset({Skip.INTEGRATED_LAWS}) if variant.integrated else frozenset[Skip]()
+        run = Run(still_scene(variant), True, off)
+        run.contacts = room_for_contacts(run.size) if variant.contacts else None
         run.go(1)
         if run.status is Status.INTERRUPTED:
             raise KeyboardInterrupt
@@ -73,8 +74,10 @@ class Run:
     reason : str
     size : int
         Number of balls.
-    contacts : Contacts or None
-        None until the run turns out to need them; most don't.
+    variant : Variant
+        Of the kernels that it begins with.
+    contacts : tuple of three arrays, or None
+        Room for contacts; None until the run turns out to need them; most don't.
     """
 
     def __init__(self, scene: Scene, keep_log: bool, off: frozenset[Skip] = frozenset()) -> None:
@@ -84,9 +87,9 @@ class Run:
         self.wall_time = 0.0
         self._keep_log = keep_log
         self._scene = scene
-        self._off = off
         self._layout = layout = layout_of(scene, off)
         self.size = n = len(layout.radii)
+        self.variant = layout.variant
         balls, pairs = layout.balls, layout.pairs
         self._state = balls.state.copy()
         self._begin = (
@@ -97,6 +100,8 @@ class Run:
             np.empty_like(balls.hits),
             np.empty_like(balls.near),
             None if balls.higher is None else balls.higher.copy(),
+            balls.air and s.Air._make(array.copy() for array in balls.air),
+            None if balls.height is None else balls.height.copy(),
             layout.laws,
             layout.obstacles,
             layout.integrated,
@@ -106,8 +111,10 @@ class Run:
             np.empty_like(pairs.track),
             layout.cells and s.Cells._make(array.copy() for array in layout.cells),
         )
-        self.contacts = contacts_of(n) if Skip.CONTACTS in off else None
+        self.contacts = room_for_contacts(n) if self.variant.contacts else None
         knot = s.KNOT if balls.higher is None else s.KNOT + balls.higher.shape[1] - s.HIGHER
+        knot += 0 if balls.height is None else 3
+        knot += 0 if balls.air is None else balls.air.turning.shape[1]
         self._log = log_of(_FIRST_LOG if keep_log else 0, n, knot)
         self._clock, self._counters = self._log.clock, self._log.counters
         self._logs: list[s.Log] = []
@@ -116,7 +123,8 @@ class Run:
     @property
     def nbytes(self) -> int:
         """Memory of all arrays that the kernels work on [B]."""
-        parts = (*self._begin, *(self._begin[-1] or ()), *(self.contacts or ()), *self._log)
+        air, cells = self._layout.balls.air or (), self._begin[-1] or ()
+        parts = (*self._begin, *air, *cells, *(self.contacts or ()), *self._log)
         arrays = [part for part in parts if isinstance(part, np.ndarray)]
         return sum(array.nbytes for array in arrays) + self._end.nbytes
 
@@ -174,8 +182,8 @@ class Run:
             if code == s.RUN_LOG_FULL:
                 self._start_new_log()
             elif code == s.RUN_CONTACTS:
-                warm_up(variant_of(self._scene, True, self._off))
-                self.contacts = contacts_of(self.size)
+                warm_up(self.variant._replace(contacts=True))
+                self.contacts = room_for_contacts(self.size)
             elif code != s.RUN_EVENT_LIMIT or limit == max_events:
                 return code
 
@@ -221,7 +229,7 @@ class Run:
         }
 
     def work(self) -> dict[str, int]:
-        """Machine-independent counters of what the run did; that of balls gone if there are any."""
+        """Machine-independent counters of what the run did; some only where there is any."""
         counters = self._counters.tolist()
         work = {
             "events": counters[s.EVENTS],
@@ -233,8 +241,9 @@ class Run:
             "contact_steps": counters[s.CONTACT_STEPS],
             "unsolved_contact_steps": counters[s.UNSOLVED_STEPS],
         }
-        if counters[s.BALLS_GONE]:
-            work["balls_gone"] = counters[s.BALLS_GONE]
+        for name, place in (("contact_pieces", s.CONTACT_PIECES), ("balls_gone", s.BALLS_GONE)):
+            if counters[place]:
+                work[name] = counters[place]
         return work
 
     def events(self) -> Events | None:
@@ -256,7 +265,15 @@ class Run:
         ends = np.cumsum(np.bincount(log.ball, minlength=len(self._state)))
         knots = np.split(log.motion[order], ends[:-1])
         spin_decelerations = self._state[:, s.SPIN_SLOWING].copy()
-        return ExactTrajectory(self._layout.radii, tuple(knots), self.t_end, spin_decelerations)
+        balls = self._layout.balls
+        return ExactTrajectory(
+            self._layout.radii,
+            tuple(knots),
+            self.t_end,
+            spin_decelerations,
+            turns=balls.air is not None,
+            lifts=balls.height is not None,
+        )
 
     def _trimmed_log(self) -> s.Log:
         events, motions = self._counters[s.LOGGED_EVENTS], self._counters[s.LOGGED_MOTIONS]

@@ -1,4 +1,7 @@
-"""Lays a scene out as the arrays that the kernels work on; once per scene, copied for each run."""
+"""Lays a scene out as the arrays that the kernels work on; once per scene, copied for each run.
+
+Balls, laws, what balls bounce off (`obstacles_of`), and room for schedulers, contacts and the log.
+"""
 
 from __future__ import annotations
 
@@ -10,52 +13,70 @@ from functools import lru_cache
 import numpy as np
 
 from ghostball.engine.core.state import (
+    BASE,
     CLOCKS,
     CLOTH_FRICTION,
     COUNTERS,
+    FLYING,
     FORCE_COLUMNS,
     FREE,
+    HEIGHT_COLUMNS,
+    HIGHER,
     KNOT,
     LANES,
     LINE,
     LINK_COLUMNS,
     MASS,
+    MOST_DIRECT,
+    MOST_POWERS,
     MOTION_COLUMNS,
     NOWHERE,
     OBSTACLE_COLUMNS,
     OWN_TIME,
     PHASE,
     RADIUS,
+    RISE,
     ROLL_SLOWING,
     ROLLING,
+    SERIES_ROWS,
+    SERIES_TERMS,
     SLIDE_SLOWING,
     SLIDING,
     SLOT_COLUMNS,
     SPIN_SLOWING,
+    STAGE_COLUMNS,
     STATE_COLUMNS,
     TRACKS,
+    UP_SPEED,
     VX,
     VY,
     WX,
     WZ,
+    Air,
     Balls,
+    BoolArray,
     Cells,
     Contacts,
     FloatArray,
+    IntArray,
     Laws,
     Log,
     Pairs,
     X,
     Y,
+    contacts_in,
 )
+from ghostball.engine.errors import UnsupportedSceneError
 from ghostball.engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
 from ghostball.engine.running.skips import (
     Skip,
     balls_rub,
+    has_drag,
     is_integrated,
     is_uniform,
     uses_cells,
 )
+from ghostball.engine.running.variants import Variant, variant_of
 from ghostball.engine.scene import CUSHIONS, Scene, check_whole
 from ghostball.engine.scene.features import CAPABILITIES, check_supported
 
@@ -75,6 +96,7 @@ class Layout:
     cells: Cells | None
     radii: FloatArray
     smallest_radius: float
+    variant: Variant  # of the kernels that it begins with
 
 
 def admit(scene: Scene) -> None:
@@ -89,6 +111,8 @@ def admit(scene: Scene) -> None:
     if not _is_laid_out(scene):
         check_whole(scene)
         check_supported("ghostball", CAPABILITIES, scene)
+        if scene.physics.airborne and scene.physics.air_drag > 0.0:
+            raise UnsupportedSceneError("ghostball", ("no air drag of balls that leave the cloth",))
 
 
 def _is_laid_out(scene: Scene) -> bool:
@@ -115,7 +139,7 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
     radii.flags.writeable = False
     many = uses_cells(scene, off)
     layout = Layout(
-        balls=balls_of(scene),
+        balls=balls_of(scene, off),
         laws=np.array(laws[:-2], dtype=np.float64),
         obstacles=laws.obstacles,
         integrated=laws.integrated,
@@ -123,6 +147,7 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
         cells=cells_of(scene) if many else None,
         radii=radii,
         smallest_radius=float(np.min(radii)),
+        variant=variant_of(scene, False, off),
     )
     if not off:
         key = id(scene)
@@ -133,7 +158,7 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
 _LAYOUTS: dict[int, tuple[weakref.ref[Scene], Layout]] = {}
 
 
-def balls_of(scene: Scene) -> Balls:
+def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
     """Lay out the scene's balls, all marked: the kernel fills in accelerations and own events."""
     n = len(scene.balls)
     state = np.zeros((n, STATE_COLUMNS))
@@ -150,6 +175,9 @@ def balls_of(scene: Scene) -> Balls:
     state[:, SLIDE_SLOWING] = state[:, CLOTH_FRICTION] * gravity if slides else 0.0
     state[:, SPIN_SLOWING] = scene.spinning_friction_rates
     state[:, PHASE] = np.where(scene.rolls, ROLLING, SLIDING) if slides else ROLLING
+    flies = (scene.positions[:, 2] > scene.radii) | (scene.velocities[:, 2] > 0.0)
+    state[flies, PHASE] = FLYING
+    drags = has_drag(scene) or Skip.DRAG in off
     return Balls(
         state,
         np.zeros(n, dtype=np.int64),
@@ -157,8 +185,20 @@ def balls_of(scene: Scene) -> Balls:
         np.concatenate(([n], np.arange(n))).astype(np.int32),
         np.zeros((_most_pairs(n) + 1, 2), dtype=np.int32),
         np.zeros(n, dtype=np.int32),
-        None,
+        np.zeros((n, HIGHER + MOST_POWERS)) if drags else None,
+        Air(np.zeros((n, MOST_POWERS)), np.zeros((SERIES_ROWS, SERIES_TERMS))) if drags else None,
+        height_of(scene) if scene.physics.airborne or Skip.FLIGHT in off else None,
     )
+
+
+def height_of(scene: Scene) -> FloatArray:
+    """Return how high the scene's balls are; all at one height where none may leave the cloth."""
+    height = np.zeros((len(scene.balls), HEIGHT_COLUMNS))
+    if scene.physics.airborne:
+        height[:, BASE] = scene.radii
+        height[:, RISE] = scene.positions[:, 2] - scene.radii
+        height[:, UP_SPEED] = scene.velocities[:, 2]
+    return height
 
 
 def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
@@ -182,6 +222,11 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
         cushion_friction=float(physics.cushion_friction),
         cushion_height=float(physics.cushion_height),
         t_max=np.inf if scene.t_max is None else float(scene.t_max),
+        air_drag=float(physics.air_drag),
+        airborne=physics.airborne,
+        gravity=float(physics.gravity),
+        table_restitution=float(physics.table_restitution),
+        roll_quadratic=float(physics.rolling_friction_quadratic),
         obstacles=obstacles_of(scene, off),
         integrated=1 if is_integrated(scene) or Skip.INTEGRATED_LAWS in off else None,
     )
@@ -247,28 +292,25 @@ def cells_of(scene: Scene) -> Cells:
     )
 
 
-def contacts_of(n: int) -> Contacts:
-    """Room for the contacts of n balls."""
+def room_for_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
+    """Room for the contacts of n balls; `core.state.contacts_in` says what lies where in it."""
+    marks, places, numbers = _no_contacts(n)
+    return marks.copy(), places.copy(), numbers.copy()
+
+
+@lru_cache(maxsize=8)
+def _no_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
     m = _most_pairs(n) + len(CUSHIONS) * n
-    pressed = np.full(4 * m + 2, NOWHERE, dtype=np.int64)
-    pressed[0] = 0
-    return Contacts(
-        cluster=np.full(n, FREE, dtype=np.int64),
-        ring=np.arange(n),
-        again=np.zeros(n, dtype=np.bool_),
-        waiting=np.zeros(n + 1, dtype=np.int64),
-        stopped=np.zeros(n, dtype=np.bool_),
-        rolled=np.zeros(n, dtype=np.bool_),
-        member=np.zeros(n, dtype=np.int64),
-        first_held=np.full(n, NOWHERE, dtype=np.int64),
-        held=np.zeros((2 * m, 2), dtype=np.int64),
-        free=np.concatenate(([2 * m], np.arange(2 * m))),
-        pressed=pressed,
-        pressure=np.zeros(len(pressed)),
-        motion=np.zeros((n, MOTION_COLUMNS)),
-        ends=np.zeros((m, 2), dtype=np.int64),
-        forces=np.zeros((m, FORCE_COLUMNS)),
-    )
+    none, free = np.zeros(n, dtype=np.int64), np.arange(2 * m)
+    kept = (np.full(n, FREE), np.arange(n), [0], none, none, np.full(n, NOWHERE), [2 * m], free)
+    room = n * MOTION_COLUMNS + m * FORCE_COLUMNS + MOST_DIRECT * (MOST_DIRECT + STAGE_COLUMNS)
+    places = np.concatenate((*kept, np.zeros(6 * m, dtype=np.int64)))
+    return np.zeros(3 * n, dtype=np.bool_), places, np.zeros(room)
+
+
+def contacts_of(n: int) -> Contacts:
+    """Room for the contacts of n balls, divided."""
+    return contacts_in(*room_for_contacts(n))
 
 
 def _most_pairs(n: int) -> int:

@@ -1,9 +1,9 @@
-"""What the engine leaves out because a scene doesn't need it: named, explained, switched off.
+"""The skips, work that the engine leaves out where a scene doesn't need it: by name, and why.
 
 A skip saves work and changes nothing: with any of them off, a shot comes out the same to the bit,
 but for `ADVANCEMENT`: contact times come from another formula and agree to within rounding, after
 which impacts that graze, or that tie but for it, may go another way.
-`ghostball bench skips` measures and compares each.
+`python -m benchmarks skips` measures and compares each.
 
 Those in `BUILT_IN` are how a scheduler works, so that the engine can't do without them. That they
 miss no contact is shown from outside: `tests/support/oracle.py` predicts every pair anew at every
@@ -44,6 +44,8 @@ class Skip(enum.StrEnum):
     CONTACTS = "contacts"
     INTEGRATED_LAWS = "integrated-laws"
     RECORDS = "records"
+    DRAG = "drag"
+    FLIGHT = "flight"
 
     @property
     def leaves_out(self) -> str:
@@ -61,6 +63,8 @@ _LEAVES_OUT = {
     Skip.BALL_FRICTION: "slip and friction between two balls",
     Skip.CONTACTS: "kernels and room for joint impacts and for pressed balls, until one turns up",
     Skip.INTEGRATED_LAWS: "kernels of the laws that integrate over an impact",
+    Skip.DRAG: "pieces of motion that are no parabolas, which air makes of them",
+    Skip.FLIGHT: "heights of balls, contacts in space, and bounces on the table",
     Skip.RECORDS: "the log of events and motions, and what is made of one, such as orientations",
 }
 
@@ -139,8 +143,15 @@ def _known() -> str:
     return f"Known skips: {', '.join(Skip)}"
 
 
+def has_drag(scene: Scene) -> bool:
+    """Whether balls are slowed by more the faster they are."""
+    return scene.physics.air_drag > 0.0 or scene.physics.rolling_friction_quadratic > 0.0
+
+
 def is_uniform(scene: Scene) -> bool:
     """Whether no ball is ever slowed, so that all move uniformly between events."""
+    if has_drag(scene):
+        return False
     slides = scene.physics.motion == "sliding"
     slowed = bool(np.any(scene.rolling_frictions > 0.0))
     return not (slowed or (slides and bool(np.any(scene.sliding_frictions > 0.0))))
@@ -186,6 +197,12 @@ def _use_of(skip: Skip, scene: Scene, record: str, off: Collection[Skip]) -> tup
         return used, "`ball_friction` is 0" if used else "`ball_friction` isn't 0"
     if skip is Skip.CONTACTS:
         return True, "added when the run first needs them"
+    if skip is Skip.DRAG:
+        used = not has_drag(scene)
+        return used, "there is no air" if used else "air, or the cloth, slows fast balls by more"
+    if skip is Skip.FLIGHT:
+        used = not scene.physics.airborne
+        return used, "`airborne` is false" if used else "`airborne` is true"
     if skip is Skip.INTEGRATED_LAWS:
         used = not is_integrated(scene)
         return used, "no law of the scene integrates" if used else "a law of the scene integrates"

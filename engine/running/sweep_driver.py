@@ -1,4 +1,4 @@
-"""Drives the kernel of sweeps: shares the shots among threads."""
+"""Runs a sweep, many shots of one scene that differ in one ball's motion: shared among threads."""
 
 from __future__ import annotations
 
@@ -77,7 +77,10 @@ def shots_of(k: int, n: int) -> Shots:
 def _room(layout: Layout, with_contacts: bool) -> tuple[Any, ...]:
     """Room for a thread to work in: the last arguments of `sweep`."""
     n = len(layout.radii)
-    balls = s.Balls._make(None if array is None else np.empty_like(array) for array in layout.balls)
+    air = layout.balls.air
+    balls = s.Balls._make(
+        None if array is None else np.empty_like(array) for array in layout.balls._replace(air=None)
+    )._replace(air=air and s.Air._make(np.empty_like(array) for array in air))
     pairs = s.Pairs._make(np.empty_like(array) for array in layout.pairs)
     cells = layout.cells and s.Cells._make(array.copy() for array in layout.cells)
     contacts = contacts_of(n) if with_contacts else None

@@ -1,4 +1,4 @@
-"""What a scene asks of an engine, feature by feature, and how an engine says what it can do."""
+"""What physics a scene asks of an engine, feature by feature, and which of it an engine has."""
 
 from __future__ import annotations
 
@@ -38,6 +38,7 @@ class Feature(enum.Enum):
     HAN_CUSHION = "cushions after Han 2005"
     MATHAVAN_CUSHION = "cushions after Mathavan 2010"
     AIR_DRAG = "air drag"
+    QUADRATIC_ROLLING = "rolling friction that grows with the square of the speed"
     FLIGHT = "balls that leave the cloth"
 
 
@@ -53,15 +54,12 @@ EXACT = Capability("exact")
 Capabilities = Mapping[Feature, Capability]
 
 
-_LATER = Capability("none", "not in this version of the engine")
-_INTEGRATED = Capability("approximate", "integrated to a accuracy of 1e-7 of the speeds")
+_INTEGRATED = Capability("approximate", "integrated to an accuracy of 1e-7 of the speeds")
 
 CAPABILITIES: Capabilities = {
     **dict.fromkeys(Feature, EXACT),
     Feature.MATHAVAN_BALL: _INTEGRATED,
     Feature.MATHAVAN_CUSHION: _INTEGRATED,
-    Feature.AIR_DRAG: _LATER,
-    Feature.FLIGHT: _LATER,
 }
 """What our own engine represents, feature by feature."""
 
@@ -85,6 +83,7 @@ def scene_features(scene: Scene) -> tuple[Feature, ...]:
         Feature.UNBOUNDED_CLOTH: table is None or not table.cushions,
         Feature.OPEN_SIDES: table is not None and 0 < len(table.cushions) < len(CUSHIONS),
         Feature.AIR_DRAG: physics.air_drag > 0.0,
+        Feature.QUADRATIC_ROLLING: physics.rolling_friction_quadratic > 0.0,
         Feature.FLIGHT: physics.airborne,
     }
     if several:

@@ -34,6 +34,8 @@ def check_laws(physics: Physics) -> None:
             given = value in _given(physics, field)
             if field in chosen.uses or field == "sliding_friction" or given:
                 continue  # sliding friction is the cloth's, whatever the law
+            if field == "cushion_height" and physics.airborne:
+                continue  # where balls meet cushions in space, whatever the law
             raise problem(
                 "no_effect",
                 '`{field}` = {value} has no effect with `{chooser}` = "{law}". Set `{chooser}` = '
@@ -45,6 +47,7 @@ def check_laws(physics: Physics) -> None:
                 law=chosen.name,
                 others=_choice(law.name for law in laws if field in law.uses),
             )
+    _check_airborne(physics)
     landing = physics.table_restitution
     if not physics.airborne and landing not in _given(physics, "table_restitution"):
         raise problem(
@@ -53,6 +56,28 @@ def check_laws(physics: Physics) -> None:
             "Set `airborne` = true, or leave the field out",
             at=("table_restitution",),
             value=landing,
+        )
+
+
+def _check_airborne(physics: Physics) -> None:
+    """Refuse what can't be where balls may leave the cloth: rolling only, and laws on the cloth."""
+    if not physics.airborne:
+        return
+    wrong: dict[str, str] = {}  # field, and what to set it to
+    if physics.motion == "rolling":
+        wrong["motion"] = '"sliding"'
+    for field, laws in (("ball_impact", BALL_LAWS), ("cushion", CUSHION_LAWS)):
+        if _entry(laws, getattr(physics, field)).integrated:
+            wrong[field] = _choice(law.name for law in laws if not law.integrated)
+    for field, instead in wrong.items():
+        raise problem(
+            "not_airborne",
+            '`{field}` must be {instead} where `airborne` = true, got "{value}": it holds balls on '
+            "the cloth. Set `{field}` = {instead}, or `airborne` = false",
+            at=(field,),
+            field=field,
+            value=getattr(physics, field),
+            instead=instead,
         )
 
 
@@ -149,7 +174,8 @@ def _check_cushion_height(scene: Scene) -> None:
     physics, table = scene.physics, scene.table
     if table is None or not table.cushions:
         return
-    if "cushion_height" not in _entry(CUSHION_LAWS, physics.cushion).uses:
+    in_space = physics.airborne
+    if not in_space and "cushion_height" not in _entry(CUSHION_LAWS, physics.cushion).uses:
         return
     height = physics.cushion_height
     for i, ball in enumerate(scene.balls):
@@ -157,6 +183,17 @@ def _check_cushion_height(scene: Scene) -> None:
         if -1.0 < sine < 1.0:
             continue
         needed = "less than the height of every ball" if sine > 0.0 else "distinct from the cloth's"
+        if in_space:
+            raise problem(
+                "cushion_height",
+                "`cushion_height` must be {needed} where `airborne` = true, got {height} m, but "
+                "`balls[{i}]` is {top} m high. Set `cushion_height`, or `airborne` = false",
+                at=("physics", "cushion_height"),
+                needed=needed,
+                i=i,
+                top=2.0 * ball.radius,
+                height=height,
+            )
         raise problem(
             "cushion_height",
             '`cushion_height` must be {needed} where `cushion` = "{law}", got {height} m, but '

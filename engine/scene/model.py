@@ -23,6 +23,7 @@ from ghostball.engine.scene import toml
 from ghostball.engine.scene.fields import Positive, Text, whole_number
 from ghostball.engine.scene.messages import refusal
 from ghostball.engine.scene.parts import Ball, Part, Physics, Table, rolling_angular_velocity
+from ghostball.engine.scene.picture import picture
 from ghostball.engine.scene.rules import check_scene
 
 ROLLING_ULPS = 4.0
@@ -85,6 +86,10 @@ class Scene(Part):
     def save(self, path: str | Path) -> None:
         """Write the scene as TOML; `load` reads back an equal scene, to the last bit."""
         toml.save(self, Path(path))
+
+    def _repr_svg_(self) -> str:
+        """Return what a notebook shows: the balls, and where those that move are going."""
+        return picture(self)
 
     @property
     def positions(self) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ What a field may hold is in `scene.fields`, the rules of the laws of impacts in 
 from __future__ import annotations
 
 import math
+import operator
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -97,7 +98,8 @@ class Physics(Part):
     that the chosen law would ignore is refused, unless it has the preset's value or the default.
 
     Sources: the paper's own model ("paper": section 4.2 and 5.2, mu = 0.02, everything elastic);
-    Alciatore's table of pool constants ("pool").
+    Alciatore's table of pool constants ("pool"); the same with a restitution and a coefficient of
+    friction at each contact, as engines of games have them ("pool-coulomb").
     """
 
     PRESETS: ClassVar[dict[str, dict[str, Any]]] = {
@@ -111,9 +113,17 @@ class Physics(Part):
             "cushion_restitution": 0.85,
             "cushion_height": 0.0357,
         },
+        "pool-coulomb": {
+            "motion": "sliding",
+            "rolling_friction": 0.01,
+            "ball_restitution": 0.95,
+            "ball_friction": 0.06,
+            "cushion": "frictional",
+            "cushion_restitution": 0.85,
+        },
     }
 
-    preset: Literal["paper", "pool"] = "paper"
+    preset: Literal["paper", "pool", "pool-coulomb"] = "paper"
     gravity: Positive = Field(default=9.81, description="acceleration of free fall [m/s^2]")
     motion: Literal["rolling", "sliding"] = Field(
         default="rolling",
@@ -163,6 +173,11 @@ class Physics(Part):
         '("han2005", "mathavan2010") [m]',
     )
     air_drag: NonNegative = Field(default=0.0, description="k in a = -k |v| v [1/m]")
+    rolling_friction_quadratic: NonNegative = Field(
+        default=0.0,
+        exclude_if=operator.not_,  # scenes stored before there was such a field stay the same
+        description="b in a = mu g + b v^2 of a ball that rolls, beside what air takes [1/m]",
+    )
     airborne: Flag = Field(default=False, description="whether a ball may leave the cloth")
     table_restitution: Fraction = Field(
         default=0.5, description="restitution of a ball that lands on the table [1]"
@@ -233,9 +248,11 @@ class Table(Part):
     neighbouring side is open, a cushion's line goes on too, without end.
     """
 
-    length: Positive
-    width: Positive
-    cushions: tuple[CushionName, ...] = CUSHIONS
+    length: Positive = Field(description="along x, between the noses of the cushions [m]")
+    width: Positive = Field(description="along y [m]")
+    cushions: tuple[CushionName, ...] = Field(
+        default=CUSHIONS, description="the sides that have one: x = 0, x = length, y = 0, y = width"
+    )
 
     @field_validator("cushions")
     @classmethod

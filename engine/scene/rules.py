@@ -17,6 +17,7 @@ from ghostball.engine.scene.law_rules import check_laws_in_scene
 
 if TYPE_CHECKING:
     from ghostball.engine.scene.model import Scene
+    from ghostball.engine.scene.parts import Ball
 
 
 class Motions(NamedTuple):
@@ -92,6 +93,7 @@ def _check_ids(scene: Scene) -> None:
 
 def _check_on_cloth(scene: Scene) -> None:
     if scene.physics.airborne:
+        _check_above_cloth(scene)
         return
     for i, ball in enumerate(scene.balls):
         if ball.position[2] != ball.radius:
@@ -109,6 +111,29 @@ def _check_on_cloth(scene: Scene) -> None:
                 "off_cloth",
                 "`balls[{i}].velocity` z must be 0, got {z} m/s: the ball must stay on the cloth. "
                 "Leave z out",
+                at=("balls", i, "velocity"),
+                i=i,
+                z=ball.velocity[2],
+            )
+
+
+def _check_above_cloth(scene: Scene) -> None:
+    for i, ball in enumerate(scene.balls):
+        if ball.position[2] < ball.radius:
+            raise problem(
+                "below_cloth",
+                "`balls[{i}].position` z must be at least the radius, {radius} m, got {z} m: the "
+                "ball would be inside the table. Raise it, or leave z out",
+                at=("balls", i, "position"),
+                i=i,
+                radius=ball.radius,
+                z=ball.position[2],
+            )
+        if ball.position[2] == ball.radius and ball.velocity[2] < 0.0:
+            raise problem(
+                "below_cloth",
+                "`balls[{i}].velocity` z must be at least 0 of a ball that lies on the cloth, got "
+                "{z} m/s. Leave z out, or say how the ball comes up again",
                 at=("balls", i, "velocity"),
                 i=i,
                 z=ball.velocity[2],
@@ -140,11 +165,12 @@ def _check_inside(scene: Scene) -> None:
         return
     for i, ball in enumerate(scene.balls):
         x, y = ball.position[0], ball.position[1]
+        reach = _reach_of_nose(scene, ball)
         gaps = {
-            "left": x - ball.radius,
-            "right": table.length - ball.radius - x,
-            "bottom": y - ball.radius,
-            "top": table.width - ball.radius - y,
+            "left": x - reach,
+            "right": table.length - reach - x,
+            "bottom": y - reach,
+            "top": table.width - reach - y,
         }
         permitted = position_rounding(x, y, table.length, table.width)
         for name in table.cushions:
@@ -153,7 +179,7 @@ def _check_inside(scene: Scene) -> None:
                     "outside",
                     '`balls[{i}].position` must be inside the table: ball "{id}" at ({x}, {y}) m '
                     "reaches {depth:.6g} m beyond the {cushion} cushion. Its centre must be at "
-                    "least its radius, {radius} m, from each cushion",
+                    "least {reach}, {radius} m, from each cushion",
                     at=("balls", i, "position"),
                     i=i,
                     id=ball.id,
@@ -161,8 +187,17 @@ def _check_inside(scene: Scene) -> None:
                     y=y,
                     depth=-gaps[name],
                     cushion=name,
-                    radius=ball.radius,
+                    reach="its radius" if reach == ball.radius else "so far at this height",
+                    radius=reach,
                 )
+
+
+def _reach_of_nose(scene: Scene, ball: Ball) -> float:
+    """Return how near a ball's centre may be to a cushion, in plan [m]."""
+    if not scene.physics.airborne:
+        return ball.radius
+    above = ball.position[2] - scene.physics.cushion_height
+    return float(np.sqrt(max(ball.radius**2 - above**2, 0.0)))
 
 
 def _check_overlaps(scene: Scene) -> None:
@@ -267,6 +302,13 @@ def _check_ends(scene: Scene, motions: Motions) -> None:
     sliding = scene.physics.motion == "sliding"
     surface = scene.radii[motions.ball] * _size(motions.spin[:, :2])
     speeds = np.maximum(_size(motions.velocity), surface)
+    if scene.physics.airborne and scene.physics.table_restitution == 1.0:
+        raise problem(
+            "endless",
+            "`t_max` must be given where `table_restitution` is 1: a ball that bounces might never "
+            "come to rest. Set `t_max` to a time in seconds",
+            at=("physics", "table_restitution"),
+        )
     for verb, field, frictions in (rolls, slides) if sliding else (rolls,):
         _check_stops(scene, motions, speeds, verb, field, frictions)
     if sliding:

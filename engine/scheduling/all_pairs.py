@@ -8,7 +8,8 @@ so that no contact is passed over. Each pair stands once, in the row of the ball
 last; a bound beyond either ball's own next event is dropped, since the motion changes there and the
 row is computed again.
 
-`scheduling.cells` is the other scheduler; `scheduling.scheduler` is what the loop uses of either.
+`scheduling.broad_phase` is the other scheduler; `scheduling.scheduler` is what the loop uses of
+either.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from ghostball.engine.core.state import (
     TRACK_AX,
     TRACK_AY,
     TRACK_EPOCH,
+    TRACK_JERK,
     TRACK_OWN_TIME,
     TRACK_RADIUS,
     TRACK_VX,
@@ -41,8 +43,16 @@ from ghostball.engine.core.state import (
     Pairs,
 )
 from ghostball.engine.motion.crossings import first_crossing, first_meeting
-from ghostball.engine.motion.pieces import meets_until, place, speed, velocity, way
-from ghostball.engine.scheduling.contact_time import first_bound
+from ghostball.engine.motion.position import (
+    FOR_EVER,
+    jerk,
+    meets_until,
+    place,
+    speed,
+    velocity,
+    way,
+)
+from ghostball.engine.scheduling.contact_time import first_bound, time_to_bent_bound
 from ghostball.engine.scheduling.ties import takes_precedence
 
 
@@ -76,6 +86,14 @@ def _track(balls: Balls, pairs: Pairs, i: int) -> None:
     pairs.track[at + TRACK_EPOCH] = balls.state[i].epoch
     pairs.track[at + TRACK_RADIUS] = balls.state[i].radius
     pairs.track[at + TRACK_OWN_TIME] = meets_until(balls, i)
+    _track_bend(balls.higher, balls, pairs, i, at)
+
+
+@kernel(inline=True)
+def _track_bend(higher: FloatArray | None, balls: Balls, pairs: Pairs, i: int, at: int) -> None:
+    """Copy from ball i how it bends, if any does."""
+    if higher is not None:
+        pairs.track[at + TRACK_JERK] = jerk(balls, i)
 
 
 @kernel(inline=True)
@@ -84,7 +102,7 @@ def _update_ball(
 ) -> None:
     """Bound anew every pair of ball i; its row takes them over from the others' rows."""
     n = len(balls.own_kind)
-    _bound_row(balls.higher, balls, laws, pairs, i, t)
+    _bound_row(balls.higher, balls.height, balls, laws, pairs, i, t)
     pairs.bound[i * n + i] = math.inf
     if contacts is not None and contacts.cluster[i] != FREE:
         row = contacts.first_held[i]
@@ -103,17 +121,19 @@ def _update_ball(
 
 @kernel(inline=True)
 def _bound_row(
-    higher: FloatArray | None, balls: Balls, laws: Laws, pairs: Pairs, i: int, t: float
+    higher: FloatArray | None,
+    height: FloatArray | None,
+    balls: Balls,
+    laws: Laws,
+    pairs: Pairs,
+    i: int,
+    t: float,
 ) -> None:
     """Put in row i when, at the soonest, ball i touches each of the others after the instant t."""
     n = len(balls.own_kind)
     radius, own_time = balls.state[i].radius, meets_until(balls, i)
-    if higher is not None:
-        for j in range(n):
-            if j != i:
-                bound = first_bound(balls, laws, i, j, t)
-                until = min(own_time, meets_until(balls, j))
-                pairs.bound[i * n + j] = bound if bound <= until else math.inf
+    if height is not None:
+        _bound_each(balls, laws, pairs, i, t)
         return
     (x, y), (vx, vy) = place(balls, i, t), velocity(balls, i, t)
     ax, ay = balls.state[i].ax, balls.state[i].ay
@@ -122,8 +142,22 @@ def _bound_row(
         row = pairs.bound[i * n + block : i * n + min(block + LANES, n)]
         if laws.uniform:
             _meet_block(track, row, t, x, y, vx, vy, radius, own_time)
+        elif higher is not None:
+            bent, left = jerk(balls, i), min(max(own_time - t, 0.0), FOR_EVER)
+            _bent_block(track, row, t, x, y, vx, vy, ax, ay, radius, own_time, bent, left)
         else:
             _bound_block(track, row, t, x, y, vx, vy, ax, ay, radius, own_time)
+
+
+@kernel
+def _bound_each(balls: Balls, laws: Laws, pairs: Pairs, i: int, t: float) -> None:
+    """`_bound_row` where a motion may be no parabola on the cloth."""
+    n = len(balls.own_kind)
+    for j in range(n):
+        if j != i:
+            bound = first_bound(balls, laws, i, j, t)
+            until = min(meets_until(balls, i), meets_until(balls, j))
+            pairs.bound[i * n + j] = bound if bound <= until else math.inf
 
 
 @kernel
@@ -160,6 +194,49 @@ def _bound_block(
         pull = rx * (ax_j - ax) + ry * (ay_j - ay)
         bound = t + first_crossing(gap, rate, pull)
         own_time_j = track[TRACK_OWN_TIME + j]
+        until = own_time_j if own_time_j < own_time else own_time
+        bounds[j] = bound if bound <= until else math.inf
+
+
+@kernel
+def _bent_block(
+    track: FloatArray,
+    bounds: FloatArray,
+    t: float,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    radius: float,
+    own_time: float,
+    bent: float,
+    left: float,
+) -> None:
+    """As `_bound_block`, where a ball may be on no parabola; this one begins its piece now."""
+    for j in range(len(bounds)):
+        s = t - track[TRACK_EPOCH + j]
+        ax_j, ay_j = track[TRACK_AX + j], track[TRACK_AY + j]
+        vx_j, vy_j = track[TRACK_VX + j], track[TRACK_VY + j]
+        own_time_j = track[TRACK_OWN_TIME + j]
+        left_j = own_time_j - t
+        left_j = left_j if left_j > 0.0 else 0.0
+        bent_j = track[TRACK_JERK + j]
+        bound = t + time_to_bent_bound(
+            track[TRACK_X + j] + way(vx_j, ax_j, s) - x,
+            track[TRACK_Y + j] + way(vy_j, ay_j, s) - y,
+            speed(vx_j, ax_j, s) - vx,
+            speed(vy_j, ay_j, s) - vy,
+            ax_j - ax,
+            ay_j - ay,
+            radius + track[TRACK_RADIUS + j],
+            bent_j * s,
+            bent_j * s * s,
+            bent_j * s * s * s,
+            bent + bent_j,
+            left_j if left_j < left else left,
+        )
         until = own_time_j if own_time_j < own_time else own_time
         bounds[j] = bound if bound <= until else math.inf
 

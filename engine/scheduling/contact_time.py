@@ -1,4 +1,7 @@
-"""The time of impact of two balls: judged at an instant, from where and how fast they are then."""
+"""When two balls touch: bounds of it from below, and whether they do at an instant.
+
+On the cloth and in space. Those that touch collide, or are pressed: then a contact step holds them.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +9,29 @@ import math
 
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import (
+    FALL,
     NEXT,
     NOWHERE,
     PARTNER,
     Balls,
     Contacts,
+    FloatArray,
     Laws,
 )
 from ghostball.engine.core.tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
-from ghostball.engine.motion.crossings import first_crossing, first_meeting
+from ghostball.engine.motion.crossings import first_bent_crossing, first_crossing, first_meeting
+from ghostball.engine.motion.flight import motion_in_space, one_flies, time_to_impact
 from ghostball.engine.motion.geometry import at_rest, capture_height, negligible_hop
-from ghostball.engine.motion.pieces import acceleration, relative_bend, relative_motion, velocity
+from ghostball.engine.motion.position import (
+    acceleration,
+    both_last,
+    jerk,
+    pair_reach,
+    relative_motion,
+    speed,
+    velocity,
+    way,
+)
 
 NOT_YET = 0
 """The bound moved on; the pair doesn't touch at this instant."""
@@ -33,12 +48,82 @@ def first_bound(balls: Balls, laws: Laws, i: int, j: int, start: float) -> float
     Where that is when the later of the two changed its motion, it is to the bit what
     `scheduling.all_pairs` has in its rows, which are this without branches.
     """
+    if one_flies(balls.height, balls, i, j):
+        return start + time_to_bound_in_space(balls, i, j, start)
+    return start + _time_to_first_bound(balls.higher, balls, laws, i, j, start)
+
+
+@kernel(inline=True)
+def _time_to_first_bound(
+    higher: FloatArray | None, balls: Balls, laws: Laws, i: int, j: int, start: float
+) -> float:
+    if higher is not None and not laws.uniform:
+        return _bent_bound(balls, i, j, start)
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
-    reach = balls.state[i].radius + balls.state[j].radius
-    rate = rx * vx + ry * vy
-    pull = rx * ax + ry * ay - relative_bend(balls, i, j, start, rx, ry)
-    bound: float = start + time_to_bound(laws, rx, ry, vx, vy, rate, pull, reach)
-    return bound
+    rate, pull = rx * vx + ry * vy, rx * ax + ry * ay
+    closed: float = time_to_bound(laws, rx, ry, vx, vy, rate, pull, pair_reach(balls, i, j))
+    return closed
+
+
+@kernel
+def _bent_bound(balls: Balls, i: int, j: int, start: float) -> float:
+    """Return in how long a pair may touch at the soonest, of which one is on no parabola, or inf.
+
+    Each ball is on its parabola but for jerk s^3 / 6, s from its epoch on: looking up where it is
+    would cost more than a bound that comes later saves.
+    """
+    a, b = balls.state[i], balls.state[j]
+    s_a, s_b = start - a.epoch, start - b.epoch
+    rx = (b.x + way(b.vx, b.ax, s_b)) - (a.x + way(a.vx, a.ax, s_a))
+    ry = (b.y + way(b.vy, b.ay, s_b)) - (a.y + way(a.vy, a.ay, s_a))
+    vx = speed(b.vx, b.ax, s_b) - speed(a.vx, a.ax, s_a)
+    vy = speed(b.vy, b.ay, s_b) - speed(a.vy, a.ay, s_a)
+    bent_a, bent_b = jerk(balls, i), jerk(balls, j)
+    return time_to_bent_bound(
+        rx,
+        ry,
+        vx,
+        vy,
+        b.ax - a.ax,
+        b.ay - a.ay,
+        a.radius + b.radius,
+        bent_a * s_a + bent_b * s_b,
+        bent_a * s_a * s_a + bent_b * s_b * s_b,
+        bent_a * s_a * s_a * s_a + bent_b * s_b * s_b * s_b,
+        bent_a + bent_b,
+        both_last(balls, i, j, start),
+    )
+
+
+@kernel(inline=True)
+def time_to_bent_bound(
+    rx: float,
+    ry: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    reach: float,
+    bent: float,
+    drifted: float,
+    moved: float,
+    jerk: float,
+    left: float,
+) -> float:
+    """Return in how long a pair may touch at the soonest [s]; or inf, or later than `left` [s].
+
+    From the parabolas that they are on but for their jerks j, in sum `jerk`, which have changed the
+    relative acceleration by up to `bent` (j s), the velocity by half of `drifted` (j s^2), the
+    place by a sixth of `moved` (j s^3) since the parabolas began. Without branches, so that the
+    compiler makes vector instructions of a row of pairs.
+    """
+    # All scaled by the distance, which saves dividing by it.
+    distance = math.sqrt(rx * rx + ry * ry)
+    gap = distance * (distance - reach - moved / 6.0)
+    rate = rx * vx + ry * vy - distance * (0.5 * drifted)
+    pull = rx * ax + ry * ay - distance * (bent + jerk * left / 3.0)
+    soonest: float = first_crossing(gap, rate, pull)
+    return soonest
 
 
 @kernel(inline=True)
@@ -54,8 +139,7 @@ def time_to_bound(
 ) -> float:
     """Return in how long a pair may touch at the soonest [s], from its relative motion; or inf.
 
-    `rate` is r . v, `pull` is r . a less what the bends may take from it: over the distance, how
-    the projected gap changes.
+    `rate` is r . v, `pull` is r . a: over the distance, how the projected gap changes.
     """
     if laws.uniform:
         met: float = first_meeting(rx, ry, vx, vy, reach)
@@ -82,14 +166,15 @@ def touch(balls: Balls, i: int, j: int, t: float, slack: float) -> tuple[int, fl
 
     A gap of up to `slack` [m] counts as closed.
     """
+    if one_flies(balls.height, balls, i, j):
+        return touch_in_space(balls, i, j, t)
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, t)
-    reach = balls.state[i].radius + balls.state[j].radius
+    reach = pair_reach(balls, i, j)
     distance = math.sqrt(rx * rx + ry * ry)
     gap = distance - reach
     rate = (rx * vx + ry * vy) / distance
     pull = (rx * ax + ry * ay) / distance
-    bent = relative_bend(balls, i, j, t, rx / distance, ry / distance)
-    s = first_crossing(gap, rate, pull - bent)
+    s = _time_to_gap(balls.higher, balls, i, j, t, gap, rate, pull)
     progress = s > TIME_ROUNDING * t
     if gap > max(GAP_ROUNDING * reach, slack) and progress:
         return NOT_YET, t + s, 0.0
@@ -111,9 +196,96 @@ def touch(balls: Balls, i: int, j: int, t: float, slack: float) -> tuple[int, fl
         return NOT_YET, t + s, 0.0
     if pulled:
         return PRESSED, t, 0.0
-    bent = relative_bend(balls, i, j, t, 1.0, 1.0)
-    s = _next_approach(distance * max(opening, 0.0), vx, vy, ax, ay, distance, bent)
+    bend = _bend_meanwhile(balls.higher, balls, i, j, t)
+    s = _next_approach(distance * max(opening, 0.0), vx, vy, ax, ay, distance, bend)
     return (NOT_YET, t + s, 0.0) if s > TIME_ROUNDING * t else (PRESSED, t, 0.0)
+
+
+@kernel(inline=True)
+def _time_to_gap(
+    higher: FloatArray | None,
+    balls: Balls,
+    i: int,
+    j: int,
+    t: float,
+    gap: float,
+    rate: float,
+    pull: float,
+) -> float:
+    """Return in how long after t [s] a gap closes at the soonest, of parabolas or of what bends."""
+    if higher is None:
+        straight: float = first_crossing(gap, rate, pull)
+        return straight
+    bent, left = jerk(balls, i) + jerk(balls, j), both_last(balls, i, j, t)
+    soonest: float = first_bent_crossing(gap, rate, pull, bent, left)
+    return soonest
+
+
+@kernel(inline=True)
+def _bend_meanwhile(higher: FloatArray | None, balls: Balls, i: int, j: int, t: float) -> float:
+    """Return by how much the relative acceleration changes at most while both pieces last."""
+    if higher is None:
+        return 0.0
+    change: float = (jerk(balls, i) + jerk(balls, j)) * both_last(balls, i, j, t)
+    return change
+
+
+@kernel
+def time_to_bound_in_space(balls: Balls, i: int, j: int, start: float) -> float:
+    """Return in how long a pair of which one flies may touch at the soonest [s], or inf.
+
+    From the instant `start` on; where the line of centres is now, as in the plane.
+    """
+    return _time_to_bound_in_space(balls.height, balls, i, j, start)
+
+
+@kernel(inline=True)
+def _time_to_bound_in_space(
+    height: FloatArray | None, balls: Balls, i: int, j: int, start: float
+) -> float:
+    if height is None:
+        return math.inf
+    return _next_in_space(height, balls, i, j, start)[0]
+
+
+@kernel
+def _next_in_space(
+    height: FloatArray, balls: Balls, i: int, j: int, t: float
+) -> tuple[float, float]:
+    """Return in how long after t [s] a pair of which one flies may have an impact; its approach.
+
+    0: now, as far as doubles can tell. Where the pair is apart, in how long it may touch.
+    """
+    rx, ry, rz, vx, vy, vz, ax, ay, az = motion_in_space(height, balls, i, j, t)
+    reach = balls.state[i].radius + balls.state[j].radius
+    distance = math.sqrt(rx * rx + ry * ry + rz * rz)
+    gap = distance - reach
+    rate = (rx * vx + ry * vy + rz * vz) / distance
+    pull = (rx * ax + ry * ay + rz * az) / distance
+    s = first_crossing(gap, rate, pull)
+    if gap <= GAP_ROUNDING * reach or s <= TIME_ROUNDING * t:
+        gravity = max(height[i, FALL], height[j, FALL])
+        across = max(vx * vx + vy * vy + vz * vz - rate * rate, 0.0)
+        opening = pull + across / distance
+        s = time_to_impact(gravity, -gap, rate, pull, opening, 0.5 * reach)
+        s = max(s, 2.0 * TIME_ROUNDING * t) if s > 0.0 else 0.0
+    return s, -rate
+
+
+@kernel
+def touch_in_space(balls: Balls, i: int, j: int, t: float) -> tuple[int, float, float]:
+    """Judge a pair of which one flies, as `touch`: nothing holds it, so it is never pressed."""
+    return _touch_in_space(balls.height, balls, i, j, t)
+
+
+@kernel(inline=True)
+def _touch_in_space(
+    height: FloatArray | None, balls: Balls, i: int, j: int, t: float
+) -> tuple[int, float, float]:
+    if height is None:
+        return NOT_YET, math.inf, 0.0
+    s, speed = _next_in_space(height, balls, i, j, t)
+    return (NOT_YET if s > 0.0 else IMPACT), t + s, speed
 
 
 @kernel
@@ -132,6 +304,8 @@ def _next_approach(
     discriminant = linear * linear - 4.0 * quadratic * opening
     if (linear >= 0.0 and quadratic >= 0.0) or discriminant < 0.0:
         return math.inf
+    if opening == 0.0:
+        return 0.0
     return 2.0 * opening / (math.sqrt(discriminant) - linear)
 
 

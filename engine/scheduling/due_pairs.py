@@ -23,8 +23,9 @@ from ghostball.engine.core.state import (
     Laws,
     Pairs,
 )
+from ghostball.engine.motion.flight import meets_in_space
 from ghostball.engine.motion.geometry import list_near, tie_rounding
-from ghostball.engine.motion.pieces import meets_until
+from ghostball.engine.motion.position import meets_until
 from ghostball.engine.scheduling.contact_time import IMPACT, NOT_YET, PRESSED, touch
 from ghostball.engine.scheduling.scheduler import (
     bound_of,
@@ -114,7 +115,11 @@ def _follow(
     count = 1
     if verdict != NOT_YET:
         list_hit(balls, 0, i, j)
-        if verdict == IMPACT and laws.simultaneous:
+        if (
+            verdict == IMPACT
+            and laws.simultaneous
+            and not meets_in_space(balls.height, balls, i, j)
+        ):
             tied = t + tie_rounding(balls, i, j, t) / speed
             if until <= tied and more_due(balls, pairs, cells, 1, t, tied):
                 count = _join_ties(balls, laws, pairs, cells, contacts, t, tied, 1, counters)
@@ -138,9 +143,11 @@ def _judge_several(
     -----
     Of sequential impacts the fastest first, then by place. For impacts at one instant that feed
     each other (a plastic hit on a frozen line) then die out like a relaxation of the whole line,
-    not of its end over and over.
+    not of its end over and over. Impacts of balls in the air, or of different size where they may
+    fly, are sequential always, and come after those in the plane.
     """
     count, pressed, judged, fastest = 0, 0, 0, 0.0
+    above, other, highest = NOWHERE, NOWHERE, 0.0
     last = balls.hits.shape[0]
     i = next_due(pairs, cells, t, 0)
     while i != NOWHERE:
@@ -165,11 +172,17 @@ def _judge_several(
                 # From the other end, out of the way of impacts.
                 pressed += 1
                 list_hit(balls, last - pressed, i, j)
+            elif laws.simultaneous and meets_in_space(balls.height, balls, i, j):
+                if speed > highest:
+                    above, other, highest = i, j, speed
             elif laws.simultaneous or comes_before(balls, count, speed, fastest, i, j, t):
                 count = count + 1 if laws.simultaneous else 1
                 fastest = max(speed, fastest)
                 list_hit(balls, count - 1, i, j)
         i = next_due(pairs, cells, t, i + 1)
+    if count == 0 and above != NOWHERE:
+        list_hit(balls, 0, above, other)
+        return Event(t, -1, 1, IMPACT, judged)
     if count == 0:
         for c in range(pressed):
             list_hit(balls, c, balls.hits[last - 1 - c, FIRST], balls.hits[last - 1 - c, SECOND])
@@ -207,6 +220,8 @@ def _join_ties(
             for k in range(list_near(balls, cells, i)):
                 j = int(balls.near[k])
                 if is_pair_listed(balls, 0, count, i, j):
+                    continue
+                if meets_in_space(balls.height, balls, i, j):
                     continue
                 bound = bound_of(balls, laws, pairs, cells, contacts, i, j, t, counters)
                 if not t < bound <= until:

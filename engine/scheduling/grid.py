@@ -1,4 +1,4 @@
-"""The cloth in cells: which a ball is in, when it leaves for which, and how it gets there.
+"""The cells of the broad phase: which one a ball is in, when it leaves that, and for which.
 
 Cells are no smaller than the largest ball, so that a ball can only touch those in its own cell and
 the eight around it. The balls of a cell are a list, linked to and fro. A border of empty cells runs
@@ -21,7 +21,7 @@ from ghostball.engine.core.state import (
     Cells,
 )
 from ghostball.engine.motion.crossings import first_crossing
-from ghostball.engine.motion.pieces import acceleration, bend, place, velocity
+from ghostball.engine.motion.position import acceleration, bend, place, velocity
 
 _LATE = 2.0**-24
 """How far beyond its cell's side a ball may be whose motion bends, in units of that: less than the

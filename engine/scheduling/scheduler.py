@@ -1,9 +1,9 @@
-"""What comes next: the one interface of both schedulers.
+"""The one interface of both schedulers, which know when which pairs may touch next.
 
-`scheduling.all_pairs` for few balls, `scheduling.cells` for many. Which of them the kernels contain
-is decided where they are compiled, by which of `pairs` and `cells` is None. They differ in how they
-keep the bounds of pairs: each has a function for each here, of the same name. What becomes of
-bounds that are due is judged for both by `scheduling.due_pairs`.
+`scheduling.all_pairs` for few balls, `scheduling.broad_phase` for many. Which of them the kernels
+contain is decided where they are compiled, by which of `pairs` and `cells` is None. They differ in
+how they keep the bounds of pairs: each has a function for each here, of the same name. What becomes
+of bounds that are due is judged for both by `scheduling.due_pairs`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import math
 
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import NOWHERE, Balls, Cells, Contacts, IntArray, Laws, Pairs
-from ghostball.engine.scheduling import all_pairs, cells as in_cells
+from ghostball.engine.scheduling import all_pairs, broad_phase as in_cells
 
 
 @kernel(inline=True)

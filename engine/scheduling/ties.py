@@ -14,7 +14,7 @@ from ghostball.engine.core.state import (
     IntArray,
 )
 from ghostball.engine.motion.geometry import capture_height, tie_rounding
-from ghostball.engine.motion.pieces import place, relative_motion
+from ghostball.engine.motion.position import pair_reach, place, relative_motion
 
 
 @kernel
@@ -25,7 +25,7 @@ def takes_precedence(balls: Balls, i: int, j: int) -> bool:
     if balls.own_kind[i] < OWN_CUSHION:
         return False
     dx, dy, _, _, _, _ = relative_motion(balls, i, j, balls.state[i].own_time)
-    gap = math.sqrt(dx * dx + dy * dy) - (balls.state[i].radius + balls.state[j].radius)
+    gap = math.sqrt(dx * dx + dy * dy) - pair_reach(balls, i, j)
     apart = gap > capture_height(balls, i, j)
     return bool(not apart and (dx > 0.0 or (dx == 0.0 and dy > 0.0)))
 

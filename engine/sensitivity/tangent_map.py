@@ -7,7 +7,8 @@
 
 The derivative is that of the engine's own trajectory, and exact for its laws: each event also comes
 sooner or later. None exists past an instant at which one ball has several collisions, for any
-change decides their order, and past sustained contact: there it is infinite.
+change decides their order, and past sustained contact: there it is infinite. Where air slows balls,
+or they may leave the cloth, none is known, and it is infinite from the start.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from ghostball.engine.core.state import (
 )
 from ghostball.engine.errors import GhostballError
 from ghostball.engine.running.from_scene import laws_of, layout_of
-from ghostball.engine.running.skips import is_integrated
+from ghostball.engine.running.skips import has_drag, is_integrated
 from ghostball.engine.running.variants import Variant, still_scene
 from ghostball.engine.scene import Scene
 from ghostball.engine.sensitivity import state as s
@@ -244,6 +245,10 @@ def _run(
     """Carry perturbations (n, PARTS, LANES) at the start along a motion, and roundings of it."""
     warm_up(scene)
     run = _arrays(scene, trajectory, events, rounding, signs)
+    if has_drag(scene) or scene.physics.airborne:
+        run.tangent.fill(math.inf)
+        run.shift.fill(math.nan)
+        return run
     # A ball that rests stops again at once, where the cloth slows it.
     rests = (run.knots[run.first[:-1], PHASE] == RESTING) & (run.state[:, ROLL_SLOWING] > 0.0)
     start[rests, s.DVX // s.LANES : s.DVY // s.LANES + 1] = 0.0

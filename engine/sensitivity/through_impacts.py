@@ -1,4 +1,4 @@
-"""What an impact does to perturbations of the balls that it changes: the derivative of its law.
+"""What an impact does to small changes of its balls' motion: the derivative of its law.
 
 That is a central difference, of every law (`sensitivity.through_laws`).
 """

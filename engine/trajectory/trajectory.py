@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine.core import state
-from ghostball.engine.errors import GhostballError
-from ghostball.engine.motion.polynomial import speed, tail, way
+from ghostball.engine.motion.polynomial import speed, tails, way
 from ghostball.engine.scene import Scene, rolling_angular_velocity
-from ghostball.engine.trajectory.orientation import orientation_at, pieces_of
+from ghostball.engine.trajectory.orientation import Pieces, orientation_at, pieces_of
 
 FloatArray = NDArray[np.float64]
 PhaseArray = NDArray[np.int8]
@@ -55,7 +54,7 @@ class Trajectory(Protocol):
 
 
 class Phase(enum.IntEnum):
-    """How a ball moves on the cloth."""
+    """How a ball moves: on the cloth, in the air, or no more."""
 
     RESTING = int(state.RESTING)
     """Its centre rests; it may spin about the vertical."""
@@ -65,6 +64,8 @@ class Phase(enum.IntEnum):
     """Its lowest point does not slip; it may spin about the vertical, too."""
     GONE = int(state.GONE)
     """It left the run, and stays where it did."""
+    FLYING = int(state.FLYING)
+    """It is in the air; its angular velocity stays as it is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,21 +75,36 @@ class ExactTrajectory:
     Attributes
     ----------
     radii : (n,) float64 [m]
-    knots : n arrays (k_i, 14 + 2 m) float64
+    knots : n arrays (k_i, 14 + 2 m) or, with `turns`, (k_i, 14 + 4 m) float64
         For each ball, from each time on: time [s]; x, y [m]; vx, vy [m/s]; ax, ay [m/s^2]; angular
         velocity wx, wy, wz [rad/s]; its rate of change bx, by, and what is added to the decay of
         wz, bz [rad/s^2]; `Phase`. Where the ball rolls or rests, wx, wy, bx and by mean nothing:
         the velocity gives them. Of motions of a higher degree than 2, what goes along x and along y
-        with the third power of the time since [m/s^3], with the fourth, and so on.
+        with the third power of the time since [m/s^3], with the fourth, and so on; with `turns`,
+        then as much of wx and wy, from the second power on [rad/s^3]. With `lifts`, before these:
+        height of its lowest point above the cloth [m], velocity upwards [m/s], acceleration
+        downwards [m/s^2].
     t_end : float [s]
     spin_decelerations : (n,) float64 [rad/s^2]
-        By which each ball's wz decays to 0, in every phase.
+        By which each ball's wz decays to 0 on the cloth; in the air it doesn't.
+    turns : bool
+        Whether the angular velocity changes with higher powers of the time, too.
+    lifts : bool
+        Whether balls may be in the air.
     """
 
     radii: FloatArray
     knots: tuple[FloatArray, ...]
     t_end: float
     spin_decelerations: FloatArray
+    turns: bool = False
+    lifts: bool = False
+
+    def powers(self, knots: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what goes with higher powers in the place and in the spin, (2 m, k) each."""
+        powers = knots[:, state.KNOT + 3 * self.lifts :].T
+        half = len(powers) // 2 if self.turns else len(powers)
+        return powers[:half], powers[half:]
 
     def sample(self, times: FloatArray) -> Samples:
         """Return the states at `times`, (k,) [s]; after an event where one falls on a time."""
@@ -100,18 +116,28 @@ class ExactTrajectory:
             r, v, a = knot[:, 1:3], knot[:, 3:5], knot[:, 5:7]
             positions[:, i, :2] = r + way(v, a, s)
             velocities[:, i, :2] = speed(v, a, s)
-            powers = knot[:, state.KNOT :].T
-            for axis in range(min(len(powers), 2)):
-                positions[:, i, axis] += tail(powers, axis, s[:, 0], 0)
-                velocities[:, i, axis] += tail(powers, axis, s[:, 0], 1)
+            powers, turning = self.powers(knot)
+            if len(powers) > 0:
+                x, y, vx, vy, _, _ = tails(powers, len(powers) // 2, s[:, 0])
+                positions[:, i, :2] += np.column_stack((x, y))
+                velocities[:, i, :2] += np.column_stack((vx, vy))
             spins[:, i] = rolling_angular_velocity(velocities[:, i], self.radii[i])
-            slides = knot[:, state.PHASE] == Phase.SLIDING
+            flies = knot[:, state.PHASE] == Phase.FLYING
+            slides = (knot[:, state.PHASE] == Phase.SLIDING) | flies
             w, b = knot[slides, 7:9], knot[slides, 10:12]
             spins[slides, i, :2] = w + s[slides] * b
+            for power in range(0, len(turning), 2):
+                further = s[slides] ** (2 + power // 2) * turning[power : power + 2, slides].T
+                spins[slides, i, :2] += further
             vertical, s = knot[:, state.WZ], s[:, 0]
-            left = np.maximum(np.abs(vertical) - s * self.spin_decelerations[i], 0.0)
+            decay = np.where(flies, 0.0, self.spin_decelerations[i])
+            left = np.maximum(np.abs(vertical) - s * decay, 0.0)
             spins[:, i, 2] = np.sign(vertical) * left + s * knot[:, state.BZ]
-        positions[:, :, 2] = self.radii
+            positions[:, i, 2] = self.radii[i]
+            if self.lifts:
+                rise, up, fall = knot[:, state.KNOT : state.KNOT + 3].T
+                positions[:, i, 2] += rise + way(up, -fall, s)
+                velocities[:, i, 2] = speed(up, -fall, s)
         return Samples(positions, velocities, spins)
 
     def phases(self, times: FloatArray) -> PhaseArray:
@@ -157,27 +183,20 @@ class ExactTrajectory:
         Raises
         ------
         GhostballError
-            Where a ball turns too far to be followed; or where a motion is of a higher degree
-            than 2, of which the turn isn't known.
+            Where a ball turns too far to be followed.
 
         Notes
         -----
         Where the axis moves, because the ball slides or spins about the vertical as it
         rolls, the turn is a power series, exact to rounding; see `engine.trajectory.orientation`.
-        The paper (section 5.3) turns by |v| dt / R about r = v x k each frame: of a ball that rolls
-        the same turn with the opposite sign, and only as exact as its frame is short.
+        The paper's own rule (section 5.3) is in `reference_adapters.paper.rotation`.
         """
         t = np.clip(times, 0.0, self.t_end)
         result = np.empty((len(t), len(self.knots), 4))
         for i, knots in enumerate(self.knots):
-            if np.any(knots[:, state.KNOT :]):
-                raise GhostballError(
-                    f"the orientation of ball {i} isn't known: its motion is of a degree above 2. "
-                    "Sample its positions and velocities"
-                )
-            pieces = pieces_of(
-                knots, float(self.radii[i]), float(self.spin_decelerations[i]), self.t_end
-            )
+            decay = float(self.spin_decelerations[i])
+            powers = self.powers(knots)
+            pieces = pieces_of(knots, powers, float(self.radii[i]), decay, self.t_end)
             result[:, i] = orientation_at(t, pieces)
         return result
 
@@ -208,6 +227,24 @@ class SampledTrajectory:
     def t_end(self) -> float:
         """Last recorded instant [s]."""
         return float(self.times[-1])
+
+    def orientation(self, times: FloatArray) -> FloatArray:
+        """Return the orientation of every ball at `times`, as `ExactTrajectory.orientation`.
+
+        Of the motion that the frames stand for: an angular velocity that goes straight from each to
+        the next.
+        """
+        t = np.clip(times, self.times[0], self.times[-1])
+        duration = np.append(np.diff(self.times), 0.0)
+        spin = np.zeros((len(duration), 2, 3))
+        result = np.empty((len(t), self.positions.shape[1], 4))
+        for i in range(result.shape[1]):
+            spin[:, 0] = self.angular_velocities[:, i]
+            change = np.diff(spin[:, 0], axis=0, append=spin[-1:, 0])
+            over = duration[:, np.newaxis]
+            np.divide(change, over, out=spin[:, 1], where=over > 0.0)
+            result[:, i] = orientation_at(t, Pieces(self.times, duration, spin))
+        return result
 
     def sample(self, times: FloatArray) -> Samples:
         """Return the states at `times`, (k,) [s], by linear interpolation; clamped at both ends."""

@@ -12,7 +12,8 @@ can't be told, the precision is doubled and everything starts again (`prove`), u
 
 What can't be told at the cap is "ambiguous": exact ties and tangencies, with their names; nothing
 is reported beyond. Ties of events of different balls that can't feel each other pass, in either
-order the outcome is the same. Sustained contact is certified up to where it begins.
+order the outcome is the same. Sustained contact is certified up to where it begins. A slide in air,
+which has no closed form, is enclosed by pieces with a proved bound of their error (`slide`).
 
 What differs from our engine, which rounds: a gap of 1e-17 m between balls of a rack is a gap here,
 and a slip of 1e-17 m/s is a slip; and a slow hit on a resting ball is an impact, however low.
@@ -21,10 +22,8 @@ and a slip of 1e-17 m/s is a slip; and a slow hit on a resting ball is an impact
 from ghostball.reference_adapters.certified.api import certify
 from ghostball.reference_adapters.certified.certificate import (
     Certificate,
-    CertifiedEvent,
     Choice,
     Enclosure,
-    Ending,
 )
 from ghostball.reference_adapters.certified.engine import CertifiedEngine
 from ghostball.reference_adapters.certified.settings import CertifiedSettings
@@ -32,10 +31,8 @@ from ghostball.reference_adapters.certified.settings import CertifiedSettings
 __all__ = [
     "Certificate",
     "CertifiedEngine",
-    "CertifiedEvent",
     "CertifiedSettings",
     "Choice",
     "Enclosure",
-    "Ending",
     "certify",
 ]

@@ -13,13 +13,12 @@ from ghostball.reference_adapters.certified.settings import CertifiedSettings
 NAME = "certified"
 
 _INTEGRATED = Capability("none", "its law is integrated over the impact and has no closed form")
-_OFF_CLOTH = Capability("none", "only motion on the cloth, without air, is certified")
+_OFF_CLOTH = Capability("none", "only motion on the cloth is certified")
 
 CAPABILITIES = {
     **dict.fromkeys(Feature, EXACT),
     Feature.MATHAVAN_BALL: _INTEGRATED,
     Feature.MATHAVAN_CUSHION: _INTEGRATED,
-    Feature.AIR_DRAG: _OFF_CLOTH,
     Feature.FLIGHT: _OFF_CLOTH,
 }
 """What can be certified, feature by feature."""
@@ -52,7 +51,7 @@ def certify(
     Raises
     ------
     UnsupportedSceneError
-        Where the scene has physics without a closed form.
+        Where the scene has physics that isn't certified: `CAPABILITIES` says why.
     """
     settings = CertifiedSettings() if settings is None else settings
     check_supported(NAME, CAPABILITIES, scene)

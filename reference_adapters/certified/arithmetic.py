@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -24,6 +26,30 @@ def working_precision(bits: int) -> Iterator[None]:
         yield
     finally:
         ctx.prec = before
+
+
+class OutOfTimeError(Exception):
+    """The computing time is over."""
+
+
+@contextmanager
+def computing_until(deadline: float) -> Iterator[None]:
+    """Let `check_time` raise, inside, from this instant of `time.perf_counter` on."""
+    before = _clock[0]
+    _clock[0] = deadline
+    try:
+        yield
+    finally:
+        _clock[0] = before
+
+
+_clock = [math.inf]
+
+
+def check_time() -> None:
+    """Raise `OutOfTimeError` where the computing time is over; for what may take long."""
+    if time.perf_counter() > _clock[0]:
+        raise OutOfTimeError
 
 
 class UndecidedError(Exception):

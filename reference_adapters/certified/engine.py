@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine import EVENT_DTYPE, Record, Result, Samples, Scene, Status
+from ghostball.engine.core.state import KNOT
 from ghostball.engine.result import COLLISION_KINDS
 from ghostball.engine.scene.features import Capabilities
 from ghostball.engine.trajectory import ExactTrajectory
@@ -53,7 +54,7 @@ class CertifiedEngine(EngineBase):
         Raises
         ------
         UnsupportedSceneError
-            Where the scene has physics without a closed form.
+            Where the scene has physics that isn't certified.
         """
         self.check(scene)
         certificate = self.certify(scene, motion=record == "trajectory")
@@ -79,9 +80,10 @@ def result_of(
         events = np.array(rows, dtype=EVENT_DTYPE)
     trajectory = None
     if certificate.knots is not None:
-        trajectory = ExactTrajectory(
-            scene.radii, certificate.knots, t_end, scene.spinning_friction_rates
-        )
+        knots = certificate.knots
+        rates = scene.spinning_friction_rates
+        turns = knots[0].shape[1] > KNOT  # air slows a ball: its motion has higher powers
+        trajectory = ExactTrajectory(scene.radii, knots, t_end, rates, turns)
     return Result(
         engine=NAME,
         settings=settings.model_dump(),

@@ -22,6 +22,7 @@ from ghostball.reference_adapters.certified.arithmetic import (
     unit,
 )
 from ghostball.reference_adapters.certified.certificate import Choice
+from ghostball.reference_adapters.certified.drag import first_entry_of, parting
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.roots import (
     NONE,
@@ -53,8 +54,11 @@ class Gap(Protocol):
     choice: Choice
     """What closes it."""
 
+    curved: bool
+    """Whether a ball is slowed by air: then the gap is no polynomial."""
+
     def coefficients(self) -> list[arb]:
-        """Return the coefficients, from the constant up."""
+        """Return the coefficients, from the constant up; of one that isn't `curved`."""
         ...
 
     def value(self, s: arb) -> arb:
@@ -63,6 +67,10 @@ class Gap(Protocol):
 
     def slope(self, s: arb) -> arb:
         """Return its derivative after a time s [s]."""
+        ...
+
+    def bend(self, s: arb) -> arb:
+        """Return its second derivative after a time s [s]."""
         ...
 
     def quick(self, high: float) -> Bracket:
@@ -76,6 +84,7 @@ class PairGap:
     def __init__(self, a: Body, b: Body, choice: Choice) -> None:
         self.choice = choice
         self._a, self._b = a, b
+        self.curved = a.curved or b.curved
         self._later = a if a.order >= b.order else b
         self.t = self._later.t
         self.reach = a.constants.radius + b.constants.radius
@@ -113,18 +122,36 @@ class PairGap:
             hx * hx + hy * hy,
         ]
 
+    def _age(self, body: Body, s: arb) -> arb:
+        """Return how old a body is after a time s [s]."""
+        if body.resting:
+            return ZERO
+        return s if body.order == self._later.order else (self.t - body.t) + s
+
     def offset(self, s: arb) -> Vector:
         """Return the position of b relative to a after a time s [m]."""
+        if self.curved:
+            ax, ay = self._a.position_after(self._age(self._a, s))
+            bx, by = self._b.position_after(self._age(self._b, s))
+            return (bx - ax, by - ay)
         (rx, ry), (vx, vy), (hx, hy) = self._terms()
         return (rx + s * (vx + s * hx), ry + s * (vy + s * hy))
 
     def rate(self, s: arb) -> Vector:
         """Return the velocity of b relative to a after a time s [m/s]."""
+        if self.curved:
+            avx, avy = self._a.velocity_after(self._age(self._a, s))
+            bvx, bvy = self._b.velocity_after(self._age(self._b, s))
+            return (bvx - avx, bvy - avy)
         _, (vx, vy), (hx, hy) = self._terms()
         return (vx + 2 * s * hx, vy + 2 * s * hy)
 
-    def pull(self) -> Vector:
-        """Return the acceleration of b relative to a [m/s^2]."""
+    def pull(self, s: arb) -> Vector:
+        """Return the acceleration of b relative to a after a time s [m/s^2]."""
+        if self.curved:
+            ax, ay = self._a.acceleration_after(self._age(self._a, s))
+            bx, by = self._b.acceleration_after(self._age(self._b, s))
+            return (bx - ax, by - ay)
         _, _, (hx, hy) = self._terms()
         return (2 * hx, 2 * hy)
 
@@ -137,6 +164,11 @@ class PairGap:
         """Return the derivative of the gap after a time s."""
         (x, y), (vx, vy) = self.offset(s), self.rate(s)
         return 2 * (x * vx + y * vy)
+
+    def bend(self, s: arb) -> arb:
+        """Return the second derivative of the gap after a time s."""
+        (x, y), (vx, vy), (ax, ay) = self.offset(s), self.rate(s), self.pull(s)
+        return 2 * (vx * vx + vy * vy + x * ax + y * ay)
 
     def normal(self, s: arb, touching: bool) -> Vector:
         """Return the unit normal from a to b where they touch, after a time s."""
@@ -183,6 +215,7 @@ class CushionGap:
         self.choice = choice
         self.t = body.t
         self._body = body
+        self.curved = body.curved
         self._line = line
         nx, ny = SIDES[choice.b]
         self._across = nx if nx else ny
@@ -196,13 +229,22 @@ class CushionGap:
 
     def value(self, s: arb) -> arb:
         """Return the gap after a time s [m]."""
+        if self.curved:
+            place = self._body.position_after(s)[0 if self._along_x else 1]
+            return self._across * (place - self._line) - self._body.constants.radius
         c0, c1, c2 = self.coefficients()
         return c0 + s * (c1 + s * c2)
 
     def slope(self, s: arb) -> arb:
         """Return its rate after a time s [m/s]."""
+        if self.curved:
+            return self._across * self._body.velocity_after(s)[0 if self._along_x else 1]
         _, c1, c2 = self.coefficients()
         return c1 + 2 * s * c2
+
+    def bend(self, s: arb) -> arb:
+        """Return its second derivative after a time s [m/s^2]."""
+        return self._across * self._body.acceleration_after(s)[0 if self._along_x else 1]
 
     def quick(self, high: float) -> Bracket:
         """Search in doubles; a ball too wide for that is UNSURE."""
@@ -232,6 +274,11 @@ def meeting(gap: Gap, bracket: Bracket, bits: int) -> Meeting | None:
 
     `bracket` is what a quick search found.
     """
+    if gap.curved:
+        if not gap.value(ZERO) > 0:
+            return Meeting(None, gap.t)
+        found = first_entry_of(gap.value, gap.slope, ZERO, bracket.high, bits)
+        return _narrowed(gap.t, gap.value, gap.slope, found)
     if bracket.verdict == UNSURE:
         coefficients = gap.coefficients()
         if bracket.low.is_zero() and not coefficients[0] > 0:
@@ -255,6 +302,8 @@ def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> M
         Where they are pressed together.
     """
     now = Meeting(ZERO, gap.t)
+    if gap.curved:
+        return _meeting_again_in_air(gap, arb(high), bits, still=still)
     _, *rest = gap.coefficients()
     if still:
         rest[0] = ZERO
@@ -269,6 +318,27 @@ def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> M
     if not rest[0] > 0:
         raise UndecidedError("whether they part or press", (gap.choice,), gap.t)
     return _narrowed(gap.t, *_horner(rest), first_entry(rest, ZERO, arb(high), bits))
+
+
+def _meeting_again_in_air(gap: Gap, high: arb, bits: int, *, still: bool) -> Meeting | None:
+    opens = gap.slope
+    rate = ZERO if still else opens(ZERO)
+    if rate < 0:
+        return Meeting(ZERO, gap.t)
+    if rate.is_zero():
+        opens = gap.bend
+        pull = opens(ZERO)
+        if pull.is_zero() and isinstance(gap, CushionGap):
+            return None  # it goes along the cushion
+        if pull < 0:
+            raise SustainedContactError("pressed together", (gap.choice,), gap.t)
+    apart = parting(opens, high, bits) if opens(ZERO) > 0 else None
+    if apart is None:
+        raise UndecidedError("whether they part or press", (gap.choice,), gap.t)
+    if apart >= high:
+        return None
+    found = first_entry_of(gap.value, gap.slope, apart, high, bits)
+    return _narrowed(gap.t, gap.value, gap.slope, found)
 
 
 def _after_overlap(gap: Gap, coefficients: list[arb], high: arb, bits: int) -> Meeting | None:

@@ -40,7 +40,7 @@ class Impacts:
         assert chosen.meeting.s is not None
         gap, s = chosen.gap, chosen.meeting.s
         n = gap.normal(s, touching=not self.overlapping(chosen))
-        (vx, vy), (ax, ay) = gap.rate(s), gap.pull()
+        (vx, vy), (ax, ay) = gap.rate(s), gap.pull(s)
         rate, across = n[0] * vx + n[1] * vy, n[0] * vy - n[1] * vx
         # The second derivative of the distance: the line of centres turns away, and friction.
         opening = across * across / gap.reach + n[0] * ax + n[1] * ay
@@ -67,7 +67,8 @@ class Impacts:
         inward = SIDES[chosen.choice.b]
         (vx, vy), u = body.velocity_after(s), body.slip_after(s)
         rate = inward[0] * vx + inward[1] * vy
-        opening = inward[0] * body.ax + inward[1] * body.ay
+        ax, ay = body.acceleration_after(s)
+        opening = inward[0] * ax + inward[1] * ay
         self._contacts.check_hop(chosen, rate, opening, 2 * body.constants.radius)
         n = (arb(-inward[0]), arb(-inward[1]))
         seen = seen_along(n, (vx, vy), u, body.spin_after(s), body.constants.radius)

@@ -26,7 +26,9 @@ from ghostball.reference_adapters.certified.arithmetic import (
     radius_of,
     unit,
 )
+from ghostball.reference_adapters.certified.drag import Roll
 from ghostball.reference_adapters.certified.problem import BallNumbers, Problem
+from ghostball.reference_adapters.certified.slide import Slide
 
 _EXACT_ENOUGH = 1e-13
 """Relative width of a state up to which a search in doubles may stand for it; see `contacts`."""
@@ -43,6 +45,8 @@ class Constants(NamedTuple):
     rolling: arb  # deceleration of a rolling ball [m/s^2]
     sliding: arb  # of a sliding one [m/s^2]
     spinning: arb  # of the spin about the vertical [rad/s^2]
+    quadratic: arb  # b in the deceleration a + b v^2 of a rolling ball [1/m]
+    drag: arb  # k in the deceleration k v^2 by the air of one that slides [1/m]
 
 
 class Quick(NamedTuple):
@@ -77,6 +81,12 @@ class Body:
         Number of the instant, in order of time.
     phase : Phase
     ax, ay : arb [m/s^2]
+        As the phase begins, and, but for one in air, all through it.
+    roll : Roll or None
+        Of a ball that rolls in air, or where the cloth slows fast balls more; or that slides in air
+        without friction.
+    slide : Slide or None
+        Of one that slides in air.
     duration : arb or None [s]
         How long the phase lasts, if nothing acts on the ball; None is without end.
     """
@@ -90,6 +100,8 @@ class Body:
         "order",
         "phase",
         "quick",
+        "roll",
+        "slide",
         "t",
         "ux",
         "uy",
@@ -119,6 +131,8 @@ class Body:
         self.order = order
         self.ax = self.ay = ZERO
         self.duration: arb | None = None
+        self.roll: Roll | None = None
+        self.slide: Slide | None = None
         self.phase = self._start()
         self.end = math.inf if self.duration is None else float((t + self.duration).upper())
         self.quick = self._in_doubles()
@@ -134,17 +148,41 @@ class Body:
         constants = self.constants
         if not (self.ux.is_zero() and self.uy.is_zero()):
             x, y = unit(self.ux, self.uy, "whether it slides or rolls")
-            if not constants.sliding.is_zero():
+            if constants.sliding.is_zero():
+                moves = not (self.vx.is_zero() and self.vy.is_zero())
+                if moves and not constants.drag.is_zero():
+                    self._start_roll(ZERO, constants.drag)
+            elif not constants.drag.is_zero():
+                u, v = (self.ux, self.uy), (self.vx, self.vy)
+                self.slide = Slide(v, u, constants.sliding, constants.drag)
+                self.ax, self.ay = self.slide.slowed(v, u)
+                self.duration = self.slide.duration
+            else:
                 self.ax, self.ay = -constants.sliding * x, -constants.sliding * y
                 self.duration = 2 * length(self.ux, self.uy) / (7 * constants.sliding)
             return Phase.SLIDING
         if self.vx.is_zero() and self.vy.is_zero():
             return Phase.RESTING
         x, y = unit(self.vx, self.vy, "whether it moves or rests")
-        if not constants.rolling.is_zero():
+        if not constants.quadratic.is_zero():
+            self._start_roll(constants.rolling, constants.quadratic)
+        elif not constants.rolling.is_zero():
             self.ax, self.ay = -constants.rolling * x, -constants.rolling * y
             self.duration = length(self.vx, self.vy) / constants.rolling
         return Phase.ROLLING
+
+    def _start_roll(self, constant: arb, quadratic: arb) -> None:
+        """Let it go straight on, slowed by so much and by so much times the square of its speed."""
+        x, y = unit(self.vx, self.vy, "whether it moves or rests")
+        self.roll = Roll(length(self.vx, self.vy), constant, quadratic)
+        slowed = self.roll.deceleration(ZERO)
+        self.ax, self.ay = -slowed * x, -slowed * y
+        self.duration = self.roll.duration
+
+    @property
+    def curved(self) -> bool:
+        """Whether its way is no polynomial of degree 2: that of a ball in air."""
+        return self.roll is not None or self.slide is not None
 
     @property
     def resting(self) -> bool:
@@ -167,11 +205,19 @@ class Body:
         """Return the velocity with which the phase ends."""
         if self.phase is Phase.ROLLING:
             return (ZERO, ZERO)
+        if self.slide is not None:
+            return self.slide.final_velocity
         # One quotient, so that equal numbers leave exactly 0.
         return ((7 * self.vx - 2 * self.ux) / 7, (7 * self.vy - 2 * self.uy) / 7)
 
     def position_after(self, s: arb) -> Vector:
         """Return the centre after a time s of this phase [m]."""
+        if s.is_zero():
+            return (self.x, self.y)
+        if self.roll is not None:
+            return self._along(self.roll.way(s))
+        if self.slide is not None:
+            return self._beyond(self.slide.way(s))
         return (
             self.x + s * (self.vx + s * self.ax / 2),
             self.y + s * (self.vy + s * self.ay / 2),
@@ -179,12 +225,46 @@ class Body:
 
     def velocity_after(self, s: arb) -> Vector:
         """Return the velocity after a time s of this phase [m/s]."""
+        if s.is_zero():
+            return (self.vx, self.vy)
+        if self.roll is not None:
+            x, y = unit(self.vx, self.vy, "whether it moves or rests")
+            speed = self.roll.speed(s)
+            return (speed * x, speed * y)
+        if self.slide is not None:
+            return self.slide.velocity(s)
         return (self.vx + s * self.ax, self.vy + s * self.ay)
+
+    def acceleration_after(self, s: arb) -> Vector:
+        """Return the acceleration after a time s of this phase [m/s^2]."""
+        if s.is_zero():
+            return (self.ax, self.ay)
+        if self.slide is not None:
+            return self.slide.acceleration(s)
+        if self.roll is None:
+            return (self.ax, self.ay)
+        x, y = unit(self.vx, self.vy, "whether it moves or rests")
+        slowed = self.roll.deceleration(s)
+        return (-slowed * x, -slowed * y)
+
+    def _along(self, way: arb) -> Vector:
+        """Return the centre of a ball that has rolled so far [m]."""
+        x, y = unit(self.vx, self.vy, "whether it moves or rests")
+        return (self.x + way * x, self.y + way * y)
+
+    def _beyond(self, way: Vector) -> Vector:
+        """Return the centre of a ball that has gone this way [m]."""
+        return (self.x + way[0], self.y + way[1])
 
     def slip_after(self, s: arb) -> Vector:
         """Return the slip after a time s of this phase [m/s]."""
-        if self.phase is not Phase.SLIDING:
-            return (ZERO, ZERO)
+        if s.is_zero() or self.phase is not Phase.SLIDING:
+            return (self.ux, self.uy)
+        if self.slide is not None:
+            return self.slide.slip(s)
+        if self.roll is not None:
+            vx, vy = self.velocity_after(s)
+            return (self.ux + (vx - self.vx), self.uy + (vy - self.vy))
         return (self.ux + 7 * s * self.ax / 2, self.uy + 7 * s * self.ay / 2)
 
     def spin_after(self, s: arb) -> arb:
@@ -199,7 +279,13 @@ class Body:
         assert self.duration is not None
         s = self.duration
         vx, vy = self._final_velocity()
-        position = (self.x + s * (self.vx + vx) / 2, self.y + s * (self.vy + vy) / 2)
+        if self.roll is not None:
+            assert self.roll.distance is not None
+            position = self._along(self.roll.distance)
+        elif self.slide is not None:
+            position = self._beyond(self.slide.end)
+        else:
+            position = (self.x + s * (self.vx + vx) / 2, self.y + s * (self.vy + vy) / 2)
         wz = self.spin_after(s)
         return Body(self.constants, position, (vx, vy), (ZERO, ZERO), wz, t, order)
 
@@ -210,7 +296,8 @@ class Body:
         most, radius = _EXACT_ENOUGH, float(self.constants.radius)
         size = most * radius
         enough = (
-            radius > _SMALLEST
+            not self.curved
+            and radius > _SMALLEST
             and place + speed + pull < _LARGEST
             and radius_of(self.x) <= size
             and radius_of(self.y) <= size
@@ -242,12 +329,16 @@ def decayed(spin: arb, loss: arb) -> arb:
 def constants_of(ball: BallNumbers, problem: Problem) -> Constants:
     """Return the constants of a ball; products in the precision at hand."""
     gravity = arb(problem.gravity)
+    # Of the air's drag the cloth's grip takes 2/7, but none where a ball is a rolling point.
+    felt = arb(problem.air_drag) * (arb(5) / 7 if problem.slides else 1)
     return Constants(
         radius=arb(ball.radius),
         mass=arb(ball.mass),
         rolling=arb(ball.rolling_friction) * gravity,
         sliding=arb(ball.sliding_friction) * gravity,
         spinning=arb(ball.spinning_friction_rate),
+        quadratic=felt + arb(problem.rolling_quadratic),
+        drag=arb(problem.air_drag),
     )
 
 

@@ -45,6 +45,8 @@ class Problem:
     cushion_tangential: float
     cushion_friction: float
     cushion_height: float
+    air_drag: float
+    rolling_quadratic: float
 
 
 def problem_of(scene: Scene) -> Problem:
@@ -93,4 +95,6 @@ def problem_of(scene: Scene) -> Problem:
         cushion_tangential=1.0 if mirror else physics.cushion_tangential_restitution,
         cushion_friction=physics.cushion_friction,
         cushion_height=physics.cushion_height,
+        air_drag=physics.air_drag,
+        rolling_quadratic=physics.rolling_friction_quadratic,
     )

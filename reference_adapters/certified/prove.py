@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from typing import NamedTuple
 
-import numpy as np
 from flint import arb
-from numpy.typing import NDArray
 
-from ghostball.engine.trajectory import Phase
+from ghostball.engine import UnsupportedSceneError
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
+    OutOfTimeError,
     SustainedContactError,
     UndecidedError,
+    computing_until,
     enclosure_of,
     radius_of,
     working_precision,
@@ -27,6 +28,7 @@ from ghostball.reference_adapters.certified.certificate import (
 )
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.recorded import recorded
 from ghostball.reference_adapters.certified.run import Run
 from ghostball.reference_adapters.certified.settings import CertifiedSettings
 
@@ -48,23 +50,52 @@ def prove(
     """Prove what happens in a problem whose balls have these names, as far as it can be proved.
 
     With `motion` the motion between events is kept, too.
+
+    Raises
+    ------
+    UnsupportedSceneError
+        Where it can't be told how a ball starts.
     """
     started = time.perf_counter()
     deadline = started + settings.time_limit
-    before: _Stop | None = None
+    run: Run | None = None
+    stop: _Stop | None = None
     for bits in _precisions(settings):
-        with working_precision(bits):
-            run = Run(problem, bits)
+        # The first precision begins in any case: else there is nothing to hand back.
+        first = bits == settings.start_precision
+        with working_precision(bits), computing_until(math.inf if first else deadline):
+            try:
+                new = Run(problem, bits)
+            except UndecidedError as error:
+                if error.exact or bits == settings.max_precision or time.perf_counter() > deadline:
+                    raise _refused(error.what) from None
+                continue
+            except OutOfTimeError:
+                if stop is None:
+                    unknown = (
+                        f"in {settings.time_limit:g} s (`time_limit`) it can't tell a start",
+                    )
+                    raise UnsupportedSceneError("certified", unknown) from None
+                stop = stop._replace(ending="time limit")
+                break
+        run, before = new, stop
+        with working_precision(bits), computing_until(deadline):
             stop = _attempt(run, settings, deadline)
-            if not stop.final and time.perf_counter() > deadline:
-                stop = stop._replace(ending="time limit", final=True)
-            if not stop.final and bits == settings.max_precision:
-                stop = _at_the_cap(stop, before)
-            if stop.final:
-                seconds = time.perf_counter() - started
-                return _certificate(run, stop, _reason(stop, ids, settings), seconds, motion)
-            before = stop
-    raise AssertionError("the last precision is final")
+        if not stop.final and time.perf_counter() > deadline:
+            stop = stop._replace(ending="time limit", final=True)
+        if not stop.final and bits == settings.max_precision:
+            stop = _at_the_cap(stop, before)
+        if stop.final:
+            break
+    assert run is not None
+    assert stop is not None
+    with working_precision(run.bits):
+        seconds = time.perf_counter() - started
+        return _certificate(run, stop, _reason(stop, ids, settings), seconds, motion)
+
+
+def _refused(what: str) -> UnsupportedSceneError:
+    return UnsupportedSceneError("certified", (f"from the start it can't tell {what}",))
 
 
 def _at_the_cap(stop: _Stop, before: _Stop | None) -> _Stop:
@@ -93,6 +124,8 @@ def _attempt(run: Run, settings: CertifiedSettings, deadline: float) -> _Stop:
         stop = _Stop(ending, f"positions to {settings.width:g} m (`width`)", (), end, True, 0)
     except SustainedContactError as error:
         stop = _Stop("sustained contact", error.what, error.choices, error.t, True, 0)
+    except OutOfTimeError:
+        stop = _Stop("time limit", "", (), run.now, True, 0)
     except UndecidedError as error:
         stop = _Stop("ambiguous", error.what, error.choices, error.t, error.exact, 0)
     end = stop.t if run.ended else run.now
@@ -151,7 +184,7 @@ def _certificate(run: Run, stop: _Stop, reason: str, seconds: float, motion: boo
         velocities=tuple(velocities),
         spins=tuple(spins),
         seconds=seconds,
-        knots=_knots(run) if motion else None,
+        knots=recorded(run, end) if motion else None,
     )
 
 
@@ -159,25 +192,7 @@ def _state_at(body: Body, t: arb) -> tuple[tuple[arb, ...], tuple[arb, ...], tup
     s = ZERO if body.t is t else t - body.t
     place = (body.x, body.y) if body.resting else body.position_after(s)
     velocity = (body.vx, body.vy) if body.resting else body.velocity_after(s)
-    wx, wy = _turning(body, velocity, body.slip_after(s))
+    slip, radius = body.slip_after(s), body.constants.radius
+    # From u = (vx - R wy, vy + R wx).
+    wx, wy = (slip[1] - velocity[1]) / radius, (velocity[0] - slip[0]) / radius
     return place, velocity, (wx, wy, body.spin_after(s))
-
-
-def _turning(body: Body, velocity: tuple[arb, arb], slip: tuple[arb, arb]) -> tuple[arb, arb]:
-    """Return the angular velocity about the horizontal, from u = (vx - R wy, vy + R wx)."""
-    radius = body.constants.radius
-    return (slip[1] - velocity[1]) / radius, (velocity[0] - slip[0]) / radius
-
-
-def _knots(run: Run) -> tuple[NDArray[np.float64], ...]:
-    """Return the motion of each ball in doubles, as an `ExactTrajectory` has it."""
-    rows: list[list[tuple[float, ...]]] = [[] for _ in run.bodies]
-    for k, body in run.knots:
-        wx, wy = _turning(body, (body.vx, body.vy), (body.ux, body.uy))
-        radius, slides = body.constants.radius, body.phase is Phase.SLIDING
-        bx = 5 * body.ay / (2 * radius) if slides else ZERO
-        by = -5 * body.ax / (2 * radius) if slides else ZERO
-        place = (body.t, body.x, body.y, body.vx, body.vy, body.ax, body.ay)
-        numbers = (*place, wx, wy, body.wz, bx, by, ZERO)
-        rows[k].append((*map(float, numbers), float(body.phase)))
-    return tuple(np.array(row, dtype=np.float64) for row in rows)

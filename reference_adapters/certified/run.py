@@ -154,7 +154,7 @@ class Run:
         if not self._contacts.touches_ball(i, j):
             self._agenda.add_searched(gap, (a, b), high)
             return
-        if all(c.is_zero() for c in gap.coefficients()[1:]):
+        if not gap.curved and all(c.is_zero() for c in gap.coefficients()[1:]):
             raise SustainedContactError("they move as one", (gap.choice,), gap.t)
         still = self._contacts.is_still(i, j, (a, b))
         found = meeting_again(gap, high, self.bits, still=still)
@@ -258,7 +258,7 @@ class Run:
             else:
                 bodies = (chosen.bodies[0].after_phase(t, order),)
         except UndecidedError as error:
-            raise UndecidedError(error.what, (choice,), t) from None
+            raise UndecidedError(error.what, (choice,), t, exact=error.exact) from None
         if same:
             self._contacts.same_instant(choice, t)
         else:

@@ -294,6 +294,7 @@ def paper_capabilities(step: str, cushion: str, masses: Capability) -> dict[Feat
         Feature.HAN_CUSHION: "cushions only mirror, section 4.2",
         Feature.MATHAVAN_CUSHION: "cushions only mirror, section 4.2",
         Feature.AIR_DRAG: "there is no air, section 6.3",
+        Feature.QUADRATIC_ROLLING: "friction is mu m g at any speed, section 5.2",
         Feature.FLIGHT: "there is no z axis, section 6.4",
     }
     return {

@@ -13,21 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine import Scene
-from ghostball.engine.scene import Physics
+from ghostball.reference_adapters.stepping.plane import (
+    ball_friction,
+    cushion_friction,
+    multiplied_restitutions,
+)
 
 FloatArray = NDArray[np.float64]
 
-SMALLEST_RESTITUTION = 2.0**-52
-"""Ball-ball restitution that stands for 0 [1].
-
-With a factor of 0 the balls would take the cushions' restitution to 0 as well. A ball then leaves
-at 2e-16 of its approach speed: rounding.
-"""
-
 SMALLEST_FRICTION = 1e-12
 """Ball-ball friction that stands for 0 where cloth or cushions need some [1].
-
-See `SMALLEST_RESTITUTION`.
 
 Of a hit at 10 m/s it leaves 1e-11 m/s of throw.
 """
@@ -40,7 +35,9 @@ class Coefficients:
     Attributes
     ----------
     ball_restitution, cushion_restitution, ball_friction, cushion_friction : float
-        Factors [1]. The table has restitution 0.
+        Factors [1].
+    table_restitution : float
+        Factor of the table [1]: 0 where balls stay on the cloth.
     own_cloths : bool
         Whether each ball has a plane of its own for a table; see `of`.
     table_friction : (n,) float64
@@ -54,6 +51,7 @@ class Coefficients:
     cushion_restitution: float
     ball_friction: float
     cushion_friction: float
+    table_restitution: float
     own_cloths: bool
     table_friction: FloatArray
     rolling_friction: FloatArray
@@ -77,30 +75,25 @@ class Coefficients:
         alike can say.
         """
         physics = scene.physics
-        restitution = math.sqrt(max(physics.ball_restitution, SMALLEST_RESTITUTION))
-        cushion = _normal_restitution(physics) / restitution
+        restitution, cushion = multiplied_restitutions(physics)
         none = np.zeros(len(scene.balls))
         if planar:
-            return cls(restitution, cushion, 0.0, 0.0, False, none, none, none)
-        between_balls = physics.ball_friction if len(scene.balls) > 1 else 0.0
-        assert not isinstance(between_balls, str)  # the engine's check refuses a law
+            return cls(restitution, cushion, 0.0, 0.0, 0.0, False, none, none, none)
+        between_balls = ball_friction(scene)
         friction = math.sqrt(max(between_balls, SMALLEST_FRICTION))
-        cushion_friction = physics.cushion_friction if physics.cushion == "frictional" else 0.0
+        along_cushions = cushion_friction(physics)
         table = scene.sliding_frictions / friction
-        rubbing = between_balls > 0.0 or cushion_friction > 0.0
+        rubbing = between_balls > 0.0 or along_cushions > 0.0
         own_cloths = rubbing or bool(np.any(table != table[0]))
         other = np.full_like(table, friction) if own_cloths else table
         return cls(
             restitution,
             cushion,
             friction,
-            cushion_friction / friction,
+            along_cushions / friction,
+            physics.table_restitution / restitution if physics.airborne else 0.0,
             own_cloths,
             table,
             1.4 * scene.rolling_frictions * scene.radii / other,
             0.4 * scene.spinning_friction_rates * scene.radii**2 / (physics.gravity * other),
         )
-
-
-def _normal_restitution(physics: Physics) -> float:
-    return 1.0 if physics.cushion == "mirror" else physics.cushion_restitution

@@ -13,10 +13,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EventKind, Samples, Scene
+from ghostball.engine import CUSHIONS, EventKind, Samples, Scene, Table
 from ghostball.reference_adapters.pybullet.world import Contact, World
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping.clock import Clock
+from ghostball.reference_adapters.stepping.space import slowest_bounce
 
 FloatArray = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -34,6 +35,8 @@ class SlidingRun:
 
     Parameters
     ----------
+    dt : float [s]
+        Of its steps.
     gated : bool
         Whether rolling friction waits for rolling; without it Bullet applies it at all times.
     rest_speed : float [m/s]
@@ -46,14 +49,29 @@ class SlidingRun:
     """
 
     def __init__(
-        self, world: World, scene: Scene, recorder: Recorder, *, gated: bool, rest_speed: float
+        self,
+        world: World,
+        scene: Scene,
+        recorder: Recorder,
+        *,
+        dt: float,
+        gated: bool,
+        rest_speed: float,
     ) -> None:
         self._world = world
         self._recorder = recorder
         self._radii = scene.radii
+        self._dt = dt
         self._spin_ends = scene.spinning_friction_rates > 0.0
         self._gated = gated
         self._rest_speed = rest_speed
+        self._flies = scene.physics.airborne
+        self._table = scene.table if scene.physics.airborne else None
+        self._gone = np.zeros(len(scene.balls), dtype=np.bool_)
+        self._height = scene.physics.cushion_height
+        # What falls no faster lies on the table, as does what is no higher than it could then hop.
+        self._slow = slowest_bounce(scene, dt)
+        self._low = self._slow * dt
         self.t = 0.0
         self.rest_time = 0.0
         self.work = {"steps": 0, "contacts": 0}
@@ -77,9 +95,9 @@ class SlidingRun:
         """Return the state now, arrays (1, n, 3)."""
         return self._samples(self._world.positions(), self._velocities, self._spins)
 
-    def run(self, dt: float, t_end: float, max_steps: int) -> None:
-        """Run until every ball rests, or to `t_end` exactly, in steps of `dt` [s]."""
-        clock = Clock(dt, t_end)
+    def run(self, t_end: float, max_steps: int) -> None:
+        """Run until every ball rests, or to `t_end` exactly, in steps of `dt`."""
+        clock = Clock(self._dt, t_end)
         while not self.at_rest and clock.t < t_end and self.work["steps"] < max_steps:
             self._advance(clock.dt, clock.tick())
 
@@ -91,9 +109,12 @@ class SlidingRun:
         before = self._velocities, self._spins
         states = np.array([self._world.velocity(i) for i in range(len(self._radii))])
         self._velocities, self._spins = states[:, 0], states[:, 1]
+        new = [c for c in new if c.b >= 0 or before[0][c.a, 2] < -self._slow]
         if new:
             self._note_collisions(new, before, dt)
         self.t = t
+        if self._table is not None:
+            self._take_out_what_left(self._table)
         self._note_phases()
         if self._recorder.wants_frame(t):
             self._recorder.frame(t, self.state())
@@ -101,8 +122,34 @@ class SlidingRun:
     def _rests(self) -> Flags:
         speed = np.sqrt(np.sum(self._velocities**2, axis=1))
         surface = self._radii * np.sqrt(np.sum(self._spins[:, :2] ** 2, axis=1))
-        rests: Flags = np.maximum(speed, surface) < self._rest_speed
+        rests: Flags = (np.maximum(speed, surface) < self._rest_speed) & self._lies()
         return rests
+
+    def _lies(self) -> Flags:
+        """Whether each ball is on the table, or has left the game."""
+        if not self._flies:
+            return np.ones(len(self._radii), dtype=np.bool_)
+        low = self._world.positions()[:, 2] - self._radii <= self._low
+        slow = np.abs(self._velocities[:, 2]) <= self._slow
+        lies: Flags = (low & slow) | self._gone
+        return lies
+
+    def _take_out_what_left(self, table: Table) -> None:
+        """Take out the balls whose centres have come over a nose that is below them."""
+        positions = self._world.positions()
+        beyond = {
+            "left": -positions[:, 0],
+            "right": positions[:, 0] - table.length,
+            "bottom": -positions[:, 1],
+            "top": positions[:, 1] - table.width,
+        }
+        for name in table.cushions:
+            out = (beyond[name] > 0.0) & (positions[:, 2] > self._height) & ~self._gone
+            for i in np.flatnonzero(out).tolist():
+                self._recorder.event(self.t, EventKind.LEAVES_TABLE, i, CUSHIONS.index(name))
+                self._world.remove(i)
+                self._gone[i] = True
+                self._velocities[i] = self._spins[i] = 0.0
 
     def _spins_on(self) -> Flags:
         """Whether each ball has a spin about the vertical that will end, and hasn't yet."""
@@ -114,7 +161,7 @@ class SlidingRun:
         """Whether each ball's contact point is at rest: slip = v + w x (-R z)."""
         slip_x = self._velocities[:, 0] - self._radii * self._spins[:, 1]
         slip_y = self._velocities[:, 1] + self._radii * self._spins[:, 0]
-        rolls: Flags = np.hypot(slip_x, slip_y) < ROLLING_SLIP
+        rolls: Flags = (np.hypot(slip_x, slip_y) < ROLLING_SLIP) & self._lies()
         return rolls
 
     def _note_phases(self) -> None:

@@ -20,7 +20,7 @@ from typing import Any, Literal, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, EventKind, Scene
+from ghostball.engine import CUSHIONS, EventKind, Scene, Table
 from ghostball.engine.scene import CushionName
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.pybullet.coefficients import Coefficients
@@ -92,8 +92,15 @@ def load() -> Any:
         os.close(kept)
 
 
+NOSE_RADIUS = 1e-6
+"""Of the nose of a cushion where balls may fly [m]: Bullet has no line, but a thin capsule."""
+
+
 class Contact(NamedTuple):
-    """A ball in contact: `b` is the second ball, or the index of the cushion in `CUSHIONS`."""
+    """A ball in contact: `b` is the second ball, the index of the cushion in `CUSHIONS`, or -1.
+
+    The last is the table, which is listed only where balls may fly.
+    """
 
     kind: EventKind
     a: int
@@ -127,9 +134,14 @@ class World:
         Set what makes the physics right, or leave to pybullet what isn't the scene's.
     iterations : int
         Of the contact solver, per step.
+    slow : float [m/s]
+        Speed below which no impact bounces: 0, or, where balls may fly and the table returns some
+        of their speed, what keeps those that lie on it from trembling.
     """
 
-    def __init__(self, scene: Scene, *, planar: bool, config: Config, iterations: int) -> None:
+    def __init__(
+        self, scene: Scene, *, planar: bool, config: Config, iterations: int, slow: float = 0.0
+    ) -> None:
         self._scene = scene
         self._config: Config = config
         self._tuned = config == "tuned"
@@ -139,12 +151,13 @@ class World:
         self._ball_of_body: dict[int, int] = {}
         self._cushion_of_body: dict[int, int] = {}
         self._cloths: list[int] = []
+        self._flies = scene.physics.airborne
         self._touching: frozenset[Contact] = frozenset()
         self.coefficients = Coefficients.of(scene, planar=planar)
         idle = _IDLE[config]
         self._client: int = idle.pop() if idle else self._bullet.connect(self._bullet.DIRECT)
         try:
-            self._configure(iterations)
+            self._configure(iterations, slow)
             self._build(planar)
         except BaseException:
             self.close()
@@ -228,11 +241,20 @@ class World:
             return Contact(EventKind.BALL_BALL, min(a, b), max(a, b))
         ball, plane = (a, body_b) if a is not None else (b, body_a)
         cushion = self._cushion_of_body.get(plane)
-        if ball is None or cushion is None:  # the table
+        if ball is None:
             return None
+        if cushion is None:
+            return Contact(EventKind.BALL_CLOTH, ball, -1) if self._flies else None
         return Contact(EventKind.BALL_CUSHION, ball, cushion)
 
-    def _configure(self, iterations: int) -> None:
+    def remove(self, ball: int) -> None:
+        """Take a ball out of the world: it stays where it is, and nothing meets it."""
+        body = self._balls[ball]
+        self.set_velocity(ball, [0.0] * 3, [0.0] * 3)
+        self._change(body, mass=0.0)
+        self._bullet.setCollisionFilterGroupMask(body, -1, 0, 0, physicsClientId=self._client)
+
+    def _configure(self, iterations: int, slow: float) -> None:
         """Set the solver; "tuned" removes what changes a collision.
 
         contactERP adds speed to push overlapping balls apart (an elastic hit gains 4 % of energy
@@ -248,7 +270,7 @@ class World:
                 "contactERP": 0.0,
                 "frictionERP": 0.0,
                 "contactSlop": 0.0,
-                "restitutionVelocityThreshold": 0.0,
+                "restitutionVelocityThreshold": slow,
                 "enableConeFriction": 1,
                 "deterministicOverlappingPairs": 1,
             }
@@ -261,13 +283,21 @@ class World:
         if not planar:
             for i in range(len(scene.balls) if factors.own_cloths else 1):
                 friction = float(factors.table_friction[i])
-                self._cloths.append(self._plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0, friction))
+                up = (0.0, 0.0, 1.0)
+                bounce = factors.table_restitution
+                cloth = self._plane((0.0, 0.0, 0.0), up, bounce, friction)
+                if self._flies and self._tuned:
+                    self._change(cloth, contactProcessingThreshold=0.0)  # as for cushions below
+                self._cloths.append(cloth)
         if scene.table is not None:
             for name in scene.table.cushions:
                 far = (scene.table.length, scene.table.width, 0.0)
                 origin = far if name in ("right", "top") else (0.0, 0.0, 0.0)
-                body = self._plane(
-                    origin, _NORMALS[name], factors.cushion_restitution, factors.cushion_friction
+                laws = factors.cushion_restitution, factors.cushion_friction
+                body = (
+                    self._nose(name, scene.table, *laws)
+                    if self._flies
+                    else self._plane(origin, _NORMALS[name], *laws)
                 )
                 self._cushion_of_body[body] = CUSHIONS.index(name)
                 if self._tuned:
@@ -311,6 +341,31 @@ class World:
         )
         if self._tuned:
             self._change(body, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FASTEST)
+
+    def _nose(self, name: CushionName, table: Table, restitution: float, friction: float) -> int:
+        """Add a cushion's nose: a capsule along its line, at its height above the cloth."""
+        across = name in ("left", "right")
+        length = 2.0 * (table.width if across else table.length)
+        shape = self._bullet.createCollisionShape(
+            self._bullet.GEOM_CAPSULE,
+            radius=NOSE_RADIUS,
+            height=length,
+            physicsClientId=self._client,
+        )
+        x = {"left": 0.0, "right": table.length}.get(name, 0.5 * table.length)
+        y = {"bottom": 0.0, "top": table.width}.get(name, 0.5 * table.width)
+        # Bullet's capsule stands; it is laid along y, or along x.
+        turn = math.sqrt(0.5)
+        lying = (turn, 0.0, 0.0, turn) if across else (0.0, turn, 0.0, turn)
+        body: int = self._bullet.createMultiBody(
+            0.0,
+            shape,
+            basePosition=(x, y, self._scene.physics.cushion_height),
+            baseOrientation=lying,
+            physicsClientId=self._client,
+        )
+        self._change(body, restitution=restitution, lateralFriction=friction)
+        return body
 
     def _plane(
         self,

@@ -12,18 +12,13 @@ from __future__ import annotations
 import importlib.util
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ghostball.engine import EventKind, Record, Result, Scene
+from ghostball.engine import Scene
 from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
-from ghostball.reference_adapters.base import (
-    EngineBase,
-    EngineSettings,
-    lacks_sequence,
-    resolution_of_step,
-)
-from ghostball.reference_adapters.pymunk.steppers import make_stepper
-from ghostball.reference_adapters.recording import Recorder
-from ghostball.reference_adapters.stepping.ending import end_of, ending_of
-from ghostball.reference_adapters.stepping.landing import LANDING_GAP
+from ghostball.reference_adapters.base import EngineSettings
+from ghostball.reference_adapters.pymunk.steppers import NativeRolling
+from ghostball.reference_adapters.stepping.ending import end_of
+from ghostball.reference_adapters.stepping.plane import Stepper
+from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine, none
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 if TYPE_CHECKING:
@@ -38,16 +33,12 @@ class PymunkSettings(SteppingSettings):
     """
 
 
-def _none(how: str) -> Capability:
-    return Capability("none", how)
-
-
 _RUBS = (
     "Chipmunk's own friction along the contact, with the share of the coefficient that belongs to "
     "it; the adapter turns the balls by the share up or down, of which Chipmunk's plane knows "
     "nothing. A single impact is exact; where several meet, the share is that before them all"
 )
-_CLOTH_TAKES_PART = _none("the cloth takes part in this impact, and Chipmunk's plane has none")
+_CLOTH_TAKES_PART = none("the cloth takes part in this impact, and Chipmunk's plane has none")
 _BETWEEN_STEPS = Capability(
     "approximate", "the adapter applies the cloth between Pymunk's steps, in closed form"
 )
@@ -78,37 +69,35 @@ _TUNED: Capabilities = {
         "Pymunk has none: the adapter scales the velocity along the cushion after the step",
     ),
     Feature.FRICTIONAL_CUSHION: Capability("approximate", _RUBS),
-    Feature.HAN_CUSHION: _none("Chipmunk's plane has no height for the nose to touch a ball at"),
+    Feature.HAN_CUSHION: none("Chipmunk's plane has no height for the nose to touch a ball at"),
     Feature.MATHAVAN_CUSHION: _CLOTH_TAKES_PART,
-    Feature.AIR_DRAG: _none("Pymunk damps in proportion to speed, not to its square"),
-    Feature.FLIGHT: _none("Pymunk works in a plane"),
+    Feature.AIR_DRAG: none("Pymunk damps in proportion to speed, not to its square"),
+    Feature.QUADRATIC_ROLLING: none("its cloth slows a ball by one force, whatever the speed"),
+    Feature.FLIGHT: none("Pymunk works in a plane"),
 }
 
 _DEFAULT: Capabilities = {
     **_TUNED,
-    Feature.SLIDING: _none("Pymunk's cloth is the adapter's own, of `config=tuned`"),
-    Feature.VERTICAL_SPIN: _none("Pymunk's cloth is the adapter's own, of `config=tuned`"),
-    Feature.BALL_FRICTION: _none("balls that don't slide have no spin to rub with"),
-    Feature.SPEED_DEPENDENT_FRICTION: _none("balls that don't slide have no spin to rub with"),
-    Feature.FRICTIONAL_CUSHION: _none("balls that don't slide have no spin to rub with"),
+    Feature.SLIDING: none("Pymunk's cloth is the adapter's own, of `config=tuned`"),
+    Feature.VERTICAL_SPIN: none("Pymunk's cloth is the adapter's own, of `config=tuned`"),
+    Feature.BALL_FRICTION: none("balls that don't slide have no spin to rub with"),
+    Feature.SPEED_DEPENDENT_FRICTION: none("balls that don't slide have no spin to rub with"),
+    Feature.FRICTIONAL_CUSHION: none("balls that don't slide have no spin to rub with"),
     Feature.BALL_RESTITUTION: _MULTIPLIED,
     Feature.OPEN_SIDES: Capability("approximate", "cushions end at the table's corners"),
     Feature.MIRROR_CUSHION: _MULTIPLIED,
     Feature.CUSHION_RESTITUTION: _MULTIPLIED,
-    Feature.CUSHION_TANGENTIAL: _none("Pymunk has no such law; `config=tuned` adds one"),
+    Feature.CUSHION_TANGENTIAL: none("Pymunk has no such law; `config=tuned` adds one"),
 }
 
 
-class PymunkEngine(EngineBase):
+class PymunkEngine(PlaneEngine):
     """Pymunk behind the protocol; see the module."""
 
     name: ClassVar[str] = "pymunk"
     Settings: ClassVar[type[EngineSettings]] = PymunkSettings
-
-    @property
-    def capabilities(self) -> Capabilities:
-        """How each feature of a scene is represented with these settings."""
-        return _TUNED if self.settings.config == "tuned" else _DEFAULT
+    TUNED: ClassVar[Capabilities] = _TUNED
+    DEFAULT: ClassVar[Capabilities] = _DEFAULT
 
     @classmethod
     def unavailable(cls) -> str | None:
@@ -117,65 +106,15 @@ class PymunkEngine(EngineBase):
             return None
         return "the package `pymunk` is not installed. Install it with: pip install 'pymunk>=7'"
 
-    def lacks(self, scene: Scene) -> tuple[str, ...]:
-        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
-        return lacks_sequence(scene)
-
-    def resolution(self, scene: Scene) -> float:
-        """Return how far a ball goes in a step [m]; landed, how far from touching it stops."""
-        if self.settings.mode == "landed":
-            return LANDING_GAP
-        return resolution_of_step(self.settings.step, scene)
-
-    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Run to rest, to `t_max`, or to `max_time` or `max_steps`.
-
-        Raises
-        ------
-        UnsupportedSceneError
-            Where the scene needs a feature that these settings lack.
-        """
-        self.check(scene)
-        # Loads pymunk, which the first run may do, but not a list of engines.
+    def world(self, scene: Scene) -> World:
+        """Load Pymunk and build the scene in it."""
         from ghostball.reference_adapters.pymunk.world import World  # noqa: PLC0415
 
         settings: PymunkSettings = self.settings
-        world = World(scene, tuned=settings.config == "tuned", iterations=settings.iterations)
-        return _run(scene, record, settings, world)
+        return World(scene, tuned=settings.config == "tuned", iterations=settings.iterations)
 
-
-def _run(scene: Scene, record: Record, settings: PymunkSettings, world: World) -> Result:
-    t_end = end_of(scene, settings)
-    stepper = make_stepper(scene, world, settings.mode, settings.step, t_end)
-    recorder = Recorder(scene, record)
-    steps = 0
-
-    recorder.start()
-    stepper.record(recorder)
-    while not stepper.resting.all() and stepper.t < t_end and steps < settings.max_steps:
-        stepper.step()
-        steps += 1
-        for contact in world.collisions:
-            kind = EventKind.BALL_CUSHION if contact.cushion else EventKind.BALL_BALL
-            recorder.event(stepper.t, kind, contact.a, contact.b)
-        for changed, ball in stepper.changes:
-            recorder.event(stepper.t, changed, ball)
-        if stepper.keep_frame or recorder.wants_frame(stepper.t):
-            stepper.record(recorder, force=stepper.keep_frame)
-    state = stepper.state()
-    at_rest = bool(stepper.resting.all())
-    status, reason = ending_of(scene, settings, stepper.t, state, at_rest=at_rest)
-    return recorder.result(
-        engine=PymunkEngine.name,
-        settings=_as_used(settings, world),
-        status=status,
-        final_state=state,
-        rest_time=stepper.t,
-        work={"steps": steps, "contacts_solved": world.contacts_solved},
-        reason=reason,
-    )
-
-
-def _as_used(settings: PymunkSettings, world: World) -> dict[str, Any]:
-    """Return the settings with what None stood for."""
-    return settings.model_dump() | {"dt": settings.step, "iterations": world.iterations}
+    def stepper(self, scene: Scene, world: Any) -> Stepper:
+        """Return what moves the balls on: balls that only roll, by Pymunk's own means."""
+        if self.settings.mode == "native" and scene.physics.motion == "rolling":
+            return NativeRolling(scene, world, self.step(scene), end_of(scene, self.settings))
+        return super().stepper(scene, world)

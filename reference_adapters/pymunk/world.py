@@ -7,7 +7,6 @@ newcomer types who has read the examples (`default`).
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 import pymunk
@@ -15,9 +14,15 @@ from numpy.typing import NDArray
 from pymunk import batch
 
 from ghostball.engine import CUSHIONS, Scene, Table
-from ghostball.engine.result import initial_state
-from ghostball.engine.trajectory import energy_of
-from ghostball.reference_adapters.pymunk.friction import ContactFriction
+from ghostball.reference_adapters.stepping.friction import ContactFriction
+from ghostball.reference_adapters.stepping.plane import (
+    Collision,
+    Landing,
+    cushion_restitution,
+    largest_momenta,
+    reach_beyond,
+    rubs,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -41,24 +46,6 @@ _FORGETTING_STEP = 1e-9
 """Step that empties the solver's memory [s]; no ball moves in it, so its length has no effect."""
 
 
-class Collision(NamedTuple):
-    """A collision of the last step.
-
-    Attributes
-    ----------
-    a : int
-        A ball.
-    b : int
-        The other ball, or the index of the cushion.
-    cushion : bool
-        Which of the two `b` is.
-    """
-
-    a: int
-    b: int
-    cushion: bool
-
-
 class World:
     """A space with its balls in the scene's order, and the collisions of its last step.
 
@@ -69,21 +56,21 @@ class World:
     contacts_solved : int
         How many contacts the solver has worked on, one for each step that a contact lasts.
     friction : ContactFriction or None
-        Friction at contacts, which its user tells the spins; None where nothing rubs.
+        Friction at contacts; None where nothing rubs.
     """
+
+    collides_first = False
+    landing = Landing()
 
     def __init__(self, scene: Scene, *, tuned: bool, iterations: int | None) -> None:
         self.scene = scene
         self.collisions: list[Collision] = []
         self.contacts_solved = 0
+        self._forgotten = 0
         self.tuned = tuned
-        self._tangential = scene.physics.cushion_tangential_restitution
-        if scene.physics.cushion != "restitution":
-            self._tangential = 1.0
         # Rounding of the momentum that each ball would have with all the energy: balls that roll on
         # together exchange impulses of this size, and don't collide.
-        momenta = np.sqrt(2.0 * _energy(scene) * scene.masses)
-        self._impulse_rounding = 16.0 * np.finfo(np.float64).eps * momenta
+        self._impulse_rounding = 16.0 * np.finfo(np.float64).eps * largest_momenta(scene)
         self._space = pymunk.Space()
         self._index: dict[pymunk.Shape, int] = {}
         self._bodies: list[pymunk.Body] = []
@@ -92,8 +79,8 @@ class World:
         self.friction: ContactFriction | None = None
         if tuned:
             self._tune()
-            if ContactFriction.needed(scene):
-                self.friction = ContactFriction(scene, self._bodies)
+            if rubs(scene):
+                self.friction = ContactFriction(scene)
         if iterations is not None:
             self._space.iterations = iterations
         for i in range(len(scene.balls)):
@@ -108,28 +95,33 @@ class World:
         """Let Pymunk step by `dt` [s]: it moves, then finds overlaps, then solves velocities."""
         self.collisions.clear()
         self._space.step(dt)
-        if self._tangential != 1.0:
-            self._scale_along_cushions()
+
+    @property
+    def rubs(self) -> bool:
+        """Whether contacts may turn balls."""
+        return self.friction is not None
+
+    def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
+        """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
+        if self.contacts_solved > self._forgotten:
+            self._forgotten = self.contacts_solved
+            self._forget_contacts()
+        self.set_velocities(velocities)
+        if self.friction is not None and spins is not None:
+            self.friction.set_spins(spins)
+            for body, spin in zip(self._bodies, spins[:, 2].tolist(), strict=True):
+                body.angular_velocity = spin
+        return velocities
+
+    def turns(self) -> FloatArray:
+        """Return what the step's contacts added to the spins, (n, 3) [rad/s]."""
+        assert self.friction is not None
+        return self.friction.turns(np.array([body.angular_velocity for body in self._bodies]))
 
     @property
     def iterations(self) -> int:
         """Iterations of the contact solver in each step."""
         return self._space.iterations
-
-    def forget_contacts(self) -> None:
-        """Drop what the solver remembers of the last step's contacts, and stop every ball.
-
-        Chipmunk starts a lasting contact with its last impulse times the ratio of the two steps,
-        and takes back the whole impulse where the contact has come apart: right for equal steps
-        only. A step without persistence, in which nothing moves, empties that memory. The caller
-        sets the velocities anew.
-        """
-        solved = self.contacts_solved
-        self.set_velocities(np.zeros((len(self._bodies), 2)))
-        self._space.collision_persistence = 0
-        self._space.step(_FORGETTING_STEP)
-        self._space.collision_persistence = self._persistence
-        self.contacts_solved = solved
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
         """Return the centres [m] and velocities [m/s], two arrays (n, 2) float64."""
@@ -162,6 +154,21 @@ class World:
             joint.max_force = force
             self._space.add(joint)
 
+    def _forget_contacts(self) -> None:
+        """Drop what the solver remembers of the last step's contacts, and stop every ball.
+
+        Chipmunk starts a lasting contact with its last impulse times the ratio of the two steps,
+        and takes back the whole impulse where the contact has come apart: right for equal steps
+        only. A step without persistence, in which nothing moves, empties that memory. The caller
+        sets the velocities anew.
+        """
+        solved = self.contacts_solved
+        self.set_velocities(np.zeros((len(self._bodies), 2)))
+        self._space.collision_persistence = 0
+        self._space.step(_FORGETTING_STEP)
+        self._space.collision_persistence = self._persistence
+        self.contacts_solved = solved
+
     def _tune(self) -> None:
         space = self._space
         space.iterations = TUNED_ITERATIONS
@@ -171,7 +178,7 @@ class World:
         self._persistence = space.collision_persistence = 1
         for other, restitution in (
             (_BALL, self.scene.physics.ball_restitution),
-            (_CUSHION, cushion_restitution(self.scene)),
+            (_CUSHION, cushion_restitution(self.scene.physics)),
         ):
             # Set for the pair: Chipmunk multiplies two elasticities, and no product is right for
             # dead balls (e = 0) at live cushions.
@@ -201,43 +208,17 @@ class World:
             (1, table.width, 1.0, table.length),
         )[cushion]
         radius = CUSHION_THICKNESS if tuned else 0.0
-        beyond = CUSHION_THICKNESS + self._reach_beyond(table) if tuned else 0.0
+        beyond = CUSHION_THICKNESS + reach_beyond(self.scene) if tuned else 0.0
         spine = nose + outward * radius
         start, end = (
             (spine, along) if across == 0 else (along, spine)
             for along in (-beyond, length + beyond)
         )
         shape = pymunk.Segment(self._space.static_body, start, end, radius)
-        shape.elasticity = cushion_restitution(self.scene)
+        shape.elasticity = cushion_restitution(self.scene.physics)
         shape.collision_type = _CUSHION
         self._space.add(shape)
         self._index[shape] = cushion
-
-    def _reach_beyond(self, table: Table) -> float:
-        """Return how far outside an open table a ball can get [m]; 0 where it is closed.
-
-        A cushion is an infinite line; one ball can't have more than all the energy.
-        """
-        if len(table.cushions) == len(CUSHIONS):
-            return 0.0
-        scene = self.scene
-        speed = math.sqrt(2.0 * _energy(scene) / float(np.min(scene.masses)))
-        frictions = [scene.rolling_frictions]
-        if scene.physics.motion == "sliding":
-            frictions.append(scene.sliding_frictions)
-        deceleration = float(np.min(frictions)) * scene.physics.gravity
-        distances = [speed**2 / (2.0 * deceleration)] if deceleration > 0.0 else []
-        distances += [speed * scene.t_max] if scene.t_max is not None else []
-        outside = float(np.max(np.abs(scene.positions)))  # open sides: a ball may start anywhere
-        return outside + min(distances, default=0.0)
-
-    def _scale_along_cushions(self) -> None:
-        for contact in self.collisions:
-            if contact.cushion:
-                vx, vy = self._bodies[contact.a].velocity
-                across = CUSHIONS[contact.b] in ("left", "right")
-                kx, ky = (1.0, self._tangential) if across else (self._tangential, 1.0)
-                self._bodies[contact.a].velocity = kx * vx, ky * vy
 
     def _parts(self, arbiter: pymunk.Arbiter) -> Collision:
         shape_a, shape_b = arbiter.shapes
@@ -247,30 +228,27 @@ class World:
     def _prepare(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, restitution: float) -> None:
         arbiter.restitution = restitution
         if self.friction is not None:
-            a, b, cushion = self._parts(arbiter)
-            self.friction.prepare(arbiter, a, b, cushion=cushion)
+            contact = self._parts(arbiter)
+            one = self._bodies[contact.a]
+            line, apart = (0.0, 0.0), one.velocity
+            if not contact.cushion:
+                other = self._bodies[contact.b]
+                line, apart = other.position - one.position, one.velocity - other.velocity
+            arbiter.friction = self.friction.prepare(contact, line, apart)
 
     def _note(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
         self.contacts_solved += 1
         if self.friction is None and not arbiter.is_first_contact:
             return
-        a, b, cushion = self._parts(arbiter)
+        contact = self._parts(arbiter)
+        impulse = arbiter.total_impulse
         if self.friction is not None:
-            self.friction.note(arbiter, a, b, cushion=cushion)
+            normal = self.friction.normal_part(contact, impulse.x, impulse.y)
+            self.friction.note(contact, normal)
         if not arbiter.is_first_contact:
             return
-        noise = self._impulse_rounding[a] if cushion else min(self._impulse_rounding[[a, b]])
+        balls = [contact.a] if contact.cushion else [contact.a, contact.b]
+        noise = min(self._impulse_rounding[balls])
         # `begin` also fires for discs that overlap while they move apart: no impulse, no collision.
-        if arbiter.total_impulse.length > noise:
-            self.collisions.append(Collision(a, b, cushion))
-
-
-def cushion_restitution(scene: Scene) -> float:
-    """Return the normal restitution of the scene's cushions."""
-    physics = scene.physics
-    return 1.0 if physics.cushion == "mirror" else physics.cushion_restitution
-
-
-def _energy(scene: Scene) -> float:
-    """Return the scene's energy [J]; a spin counts, sliding can turn it into speed."""
-    return float(energy_of(scene, initial_state(scene)).total[0])
+        if impulse.length > noise:
+            self.collisions.append(contact)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from ghostball.reference_adapters.base import EngineSettings
 
@@ -39,12 +39,33 @@ class SteppingSettings(EngineSettings):
     LANDED_DT: ClassVar[float] = 0.02
     """Longest landed step [s]: the paper's frame; its motion is exact whatever it is."""
 
+    LANDED_BY_DEFAULT: ClassVar[bool] = True
+    """Whether the default configuration can be landed: its contacts must end within a step."""
+
+    CLOTH_BETWEEN_STEPS: ClassVar[bool] = True
+    """Whether the adapter moves the balls between the engine's steps, with kernels of its own."""
+
     mode: Literal["native", "landed"] = "native"
     config: Literal["tuned", "default"] = "tuned"
     dt: Annotated[float, Field(ge=1e-9, le=1.0)] | None = None
     iterations: Annotated[int, Field(ge=1)] | None = None
     max_time: Annotated[float, Field(gt=0.0, le=1e6)] = 300.0
     max_steps: Annotated[int, Field(ge=1)] = 10_000_000
+
+    @property
+    def kernels(self) -> tuple[str, ...]:
+        """The kernels that the adapter itself runs, by name; see `stepping.kernels`."""
+        landed = ("landed steps",) if self.mode == "landed" else ()
+        return (*landed, "cloth between steps") if self.CLOTH_BETWEEN_STEPS else landed
+
+    @model_validator(mode="after")
+    def _contacts_end_within_a_step(self) -> Self:
+        if (self.mode, self.config) == ("landed", "default") and not self.LANDED_BY_DEFAULT:
+            raise ValueError(
+                "`mode` = landed needs `config` = tuned: contacts as the engine has them by "
+                "default last through many steps. Set one of them otherwise"
+            )
+        return self
 
     @property
     def step(self) -> float:

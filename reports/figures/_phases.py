@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +25,12 @@ SLIDING_DARKER = 1.5
 
 
 def draw_motion(
-    axes: Axes, run: Run, *, against_time: bool = False, until: int | None = None, **look: Any
+    axes: Axes,
+    run: Run,
+    *,
+    against_time: bool = False,
+    colours: Sequence[str] | None = None,
+    **look: Any,
 ) -> None:
     """Draw the paths of all balls of a run; where they slide, as `sliding_look` says.
 
@@ -36,20 +41,22 @@ def draw_motion(
         With a motion.
     against_time : bool
         Draw x against time rather than y against x.
-    until : int, optional
-        How many of the stored instants to draw.
+    colours : sequence of str, optional
+        Of the balls' paths, instead of one for all in `look`.
     **look
         Goes to matplotlib's `plot`; `linewidth` and `alpha` must be in it.
     """
     motion = run.motion
     assert motion is not None
     for ball in range(motion.positions.shape[1]):
-        x, y = motion.positions[:until, ball, 0], motion.positions[:until, ball, 1]
-        line = np.column_stack((motion.times[:until], x) if against_time else (x, y))
+        if colours is not None:
+            look["color"] = colours[ball]
+        x, y = motion.positions[:, ball, 0], motion.positions[:, ball, 1]
+        line = np.column_stack((motion.times, x) if against_time else (x, y))
         if motion.phases is None:
             axes.plot(*line.T, **look)
             continue
-        for slides, part in parts_of(line, motion.phases[:until, ball] == Phase.SLIDING):
+        for slides, part in parts_of(line, motion.phases[:, ball] == Phase.SLIDING):
             # Rounded ends of two parts would overlap and show through each other.
             ends = {"solid_capstyle": "butt"}
             axes.plot(*part.T, **(look | ends | (sliding_look(look) if slides else {})))

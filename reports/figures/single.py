@@ -11,6 +11,7 @@ from ghostball.engine import Scene
 from ghostball.reports import style
 from ghostball.reports.figures._phases import draw_motion
 from ghostball.reports.figures._table import View, aspect_of, draw_ball, draw_table
+from ghostball.reports.figures.heights import draw_heights, flying
 from ghostball.reports.figures.paths import (
     WIDTH,
     draw_against_time,
@@ -33,6 +34,12 @@ FEW = 8
 SHORT = 3
 """Letters of a name that fit within a ball."""
 
+BALL_COLOURS = (
+    *(style.BLUE, style.VERMILLION, style.GREEN, style.PURPLE, style.ORANGE, style.BROWN),
+    *("#332288", "#882255", "#117733", "#88A020", "#3F3F3F", "#AA4466"),
+)
+"""Of balls in one picture, all dark enough for lines on the cloth and white names within them."""
+
 LEGIBLE = 8.0
 """Diameter [pt] from which a name within a ball can be read."""
 
@@ -46,23 +53,33 @@ def draw_single(shot: Shot) -> Figure:
     collinear = is_collinear(shot)
     view = view_shown(shot, collinear)
     height = float(np.clip((WIDTH - 0.8) * aspect_of(view), 1.0, 5.0))
-    rows = [height, 3.2] if collinear else [height]
+    flies = bool(flying(shot).any())
+    rows = [height, *[3.2] * collinear, *[2.0] * flies]
     figure = style.new_figure(WIDTH, sum(rows) + 0.5 * len(rows) + 0.6)
     axes = figure.subplots(len(rows), 1, squeeze=False, gridspec_kw={"height_ratios": rows})[:, 0]
     _draw_on_table(axes[0], shot, view, height)
     if collinear:
-        draw_against_time(axes[1], shot)
+        draw_against_time(axes[1], shot, ball_colours(len(shot.scene.balls)))
+    if flies:
+        _draw_heights(axes[-1], shot)
     (run,) = shot.drawn
     at_end = "at rest" if shot.end == "rest" else "at the end"
     style.set_title(figure, f"{shot.scene.name} on {run.style.name}")
     paths = "paths, thick where a ball slides" if shot.slides else "paths"
-    said = f"Grey discs: start. Lines: {paths}. Filled discs: {at_end}."
+    said = f"Empty discs: start. Lines: {paths}. Filled discs: {at_end}."
     figure.supxlabel(
         " ".join(filter(None, [said, _naming(shot.scene), _outside(shot, view)])),
         fontsize=8.5,
         color=style.GREY,
     )
     return figure
+
+
+def _draw_heights(axes: Axes, shot: Shot) -> None:
+    colours, names = ball_colours(len(shot.scene.balls)), _names(shot.scene)
+    draw_heights(axes, shot, lambda _, ball: {"color": colours[ball], "label": names[ball]})
+    axes.set(xlabel="time [s]", ylabel="height [mm]")
+    axes.legend(fontsize=8.0)
 
 
 def _draw_on_table(axes: Axes, shot: Shot, view: View, height: float) -> None:
@@ -73,12 +90,13 @@ def _draw_on_table(axes: Axes, shot: Shot, view: View, height: float) -> None:
     draw_table(axes, shot.scene, view)
     names, radii = _names(shot.scene), shot.scene.radii
     width = 1.0 if len(names) <= FEW else 0.6
-    draw_motion(axes, run, color=run.style.colour, linewidth=width, alpha=0.6)
+    colours = ball_colours(len(names))
+    draw_motion(axes, run, colours=colours, linewidth=width, alpha=0.8)
     starts, ends = shot.scene.positions, run.case.rest_positions
     for ball, name in enumerate(names):
-        look = {"facecolor": style.FAINT, "edgecolor": style.GREY, "linewidth": 0.8}
+        look = {"facecolor": "white", "edgecolor": colours[ball], "linewidth": 1.0}
         draw_ball(axes, starts[ball], radii[ball], zorder=3, **look)
-        look = {"facecolor": run.style.colour, "edgecolor": "white", "linewidth": 0.5}
+        look = {"facecolor": colours[ball], "edgecolor": "white", "linewidth": 0.5}
         draw_ball(axes, ends[ball], radii[ball], zorder=4, **look)
         if len(names) > FEW and 2.0 * radii[ball] / (view[1] - view[0]) * WIDTH * 72.0 >= LEGIBLE:
             _write_within(axes, name, starts[ball], style.BLACK, zorder=3.5)
@@ -90,6 +108,11 @@ def _draw_on_table(axes: Axes, shot: Shot, view: View, height: float) -> None:
             for centre in _apart(starts[ball], ends[ball], radii[ball])
         ]
         label_balls(axes, beside, scale_of(view, height), run.motion.positions)
+
+
+def ball_colours(count: int) -> list[str]:
+    """Return a colour for each ball; of more balls than colours, names tell some apart."""
+    return [BALL_COLOURS[ball % len(BALL_COLOURS)] for ball in range(count)]
 
 
 def _names(scene: Scene) -> list[str]:

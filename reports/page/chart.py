@@ -52,8 +52,6 @@ class Series:
         Whether the points are joined.
     titles : sequence of str
         What is said of each point; none, or one for each.
-    low, high : (k,) float64 or None
-        Ends of an upright bar at each point; None draws none.
     """
 
     name: str
@@ -65,8 +63,6 @@ class Series:
     marker: str = ""
     line: bool = True
     titles: Sequence[str] = ()
-    low: FloatArray | None = None
-    high: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -145,11 +141,7 @@ def draw(
     curves = []
     for one in series:
         at = np.column_stack([across(one.x), down(one.y)])
-        bars = ""
-        if one.low is not None and one.high is not None:
-            ends = zip(at[:, 0], down(one.low), down(one.high), strict=True)
-            bars = "".join(f"M{px:.1f} {low:.1f}V{top:.1f}" for px, low, top in ends)
-        curves.append((one, _path(at) if one.line else "", _points(one, at), bars))
+        curves.append((one, _path(at) if one.line else "", _points(one, at)))
     return render(
         "chart.html",
         title=title,

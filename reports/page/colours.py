@@ -10,9 +10,8 @@ from collections.abc import Sequence
 
 from ghostball.reports import style
 
-LEAST_TEXT = 4.5
 LEAST_LINE = 3.0
-"""Contrasts that WCAG 2.2 asks for, level AA (1.4.3, 1.4.11)."""
+"""Contrast that WCAG 2.2 asks for of what isn't text, level AA (1.4.11)."""
 
 LIGHT_PAPER, DARK_PAPER = "#ffffff", "#14181d"
 LIGHT_INK, DARK_INK = "#1a1f24", "#e6eaee"

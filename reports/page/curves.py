@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 from markupsafe import Markup
-from numpy.typing import NDArray
 
 from ghostball.reports import style
-from ghostball.reports.figures.energy import UNITS
+from ghostball.reports.motions import (
+    ERROR_FLOOR,
+    distance_from,
+    energy_scale,
+    largest,
+    motion_of_run,
+)
 from ghostball.reports.page.chart import Axis, Mark, Series, draw, linear_axis, log_axis
 from ghostball.reports.shots import Run, Shot
-from ghostball.validation.results.store import Motion
-
-FloatArray = NDArray[np.float64]
-
-ERROR_FLOOR = 1e-5
-"""Smallest distance drawn [m].
-
-Frames are joined by straight lines, which run beside a ball that slows down:
-0.01 mm for frames of 20 ms on a common cloth, ten times that where it slides.
-"""
 
 
 def dash_of(look: style.EngineStyle) -> str:
@@ -36,19 +31,14 @@ def energy_chart(shot: Shot) -> Markup:
     """Draw the energy of all balls against time; "" where no engine has a motion."""
     if not shot.drawn:
         return Markup()
-    # An engine that blew up has no energy to scale by, and one that explodes must not flatten all.
-    start = max(_largest(_motion(run).energy[:1]) for run in shot.drawn)
-    highest = max(_largest(_motion(run).energy) for run in shot.drawn)
-    unit, name = next(
-        ((scale, name) for scale, name in UNITS if start >= scale), (UNITS[-1][0], UNITS[-1][1])
-    )
-    top = 1.05 * min(highest, 1.8 * start) / unit
+    unit, name, highest = energy_scale(shot)
+    top = 1.05 * highest / unit
     series = [
         Series(
             run.style.name,
             colour_of(shot, run),
-            _motion(run).times,
-            _motion(run).energy / unit,
+            motion_of_run(run).times,
+            motion_of_run(run).energy / unit,
             dash_of(run.style),
             broad=run.style.ours and len(shot.drawn) > 1,
         )
@@ -71,12 +61,12 @@ def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
     others = [run for run in shot.drawn if not run.style.ours]
     if ours is None or not others:
         return Markup()
-    reference = _motion(ours)
-    series, partings, largest = [], [], 10.0 * ERROR_FLOOR
+    reference = motion_of_run(ours)
+    series, partings, most = [], [], 10.0 * ERROR_FLOOR
     for run in others:
-        motion = _motion(run)
+        motion = motion_of_run(run)
         apart = distance_from(reference, motion)
-        largest = max(largest, _largest(apart))
+        most = max(most, largest(apart))
         colour = colour_of(shot, run)
         drawn = np.maximum(apart, ERROR_FLOOR)
         series.append(Series(run.style.name, colour, motion.times, drawn, dash_of(run.style)))
@@ -89,51 +79,9 @@ def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
             )
     marks = [] if horizon is None else [Mark(horizon, "horizon")]
     title = f"Largest distance of a ball from our engine's against time in {shot.scene.name}"
-    axis = log_axis("distance from ours", ERROR_FLOOR, min(largest, 1e3), "m")
+    axis = log_axis("distance from ours", ERROR_FLOOR, min(most, 1e3), "m")
     return draw(title, [*series, *partings], _time_axis(shot), axis, marks)
 
 
-def distance_from(reference: Motion, motion: Motion) -> FloatArray:
-    """Return the largest distance of a ball from an exact motion, (k,) [m], at `motion.times`.
-
-    In the plane of the table; the exact motion is taken as it is between its stored states, not
-    along chords: balls slow down evenly there, which a cubic with these ends and slopes says to the
-    last bit but for rounding.
-    """
-    if len(reference.times) == 1:  # nothing moves in the exact motion
-        return _apart(motion, reference.positions[:, :, :2])
-    at, span = reference.times, np.diff(reference.times)
-    t = np.minimum(motion.times, at[-1])
-    row = np.clip(np.searchsorted(at, t, side="right") - 1, 0, len(span) - 1)
-    h = span[row][:, np.newaxis, np.newaxis]
-    s = ((t - at[row]) / span[row])[:, np.newaxis, np.newaxis]
-    p, v = reference.positions[:, :, :2], reference.velocities[:, :, :2]
-    # The state before an event is stored one double earlier, so no span holds a jump but that one.
-    with np.errstate(invalid="ignore", over="ignore"):  # where a motion isn't finite
-        place = (
-            (1.0 + 2.0 * s) * (1.0 - s) ** 2 * p[row]
-            + s * (1.0 - s) ** 2 * h * v[row]
-            + s**2 * (3.0 - 2.0 * s) * p[row + 1]
-            - s**2 * (1.0 - s) * h * v[row + 1]
-        )
-    return _apart(motion, place)
-
-
-def _apart(motion: Motion, places: FloatArray) -> FloatArray:
-    with np.errstate(invalid="ignore", over="ignore"):  # where a motion isn't finite
-        apart: FloatArray = np.linalg.norm(motion.positions[:, :, :2] - places, axis=2).max(axis=1)
-    return apart
-
-
-def _largest(values: FloatArray) -> float:
-    """Return the largest finite value, 0 where there is none."""
-    return float(np.max(values[np.isfinite(values)], initial=0.0))
-
-
 def _time_axis(shot: Shot) -> Axis:
-    return linear_axis("time [s]", max(float(_motion(run).times[-1]) for run in shot.drawn))
-
-
-def _motion(run: Run) -> Motion:
-    assert run.motion is not None  # `Shot.drawn` holds no other
-    return run.motion
+    return linear_axis("time [s]", max(float(motion_of_run(run).times[-1]) for run in shot.drawn))

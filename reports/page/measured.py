@@ -12,16 +12,19 @@ from ghostball.reports import style
 from ghostball.reports.markdown_parts import metric_of, run_time_text
 from ghostball.reports.markdown_predictability import predictability_section
 from ghostball.reports.page.chart import Series, draw, log_axis
-from ghostball.reports.page.precision import MARKERS, SMALLEST_ERROR, precision_html
 from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scenes import ScenePart
 from ghostball.reports.shots import rest_error
-from ghostball.reports.stored import stored_in
 from ghostball.validation.baselines import Regression
-from ghostball.validation.bench import PrecisionMeasurement
 from ghostball.validation.checks.verdict import RestError, rest_error_standing
 from ghostball.validation.diagnose.energy_ledger import ENTRIES, EnergyLedger
 from ghostball.validation.results.store import CLOSED_FORM, CaseRecord, Results
+
+SMALLEST_ERROR = 1e-17
+"""Where an error of exactly 0 is drawn on an axis that has no 0 [m]."""
+
+MARKERS = {"o": "●", "D": "◆", "^": "▲", "v": "▼", "s": "■", "P": "✚", "X": "✖", "*": "★"}
+"""Signs of the page for the markers of figures."""
 
 
 def closed_forms_html(results: Results) -> Markup:
@@ -35,13 +38,7 @@ def closed_forms_html(results: Results) -> Markup:
 
 
 def cost_html(results: Results) -> Markup:
-    """Return run time against error: over ladders of steps where that was measured.
-
-    Else of the cases of this run, which no ladder makes.
-    """
-    measured = stored_in(results, PrecisionMeasurement)
-    if measured is not None:
-        return precision_html(results, measured)
+    """Return run time against error of every case of this run."""
     series, least, most = [], math.inf, 0.0
     for k, label in enumerate(results.labels):
         points = [
@@ -87,8 +84,7 @@ def cost_html(results: Results) -> Markup:
 
 def horizons_html(results: Results) -> Markup:
     """Return how far the shots can be predicted, as the report in Markdown says it."""
-    parts = predictability_section(results, None)
-    return render("horizons.html", parts=parts[1:])
+    return render("horizons.html", parts=predictability_section(results))
 
 
 def ledgers_html(ledgers: Mapping[str, EnergyLedger]) -> Markup:

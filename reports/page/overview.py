@@ -8,7 +8,15 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from ghostball.reports.markdown import engine_table, headline, key_text, metrics_text
+from ghostball.reports.accuracy import (
+    CLASSES,
+    MARKS,
+    MARKS_KEY,
+    accuracy_text,
+    kinds_of,
+    meaning_text,
+)
+from ghostball.reports.markdown import headline, metrics_text
 from ghostball.reports.markdown_parts import taken_over_text
 from ghostball.reports.markdown_scene import failure_text
 from ghostball.reports.outcome import (
@@ -20,29 +28,20 @@ from ghostball.reports.outcome import (
     overall,
 )
 from ghostball.reports.page.changed import has_part
-from ghostball.reports.page.rendering import render
-from ghostball.reports.shots import cell_text
+from ghostball.reports.page.engines import engines_html
+from ghostball.reports.page.rendering import render, scene_link
 from ghostball.validation.baselines import Regression
 from ghostball.validation.baselines.regression import SceneChange
 from ghostball.validation.checks.verdict import (
     Verdict,
-    rest_error_standing,
     unfinished_text,
     verdict_of,
 )
 from ghostball.validation.results.store import CaseRecord, Results
+from ghostball.validation.truth.scene_truth import OUR_NAME
 
 FAILING = {"identical": "identical to the bit, but not in work, run time or the limits it keeps"}
 """What a class of changes means where it fails, if that is something else."""
-
-CLASSES = {
-    Verdict.PASS: "pass",
-    Verdict.LIMITS_HOLD: "holds",
-    Verdict.FAIL: "fail",
-    Verdict.REFERENCE: "ref",
-    Verdict.CRASHED: "fail",
-}
-"""Colours that stand beside the signs."""
 
 
 @dataclass(frozen=True)
@@ -58,11 +57,13 @@ class Group:
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of the matrix: what it shows, and why."""
+    """A cell of the matrix: its text and mark, the class of its colour, why, and where it leads."""
 
     text: str
+    mark: str
     kind: str
     why: str
+    link: str
 
 
 def verdict_html(results: Results, regression: Regression | None) -> Markup:
@@ -78,6 +79,7 @@ def verdict_html(results: Results, regression: Regression | None) -> Markup:
     return render(
         "verdict.html",
         overall=overall(results, regression),
+        engines=engines_html(results),
         headline=headline(results),
         metrics=metrics_text(results),
         taken_over=taken_over_text(results),
@@ -118,15 +120,15 @@ def _groups(regression: Regression) -> Iterator[Group]:
 def matrix_html(results: Results) -> Markup:
     """Return the table of engines by scenes, each cell with why it is what it is."""
     rows = [
-        (scene, [_cell(results.case(scene, label)) for label in results.labels])
+        (scene, [_cell(results.case(scene, label), scene, label) for label in results.labels])
         for scene in results.scene_names
     ]
     return render(
         "matrix.html",
         labels=results.labels,
         rows=rows,
-        key=key_text(results.cases),
-        engines=engine_table(results),
+        legend=[CLASSES[kind] for kind in kinds_of(results.cases)],
+        marks=MARKS_KEY,
         reasons=list(_reasons(results)),
     )
 
@@ -142,16 +144,24 @@ def why_text(case: CaseRecord | None) -> str:
     if not failed and (why := unfinished_text(case)):
         return f"{verdict.words}: {' '.join(why.split())}"
     if failed:
-        return f"{verdict.words}: {', '.join(f'{c.metric} breaks its limit' for c in failed)}"
+        broken = ", ".join(f"{check.metric} breaks its limit" for check in failed)
+        return f"{meaning_text(case) or 'nothing to compare with'}; {verdict.words}: {broken}"
     stopped = f"; stopped early: {' '.join(case.reason.split())}" if case.reason else ""
     judged = sum(check.passed is True for check in case.checks)
-    checks = f", {judged} checks" if judged else ""
-    return f"{verdict.words}{checks}; rest error: {rest_error_standing(case).value}{stopped}"
+    checks = f" ({judged} checks)" if judged else ""
+    said = meaning_text(case)
+    return f"{said}; {verdict.words}{checks}{stopped}" if said else f"{verdict.words}{stopped}"
 
 
-def _cell(case: CaseRecord | None) -> Cell:
+def _cell(case: CaseRecord | None, scene: str, label: str) -> Cell:
     verdict = verdict_of(case)
-    return Cell(cell_text(case) or "not run", CLASSES.get(verdict, ""), why_text(case))
+    found = None if case is None else case.accuracy
+    kind = "" if found is None else f"acc-{CLASSES[found.kind].slug}"
+    if verdict is Verdict.CRASHED:
+        kind = "fail"
+    text = accuracy_text(case) or verdict.symbol or "not run"
+    link = scene_link(scene, found.at if found else None, (OUR_NAME, label))
+    return Cell(text, MARKS.get(verdict, ""), kind, why_text(case), link)
 
 
 def _reasons(results: Results) -> Iterator[tuple[str, str, list[str]]]:

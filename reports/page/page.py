@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from ghostball.reports.guarded import FailedPart, attempt
+from ghostball.reports.guarded import FailedPart, attempt, failed_text
 from ghostball.reports.markdown import TRUTH_TEXT, counted_section
 from ghostball.reports.outcome import overall
+from ghostball.reports.page.board import board_html
 from ghostball.reports.page.changed import changed_html
 from ghostball.reports.page.colours import engine_css
 from ghostball.reports.page.failures import failures_html
@@ -22,8 +23,8 @@ from ghostball.reports.page.measured import (
     timing_html,
 )
 from ghostball.reports.page.overview import changes_html, matrix_html, verdict_html
-from ghostball.reports.page.precision import engines_of_page
-from ghostball.reports.page.rendering import asset, markdown, render
+from ghostball.reports.page.pictures import Pictures, ensembles_html, pictures_html
+from ghostball.reports.page.rendering import asset, inline, markdown, render
 from ghostball.reports.page.replay_assets import replay_script, replay_style
 from ghostball.reports.page.scenes import ScenePart
 from ghostball.reports.page.surroundings import environment_html, stress_html
@@ -46,6 +47,7 @@ class Section:
 def page_text(
     results: Results,
     scenes: Mapping[str, ScenePart],
+    pictures: Pictures,
     regression: Regression | None,
     failed: list[FailedPart],
 ) -> str:
@@ -56,6 +58,8 @@ def page_text(
     results : Results
     scenes : mapping of str to ScenePart
         The part of each scene, by its name.
+    pictures : mapping of str to path
+        Figures of the whole run and of ensembles, which the page holds.
     regression : Regression or None
         What changed since the baselines, where that was asked.
     failed : list of FailedPart, appended to
@@ -81,7 +85,7 @@ def page_text(
         section(
             "closed-forms",
             "Closed forms",
-            "Closed forms, in ulps",
+            "Closed forms, in units of rounding",
             lambda: closed_forms_html(results),
         ),
         section("cost", "Cost", "Run time against error", lambda: cost_html(results)),
@@ -90,6 +94,12 @@ def page_text(
             "Horizons",
             "How far the shots can be predicted",
             lambda: horizons_html(results),
+        ),
+        section(
+            "ensembles",
+            "Ensembles",
+            "Ensembles: how perturbed shots end",
+            lambda: ensembles_html(results, pictures) or _no_ensembles(),
         ),
         section(
             "energy",
@@ -101,6 +111,12 @@ def page_text(
             "hashes", "Hashes", "Determinism", lambda: hashes_html(results, scenes, regression)
         ),
         section("timing", "Timing", "Run times", lambda: timing_html(results, regression)),
+        section(
+            "board",
+            "Board",
+            "Engines on the questions that tell them apart",
+            lambda: board_html(results.path),
+        ),
         section("stress", "Stress", "Stress survival", lambda: stress_html(results)),
         section(
             "failures",
@@ -108,6 +124,7 @@ def page_text(
             "Failures explained",
             lambda: failures_html(results, scenes, regression),
         ),
+        section("pictures", "Pictures", "Pictures", lambda: pictures_html(results, pictures)),
         section("environment", "Environment", "Environment", lambda: environment_html(results)),
         section("truth", "Truth", "What is true here", lambda: _truth_html(results)),
     ]
@@ -117,10 +134,11 @@ def page_text(
             title=_title(results, regression),
             overall=overall(results, regression),
             about=_about(results),
+            missing=failed_text(failed) if failed else "",
             styles=[
                 asset("page.css"),
                 replay_style(),
-                Markup(engine_css(engines_of_page(results))),
+                Markup(engine_css(results.labels)),
             ],
             scripts=[replay_script(), asset("page.js")],
             before=before,
@@ -140,6 +158,11 @@ def _made(heading: str, make: Callable[[], Markup], failed: list[FailedPart]) ->
 def _ledgers(results: Results, scenes: Mapping[str, ScenePart]) -> dict[str, EnergyLedger]:
     parts = {name: scenes[name].ledger for name in results.scene_names}
     return {name: ledger for name, ledger in parts.items() if ledger is not None}
+
+
+def _no_ensembles() -> Markup:
+    advice = "No scene was perturbed. `ghostball validate SCENE --ensemble K` does so."
+    return Markup("<p>%s</p>") % inline(advice)
 
 
 def _title(results: Results, regression: Regression | None) -> str:

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from typing import Any
+from urllib.parse import urlencode
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markdown_it import MarkdownIt
@@ -25,6 +26,13 @@ from ghostball.reports import style
 
 SCENE_ANCHOR = "scene="
 """What stands before a scene's name in the fragment that leads to it."""
+
+
+def scene_link(scene: str, t: float | None = None, engines: Sequence[str] = ()) -> str:
+    """Return the fragment that opens a scene, at an instant [s] and with these engines shown."""
+    at = [] if t is None else [("t", repr(t))]
+    shown = [("engine", engine) for engine in dict.fromkeys(engines)]
+    return "#" + urlencode([("scene", scene), *at, *shown])
 
 
 @cache

@@ -18,18 +18,28 @@ from numpy.typing import NDArray
 
 from ghostball.engine import CUSHIONS, EventKind, Scene
 from ghostball.engine.result import Events
+from ghostball.reports.accuracy import accuracy_text
 from ghostball.reports.figures._table import view_of
-from ghostball.reports.page.replay_tracks import FARTHEST, QUANTUM, TOLERANCE, packed_motion
+from ghostball.reports.page.replay_tracks import (
+    FARTHEST,
+    QUANTUM,
+    SPIN_QUANTUM,
+    TOLERANCE,
+    packed_motion,
+)
 from ghostball.reports.shots import Run, Shot
 from ghostball.validation.results.records import Motion
 
 FloatArray = NDArray[np.float64]
 
-SCHEMA: Final = 1
+SCHEMA: Final = 2
 """Version of the data; the script refuses another one."""
 
 MAX_EVENTS = 1500
 """Events kept of an engine's log: more can't be told apart on a time line, nor stepped through."""
+
+FLIES_FROM = 1e-4
+"""Height over the cloth from which on a ball is seen to fly [m]: what only trembles isn't."""
 
 FAR_OFF = 2.0
 """Times the size of what is shown: a ball that ends farther off than this isn't waited for."""
@@ -81,7 +91,7 @@ def _data(
     scene: Scene, runs: Sequence[Run], *, horizon: float | None, truth: dict[str, Any] | None
 ) -> dict[str, Any]:
     parts: list[bytes] = []
-    engines = [_engine(run, parts) for run in runs]
+    engines = [_engine(run, scene.radii, parts) for run in runs]
     table = scene.table
     return {
         "schema": SCHEMA,
@@ -100,14 +110,28 @@ def _data(
         "view": [round(edge, 6) for edge in _view(scene, runs)],
         "tolerance": TOLERANCE,
         "quantum": QUANTUM,
-        "horizon": _finite(horizon),
+        "spin": SPIN_QUANTUM,
+        "highest": _highest(scene, runs),
+        "nose": scene.physics.cushion_height if scene.physics.airborne else None,
+        # One at the start says that nothing is known of how errors grow, as in flight.
+        "horizon": _finite(horizon or None),
         "truth": truth,
         "engines": engines,
         "packed": _compressed(b"".join(parts)),
     }
 
 
-def _engine(run: Run, parts: list[bytes]) -> dict[str, Any]:
+def _highest(scene: Scene, runs: Sequence[Run]) -> float:
+    """Return how high over the cloth the lowest point of a ball gets [m]; 0 where none flies."""
+    rise = 0.0
+    for run in runs:
+        if run.motion is not None:
+            rises = run.motion.positions[:, :, 2] - scene.radii
+            rise = max(rise, float(np.max(rises, initial=0.0, where=np.abs(rises) <= FARTHEST)))
+    return rise if rise >= FLIES_FROM else 0.0
+
+
+def _engine(run: Run, radii: FloatArray, parts: list[bytes]) -> dict[str, Any]:
     case, look = run.case, run.style
     line = look.line
     said: dict[str, Any] = {
@@ -120,7 +144,9 @@ def _engine(run: Run, parts: list[bytes]) -> dict[str, Any]:
         "outcome": "ran" if case is None else case.outcome,
         "status": None if case is None else case.status,
         "reason": "not asked for" if case is None and run.motion is None else "",
-        "verdict": "" if case is None else run.verdict.words,
+        "verdict": "; ".join(filter(None, (accuracy_text(case), run.verdict.words)))
+        if case
+        else "",
         "horizon": None if case is None else _finite(case.horizon),
         "divergence": run.metric("first_divergence_time"),
         # What the distance of its end from the truth is worth: past its horizon it is no error.
@@ -134,7 +160,7 @@ def _engine(run: Run, parts: list[bytes]) -> dict[str, Any]:
             said["rest"] = _points(case.rest_positions)
     if run.motion is not None and len(run.motion.times):
         kept = _kept(run.motion.events)
-        content, tick, lost = packed_motion(run.motion, kept)
+        content, tick, lost = packed_motion(run.motion, kept, radii)
         parts.append(content)
         said["motion"] = {
             "end": float(run.motion.times[-1]),

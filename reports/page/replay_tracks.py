@@ -2,15 +2,17 @@
 
 Between its events a ball moves with constant acceleration, or nearly so, and a parabola is drawn
 without loss by any browser. A path is therefore kept as *pieces*: the position where each ends, and
-by how much it bulges from the straight line in its middle. Numbers are whole: positions in
-micrometres, times in ticks. `packed` writes them so that small ones take one byte; they are then
-compressed with all others of the scene.
+by how much it bulges from the straight line in its middle; and, so that one sees the ball turn, the
+spin at both its ends, as what it is more than that of a ball which rolls along the piece: mostly 0.
+Numbers are whole: positions in micrometres, times in ticks. `packed` writes them so that small ones
+take one byte; they are then compressed with all others of the scene.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +35,13 @@ TICK = 1e-7
 FARTHEST = 1e5
 """A ball farther off than this [m] is lost: an engine that blows up makes numbers without end."""
 
-UNKNOWN_PHASE = 3
+SPIN_QUANTUM = 0.02
+"""Unit of spins [rad/s]: in a piece of a second a ball turns by 0.02 rad more or less, at most."""
+
+TURN_TOLERANCE = 0.1
+"""How far a ball may turn beside its stored spins within a piece [rad]."""
+
+UNKNOWN_PHASE = 5
 """Stands for the phase of a piece whose engine records frames, which have none."""
 
 
@@ -45,10 +53,12 @@ class Track:
     ----------
     knots : (m + 1,) int64
         Samples at which the pieces begin and end; none where no position is known at all.
-    ends : (m + 1, 2) int64 [quantum]
+    ends : (m + 1, 3) int64 [quantum]
         Where.
-    bulges : (m, 2) int64 [quantum]
+    bulges : (m, 3) int64 [quantum]
         Off the chord, in the middle of each piece's time.
+    spins : (m, 6) int64 [`SPIN_QUANTUM`]
+        At the start and the end of each piece, over that of a ball which rolls along it.
     phases : (m,) int64
         `engine.trajectory.Phase`, or `UNKNOWN_PHASE`.
     lost : float [s] or None
@@ -58,35 +68,45 @@ class Track:
     knots: IntArray
     ends: IntArray
     bulges: IntArray
+    spins: IntArray
     phases: IntArray
     lost: float | None
 
 
 def tick_of(motion: Motion) -> float:
     """Return the unit of times of a motion [s]: so short that no ball moves by a quantum in one."""
-    speeds = np.abs(motion.velocities[..., :2])
+    speeds = np.abs(motion.velocities)
     speed = np.max(speeds, initial=0.0, where=np.isfinite(speeds) & (speeds < 1e9))
     return float(min(TICK, QUANTUM / speed)) if speed > 0.0 else TICK
 
 
-def track_of(motion: Motion, ball: int, tick: float) -> Track:
+def track_of(motion: Motion, ball: int, tick: float, radius: float) -> Track:
     """Return the path of one ball in as few parabolas as keep within `TOLERANCE` of its samples.
+
+    Parameters
+    ----------
+    motion : Motion
+    ball : int
+    tick : float [s]
+    radius : float [m]
+        Of the ball.
 
     Notes
     -----
     A piece is tried up to the ball's next event, where its motion changes, and beyond; where that
     is too long, it is halved until it fits. No piece spans a change of phase.
     """
-    xy = motion.positions[:, ball, :2]
+    xyz = motion.positions[:, ball]
     # Of nan, `<=` is false.
-    bad = np.flatnonzero(~(np.abs(xy) <= FARTHEST).all(axis=1))
-    known = int(bad[0]) if len(bad) else len(xy)
-    lost = None if known == len(xy) else float(motion.times[known])
+    bad = np.flatnonzero(~(np.abs(xyz) <= FARTHEST).all(axis=1))
+    known = int(bad[0]) if len(bad) else len(xyz)
+    lost = None if known == len(xyz) else float(motion.times[known])
     if known == 0:
-        nothing = np.zeros((0, 2), dtype=np.int64)
-        return Track(nothing[:, 0], nothing, nothing, nothing[:, 0], lost)
+        nothing = np.zeros((0, 6), dtype=np.int64)
+        three = nothing[:, :3]
+        return Track(nothing[:, 0], three, three, nothing, nothing[:, 0], lost)
     # Coordinates apart, each contiguous: the fits below are many and short.
-    places = np.ascontiguousarray(xy[:known].T)
+    places = np.ascontiguousarray(xyz[:known].T)
     times = np.round(motion.times[:known] / tick) * tick
     ends = np.rint(places / QUANTUM)
     phases = (
@@ -95,21 +115,61 @@ def track_of(motion: Motion, ball: int, tick: float) -> Track:
         else motion.phases[:known, ball].astype(np.int64)
     )
     knots, bulges = [0], []
-    corners = ends * QUANTUM
+    spins = np.nan_to_num(motion.angular_velocities[:known, ball], posinf=0.0, neginf=0.0)
+    path = _Path(times, places, ends * QUANTUM, np.ascontiguousarray(spins.T))
     stops = _stops(motion, ball, known, phases)
     while knots[-1] < known - 1:
         start = knots[-1]
-        end, bulge = _longest_piece(times, places, corners, start, stops)
+        end, bulge = _longest_piece(path, start, stops)
         knots.append(end)
         bulges.append(bulge)
     at = np.array(knots, dtype=np.int64)
-    return Track(
+    track = Track(
         at,
         ends[:, at].T.astype(np.int64),
-        np.array(bulges, dtype=np.int64).reshape(-1, 2),
+        np.array(bulges, dtype=np.int64).reshape(-1, 3),
+        np.zeros((len(bulges), 6), dtype=np.int64),
         phases[at[:-1]],
         lost,
     )
+    return replace(track, spins=_spins_of(path, track, radius))
+
+
+class _Path(NamedTuple):
+    """Samples of one ball.
+
+    Attributes
+    ----------
+    times : (k,) float64 [s], whole ticks
+    places : (3, k) float64 [m]
+    corners : (3, k) float64 [m]
+        The same in whole quanta: where a piece may begin or end.
+    spins : (3, k) float64 [rad/s]
+    """
+
+    times: FloatArray
+    places: FloatArray
+    corners: FloatArray
+    spins: FloatArray
+
+    def before(self, start: int, end: int) -> int:
+        """Return the last sample of a piece that is still before what happens at its end."""
+        return end - 1 if end - 1 > start and self.times[end - 1] == self.times[end] else end
+
+
+def _spins_of(path: _Path, track: Track, radius: float) -> IntArray:
+    """Return the spins at the ends of the pieces, over those of rolling; see `Track.spins`."""
+    first, last = track.knots[:-1], track.knots[1:]
+    before = [path.before(int(i), int(j)) for i, j in zip(first, last, strict=True)]
+    dt = (path.times[last] - path.times[first])[:, np.newaxis]
+    along = np.diff(track.ends, axis=0) * QUANTUM
+    spins = []
+    for at, sign in ((first, 1.0), (np.array(before, dtype=np.int64), -1.0)):
+        way = along + sign * 4.0 * track.bulges * QUANTUM
+        v = np.divide(way, dt, out=np.zeros_like(way), where=dt > 0.0)
+        rolling = np.column_stack((-v[:, 1], v[:, 0], np.zeros(len(v)))) / radius
+        spins.append(path.spins[:, at].T - rolling)
+    return np.rint(np.hstack(spins) / SPIN_QUANTUM).astype(np.int64)
 
 
 def _stops(motion: Motion, ball: int, known: int, phases: IntArray) -> tuple[IntArray, IntArray]:
@@ -122,11 +182,7 @@ def _stops(motion: Motion, ball: int, known: int, phases: IntArray) -> tuple[Int
 
 
 def _longest_piece(
-    times: FloatArray,
-    places: FloatArray,
-    corners: FloatArray,
-    start: int,
-    stops: tuple[IntArray, IntArray],
+    path: _Path, start: int, stops: tuple[IntArray, IntArray]
 ) -> tuple[int, FloatArray]:
     soft, hard = stops
     last = int(hard[np.searchsorted(hard, start, side="right")])
@@ -134,7 +190,7 @@ def _longest_piece(
     best: tuple[int, FloatArray] | None = None
     step = 0
     while step < len(ahead) and ahead[step] <= last:
-        bulge = _fitted(times, places, corners, start, int(ahead[step]))
+        bulge = _fitted(path, start, int(ahead[step]))
         if bulge is None:
             break
         best = int(ahead[step]), bulge
@@ -143,48 +199,50 @@ def _longest_piece(
         return best
     # Neighbours always fit: a piece between two samples has none within.
     low, high = start + 1, int(ahead[0])
-    bulge = np.zeros(2)
+    bulge = np.zeros(3)
     while high - low > 1:
         middle = (low + high) // 2
-        fitted = _fitted(times, places, corners, start, middle)
+        fitted = _fitted(path, start, middle)
         low, high, bulge = (low, middle, bulge) if fitted is None else (middle, high, fitted)
     return low, bulge
 
 
-def _fitted(
-    times: FloatArray, places: FloatArray, corners: FloatArray, start: int, end: int
-) -> FloatArray | None:
-    """Return the bulge of the piece between two samples, (2,) [quantum], or None where none fits.
+def _fitted(path: _Path, start: int, end: int) -> FloatArray | None:
+    """Return the bulge of the piece between two samples, (3,) [quantum], or None where none fits.
 
     Parameters
     ----------
-    times : (k,) float64 [s]
-    places : (2, k) float64 [m]
-        The samples.
-    corners : (2, k) float64 [m]
-        The same in whole quanta: where a piece may begin or end.
+    path : _Path
     start, end : int
         First and last sample of the piece.
     """
     if end - start < 2:
-        return np.zeros(2)
-    u = times[start : end + 1] - times[start]
+        return np.zeros(3)
+    u = path.times[start : end + 1] - path.times[start]
     dt = u[-1]
     if dt == 0.0:
         return None
     u /= dt
-    first = corners[:, start : start + 1]
-    off = places[:, start : end + 1] - (first + u * (corners[:, end : end + 1] - first))
+    first, last = path.corners[:, start : start + 1], path.corners[:, end : end + 1]
+    off = path.places[:, start : end + 1] - (first + u * (last - first))
     bow = 4.0 * u * (1.0 - u)
     # Samples within a tick of an end, such as those just before an event, say nothing of the bow.
     weight = max(np.add.reduce(bow * bow), 1e-9)
     bulge: FloatArray = np.rint(np.add.reduce(bow * off, axis=1) / weight / QUANTUM)
     off -= bow * (bulge * QUANTUM)[:, np.newaxis]
     off *= off
-    return bulge if np.maximum.reduce(off[0] + off[1]) <= TOLERANCE**2 else None
+    if not np.maximum.reduce(off[0] + off[1] + off[2]) <= TOLERANCE**2:
+        return None
+    # Its spin goes straight from its start to what it is just before its end.
+    before = path.before(start, end)
+    spins, u = path.spins[:, start : before + 1], u[: before + 1 - start]
+    straight = spins[:, :1] + u * (spins[:, -1:] - spins[:, :1])
+    return bulge if np.max(np.abs(spins - straight)) * dt <= TURN_TOLERANCE else None
 
 
-def packed_motion(motion: Motion, events: Events) -> tuple[bytes, float, dict[int, float]]:
+def packed_motion(
+    motion: Motion, events: Events, radii: FloatArray
+) -> tuple[bytes, float, dict[int, float]]:
     """Return a motion and its event log as bytes, its tick [s], and when which ball is lost [s].
 
     Parameters
@@ -192,16 +250,18 @@ def packed_motion(motion: Motion, events: Events) -> tuple[bytes, float, dict[in
     motion : Motion
     events : structured array (`engine.EVENT_DTYPE`)
         Those of its events that are to be kept.
+    radii : (n,) float64 [m]
 
     Notes
     -----
     In this order: number of events, the bytes of their times (all first bytes, then all second
     ones, ...: neighbours are alike), kinds, a, b; number of knots of all balls, their times in
     ticks; for each ball its number of knots, which of them, the phases of the pieces between them,
-    ends and bulges. Whole numbers are differences to the one before, except for bulges.
+    ends, bulges and spins. Whole numbers are differences to the one before, except for bulges and
+    spins.
     """
     tick = tick_of(motion)
-    tracks = [track_of(motion, ball, tick) for ball in range(motion.positions.shape[1])]
+    tracks = [track_of(motion, ball, tick, radius) for ball, radius in enumerate(radii.tolist())]
     used = np.unique(np.concatenate([track.knots for track in tracks]))
     ticks = np.round(motion.times[used] / tick).astype(np.int64)
     planes = np.ascontiguousarray(events["t"], dtype="<f8").view(np.uint8).reshape(-1, 8).T
@@ -219,10 +279,9 @@ def packed_motion(motion: Motion, events: Events) -> tuple[bytes, float, dict[in
             packed([len(track.knots)]),
             packed(_steps(np.searchsorted(used, track.knots))),
             track.phases.astype(np.uint8).tobytes(),
-            packed(_steps(track.ends[:, 0])),
-            packed(_steps(track.ends[:, 1])),
-            packed(track.bulges[:, 0]),
-            packed(track.bulges[:, 1]),
+            *(packed(_steps(ends)) for ends in track.ends.T),
+            *(packed(bulges) for bulges in track.bulges.T),
+            *(packed(spins) for spins in track.spins.T),
         ]
     lost_at = {i: track.lost for i, track in enumerate(tracks) if track.lost is not None}
     return b"".join(parts), tick, lost_at

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import PurePosixPath
+from urllib.parse import quote
 
 import numpy as np
 from markupsafe import Markup
 
 from ghostball.engine.result.hashes import bits_hash
 from ghostball.reports import style
+from ghostball.reports.accuracy import cell_text
 from ghostball.reports.counted import work_text
 from ghostball.reports.guarded import FailedPart
 from ghostball.reports.markdown_parts import quantity_text
@@ -18,7 +21,7 @@ from ghostball.reports.markdown_scene import COMPARISONS, collision_text, number
 from ghostball.reports.page.curves import colour_of, dash_of, energy_chart, error_chart
 from ghostball.reports.page.rendering import embedded_json, render
 from ghostball.reports.page.replay_data import scene_data
-from ghostball.reports.shots import Run, Shot, cell_text
+from ghostball.reports.shots import Run, Shot
 from ghostball.validation.baselines.regression import SceneChange
 from ghostball.validation.checks.verdict import verdict_of
 from ghostball.validation.diagnose.energy_ledger import ENTRIES, EnergyLedger, ledger_of
@@ -75,15 +78,21 @@ class ScenePart:
         Of our engine's run.
     hashes : dict of str to str
         Of the events and rest positions of each run, to the bit, by label.
+    sheet : path or None
+        Of the picture of it that lies beside the page, relative to that.
     """
 
     html: Markup
     ledger: EnergyLedger | None
     hashes: dict[str, str]
+    sheet: PurePosixPath | None = None
 
 
 def scene_part(
-    shot: Shot, predictability: Predictability | None = None, change: SceneChange | None = None
+    shot: Shot,
+    predictability: Predictability | None = None,
+    change: SceneChange | None = None,
+    sheet: PurePosixPath | None = None,
 ) -> ScenePart:
     """Return a scene's part of the page; it takes its motions, so that the page needs none.
 
@@ -94,6 +103,8 @@ def scene_part(
         How far the shot can be predicted, where that was asked.
     change : SceneChange, optional
         What became of the scene since the baselines.
+    sheet : path, optional
+        Of a picture of it, relative to the page.
     """
     cases = [run.case for run in shot.runs if run.case is not None]
     horizon = None if predictability is None else predictability.horizon
@@ -126,6 +137,7 @@ def scene_part(
         energy=energy_chart(shot),
         error=error_chart(shot, horizon),
         change=change,
+        sheet=None if sheet is None else quote(str(sheet)),
         replay_id=REPLAY_ID + shot.scene.name,
         data=embedded_json(data),
     )
@@ -135,7 +147,8 @@ def scene_part(
         for run in shot.runs
         if run.motion is not None and run.case is not None and run.case.rest_positions is not None
     }
-    return ScenePart(html, None if ours is None else dict(ledgers).get(ours.label), hashes)
+    ledger = None if ours is None else dict(ledgers).get(ours.label)
+    return ScenePart(html, ledger, hashes, sheet)
 
 
 def failed_scene_part(name: str, failed: FailedPart) -> ScenePart:
@@ -166,7 +179,7 @@ def _rest_row(run: Run, ball: int) -> RestRow | None:
     if case.ball_errors is not None:
         error = style.format_length(float(case.ball_errors[ball]))
     elif case.horizon is not None:
-        error = "past its horizon"
+        error = "unpredictable by then"
     return RestRow(run.label, repr(x), repr(y), error)
 
 
@@ -177,7 +190,7 @@ def _limits(cases: Sequence[CaseRecord]) -> Iterator[Limit]:
         for check in case.checks:
             limit = f"{COMPARISONS[check.limit_kind]} {quantity_text(check.limit, check.unit)}"
             value = "–" if check.value is None else quantity_text(check.value, check.unit)
-            sign = {True: "✓", False: "✗", None: "ref"}[check.passed]
+            sign = {True: "✓", False: "✗", None: "="}[check.passed]
             judged[check.metric, limit, check.reason].append((sign, case.label, value))
     for (metric, limit, reason), values in judged.items():
         yield Limit(metric, limit, reason, tuple(values))

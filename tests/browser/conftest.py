@@ -49,9 +49,7 @@ def results(run_folder: Path) -> Results:
 @pytest.fixture(scope="session")
 def page_url(run_folder: Path) -> str:
     """Address of the page, which needs no figure."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("ghostball.reports.report.WHOLE_FIGURES", {})
-        return write_report(run_folder).with_name("report.html").as_uri()
+    return write_report(run_folder, figures="none").as_uri()
 
 
 @pytest.fixture(scope="session")

@@ -34,6 +34,38 @@ def test_a_link_opens_its_scene_and_steps_go_on(open_page, results):
     assert page.locator(f"#scene\\={DRAW}").is_hidden()
 
 
+def viewed(page, t):
+    """Return which engines the replay shows, once it is at an instant."""
+    view = f"document.querySelector(\"[data-replay='replay-{CUT}']\").ghostball?.view"
+    page.wait_for_function(f"{view}?.t === {t}")
+    return page.evaluate(f"{view}.engines")
+
+
+def test_a_link_opens_a_scene_at_an_instant_with_its_engines(open_page):
+    page = open_page()
+    page.evaluate(f"location.hash = '#scene={CUT}&t=0.25&engine=paper-discrete'")
+    assert viewed(page, 0.25) == ["paper-discrete"]
+
+
+def test_a_copied_link_leads_back_to_what_was_seen(open_page):
+    page = open_page(CUT)
+    replay = page.locator(f"[data-replay='replay-{CUT}']")
+    replay.evaluate("one => one.ghostball.look({t: 0.125, engines: ['ghostball']})")
+    page.locator(".scene.open").get_by_role("button", name="Copy a link").click()
+    link = page.evaluate("location.hash")
+    assert link == f"#scene={CUT}&t=0.125&engine=ghostball"
+    page.evaluate("location.hash = '#scene=draw-shot'")
+    page.evaluate("link => { location.hash = link; }", link)
+    assert viewed(page, 0.125) == ["ghostball"]
+
+
+def test_a_cell_leads_to_its_engine_beside_ours(open_page):
+    page = open_page()
+    cell = f".matrix a[href*='scene={CUT}&'][href$='engine=paper-discrete']"
+    page.locator(cell).first.click()
+    assert viewed(page, 0) == ["ghostball", "paper-discrete"]
+
+
 def test_what_scenes_are_called_never_runs(open_page):
     page = open_page("hostile")
     assert page.evaluate("typeof pwned") == "undefined"

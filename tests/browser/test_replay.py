@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from replay_run import BREAKS_AT, BROKEN, ENGINES
 
+from ghostball.engine import simulate
 from ghostball.reports.page.replay_tracks import TOLERANCE
+from ghostball.validation.scenes.library import find_scene
 
-CUT, DRAW, CHAIN = "half-ball-cut", "draw-shot", "three-ball-chain"
+CUT, DRAW, CHAIN, JUMP = "half-ball-cut", "draw-shot", "three-ball-chain", "flight-jump"
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 
 
@@ -63,7 +65,7 @@ def test_nothing_is_decoded_before_a_scene_is_opened(open_page):
     page.wait_for_function("Ghostball.decoded === 1")
 
 
-@pytest.mark.parametrize("scene", [CUT, DRAW])
+@pytest.mark.parametrize("scene", [CUT, DRAW, JUMP])
 def test_shown_positions_are_the_stored_ones(open_page, results, scene):
     # Broken by any error in packing, in reading, or in which engine is which.
     page = open_page(scene)
@@ -74,14 +76,15 @@ def test_shown_positions_are_the_stored_ones(open_page, results, scene):
             assert shown(page, label, scene) is None
             continue
         stored = motion.times[::7]
-        off = shown_at(page, label, stored, scene) - motion.positions[::7, :, :2]
-        assert np.hypot(off[..., 0], off[..., 1]).max() <= TOLERANCE + 2e-6
+        off = shown_at(page, label, stored, scene) - motion.positions[::7]
+        assert np.linalg.norm(off, axis=2).max() <= TOLERANCE + 2e-6
         # Between the samples, which lines join here and parabolas there.
         times = np.linspace(0.0, motion.times[-1], 97)
         straight = np.dstack([interpolated(motion, times, k) for k in (0, 1)])
         dt = np.max(np.diff(motion.times))
         bend = 0.5 * 0.2 * 9.81 * (dt / 2) ** 2
-        assert np.abs(shown_at(page, label, times, scene) - straight).max() < TOLERANCE + bend
+        off = shown_at(page, label, times, scene)[..., :2] - straight
+        assert np.abs(off).max() < TOLERANCE + bend
 
 
 def test_a_jump_to_an_event_is_to_its_exact_time(open_page, results):
@@ -297,7 +300,7 @@ def test_a_ball_that_is_lost_is_absent_and_said_so(open_page):
         ),
         (
             "data.schema = 99",
-            "This motion can't be replayed: its data are of version 99, and this page reads 1.",
+            "This motion can't be replayed: its data are of version 99, and this page reads 2.",
         ),
         (
             "data.engines[0].motion.tick = 1e-7; data.balls.push(data.balls[0])",
@@ -406,3 +409,39 @@ def test_on_paper_there_are_no_controls(open_page):
     page = open_page(CUT, color_scheme="dark")
     page.emulate_media(media="print")
     assert not replay_of(page).get_by_role("button", name="Play").is_visible()
+
+
+def test_a_flight_has_a_shadow_and_is_seen_from_the_side(open_page):
+    page = open_page(JUMP)
+    side = replay_of(page, JUMP).locator("canvas.gb-side")
+    assert side.count() == 1
+    seek(page, 0.12, JUMP)
+    replay_of(page, JUMP).get_by_role("button", name="Look at the chosen ball").click()
+    flying, above = side.screenshot(), picture(page, JUMP)
+    assert "flies" in replay_of(page, JUMP).locator(".gb-readout").inner_text()
+    replay_of(page, JUMP).get_by_label("Stripes").uncheck()
+    assert picture(page, JUMP) != above
+    seek(page, 0.2, JUMP)
+    picture(page, JUMP)
+    assert side.screenshot() != flying
+    events = replay_of(page, JUMP).locator(".gb-events").inner_text()
+    assert "cue lands" in events
+    page.evaluate("location.hash = '#scene=half-ball-cut'")
+    page.wait_for_function("Ghostball.decoded === 2")
+    assert replay_of(page).locator("canvas.gb-side").count() == 0
+
+
+def test_stripes_turn_as_the_balls_do(open_page):
+    page = open_page(JUMP)
+    scene = find_scene(JUMP)
+    result = simulate(scene, record="trajectory")
+    times = np.linspace(0.0, result.rest_time, 7)
+    shown = replay_of(page, JUMP).evaluate(
+        """(element, times) => times.map((t) => {
+            element.ghostball.seek(t);
+            return element.ghostball.orientations("ghostball");
+        })""",
+        times.tolist(),
+    )
+    cosines = np.abs(np.sum(np.array(shown) * result.orientation(times), axis=2))
+    assert (2.0 * np.arccos(np.minimum(cosines, 1.0))).max() < 0.1

@@ -223,6 +223,6 @@ def test_a_ball_that_only_spins_gives_no_direction():
 
 
 def test_a_scene_beyond_the_engine_is_refused_before_any_run():
-    flies = scene_of(ball((0, 0)), airborne=True)
+    flies = scene_of(ball((0, 0)), motion="sliding", airborne=True, air_drag=0.004)
     with pytest.raises(UnsupportedSceneError):
         simulate_many([random_break(1), flies])

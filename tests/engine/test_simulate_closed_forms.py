@@ -402,8 +402,8 @@ class TestFrontDoor:
             simulate(scene_of(ball((0, 0))), max_events=limit)
 
     def test_unsupported_physics_is_refused_by_name(self):
-        scene = scene_of(ball((0, 0), (1, 0)), air_drag=0.004)
-        with pytest.raises(UnsupportedSceneError, match="air drag"):
+        scene = scene_of(ball((0, 0), (1, 0)), motion="sliding", airborne=True, air_drag=0.004)
+        with pytest.raises(UnsupportedSceneError, match="no air drag of balls that leave the cl"):
             simulate(scene)
 
     def test_the_event_limit_stops_and_says_when(self):

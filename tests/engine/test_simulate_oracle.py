@@ -90,7 +90,7 @@ def test_random_shots_on_the_cloth_agree_event_by_event(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(30, 34))
 def test_many_random_shots_on_the_cloth_agree_event_by_event(first):
-    # `ghostball stress --suite full` grades thousands of such shots against their proofs.
+    # `ghostball stress --full` grades thousands of such shots against their proofs.
     agreements = [check_against_oracle(random_cloth_shot(k)) for k in range(first, 130, 4)]
     # The comparison must not have been empty: chaos or ties that share a ball would make it so.
     assert sum(one.events for one in agreements) > 200

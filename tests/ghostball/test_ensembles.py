@@ -1,5 +1,6 @@
 """`ghostball validate --ensemble`: what it prints, keeps and refuses."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ from ghostball.validation.ensembles import Ensembles, Size
 # How perturbed shots run in other processes is tested where they run; here one test does it.
 pytestmark = pytest.mark.usefixtures("without_run_figures")
 
-ENGINES = "ghostball,paper-discrete,paper-continuous"
+ENGINES = [f"-e{name}" for name in ("ghostball", "paper-discrete", "paper-continuous")]
 
 
 @pytest.fixture
@@ -33,8 +34,8 @@ def cli(cli_with_processes, in_this_process):
     return cli_with_processes
 
 
-def validate(cli, out: Path, *more: object, engines: str = ENGINES):
-    return cli("validate", "stop", "--engines", engines, "--out", out, *more)
+def validate(cli, out: Path, *more: object, engines: Sequence[str] = ENGINES):
+    return cli("validate", "stop", *engines, "--out", out, *more)
 
 
 def test_ensembles_are_run_shown_reported_and_taken_over(cli, tmp_path):
@@ -51,7 +52,7 @@ def test_ensembles_are_run_shown_reported_and_taken_over(cli, tmp_path):
         "checks passed",
     ):
         assert part in result.stdout
-    assert "## Ensembles" in (out / "report.md").read_text()
+    assert "Ensemble of stop" in (out / "report.html").read_text()
     again = validate(cli, out, "--ensemble", 12)
     assert again.exit_code == 0
     assert "48 of 48 perturbed shots unchanged, taken over" in again.stderr
@@ -60,7 +61,7 @@ def test_ensembles_are_run_shown_reported_and_taken_over(cli, tmp_path):
     assert "null test of ghostball not judged" in rerun.stdout
     # The suite alone, later: the ensembles stay, and in the report.
     assert validate(cli, out).exit_code == 0
-    assert "## Ensembles" in (out / "report.md").read_text()
+    assert "Ensemble of stop" in (out / "report.html").read_text()
 
 
 def test_the_size_is_settable_and_stored(cli, tmp_path):
@@ -80,7 +81,7 @@ def test_the_size_is_settable_and_stored(cli, tmp_path):
 
 def test_engines_that_cannot_are_named(cli, tmp_path):
     result = cli(
-        *("validate", "sliding-stun", "--engines", ENGINES, "--out", tmp_path),
+        *("validate", "sliding-stun", *ENGINES, "--out", tmp_path),
         *("--ensemble", 2, "--no-report"),
     )
     assert result.exit_code == 0, result.output
@@ -134,7 +135,7 @@ def test_ctrl_c_keeps_what_is_done(cli, tmp_path, monkeypatch):
     result = validate(cli, tmp_path, "--ensemble", 4)
     assert result.exit_code == 130
     assert "9 of 16 perturbed shots are done and kept" in result.stderr
-    assert not (tmp_path / "report.md").exists()
+    assert not (tmp_path / "report.html").exists()
     ensembles = Ensembles.load(tmp_path)
     assert ensembles is not None
     assert ensembles.run.state == "interrupted"
@@ -149,8 +150,8 @@ def test_ctrl_c_keeps_what_is_done(cli, tmp_path, monkeypatch):
     [
         (ENGINES, ["--ensemble", "1"], "must have 2 to 1000 members, got 1"),
         (ENGINES, ["--ensemble", "100000"], "must have 2 to 1000 members"),
-        ("ghostball", ["--ensemble", "5"], "there must be that one and another"),
-        ("pymunk,paper-discrete", ["--ensemble", "5"], "compare engines with `ghostball`"),
+        (["-e", "ghostball"], ["--ensemble", "5"], "there must be that one and another"),
+        (["-epymunk", "-epaper-discrete"], ["--ensemble", "5"], "compare engines with `ghostball`"),
         (ENGINES, ["--ensemble", "5", "--ensemble-size", "velocity=-1"], "at least 0, got -1"),
         (ENGINES, ["--ensemble", "5", "--ensemble-size", "position=nan"], "finite"),
         (ENGINES, ["--ensemble", "5", "--ensemble-size", "position=1"], "could change places"),

@@ -57,7 +57,7 @@ def test_where_nothing_parts(cli):
 
 
 def test_json_is_one_object(cli):
-    found = cli("stop", "--engine", "paper-continuous", "--json")
+    found = cli("stop", "--engine", "paper-continuous", "--format=json")
     assert found.exit_code == 0, found.output
     data = json.loads(found.stdout)
     assert data["schema"] == 2

@@ -6,6 +6,7 @@ Commands are run for real, in processes of their own, beside an engine that fail
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -89,7 +90,7 @@ class Asked:
             names = TRIALS[:count]
             given = [f"grazing/{name}" for name in names]
         self.results = {(name, label) for name in names for label in engines}
-        self.arguments = [command, *given, "--engines", ",".join(engines), "--jobs", str(jobs)]
+        self.arguments = [command, *given, *(f"-e{one}" for one in engines), "--jobs", str(jobs)]
         self.arguments += ["--time-limit", f"{TIME_LIMIT:g}", "--out", "out", "--no-report"]
 
     def start(self, *more, first=""):
@@ -267,7 +268,7 @@ def numbers(command):
 @pytest.mark.slow
 @COMMANDS
 def test_a_cluster_finds_what_one_machine_finds_though_a_worker_is_killed(here, tmp_path, command):
-    asked = Asked(command, ["ghostball", "faulty:slow=1.0", "faulty:does=die"], count=4)
+    asked = Asked(command, ["ghostball", "faulty:slow=1.0", "faulty:does=die"], count=2)
     status, _ = OnCluster(asked, tmp_path).run(lambda cluster: cluster.workers[0].kill())
     found = numbers(command)
     assert set(found) == asked.results
@@ -277,11 +278,11 @@ def test_a_cluster_finds_what_one_machine_finds_though_a_worker_is_killed(here, 
 
 
 @pytest.mark.slow
-@COMMANDS
-def test_a_scheduler_that_dies_is_said_and_a_next_run_goes_on_from_there(here, tmp_path, command):
-    asked = Asked(command, ["ghostball", "faulty:slow=1.0"], count=2)
+def test_a_scheduler_that_dies_is_said_and_a_next_run_goes_on_from_there(here, tmp_path):
+    asked = Asked("validate", ["ghostball", "faulty:slow=1.0"], count=2)
     status, errors = OnCluster(asked, tmp_path).run(lambda cluster: cluster.scheduler.kill())
     assert status == 3
-    assert errors.startswith("error: lost the cluster at tcp://")
-    assert errors.count("\n") == 1
+    *progress, error = errors.splitlines()  # the more of that the slower the machine
+    assert error.startswith("error: lost the cluster at tcp://")
+    assert all(re.match(r"\w+ \(step \d of \d\): \d+ of \d+ done", line) for line in progress)
     asked.assert_goes_on(least=1)

@@ -30,7 +30,7 @@ def test_the_list_of_a_family_names_its_trials_as_the_command_takes_them():
     names = stress("--list", "grazing").stdout.split()
     assert ONE in names
     assert all(name.startswith("grazing/") for name in names)
-    assert len(stress("--list", "grazing", "--suite", "full").stdout.split()) > len(names)
+    assert len(stress("--list", "grazing", "--full").stdout.split()) > len(names)
     assert stress("--list", "grazing/*-1e-01").stdout.split() == [
         name for name in names if name.endswith("-1e-01")
     ]
@@ -38,9 +38,9 @@ def test_the_list_of_a_family_names_its_trials_as_the_command_takes_them():
 
 
 def test_the_list_as_json_is_plain_values():
-    trials = json.loads(stress("--list", ONE, "--json").stdout)
+    trials = json.loads(stress("--list", ONE, "--format=json").stdout)
     assert trials == {"suite": "quick", "trials": [ONE]}
-    families = json.loads(stress("--list", "--json").stdout)["families"]
+    families = json.loads(stress("--list", "--format=json").stdout)["families"]
     assert [one["name"] for one in families] == list(FAMILIES)
     assert all(0 < one["trials"]["quick"] <= one["trials"]["full"] for one in families)
 
@@ -49,13 +49,13 @@ def test_an_engine_that_cannot_run_here_is_refused_where_it_is_named(tmp_path, m
     # Of the engines by default, those that are here will do.
     why = "pybullet is not installed"
     monkeypatch.setattr(PybulletEngine, "unavailable", classmethod(lambda cls: why))
-    result = stress(ONE, "--engines", "ghostball,pybullet", "--out", tmp_path / "out")
+    result = stress(ONE, "-e", "ghostball", "-e", "pybullet", "--out", tmp_path / "out")
     assert result.exit_code == 2
     assert why in result.stderr
     assert not (tmp_path / "out").exists()
     monkeypatch.setattr(ghostball._stress, "DEFAULT_ENGINES", ("ghostball", "pybullet"))
     monkeypatch.setattr("ghostball.validation.stress.run.run_tasks", in_this_process)
-    result = stress(ONE, "--out", tmp_path / "out", "--no-report", "--json")
+    result = stress(ONE, "--out", tmp_path / "out", "--no-report", "--format=json")
     assert result.exit_code == 0
     found = {one["engine"]: one for one in json.loads(result.stdout)["survival"]}
     assert found["pybullet"]["unavailable"] == found["ghostball"]["survived"] == 1
@@ -68,14 +68,14 @@ def in_this_process(tasks, jobs, work, *_):
 def test_the_command_to_try_again_gives_the_same_verdict(tmp_path):
     name = "grazing/rolling-hit-1e-04"
     result = stress(
-        name, "--engines", "pymunk:dt=0.05", "--out", tmp_path / "a b", "--json", "--no-report"
+        name, "-e", "pymunk:dt=0.05", "--out", tmp_path / "a b", "--format=json", "--no-report"
     )
     assert result.exit_code == 1
     first = json.loads(result.stdout)["survival"][0]
     assert first["broken"] == 1
     word, *arguments = shlex.split(first["again"])
     assert word == "ghostball"
-    again = CliRunner().invoke(app, [*arguments, "--json", "--no-report"])
+    again = CliRunner().invoke(app, [*arguments, "--format=json", "--no-report"])
     assert again.exit_code == 1
     second = json.loads(again.stdout)["survival"][0]
     for key in ("trial", "outcome", "faults", "severity"):
@@ -86,10 +86,10 @@ def test_the_command_to_try_again_gives_the_same_verdict(tmp_path):
     ("arguments", "message"),
     [
         (["grasing"], "'grasing'"),
-        ([ONE, "--engines", "chess"], "chess"),
-        ([ONE, "--engines", "ghostball,ghostball"], "once"),
+        ([ONE, "-e", "chess"], "chess"),
+        ([ONE, "-e", "ghostball", "-e", "ghostball"], "once"),
         ([ONE, "--jobs", "0"], "--jobs"),
-        ([ONE, "--suite", "endless"], "--suite"),
+        ([ONE, "--suite", "full"], "--suite"),
         ([ONE, "--time-limit", "0"], "`time_limit`"),
         ([ONE, "--time-limit", "soon"], "--time-limit"),
     ],
@@ -111,8 +111,8 @@ def test_a_folder_with_something_else_is_left_alone(tmp_path):
 
 
 def test_json_is_all_that_is_printed(tmp_path):
-    arguments = (ONE, "--engines", "ghostball", "--out", tmp_path, "--no-report")
-    result = stress(*arguments, "--json")
+    arguments = (ONE, "-e", "ghostball", "--out", tmp_path, "--no-report")
+    result = stress(*arguments, "--format=json")
     assert result.exit_code == 0, result.output
     found = json.loads(result.stdout)
     assert (found["planned"], found["done"], found["exit_status"]) == (1, 1, 0)

@@ -53,7 +53,7 @@ class Mutation:
     ----------
     name : str
     file : str
-        Within the package, such as "motion/on_cloth.py" or "impacts/laws/cushion_han2005.py".
+        Within the package, such as "motion/next_piece.py" or "impacts/laws/cushion_han2005.py".
     old, new : str
         What is replaced, exactly one occurrence, and by what.
     what : str

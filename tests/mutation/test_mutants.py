@@ -68,9 +68,9 @@ def test_a_bug_that_breaks_a_module_is_an_error():
 @pytest.mark.parametrize(
     ("file", "old", "new", "reason"),
     [
-        ("motion/on_cloth.py", "no such text", "x", "found 0 times"),
-        ("motion/on_cloth.py", "def ", "x", "exactly once"),
-        ("motion/on_cloth.py", "first_meeting(rx: float", "first_meeting(rx: float", "differ"),
+        ("motion/next_piece.py", "no such text", "x", "found 0 times"),
+        ("motion/next_piece.py", "def ", "x", "exactly once"),
+        ("motion/next_piece.py", "first_meeting(rx: float", "first_meeting(rx: float", "differ"),
         ("no_such.py", "x", "y", "must be one of the package"),
     ],
 )

@@ -10,6 +10,7 @@ from shots import R, ball, scene_of
 from ghostball.engine import Scene, Status, Table, UnsupportedSceneError
 from ghostball.engine.scene.features import Feature, scene_features
 from ghostball.reference_adapters import ReferenceEngine, engine_class, make_engine, parse_spec
+from ghostball.reference_adapters.registry import engine_names
 
 SPECS = (
     "ghostball",
@@ -19,6 +20,19 @@ SPECS = (
     "pybullet",
     "pybullet:mode=landed",
     "pybullet:config=default",
+    "mujoco",
+    "mujoco:mode=landed",
+    "mujoco:config=default",
+    "box2d",
+    "box2d:mode=landed",
+    "box2d:config=default",
+    "dart",
+    "dart:mode=landed",
+    "dart:config=default",
+    "physx",
+    "physx:mode=landed",
+    "physx:cloth=own",
+    "physx:config=default",
     "paper-discrete",
     "paper-continuous",
     "paper-continuous:cushions=searched",
@@ -64,7 +78,8 @@ SCENES = {
     Feature.HAN_CUSHION: cushion_shot("han2005", **SLIDING),
     Feature.MATHAVAN_CUSHION: cushion_shot("mathavan2010", **SLIDING),
     Feature.AIR_DRAG: hit(air_drag=0.004),
-    Feature.FLIGHT: hit(airborne=True),
+    Feature.QUADRATIC_ROLLING: hit(rolling_friction_quadratic=0.004),
+    Feature.FLIGHT: hit(airborne=True, **SLIDING),
 }
 
 
@@ -81,10 +96,13 @@ def test_each_feature_has_a_scene() -> None:
         assert feature in scene_features(scene)
 
 
-@pytest.mark.parametrize("spec", SPECS)
+@pytest.mark.parametrize("spec", sorted({*SPECS, *engine_names()}))
 def test_an_engine_names_every_feature_and_says_how_or_why_not(spec: str) -> None:
-    # A feature left out would be refused without a reason, or be taken for exact by a report.
-    capabilities = engine_of(spec).capabilities
+    # A feature left out would be refused without a reason, or be taken for exact by a report. It is
+    # said of engines that aren't installed, too.
+    name, settings = parse_spec(spec)
+    engine = engine_class(name)
+    capabilities = engine(engine.Settings.model_validate(settings)).capabilities
     assert set(capabilities) == set(Feature)
     for capability in capabilities.values():
         assert capability.support == "exact" or capability.how
@@ -110,7 +128,17 @@ def test_a_scene_runs_or_is_refused_as_the_capabilities_say(spec: str, feature: 
 
 
 @pytest.mark.parametrize(
-    "spec", ["pymunk", "pymunk:mode=landed", "pybullet", "pybullet:mode=landed"]
+    "spec",
+    [
+        "pymunk",
+        "pymunk:mode=landed",
+        "pybullet",
+        "pybullet:mode=landed",
+        "mujoco",
+        "box2d",
+        "dart",
+        "physx",
+    ],
 )
 def test_impacts_one_after_another_are_refused_by_solvers_that_take_them_together(
     spec: str,

@@ -15,7 +15,6 @@ from ghostball.reference_adapters import (
     engine_names,
     make_engine,
     parse_spec,
-    split_specs,
 )
 
 SHIPPED = ("ghostball", "certified", "paper-continuous", "paper-discrete", "pybullet", "pymunk")
@@ -165,6 +164,8 @@ def test_an_unknown_engine_lists_the_known_and_the_closest():
         ("pymunk:dt=1e-3,mode=landed", ("pymunk", {"dt": "1e-3", "mode": "landed"})),
         (" pymunk : dt = 1e-3 ", ("pymunk", {"dt": "1e-3"})),
         ("pymunk:file=a:b=c", ("pymunk", {"file": "a:b=c"})),
+        ("my.package:Mine", ("my.package:Mine", {})),
+        ("mine : Mine.Inner : dt = 1", ("mine:Mine.Inner", {"dt": "1"})),
     ],
 )
 def test_a_spec_is_split_into_name_and_settings(spec, expected):
@@ -187,36 +188,6 @@ def test_a_spec_is_split_into_name_and_settings(spec, expected):
 def test_a_malformed_spec_says_what_is_wrong(spec, message):
     with pytest.raises(EngineError, match=message):
         parse_spec(spec)
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("pymunk", ("pymunk",)),
-        ("pymunk,pybullet", ("pymunk", "pybullet")),
-        ("pymunk:dt=1e-3,mode=landed,pybullet", ("pymunk:dt=1e-3,mode=landed", "pybullet")),
-        ("a,b:x=1,y=2,z=3,c:x=1,d", ("a", "b:x=1,y=2,z=3", "c:x=1", "d")),
-        ("a:x=1,y=2:3,b", ("a:x=1,y=2:3", "b")),
-        (" a , b:x=1 , y=2 ", ("a", "b:x=1,y=2")),
-        ("pymunk,pymunk:dt=1e-3", ("pymunk", "pymunk:dt=1e-3")),
-    ],
-)
-def test_a_list_of_specs_keeps_settings_with_their_engine(text, expected):
-    assert split_specs(text) == expected
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("", "must be given between commas"),
-        ("a,,b", "must be given between commas"),
-        ("dt=1e-3,pymunk", "must follow its engine"),
-        ("pymunk,dt=1e-3", "Write `pymunk:dt=1e-3`"),
-    ],
-)
-def test_a_malformed_list_says_what_is_wrong(text, message):
-    with pytest.raises(EngineError, match=message):
-        split_specs(text)
 
 
 # --- settings ---------------------------------------------------------------------------------

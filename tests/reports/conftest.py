@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from ghostball.engine import EVENT_DTYPE, Ball, EventKind, Scene, Table
+from ghostball.validation.checks.accuracy import kind_of
+from ghostball.validation.results.records import Accuracy
 from ghostball.validation.results.store import (
     CLOSED_FORM,
     OUR_ENGINE,
@@ -162,6 +164,7 @@ def case_of(name: str, label: str) -> tuple[CaseRecord, Motion | None]:
         **base,
         outcome="ran",
         status="rest",
+        accuracy=None if own else accuracy_of(label, float(errors.max()), counts),
         truth=truth,
         truth_positions=exact.positions[-1],
         truth_counts=counts,
@@ -190,6 +193,13 @@ def case_of(name: str, label: str) -> tuple[CaseRecord, Motion | None]:
     )
     # An engine that recorded nothing to sample from.
     return record, None if label.startswith("newcomer") else motion
+
+
+def accuracy_of(label: str, error: float, counts: dict[str, int]) -> Accuracy:
+    true = sum(counts.values())
+    if label == "paper-discrete" and counts["ball-ball"]:
+        return Accuracy("another shot", at=0.5, agree=true - 1, of=true)
+    return Accuracy(kind_of(error) if error > 0.0 else "exact", error=error)
 
 
 def write_results(folder: Path, scenes: list[str], labels: list[str]) -> Path:

@@ -11,7 +11,7 @@ from ghostball.reports.attribution_text import (
 )
 from ghostball.validation.diagnose.attribution import Attribution, BackwardError, Better, Part
 
-STROKE = BackwardError("cue", -1e-3, -5.2e-5, 4e-4, "certified", 3)
+STROKE = BackwardError("cue", -1e-3, -5.2e-5, 4e-4, 3)
 DIVIDED = Attribution(
     "stop",
     "pymunk",

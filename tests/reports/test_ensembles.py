@@ -13,7 +13,7 @@ import ghostball.validation.ensembles.run as run_module
 from ghostball.engine import Ball, Scene
 from ghostball.reports import style, write_report
 from ghostball.reports.figures import draw_ensemble
-from ghostball.reports.markdown_ensembles import ensembles_section, without_end_text
+from ghostball.reports.markdown_ensembles import ensembles_parts, without_end_text
 from ghostball.validation.ensembles import EnsembleRecord, Ensembles, Size, run_ensembles
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import find_scene
@@ -33,7 +33,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def section(folder: Path) -> str:
-    return "\n\n".join(ensembles_section(Results.open(folder), {}))
+    return "\n\n".join(text for _, text in ensembles_parts(Results.open(folder)))
 
 
 def loaded(folder: Path) -> Ensembles:
@@ -75,7 +75,7 @@ def test_a_comparison_with_proved_shots_is_said_to_be_one(folder: Path, tmp_path
 
 
 def test_a_folder_without_ensembles_has_no_section(small_folder: Path):
-    assert ensembles_section(Results.open(small_folder), {}) == []
+    assert list(ensembles_parts(Results.open(small_folder))) == []
 
 
 @pytest.mark.slow
@@ -87,7 +87,7 @@ def test_other_processes_draw_the_figures_of_the_run_and_of_ensembles_alike(
         copy = shutil.copytree(folder, tmp_path / str(jobs))
         write_report(copy, jobs=jobs)
         drawn.append({path.name: path.read_bytes() for path in (copy / "figures").glob("*")})
-    assert {"verdicts.svg", "accuracy.png", "break-7-ensemble.png"} <= drawn[0].keys()
+    assert {"break-7-sheet.png", "break-7-ensemble.png"} <= drawn[0].keys()
     assert drawn[0] == drawn[1]
 
 
@@ -97,11 +97,12 @@ def test_the_report_holds_figure_and_section_and_nothing_stale(tmp_path: Path):
     run_suite([scene], LABELS[:2], tmp_path)
     run_ensembles([scene], LABELS[:2], tmp_path, 4)
     text = write_report(tmp_path).read_text()
-    assert "[![How 4 perturbed shots of stop end](figures/stop-ensemble.png)]" in text
-    assert text.index("## Scenes") < text.index("## Ensembles") < text.index("## Environment")
-    assert (tmp_path / "figures" / "stop-ensemble.svg").exists()
+    ensembles = text[text.index('<section id="ensembles"') : text.index('<section id="energy"')]
+    assert 'alt="How perturbed shots of stop end" src="data:image/png;base64,' in ensembles
+    assert "perturbed 4 times" in ensembles
+    assert (tmp_path / "figures" / "stop-ensemble.png").exists()
     in_database(tmp_path, "DELETE FROM documents WHERE name = 'ensembles'")
-    assert "Ensembles" not in write_report(tmp_path).read_text()
+    assert "No scene was perturbed." in write_report(tmp_path).read_text()
     assert not (tmp_path / "figures" / "stop-ensemble.png").exists()
 
 
@@ -181,5 +182,5 @@ def test_a_scene_without_any_end_has_no_figure(tmp_path: Path, monkeypatch: pyte
     run_ensembles([scene], LABELS[:2], tmp_path, 2)
     assert draw_ensemble(loaded(tmp_path), "roll") is None
     text = write_report(tmp_path).read_text()
-    assert "- `paper-discrete`: 2 members failed: bad luck" in text
-    assert "Null test of `ghostball`** not made" in text
+    assert "<code>paper-discrete</code>: 2 members failed: bad luck" in text
+    assert "Null test of <code>ghostball</code></strong> not made" in text

@@ -11,22 +11,17 @@ from PIL import Image
 from ghostball.engine import Scene
 from ghostball.engine.trajectory import Phase
 from ghostball.reports import style
+from ghostball.reports.accuracy import cell_text
 from ghostball.reports.figures import (
-    SCENE_FIGURES,
-    draw_accuracy,
-    draw_collisions,
-    draw_energy,
-    draw_errors,
-    draw_paths,
-    draw_verdicts,
+    draw_sheet,
+    draw_single,
 )
 from ghostball.reports.figures._phases import parts_of, sliding_look
 from ghostball.reports.figures._table import view_of
-from ghostball.reports.figures.single import draw_single
 from ghostball.reports.paper_figures import PAPER_FIGURES, overlaps
 from ghostball.reports.shots import Run, Shot, load_shot
 from ghostball.validation.checks.verdict import Verdict, is_own_measure, verdict_of
-from ghostball.validation.results.store import Check, Results
+from ghostball.validation.results.store import Results
 
 
 @pytest.fixture(scope="session")
@@ -40,21 +35,10 @@ def texts_of(figure) -> str:
     return "\n".join(text.get_text() for text in figure.findobj(Text))
 
 
-@pytest.mark.parametrize("kind", SCENE_FIGURES)
-@pytest.mark.parametrize("scene", ["head-on", "break-7"])
-def test_a_figure_is_written_as_png_and_svg(results, tmp_path, kind, scene):
-    with style.drawing():
-        figure = SCENE_FIGURES[kind](load_shot(results, scene))
-        png, svg = style.save_figure(figure, tmp_path / "figure")
-    assert png.read_bytes().startswith(b"\x89PNG")
-    assert png.stat().st_size > 5_000
-    assert ElementTree.parse(svg).getroot().tag.endswith("svg")
-
-
 def test_the_same_figure_gives_the_same_bytes(results, tmp_path):
     for name in ("first", "second"):
         with style.drawing():
-            style.save_figure(draw_errors(load_shot(results, "head-on")), tmp_path / name)
+            style.save_figure(draw_sheet(load_shot(results, "head-on")), tmp_path / name)
     for ending in style.FORMATS:
         first, second = (tmp_path / f"{name}.{ending}" for name in ("first", "second"))
         assert first.read_bytes() == second.read_bytes()
@@ -63,30 +47,10 @@ def test_the_same_figure_gives_the_same_bytes(results, tmp_path):
 
 def test_a_figure_carries_what_it_was_drawn_from(results, tmp_path):
     with style.drawing():
-        figure = draw_errors(load_shot(results, "head-on"))
+        figure = draw_sheet(load_shot(results, "head-on"))
         png, svg = style.save_figure(figure, tmp_path / "figure", "0123abc")
     assert Image.open(png).text["Description"] == "0123abc"
     assert "<dc:description>0123abc</dc:description>" in svg.read_text()
-
-
-def test_the_paths_name_every_engine_and_why_one_is_missing(results):
-    with style.drawing():
-        text = texts_of(draw_paths(load_shot(results, "head-on")))
-    assert "pymunk, default: 90 mm" in text
-    assert "not representable: pybullet" in text
-    assert "did not finish: newcomer, dt=1e-3" in text
-    assert "x [m]" in text
-    assert "time [s]" in text
-
-
-def test_a_path_is_drawn_where_the_engine_had_it(results):
-    shot = load_shot(results, "wall-bounce")
-    with style.drawing():
-        axes = draw_paths(shot).axes[0]
-    drawn = [line.get_xydata() for line in axes.lines]
-    for run in shot.drawn:
-        path = run.motion.positions[:, 0, :2]
-        assert any(np.array_equal(path, xy) for xy in drawn), run.label
 
 
 def sliding_until(run: Run, t: float) -> Run:
@@ -96,8 +60,96 @@ def sliding_until(run: Run, t: float) -> Run:
     return Run(run.label, run.case, replace(run.motion, phases=phases))
 
 
-@pytest.mark.parametrize("draw", [draw_paths, draw_single])
-@pytest.mark.parametrize("scene", ["wall-bounce", "head-on", "break-7"])
+def axes_titled(figure, words):
+    """Return the one panel whose title begins with words."""
+    (found,) = (axes for axes in figure.axes if axes.get_title("left").startswith(words))
+    return found
+
+
+@pytest.mark.parametrize("scene", ["head-on", "break-7"])
+def test_a_sheet_is_written_as_png_and_svg(results, tmp_path, scene):
+    with style.drawing():
+        png, svg = style.save_figure(draw_sheet(load_shot(results, scene)), tmp_path / "sheet")
+    assert png.read_bytes().startswith(b"\x89PNG")
+    assert png.stat().st_size > 5_000
+    assert ElementTree.parse(svg).getroot().tag.endswith("svg")
+
+
+@pytest.mark.parametrize("scene", ["head-on", "break-7", "stop"])
+def test_a_sheet_shows_every_engine_in_each_panel_and_says_why_one_is_missing(results, scene):
+    shot = load_shot(results, scene)
+    with style.drawing():
+        figure = draw_sheet(shot)
+    text = texts_of(figure)
+    for run in shot.runs:
+        assert style.engine_name(run.label) in text
+    for run in shot.drawn:
+        assert f"{style.engine_name(run.label)}\n{cell_text(run.case)}\n" in text
+    assert "not representable: pybullet" in text
+    assert len(axes_titled(figure, "Energy").lines) == len(shot.drawn)
+    assert len(axes_titled(figure, "Largest distance").lines) == len(shot.drawn) - 1
+    truth = shot.truth_counts is not None
+    assert len(axes_titled(figure, "Collisions").lines) == len(shot.drawn) + truth
+
+
+def test_a_sheet_counts_collisions_as_they_come_and_marks_those_that_are_not_true(results):
+    shot = load_shot(results, "break-7")
+    with style.drawing():
+        figure = draw_sheet(shot)
+    panel = axes_titled(figure, "Collisions")
+    steps = panel.lines[0].get_xydata()
+    assert steps.tolist() == [[0.0, 0.0], [1.0, 1.0], [1.2, 2.0], [3.0, 2.0]]
+    assert panel.lines[-1].get_ydata()[0] == 2  # the truth, and no engine's
+    cells = [text.get_text() for text in figure.texts]
+    assert cells.count("2 of 2") == len(shot.drawn) - 1
+    assert cells.count("7 of 2 ≠") == 1
+
+
+def test_a_sheet_shows_how_far_each_engine_is_from_ours_as_time_goes_on(results):
+    shot = load_shot(results, "wall-bounce")
+    with style.drawing():
+        lines = axes_titled(draw_sheet(shot), "Largest distance").lines
+    others = [run for run in shot.drawn if run is not shot.ours]
+    for run, line in zip(others, lines, strict=True):
+        apart = np.linalg.norm(run.motion.positions - shot.ours.motion.positions, axis=2).max(
+            axis=1
+        )
+        assert line.get_ydata() == pytest.approx(np.maximum(apart, 1e-5), abs=1e-12)
+
+
+def test_a_path_is_drawn_where_the_engine_had_it(results):
+    shot = load_shot(results, "wall-bounce")
+    with style.drawing():
+        axes = axes_titled(draw_sheet(shot), "Where")
+    drawn = [line.get_xydata() for line in axes.lines]
+    for run in shot.drawn:
+        path = run.motion.positions[:, 0, :2]
+        assert any(np.array_equal(path, xy) for xy in drawn), run.label
+
+
+def test_a_crowd_has_places_and_no_paths(results):
+    shot = load_shot(results, "break-7")
+    with style.drawing():
+        axes = axes_titled(draw_sheet(shot), "Where")
+    marked = [line.get_xydata() for line in axes.lines if line.get_linestyle() == "None"]
+    others = [run.case.rest_positions[:, :2] for run in shot.drawn if run is not shot.ours]
+    assert len(marked) == len(others)
+    assert all(map(np.array_equal, marked, others))
+    starts, truth = axes.collections[-2:]
+    assert np.array_equal(starts.get_offsets(), shot.scene.positions[:, :2])
+    assert np.array_equal(truth.get_offsets(), shot.truth_positions[:, :2])
+
+
+@pytest.mark.parametrize(
+    ("scene", "draw"),
+    [
+        ("wall-bounce", draw_sheet),
+        ("head-on", draw_sheet),
+        ("wall-bounce", draw_single),
+        ("head-on", draw_single),
+        ("break-7", draw_single),
+    ],
+)
 def test_where_a_ball_slides_its_path_is_wider_and_darker_and_the_figure_says_so(
     results, scene, draw
 ):
@@ -120,7 +172,7 @@ def test_where_a_ball_slides_its_path_is_wider_and_darker_and_the_figure_says_so
         assert slides.get_color() == rolls.get_color()
 
 
-@pytest.mark.parametrize("draw", [draw_paths, draw_single])
+@pytest.mark.parametrize("draw", [draw_sheet, draw_single])
 @pytest.mark.parametrize("scene", ["head-on", "break-7"])
 def test_nothing_is_said_of_sliding_where_no_ball_is_known_to_slide(results, scene, draw):
     shot = load_shot(results, scene)
@@ -130,17 +182,37 @@ def test_nothing_is_said_of_sliding_where_no_ball_is_known_to_slide(results, sce
             assert "slides" not in texts_of(draw(Shot(shot.scene, (run,))))
 
 
-def test_engines_that_record_frames_are_drawn_as_ever_beside_one_that_slides(results):
-    shot = load_shot(results, "wall-bounce")
-    runs = tuple(sliding_until(run, 1.0) if run is shot.ours else run for run in shot.runs)
+@pytest.mark.parametrize("name", ["head-on", "break-7"])
+def test_each_ball_of_a_single_run_has_a_colour_of_its_own(results, name):
+    shot = load_shot(results, name)
     with style.drawing():
-        figure = draw_paths(Shot(shot.scene, runs))
-    text = texts_of(figure)
-    assert text.count("ghostball, where a ball slides") == 1
-    assert "pymunk, where a ball slides" not in text
-    # It has no motion, and so no line.
-    assert not any("pybullet" in entry.get_text() for entry in figure.legends[0].get_texts())
-    assert "not representable: pybullet" in figure.legends[0].get_title().get_text()
+        axes = draw_single(Shot(shot.scene, (shot.ours,))).axes[0]
+    count = len(shot.scene.balls)
+    paths = shot.ours.motion.positions
+    colours = [
+        line.get_color()
+        for ball in range(count)
+        for line in axes.lines
+        if np.array_equal(line.get_xydata(), paths[:, ball, :2])
+    ]
+    assert len(colours) == len(set(colours)) == count
+
+
+def test_nothing_is_said_to_rest_where_a_scene_ends_at_t_max(results):
+    shot = load_shot(results, "head-on")
+    runs = tuple(
+        Run(r.label, r.case and replace(r.case, status="t-max"), r.motion) for r in shot.runs
+    )
+    with style.drawing():
+        text = texts_of(draw_sheet(Shot(shot.scene, runs)))
+    assert "rest" not in text.replace("restitution", "")
+    assert "Where the balls are at the end" in text
+
+
+def test_nothing_to_draw_is_none(results):
+    shot = load_shot(results, "stop")
+    still = Shot(shot.scene, tuple(Run(run.label, run.case, None) for run in shot.runs))
+    assert draw_sheet(still) is None
 
 
 def test_the_parts_of_a_path_meet_and_none_is_lost():
@@ -163,59 +235,12 @@ def test_a_sliding_part_is_never_more_than_opaque():
     assert sliding_look({"linewidth": 1.0, "alpha": 0.9})["alpha"] == 1.0
 
 
-def test_many_balls_get_a_panel_for_each_engine_that_has_a_motion(results):
-    shot = load_shot(results, "break-7")
-    with style.drawing():
-        figure = draw_paths(shot)
-    shown = [axes.get_title() or axes.get_title("left") for axes in figure.axes if axes.axison]
-    assert shown == [style.engine_name(run.label) for run in shot.drawn]
-
-
 def test_a_lost_ball_does_not_shrink_the_table(results):
     scene = load_shot(results, "break-7").scene
     lost = np.array([[1e3, -1e9, 0.0], [np.nan, np.inf, 0.0]])
     left, right, bottom, top = view_of(scene, lost)
     assert right - left < 2 * scene.table.length
     assert top - bottom < 2 * scene.table.width
-
-
-def test_the_counts_are_written_beside_the_bars(results):
-    with style.drawing():
-        figure = draw_collisions(load_shot(results, "break-7"))
-    assert [axes.get_xlabel() for axes in figure.axes] == ["ball-ball collisions [1]"]
-    assert "not representable" in texts_of(figure)
-    assert "\n2\n" in texts_of(figure)
-
-
-def test_the_dashed_line_is_the_truth_and_not_our_engine(results):
-    shot = load_shot(results, "head-on")
-    runs = tuple(
-        Run(r.label, replace(r.case, truth_counts={"ball-ball": 5, "ball-cushion": 0}), r.motion)
-        for r in shot.runs
-    )
-    with style.drawing():
-        figure = draw_collisions(Shot(shot.scene, runs))
-    assert [line.get_xdata()[0] for line in figure.axes[0].lines] == [5]
-    assert "dashed: truth, closed form" in texts_of(figure)
-
-
-def test_errors_show_value_verdict_and_limit(results):
-    with style.drawing():
-        figure = draw_errors(load_shot(results, "head-on"))
-    text = texts_of(figure)
-    assert "90 mm  ✗ fail" in text
-    assert "0, exactly  ✓ pass" in text
-    assert "truth: closed form" in text
-    limits = [line.get_xdata()[0] for line in figure.axes[0].lines if len(line.get_xdata()) == 2]
-    assert set(limits) == {5e-3}
-
-
-def test_our_engine_is_not_said_to_be_exact_against_itself(results):
-    with style.drawing():
-        text = texts_of(draw_errors(load_shot(results, "break-7")))
-    assert "compared with itself" in text
-    assert "(1 mm)  not judged" in text  # the newcomer, whom no check covers
-    assert "0, exactly" not in text
 
 
 @pytest.mark.parametrize("name", ["head-on", "break-7"])
@@ -227,7 +252,7 @@ def test_a_single_run_shows_names_and_metres_and_speaks_of_no_truth(results, nam
         text = texts_of(draw_single(alone))
     for absent in ("truth", "error", "ring", "Bars"):
         assert absent not in text
-    for part in ("x [m]", "y [m]", "cue", "Grey discs: start", f"{name} on pymunk"):
+    for part in ("x [m]", "y [m]", "cue", "Empty discs: start", f"{name} on pymunk"):
         assert part in text
 
 
@@ -258,40 +283,6 @@ def test_many_balls_with_long_names_are_numbered(results):
     assert "ball-8" not in text
 
 
-def test_an_error_judged_in_ulps_is_shown_with_its_limit(results):
-    # Breaks where "pass" stands in a row that has no mark of a limit.
-    shot = load_shot(results, "head-on")
-    first, *others = shot.runs
-    for value, text in ((0.42, "✓ pass: 0.42 ≤ 4 ulps"), (7.0, "✗ fail: 7 > 4 ulps")):
-        check = Check("rest_error_ulps", value, "at_most", 4, "1", value <= 4, "rounding")
-        run = Run(first.label, replace(first.case, checks=(check,)), first.motion)
-        with style.drawing():
-            assert text in texts_of(draw_errors(Shot(shot.scene, (run, *others))))
-
-
-def test_nothing_is_said_to_rest_where_a_scene_ends_at_t_max(results):
-    shot = load_shot(results, "head-on")
-    runs = tuple(
-        Run(r.label, r.case and replace(r.case, status="t-max"), r.motion) for r in shot.runs
-    )
-    with style.drawing():
-        for draw in (draw_errors, draw_paths):
-            text = texts_of(draw(Shot(shot.scene, runs)))
-            assert "rest" not in text.replace("restitution", "")
-            assert "end" in text
-
-
-def test_nothing_to_draw_is_none(results):
-    shot = load_shot(results, "stop")
-    assert draw_collisions(shot) is None
-    still = Shot(shot.scene, tuple(Run(run.label, run.case, None) for run in shot.runs))
-    assert draw_paths(still) is None
-    assert draw_energy(still) is None
-    unable = Shot(shot.scene, tuple(r for r in shot.runs if r.verdict is Verdict.NOT_REPRESENTABLE))
-    assert unable.runs
-    assert draw_errors(unable) is None
-
-
 def test_verdicts(results):
     def verdict(scene, label):
         return verdict_of(results.case(scene, label))
@@ -305,40 +296,6 @@ def test_verdicts(results):
     assert verdict_of(None) is Verdict.MISSING
     assert is_own_measure(results.case("break-7", "ghostball"))
     assert not is_own_measure(results.case("stop", "ghostball"))
-
-
-def test_the_summary_names_every_scene(results):
-    with style.drawing():
-        text = texts_of(draw_verdicts(results))
-    assert all(scene in text for scene in results.scene_names)
-    assert "✗ 90 mm" in text
-    assert "○ (1 mm)" in text  # the newcomer, whom no check covers
-    assert "in brackets: not judged" in text
-
-
-def test_a_chaotic_error_is_no_number(results):
-    # Breaks where metres past what can be predicted are drawn or written like an error.
-    shot = load_shot(results, "break-7")
-    chaotic = tuple(
-        Run(r.label, replace(r.case, horizon=0.5, checks=()), r.motion) for r in shot.runs
-    )
-    with style.drawing():
-        text = texts_of(draw_paths(Shot(shot.scene, chaotic)))
-        assert draw_errors(Shot(shot.scene, chaotic)) is None
-        mixed = texts_of(
-            draw_errors(Shot(shot.scene, (*shot.runs[:1], *chaotic[1:3], shot.runs[3])))
-        )
-    assert "(past horizon)" in text
-    assert " mm" not in text
-    assert mixed.count("(past horizon)") == 2
-    assert "90 mm  ✗ fail" in mixed
-
-
-def test_accuracy_counts_closed_form_scenes_alone(results):
-    with style.drawing():
-        text = texts_of(draw_accuracy(results))
-    assert "5 closed-form scenes" in text
-    assert "pybullet" not in text  # it ran none
 
 
 @pytest.mark.parametrize("name", PAPER_FIGURES)

@@ -1,14 +1,18 @@
 """A part of a report that can't be made costs itself: the rest is written, and that is told."""
 
-import os
 import pickle
 
 import pytest
+from dying_figures import die_of_figures
 
 from ghostball.engine import GhostballError
-from ghostball.reports import PAGE, IncompleteReportError, report, write_report
+from ghostball.reports import PAGE, IncompleteReportError, report, style, write_report
 from ghostball.reports.guarded import NAMED, FailedPart, attempt, failed_text
 from ghostball.reports.page import page
+
+
+def draw_something(_results):
+    return style.new_figure(1.0, 1.0)
 
 
 def fail(*_, **__):
@@ -19,12 +23,12 @@ SAID = "ZeroDivisionError: no &lt;b&gt;balls&lt;/b&gt;"
 
 
 def written(folder, **options):
-    """Return what of a report failed, its page and its text."""
+    """Return what of a report failed, and its page."""
     with pytest.raises(IncompleteReportError) as caught:
         write_report(folder, **options)
-    assert caught.value.report == folder / "report.md"
-    texts = ((folder / name).read_text(encoding="utf-8") for name in (PAGE, "report.md"))
-    return [one.part for one in caught.value.failed], *texts
+    assert caught.value.report == folder / PAGE
+    page = (folder / PAGE).read_text(encoding="utf-8")
+    return [one.part for one in caught.value.failed], page
 
 
 # Each section of the page, by the function that makes it.
@@ -33,14 +37,16 @@ SECTIONS = {
     "changes_html": ("verdict", "Verdict and what changed"),
     "changed_html": ("verdict", "Verdict and what changed"),
     "matrix_html": ("matrix", "Engines by scenes"),
-    "closed_forms_html": ("closed-forms", "Closed forms, in ulps"),
+    "closed_forms_html": ("closed-forms", "Closed forms, in units of rounding"),
     "cost_html": ("cost", "Run time against error"),
     "horizons_html": ("horizons", "How far the shots can be predicted"),
+    "ensembles_html": ("ensembles", "Ensembles: how perturbed shots end"),
     "ledgers_html": ("energy", "Where the energy went"),
     "hashes_html": ("hashes", "Determinism"),
     "timing_html": ("timing", "Run times"),
     "stress_html": ("stress", "Stress survival"),
     "failures_html": ("failures", "Failures explained"),
+    "pictures_html": ("pictures", "Pictures"),
     "environment_html": ("environment", "Environment"),
     "_truth_html": ("truth", "What is true here"),
 }
@@ -52,7 +58,7 @@ def test_each_section_costs_itself_alone(small_folder, monkeypatch):
     whole = (small_folder / PAGE).read_text(encoding="utf-8")
     for name in SECTIONS:
         monkeypatch.setattr(page, name, fail)
-    failed, html, text = written(small_folder)
+    failed, html = written(small_folder)
     assert failed == [f'section "{heading}" of report.html' for _, heading in SECTIONS.values()]
     assert html.count(SAID) >= len(SECTIONS)
     assert "<b>" not in html
@@ -64,7 +70,7 @@ def test_each_section_costs_itself_alone(small_folder, monkeypatch):
     for kept in ('<section class="scene"', 'class="nav-verdict', 'data-replay="replay-stop"'):
         assert kept in html
         assert kept in whole
-    assert "**Not all of this report is here**: 14 parts of it could not be made" in text
+    assert "<strong>Not all of this report is here</strong>: 16 parts of it could not be" in html
 
 
 @pytest.mark.usefixtures("without_run_figures")
@@ -75,57 +81,36 @@ def test_a_scene_costs_itself_alone(module_folder, monkeypatch):
         "scene_part",
         lambda shot, *rest: fail() if shot.scene.name == "stop" else real(shot, *rest),
     )
-    failed, html, _ = written(module_folder)
+    failed, html = written(module_folder)
     assert failed == ["part of report.html on scene stop"]
     start = html.index('id="scene=stop"')
     assert SAID in html[start : html.index("</section>", start)]
-    assert html.count(SAID) == 2  # also below its traceback
+    assert html.count(SAID) == 3  # also below its traceback, and at the top
     for kept in ('data-replay="replay-head-on"', '<section id="failures"', 'href="#scene=stop"'):
         assert kept in html
     assert html.count('<section class="scene"') == 3
 
 
 def test_a_figure_costs_itself_alone(small_folder, monkeypatch):
-    kept = {kind: report.WHOLE_FIGURES[kind] for kind in ("verdicts", "accuracy")}
+    kept = {"chaos": draw_something}
     monkeypatch.setattr(report, "WHOLE_FIGURES", {"broken": fail, **kept})
-    monkeypatch.setitem(report.WHOLE_FIGURES, "accuracy", fail)
-    monkeypatch.setattr(report, "SCENE_FIGURES", {"paths": fail})
-    failed, html, text = written(small_folder, figures=True)
-    assert failed == ["figure broken", "figure accuracy", "figure stop-paths"]
-    assert [path.name for path in sorted((small_folder / "figures").glob("*"))] == [
-        "verdicts.png",
-        "verdicts.svg",
-    ]
-    assert "figures/verdicts.png" in text
-    assert "accuracy.png" not in text
-    assert "figure accuracy (ZeroDivisionError: no &lt;b>balls&lt;/b>)" in text
-    assert '<section class="scene"' in html
-
-
-@pytest.mark.usefixtures("without_run_figures")
-def test_a_section_of_the_text_costs_itself_alone(small_folder, monkeypatch):
-    monkeypatch.setattr("ghostball.reports.markdown.environment_table", fail)
-    monkeypatch.setattr("ghostball.reports.markdown.scene_section", fail)
-    failed, html, text = written(small_folder)
-    assert failed == ['section "stop" of report.md', 'section "Environment" of report.md']
-    assert '> The section "Environment" of report.md could not be made: ZeroDivisionError' in text
-    assert "## Verdicts" in text
+    monkeypatch.setattr(report, "draw_sheet", fail)
+    failed, html = written(small_folder)
+    assert failed == ["figure broken", "figure stop-sheet"]
+    assert [path.name for path in (small_folder / "figures").glob("*")] == ["chaos.png"]
+    assert html.count("data:image/png;base64,") == 1
+    assert "stop-sheet.png" not in html
+    assert f"figure stop-sheet ({SAID})" in html
     assert '<section class="scene"' in html
 
 
 def test_a_process_that_fails_costs_its_figures_alone(small_folder, monkeypatch):
-    monkeypatch.setattr(report, "WHOLE_FIGURES", {"verdicts": fail})
+    monkeypatch.setattr(report, "WHOLE_FIGURES", {"chaos": fail})
     monkeypatch.setattr(report, "_make_in_worker", die_of_figures)
-    failed, html, text = written(small_folder, jobs=2)
-    assert failed == ["figure verdicts"]
-    assert "figure verdicts (the process running it died (exit code 7))" in text
+    failed, html = written(small_folder, jobs=2)
+    assert failed == ["figure chaos"]
+    assert "figure chaos (the process running it died (exit code 7))" in html
     assert '<section class="scene"' in html
-
-
-def die_of_figures(path, task):
-    if task.startswith(report.WHOLE):
-        os._exit(7)
-    return report._make_in_worker(path, task)  # nothing is planted in the other process
 
 
 def test_what_the_user_can_mend_is_no_fault_of_a_part():
@@ -153,7 +138,7 @@ def test_a_file_that_is_missing_is_a_fault_of_ghostball_where_none_is_written():
 @pytest.mark.usefixtures("without_run_figures")
 def test_a_template_that_is_missing_costs_its_section_alone(small_folder, monkeypatch):
     monkeypatch.setattr(page, "environment_html", lambda *_: page.render("nowhere.html"))
-    failed, html, _ = written(small_folder)
+    failed, html = written(small_folder)
     assert failed == ['section "Environment" of report.html']
     assert "TemplateNotFound" in html
     assert '<section class="scene"' in html
@@ -168,29 +153,24 @@ def test_a_figure_that_lacks_a_file_costs_itself_alone(small_folder, monkeypatch
 
 
 def test_a_disk_that_is_full_is_no_fault_of_a_figure(small_folder, monkeypatch):
-    def save(figure, path):
+    def save(figure, path, **_):
         raise OSError(28, "No space left on device", str(path))
 
-    kept = {"verdicts": report.WHOLE_FIGURES["verdicts"]}
-    monkeypatch.setattr(report, "WHOLE_FIGURES", kept)
+    monkeypatch.setattr(report, "WHOLE_FIGURES", {"chaos": draw_something})
     monkeypatch.setattr(report.style, "save_figure", save)
-    with pytest.raises(GhostballError, match="verdicts: can't write the report: No space left"):
+    with pytest.raises(GhostballError, match="chaos: can't write the report: No space left"):
         write_report(small_folder)
 
 
 @pytest.mark.usefixtures("without_run_figures")
 def test_a_scene_that_cannot_be_loaded_costs_itself_alone(module_folder, monkeypatch):
-    paths = {"paths": report.SCENE_FIGURES["paths"]}
-    monkeypatch.setattr(report, "SCENE_FIGURES", paths)
     real = report.load_shot
     monkeypatch.setattr(
         report, "load_shot", lambda of, name: fail() if name == "stop" else real(of, name)
     )
-    failed, html, _ = written(module_folder, figures=True)
-    assert failed == ["figures of stop", "part of report.html on scene stop"]
+    failed, html = written(module_folder)
+    assert failed == ["part of report.html on scene stop"]
     assert 'data-replay="replay-head-on"' in html
-    names = {path.name for path in (module_folder / "figures").glob("*.png")}
-    assert names == {"head-on-paths.png", "break-7-paths.png"}
 
 
 def test_many_parts_are_counted_not_all_named():
@@ -201,7 +181,7 @@ def test_many_parts_are_counted_not_all_named():
 
 
 def test_the_error_says_what_was_written_and_crosses_processes(tmp_path):
-    error = IncompleteReportError(tmp_path / "report.md", [FailedPart("figure a", "E: e", "")])
+    error = IncompleteReportError(tmp_path / "report.html", [FailedPart("figure a", "E: e", "")])
     again = pickle.loads(pickle.dumps(error))
     assert str(again) == str(error)
-    assert "report.md: written, but 1 part of it could not be made: figure a (E: e)" in str(error)
+    assert "report.html: written, but 1 part of it could not be made: figure a (E: e)" in str(error)

@@ -101,8 +101,8 @@ def test_the_report_has_every_count_break_and_command(folder):
     assert "| Grazing hits and near misses | 1/1 | **2/3** | – |" in text
     assert "3 of 6" not in text
     assert "| 3 of 4 | `hit-2`: it \\| broke |" in text
-    command = f"ghostball simulate {folder.path}/worst/grazing-pymunk.toml --engine pymunk"
-    again = "ghostball stress grazing/hit-2 --suite quick --engines pymunk --rerun --out "
+    command = f"ghostball run {folder.path}/worst/grazing-pymunk.toml --engine pymunk"
+    again = "ghostball stress grazing/hit-2 --engine pymunk --rerun --out "
     assert f"| `{command}` | `{again}{folder.path}-again` |" in text
     assert (folder.path / "worst/grazing-pymunk.toml").exists()
     assert "13 trials of 13" in text

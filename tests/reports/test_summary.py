@@ -1,16 +1,17 @@
 """What a CI shows of a run: the verdict first, nothing left out in silence, never too long."""
 
+import json
 import re
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import pytest
 from regressions import identical, quantity, regression, uncompared, worse
 from typer.testing import CliRunner
 
 from ghostball.cli import app
-from ghostball.engine import GhostballError
 from ghostball.reports.outcome import overall
-from ghostball.reports.summary import add_summary, summary_markdown, summary_text, write_summary
+from ghostball.reports.summary import summary_markdown, summary_text
 from ghostball.validation.baselines import save_regression
 from ghostball.validation.results.store import Results
 
@@ -59,7 +60,7 @@ def test_what_changed_comes_with_where_and_how_to_see_it(results):
     assert row[1] == "✗ worse"
     assert "rest error 3 mm, was 7 fm; rest_error_max must be at most 1e-12, got 0.003" in row[2]
     assert "which is missing now" in row[3]
-    assert row[4] == "`ghostball simulate break-7`"
+    assert row[4] == "`ghostball run break-7`"
 
 
 def test_what_failed_comes_with_its_limit_its_reason_and_a_command(results):
@@ -69,7 +70,7 @@ def test_what_failed_comes_with_its_limit_its_reason_and_a_command(results):
         "`paper-discrete`",
         "rest_error_max must be &lt;= 0.005 m, got 0.03 m",
         "a tenth of a ball",
-        "`ghostball validate stop --engines paper-discrete --out out/again`",
+        "`ghostball validate stop --engine paper-discrete --out out/again`",
     ] in rows
     assert ["head-on", "`newcomer:dt=1e-3`", "did not finish: division by zero"] in [
         row[:3] for row in rows
@@ -136,14 +137,13 @@ def test_a_run_that_was_cut_short_is_no_pass(results):
     assert "The run is not complete (interrupted): " in text
 
 
-@pytest.mark.parametrize("limit", [3_000, 20_000, 200_000])
-def test_it_stays_below_its_limit_and_says_what_it_leaves_out(results, limit):
+def test_it_stays_below_its_limit_and_says_what_it_leaves_out(results):
     # 2000 failures, each with a reason of pages; and as many changes.
     bad = next(case for case in results.cases if case.outcome == "failed")
     cases = [replace(bad, scene=f"scene-{k}", reason="why | <x>\n" * 500) for k in range(2000)]
     many = regression(*(worse(f"scene-{k}", summary="so much\n" * 200) for k in range(2000)))
-    text = summary_markdown(with_cases(results, cases, scenes=[]), many, limit=limit)
-    assert len(text.encode()) < limit
+    text = summary_markdown(with_cases(results, cases, scenes=[]), many)
+    assert len(text.encode()) < 2**20  # what GitHub takes
     for heading in ("What changed", "Not right", "Verdicts"):
         shown = len(rows_of(text, heading))  # each a whole row
         section = text.partition(f"### {heading}")[2].partition("\n### ")[0]
@@ -166,7 +166,7 @@ def test_plain_text_is_a_line_for_each_thing(results):
     assert all(LINE.fullmatch(line) for line in lines)
     assert (
         "stop: error: paper-discrete: rest_error_max must be <= 0.005 m, got 0.03 m "
-        "(a tenth of a ball) [ghostball validate stop --engines paper-discrete --out out/again]"
+        "(a tenth of a ball) [ghostball validate stop --engine paper-discrete --out out/again]"
     ) in lines
     assert (
         "head-on: error: no-baseline: no baseline was accepted [ghostball regress head-on]" in lines
@@ -193,59 +193,51 @@ def test_what_moved_and_may_is_a_warning():
     assert not [line for line in lines if ": error: " in line]
 
 
-def test_a_file_that_others_began_is_added_to(tmp_path):
-    page = tmp_path / "summary.md"
-    page.write_text("an earlier step\n")
-    add_summary("## ✓\n", page)
-    assert page.read_text(encoding="utf-8") == "an earlier step\n## ✓\n"
-    with pytest.raises(GhostballError, match="can't write the summary"):
-        add_summary("", tmp_path)
-
-
-def test_plain_text_takes_the_place_of_an_earlier_one(tmp_path):
-    lines = tmp_path / "lines.txt"
-    lines.write_text("an earlier run\n")
-    write_summary("now\n", lines)
-    assert lines.read_text(encoding="utf-8") == "now\n"
-    with pytest.raises(GhostballError, match="can't write the summary"):
-        write_summary("", tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["lines.txt"]
-
-
 def invoke(*arguments):
     return CliRunner().invoke(app, ["report", *map(str, arguments)])
 
 
-def test_the_command_writes_both_and_no_report(small_folder, tmp_path):
+def test_the_command_prints_and_writes_no_report(small_folder):
     save_regression(regression(worse()), small_folder)
-    page = tmp_path / "page.md"
-    done = invoke(small_folder, "--summary", page, "--text", "-")
+    assert "### What changed" in invoke(small_folder, "--format", "github").stdout
+    done = invoke(small_folder, "--format", "text")
     assert done.exit_code == 0
-    assert "### What changed" in page.read_text(encoding="utf-8")
     assert done.stdout.startswith("break-7: error: worse: ")
-    assert not (small_folder / "report.md").exists()
+    assert not (small_folder / "report.html").exists()
 
 
-def test_the_command_writes_text_anew_and_adds_a_summary(small_folder, tmp_path):
-    lines, page = tmp_path / "lines.txt", tmp_path / "page.md"
-    for _ in range(2):
-        assert invoke(small_folder, "--text", lines, "--summary", page).exit_code == 0
-    assert lines.read_text(encoding="utf-8").count("ghostball: ") == 1
-    assert page.read_text(encoding="utf-8").count("## ✓ Ghostball") == 2
+@pytest.mark.parametrize("judged", [True, False])
+def test_what_only_shows_what_moved_is_told_by_its_cases(small_folder, judged):
+    # What `validate` compares isn't the gate: it must not fail a job that passed.
+    save_regression(regression(worse(), judged=judged), small_folder)
+    document = ElementTree.fromstring(invoke(small_folder, "--format", "junit").stdout.encode())
+    names = {one.get("name") for one in document.findall("testsuite")}
+    assert (names == {"break-7"}) == judged
+    plain = json.loads(invoke(small_folder, "--format", "json").stdout)
+    assert ("outcome" in plain) == judged
+    assert ("cases" in plain) != judged
 
 
 def test_a_folder_may_hold_a_comparison_alone(tmp_path):
     save_regression(regression(worse(), against="main"), tmp_path)
-    done = invoke(tmp_path, "--summary", "-")
+    done = invoke(tmp_path, "--format", "github")
     assert done.exit_code == 0
     assert done.stdout.startswith("## ✗ Ghostball: The gate fails\n")
     assert "Against revision `main`, 1 of 1 scene fails" in done.stdout
     assert "`ghostball regress --against main` fails." in done.stdout
 
 
-def test_bad_input_is_refused(tmp_path, small_folder):
-    assert "no such results folder" in invoke(tmp_path / "none", "--text", "-").stderr
-    assert "not a results folder" in invoke(tmp_path, "--text", "-").stderr
-    done = invoke(small_folder, "--summary", tmp_path / "none/page.md")
-    assert done.exit_code == 2
-    assert "can't write the file of `--summary`" in done.stderr
+def test_bad_input_is_refused(tmp_path):
+    for form in ("text", "json", "junit", "github"):
+        assert "no such results folder" in invoke(tmp_path / "none", "--format", form).stderr
+        assert "not a results folder" in invoke(tmp_path, "--format", form).stderr
+
+
+def test_the_summary_says_how_right_each_engine_is(results_folder):
+    # Breaks where a class is left out, or an engine that is right looks like one that isn't.
+    text = summary_markdown(Results.open(results_folder), None)
+    table = text.partition("### How right")[2].partition("###")[0]
+    assert "| engine | exact | nm | µm | mm | cm | other shot | typical error |" in table
+    assert "| `ghostball` | 5 | 0 | 0 | 0 | 0 | 0 | 0 |" in table
+    assert "| `paper-discrete` | 0 | 0 | 0 | 0 | 2 | 7 | 30 mm |" in table
+    assert "other shot: other collisions than the true ones" in table

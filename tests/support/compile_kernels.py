@@ -16,15 +16,19 @@ from ghostball.engine.running import driver, sweep_driver
 from ghostball.engine.running.driver import Variant
 from ghostball.engine.sensitivity import tangent_map
 
-CELLS, INTEGRATED, CONTACTS = range(3)
+CELLS, INTEGRATED, CONTACTS, DRAG, FLIGHT = range(5)
 
 # What tests run; what takes longest comes first.
 SHOTS = [
     {CONTACTS},
     {INTEGRATED, CONTACTS},
     {CELLS, CONTACTS},
+    {CONTACTS, FLIGHT},
+    {CONTACTS, DRAG},
     {CELLS},
     {INTEGRATED},
+    {FLIGHT},
+    {DRAG},
     set(),
 ]
 SWEEPS = [{CONTACTS}, {CELLS}, set()]
@@ -38,7 +42,7 @@ if checks_bounds():
 
 
 def variant_with(parts: set[int]) -> Variant:
-    return Variant(*(part in parts for part in range(3)))
+    return Variant(*(part in parts for part in range(5)))
 
 
 def missing() -> list[tuple[str, set[int]]]:

@@ -1,9 +1,11 @@
 """Plugin of pytest: what each test costs, and a run that fails where one costs too much.
 
 `--cpu-limit 5` prints the ten tests that take the most time of the processor, and makes the run
-fail if one takes more than 5 s and isn't marked `slow`. What counts is the processor's time, of
-this process and of those that the test started and waited for: a busy machine makes a test last
-longer, and costs it no more. What a test sets up counts as its own, also what later tests share.
+fail if one that isn't marked `slow` takes more than 5 s and more than 1.5 % of what all tests took.
+What counts is the processor's time, of this process and of those that ended meanwhile; of one that
+an earlier test started, only what it took since then. A busy machine makes a test last longer and
+costs it little more; a slow machine makes all tests dearer, so that a share of them says the same
+on each. What a test sets up counts as its own, also what later tests share.
 """
 
 from __future__ import annotations
@@ -12,11 +14,15 @@ import os
 import time
 from collections import Counter
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 SHOWN = 10
 """Tests that are printed."""
+
+SHARE = 0.015
+"""Of what all tests of a run take, one may take this much, however long that is."""
 
 _LIMIT = pytest.StashKey[float]()
 
@@ -45,20 +51,45 @@ def used() -> float:
     return time.process_time() + children.children_user + children.children_system
 
 
+def living() -> dict[str, float]:
+    """Return the processor's time of each child that lives, and of its own that have ended [s].
+
+    Where the system doesn't tell, of none.
+    """
+    found: dict[str, float] = {}
+    for tasks in Path("/proc/self/task").glob("*/children"):
+        try:
+            children = tasks.read_text().split()
+        except OSError:  # the thread has ended
+            continue
+        for child in children:
+            try:
+                stat = Path(f"/proc/{child}/stat").read_text()
+            except OSError:  # the process has ended
+                continue
+            ticks = stat.rpartition(")")[2].split()[11:15]  # user and system, its own and theirs
+            found[child] = sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
+    return found
+
+
 class Meter:
     """Measures each phase of each test: what it sets up, the test, what it takes down."""
 
     def __init__(self) -> None:
         self.before = 0.0  # what had been used when the phase began [s]
+        self.lived: dict[str, float] = {}  # what each child had used then that lived [s]
 
     def pytest_runtest_logstart(self) -> None:
-        self.before = used()
+        self.before, self.lived = used(), living()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self) -> Iterator[None]:
         report = yield
-        now = used()
-        report.cpu_seconds, self.before = now - self.before, now
+        # What a child had used before counts as used once it has ended: a pool of an earlier test.
+        now, lives = used(), living()
+        earlier = sum(time for child, time in self.lived.items() if child not in lives)
+        report.cpu_seconds = now - self.before - earlier
+        self.before, self.lived = now, lives
         return report
 
 
@@ -77,10 +108,15 @@ class Limit:
             self.slow.add(report.nodeid)
 
     @property
+    def most(self) -> float:
+        """What a test of this run may cost [s]."""
+        return max(self.limit, SHARE * self.costs.total())
+
+    @property
     def over(self) -> list[str]:
         """Tests that cost more than they may."""
-        costs = self.costs.items()
-        return [test for test, cost in costs if cost > self.limit and test not in self.slow]
+        costs, most = self.costs.items(), self.most
+        return [test for test, cost in costs if cost > most and test not in self.slow]
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         if self.over and session.exitstatus == pytest.ExitCode.OK:
@@ -96,7 +132,7 @@ class Limit:
         say.section("tests that cost too much", red=True)
         for test in self.over:
             say.write_line(
-                f"{test} took {self.costs[test]:.1f} s of the processor, and {self.limit:g} s is "
+                f"{test} took {self.costs[test]:.1f} s of the processor, and {self.most:.2g} s is "
                 "the most. Make it smaller, or mark it slow; if it compiled kernels, name their "
                 "variant in tests/support/compile_kernels.py."
             )

@@ -134,7 +134,7 @@ def _refuse(scene: Scene) -> None:
         raise ValueError(f"the oracle has no integrated ball law: {physics.ball_impact}")
     if cushioned and physics.cushion == "mathavan2010":
         raise ValueError("the oracle has no integrated cushion law: mathavan2010")
-    if physics.air_drag > 0.0 or physics.airborne:
+    if physics.air_drag > 0.0 or physics.rolling_friction_quadratic > 0.0 or physics.airborne:
         raise ValueError("the oracle knows no air and no flight")
 
 

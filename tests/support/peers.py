@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from benchmarks.peer_engines import PeerRun
 from ghostball.engine import Scene
-from ghostball.validation.bench.peer_engines import PeerRun
 
 
 class FakePeer:
@@ -14,13 +14,9 @@ class FakePeer:
         self.run = PeerRun(seconds, events)
         self.error, self.from_balls = error, from_balls
         self.asked: list[Scene] = []
-        self.closed = False
 
     def simulate(self, scene: Scene) -> PeerRun:
         self.asked.append(scene)
         if self.error is not None and len(scene.balls) > self.from_balls:
             raise self.error
         return self.run
-
-    def close(self) -> None:
-        self.closed = True

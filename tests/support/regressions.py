@@ -37,7 +37,7 @@ def identical(scene="stop", **changes):
         "head_hash": "a" * 64,
         "metrics": (quantity(low=0.0, high=1e-14),),
         "counters": (quantity("events", base=3, head=3, low=3, high=3),),
-        "command": f"ghostball simulate {scene}",
+        "command": f"ghostball run {scene}",
     }
     return SceneChange(**fields | changes)
 

@@ -6,6 +6,8 @@ import zlib
 
 import numpy as np
 
+from ghostball.engine.trajectory.orientation import hamilton_product
+
 
 class Packed:
     """The bytes of a scene, read from the first to the last."""
@@ -59,9 +61,10 @@ def decoded(data: dict) -> dict:
             knots = packed.number()
             pieces = max(knots - 1, 0)
             track = {"t": times[packed.sums(knots)], "phases": list(packed.raw(pieces))}
-            track["xy"] = np.stack([packed.sums(knots), packed.sums(knots)], axis=1)
-            bows = [packed.numbers(pieces), packed.numbers(pieces)]
-            track["bow"] = np.array(bows, dtype=np.int64).reshape(2, pieces).T
+            track["xyz"] = np.stack([packed.sums(knots) for _ in range(3)], axis=1)
+            for name, count in (("bow", 3), ("spin", 6)):
+                rows = [packed.numbers(pieces) for _ in range(count)]
+                track[name] = np.array(rows, dtype=np.int64).reshape(count, pieces).T
             tracks.append(track)
         engines[engine["label"]] = (log, tracks)
     assert packed.at == len(packed.bytes)
@@ -69,11 +72,32 @@ def decoded(data: dict) -> dict:
 
 
 def place_at(track: dict, t: float, quantum: float) -> np.ndarray:
-    """Return where a ball is, (2,) [m]."""
+    """Return where a ball is, (3,) [m]."""
     knots = track["t"]
     if t >= knots[-1]:
-        return track["xy"][-1] * quantum
+        return track["xyz"][-1] * quantum
     i = int(np.searchsorted(knots, t, side="right")) - 1
     u = (t - knots[i]) / (knots[i + 1] - knots[i])
-    first, last = track["xy"][i], track["xy"][i + 1]
+    first, last = track["xyz"][i], track["xyz"][i + 1]
     return (first + u * (last - first) + 4 * u * (1 - u) * track["bow"][i]) * quantum
+
+
+def turned_by(data: dict, track: dict, radius: float) -> np.ndarray:
+    """Return the orientation at the end of a track, a unit quaternion (4,): many small turns."""
+    now = np.array([1.0, 0.0, 0.0, 0.0])
+    along = np.diff(track["xyz"], axis=0)
+    for i, dt in enumerate(np.diff(track["t"])):
+        if dt <= 0.0:
+            continue
+        spins = []
+        for sign, more in ((1, track["spin"][i, :3]), (-1, track["spin"][i, 3:])):
+            vx, vy, _ = (along[i] + sign * 4 * track["bow"][i]) * data["quantum"] / dt
+            spins.append(np.array([-vy, vx, 0.0]) / radius + more * data["spin"])
+        steps = 1 + int(20.0 * dt * np.linalg.norm(spins, axis=1).max())
+        for k in range(steps):
+            w = spins[0] + (k + 0.5) / steps * (spins[1] - spins[0])
+            half = 0.5 * dt / steps * w
+            size = np.linalg.norm(half)
+            turn = np.concatenate(([np.cos(size)], np.sinc(size / np.pi) * half))
+            now = hamilton_product(turn, now)
+    return now

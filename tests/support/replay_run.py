@@ -35,9 +35,9 @@ def hostile_scene() -> Scene:
 
 
 def small_run(within: Path) -> Path:
-    """Four scenes on three engines; in the first, a fourth one whose ball is lost midway."""
+    """Five scenes on three engines; in the first, a fourth one whose ball is lost midway."""
     first, folder = within / "first", within / "page"
-    names = ("half-ball-cut", "draw-shot", "three-ball-chain")
+    names = ("half-ball-cut", "draw-shot", "three-ball-chain", "flight-jump")
     scenes = [*map(find_scene, names), hostile_scene()]
     run_suite(scenes, ENGINES, first)
     ran = Results.open(first)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numba
 
 from ghostball.engine.running import driver
-from ghostball.engine.running.driver import Run, Variant
+from ghostball.engine.running.driver import Run
 from ghostball.engine.running.skips import Skip
 from ghostball.engine.scene import Scene
 
@@ -44,11 +44,7 @@ def use_whole_kernels() -> None:
 
     Sweeps of shots, which are a kernel of their own, go on as they are.
     """
-    variant_of, make = driver.variant_of, Run.__init__
-
-    @wraps(variant_of)
-    def whole_variant(scene: Scene, contacts: bool, off: Collection[Skip] = frozenset()) -> Variant:
-        return variant_of(scene, contacts, PARTS.union(off))
+    make = Run.__init__
 
     @wraps(make)
     def make_whole(
@@ -57,4 +53,4 @@ def use_whole_kernels() -> None:
         make(self, scene, keep_log, PARTS.union(off))
 
     changed: Any = driver
-    changed.variant_of, changed.Run.__init__ = whole_variant, make_whole
+    changed.Run.__init__ = make_whole

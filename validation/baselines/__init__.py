@@ -1,7 +1,7 @@
-"""The gate: what a change of our engine changed, against accepted baselines or another revision.
+"""The gate: what a change of an engine changed, against accepted baselines or another revision.
 
->>> results = Results.open("out/regress")          # runs of our engine
->>> regression = compare_results(results, whole=True)    # against validation/baselines/accepted
+>>> results = Results.open("out/regress")          # runs of an engine
+>>> regression = compare_results(results, Path("baselines/ghostball"), whole=True)
 >>> regression.outcome, [one.scene for one in regression.scenes if one.failed]
 """
 
@@ -11,15 +11,12 @@ from ghostball.validation.baselines.accept import (
     Acceptance,
     AcceptError,
     LimitsBrokenError,
+    NothingToAcceptError,
     accept,
     can_be_accepted,
 )
 from ghostball.validation.baselines.against import compare_revisions
 from ghostball.validation.baselines.baseline import (
-    Baseline,
-    BaselineError,
-    BaselineSchemaError,
-    baseline_folder,
     load_baseline,
 )
 from ghostball.validation.baselines.gate import check_baselines, compare_results
@@ -40,13 +37,11 @@ from ghostball.validation.baselines.revision import RevisionError
 __all__ = [
     "AcceptError",
     "Acceptance",
-    "Baseline",
-    "BaselineError",
-    "BaselineSchemaError",
     "FirstDifference",
     "LimitsBrokenError",
     "LoggedEvent",
     "NotComparableError",
+    "NothingToAcceptError",
     "Quantity",
     "Regression",
     "RevisionError",
@@ -54,7 +49,6 @@ __all__ = [
     "TimeChange",
     "Timing",
     "accept",
-    "baseline_folder",
     "can_be_accepted",
     "check_baselines",
     "compare_results",

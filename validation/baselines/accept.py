@@ -10,7 +10,6 @@ from pathlib import Path
 
 from ghostball.engine import GhostballError
 from ghostball.validation.baselines.baseline import (
-    FOLDER,
     Accepted,
     Baseline,
     BaselineSchemaError,
@@ -18,10 +17,10 @@ from ghostball.validation.baselines.baseline import (
     baseline_path,
     load_baseline,
 )
-from ghostball.validation.baselines.gate import platform_of, revision_of
+from ghostball.validation.baselines.gate import platform_of, revision_of, sources_hash
 from ghostball.validation.baselines.regression import Regression, SceneChange, load_regression
-from ghostball.validation.parallel.sources import hash_sources, source_folders
 from ghostball.validation.results.files import write_all_whole
+from ghostball.validation.truth.scene_truth import OUR_NAME
 
 CHANGES_FILE = "CHANGES.md"
 
@@ -37,6 +36,10 @@ class AcceptError(GhostballError, ValueError):
     """Nothing that can be accepted."""
 
 
+class NothingToAcceptError(AcceptError):
+    """A comparison in which nothing moved that isn't accepted yet."""
+
+
 class LimitsBrokenError(AcceptError):
     """What was to be accepted breaks limits of truth, in the scenes `broken`."""
 
@@ -45,8 +48,8 @@ class LimitsBrokenError(AcceptError):
         said = "".join(f"\n  {one.scene}: {'; '.join(one.broken)}" for one in broken)
         super().__init__(
             f"nothing is accepted, for limits of truth are broken: what was found there is wrong, "
-            f"not only another answer:{said}\nMend the engine. To accept other scenes, leave these "
-            "out by --only"
+            f"not only another answer:{said}\nMend the engine. To accept other scenes, name "
+            "them"
         )
 
 
@@ -76,8 +79,9 @@ def accept(
     results: Path,
     reason: str,
     *,
-    only: str = "*",
-    folder: Path = FOLDER,
+    only: Sequence[str] = ("*",),
+    folder: Path,
+    engine: str = OUR_NAME,
     even_though_limits_fail: bool = False,
 ) -> Acceptance:
     """Accept what a comparison with baselines found.
@@ -88,10 +92,12 @@ def accept(
         The results folder of that comparison.
     reason : str
         Why the change is right; a sentence for those who come after.
-    only : str
-        Pattern of scenes.
+    only : sequence of str
+        Names or patterns of scenes.
     folder : Path
-        Of the baselines.
+        Of the baselines of the engine.
+    engine : str
+        The one that is meant; see `baseline.engine_key`.
     even_though_limits_fail : bool
         Whether to accept also what breaks limits of truth.
 
@@ -119,19 +125,26 @@ def accept(
             f"{results}: compares with revision {regression.against}, not with baselines. Run "
             f"`ghostball regress --out {results}` without --against"
         )
-    if regression.head.get("sources") != hash_sources(source_folders()):
+    if regression.engine != engine:
+        raise AcceptError(
+            f"{results}: compares engine `{regression.engine}`, not `{engine}`. Give the same "
+            "`--engine` as `ghostball regress` had, or the folder of its results by `--out`"
+        )
+    if regression.head.get("sources") != sources_hash(regression.label):
         raise AcceptError(
             f"{results}: the code changed since that comparison, so what it found is not what "
             "would be accepted. Run `ghostball regress` again, and look at what it says"
         )
     accepted = _accepted(regression, reason)
     candidates = _candidates(regression, results, folder)
-    chosen = [one for one in candidates if fnmatchcase(one.scene, only)]
+    chosen = [one for one in candidates if _is_any(one.scene, only)]
     left = [name for name in regression.stale if baseline_path(folder, name).exists()]
-    stale = [name for name in left if fnmatchcase(name, only)]
+    stale = [name for name in left if _is_any(name, only)]
     if not chosen and not stale:
         there = ", ".join([*(one.scene for one in candidates), *left]) or "nothing"
-        raise AcceptError(f'nothing to accept matches "{only}"; what there is to accept: {there}')
+        raise NothingToAcceptError(
+            f'nothing to accept matches "{" ".join(only)}"; what there is to accept: {there}'
+        )
     names = {one.scene for one in chosen}
     broken = [one for one in regression.broken if one.scene in names]
     if broken and not even_though_limits_fail:
@@ -151,6 +164,10 @@ def accept(
         tuple(broken),
         changelog,
     )
+
+
+def _is_any(scene: str, patterns: Sequence[str]) -> bool:
+    return any(fnmatchcase(scene, pattern) for pattern in patterns)
 
 
 def can_be_accepted(change: SceneChange) -> bool:
@@ -173,8 +190,9 @@ def _candidates(regression: Regression, results: Path, folder: Path) -> list[Bas
     found = []
     for change in regression.scenes:
         if change.candidate:
-            candidate = baseline_of(change.candidate, baseline_path(folder, change.scene))
-            if not _was_accepted(change, candidate, folder):
+            path = baseline_path(folder, change.scene)
+            candidate = baseline_of(change.candidate, path, regression.engine)
+            if not _was_accepted(change, candidate, path):
                 found.append(candidate)
         elif can_be_accepted(change):
             raise AcceptError(
@@ -184,12 +202,12 @@ def _candidates(regression: Regression, results: Path, folder: Path) -> list[Bas
     return found
 
 
-def _was_accepted(change: SceneChange, candidate: Baseline, folder: Path) -> bool:
+def _was_accepted(change: SceneChange, candidate: Baseline, path: Path) -> bool:
     """Whether a candidate is the baseline already, but for when and why it was accepted."""
-    path, before = baseline_path(folder, change.scene), ""
+    before = ""
     if path.exists():
         try:
-            now = load_baseline(path)
+            now = load_baseline(path, candidate.engine)
         except BaselineSchemaError:
             return False
         if now.model_copy(update={"accepted": candidate.accepted}) == candidate:

@@ -1,4 +1,4 @@
-"""Compares our engine as it is here with another revision: both run by turns, in one go."""
+"""Compares an engine as it is here with another revision: both run by turns, in one go."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ghostball.engine import Result, Scene
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.baselines.bands import band_of_counter, band_of_metric
+from ghostball.validation.baselines.baseline import engine_key
 from ghostball.validation.baselines.classify import Bands, classify
-from ghostball.validation.baselines.gate import outcome_of
+from ghostball.validation.baselines.gate import allowance, outcome_of, source_of
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.baselines.player import NotComparableError, Player, PlayError, playing
 from ghostball.validation.baselines.regression import Regression, SceneChange, TimeChange
 from ghostball.validation.baselines.revision import repository, resolve, worktree
-from ghostball.validation.baselines.rounding import allowance_of
 from ghostball.validation.baselines.timing import (
     ROUNDS,
     RUNS,
@@ -53,6 +53,7 @@ def compare_revisions(
     scenes: Sequence[Scene],
     revision: str,
     out: Path,
+    label: str = OUR_NAME,
     *,
     criteria: Mapping[str, Criteria] | None = None,
     rounds: int = ROUNDS,
@@ -67,6 +68,8 @@ def compare_revisions(
         Any name that git knows.
     out : Path
         A results folder; the motion of both sides goes into it.
+    label : str
+        The engine, as it was asked for; the revision is of the repository that its code is in.
     criteria : mapping of str to Criteria, optional
         By scene name; those of shipped scenes where left out.
     rounds : int
@@ -80,7 +83,10 @@ def compare_revisions(
     NotComparableError
         Where it can't be built or run.
     """
-    root = repository()
+    source = source_of(label)
+    root = repository(source)
+    imported_from = source.parent.parent if source.stem == "__init__" else source.parent
+    below = imported_from.relative_to(root).as_posix()
     commit = resolve(revision, root)
     planned, done = 2 * len(scenes) + rounds, 0
 
@@ -92,7 +98,7 @@ def compare_revisions(
 
     with tempfile.TemporaryDirectory() as place, worktree(root, commit) as there:
         sides = {f"revision {commit[:12]}": there, "the engine here": root}
-        with _playing(sides) as (base, head):
+        with _playing(sides, label, below) as (base, head):
             shots = []
             for scene in scenes:
                 own = (criteria or {}).get(scene.name)
@@ -107,12 +113,12 @@ def compare_revisions(
         doubtful = [shot for shot in ended if times[shot.scene.name].slower]
         if doubtful:
             # Where memory lies costs time, and is another place in each process.
-            with _playing(sides) as (base, head):
+            with _playing(sides, label, below) as (base, head):
                 times |= _by_turns(doubtful, base, head, rounds, lambda _: None)
     changes = []
     motions: dict[tuple[str, str], Motion] = {}
     for shot in shots:
-        change = _change(shot, times.get(shot.scene.name), revision)
+        change = _change(shot, times.get(shot.scene.name), revision, label)
         changes.append(change)
         if change.base_hash != change.head_hash and isinstance(shot.base, Result):
             for side, result in (("base", shot.base), ("head", shot.head)):
@@ -121,6 +127,8 @@ def compare_revisions(
     save_sides(out, motions)
     environment = describe_environment()
     return Regression(
+        label=label,
+        engine=engine_key(label),
         against=revision,
         base={**environment, "git": {"revision": commit, "dirty": False}},
         head=environment,
@@ -154,10 +162,12 @@ def _ended(shots: Sequence[_Shot]) -> list[_Shot]:
 
 
 @contextmanager
-def _playing(sides: Mapping[str, Path]) -> Iterator[tuple[Player, Player]]:
+def _playing(sides: Mapping[str, Path], label: str, below: str) -> Iterator[tuple[Player, Player]]:
     """Start both sides, the base first, each in a process of its own."""
     with ExitStack() as stack:
-        base, head = (stack.enter_context(playing(name, root)) for name, root in sides.items())
+        base, head = (
+            stack.enter_context(playing(name, root, label, below)) for name, root in sides.items()
+        )
         yield base, head
 
 
@@ -193,9 +203,9 @@ def _one_round(
             taken.append(player.seconds(shot.path, RUNS))
 
 
-def _change(shot: _Shot, time: TimeChange | None, revision: str) -> SceneChange:
+def _change(shot: _Shot, time: TimeChange | None, revision: str, label: str) -> SceneChange:
     scene = shot.scene
-    command = commands.regress(scene.name, revision)
+    command = commands.regress(scene.name, revision, label)
     if isinstance(shot.base, PlayError):
         return SceneChange(
             scene=scene.name,
@@ -205,12 +215,12 @@ def _change(shot: _Shot, time: TimeChange | None, revision: str) -> SceneChange:
             summary=str(shot.base),
             command=command,
         )
-    head, base = (_observed(result, shot.truth) for result in (shot.head, shot.base))
+    head, base = (_observed(result, shot.truth, label) for result in (shot.head, shot.base))
     bands = Bands(
         {name: band_of_metric(name, base.metrics) for name in base.metrics},
         {name: band_of_counter(count) for name, count in base.work.items()},
     )
-    change = classify(base, head, bands, lambda: allowance_of(scene), command)
+    change = classify(base, head, bands, lambda: allowance(scene, head, label), command)
     update: dict[str, Any] = {"time": time}
     if time is not None and time.slower:
         update["failed"] = True
@@ -218,6 +228,6 @@ def _change(shot: _Shot, time: TimeChange | None, revision: str) -> SceneChange:
     return change.model_copy(update=update)
 
 
-def _observed(result: Result, truth: Truth) -> Observed:
-    horizon = truth.horizon_of(resolution_of(make_engine(OUR_NAME), result.scene))
+def _observed(result: Result, truth: Truth, label: str) -> Observed:
+    horizon = truth.horizon_of(resolution_of(make_engine(label), result.scene))
     return Observed.of_result(result, measure(result, truth, horizon=horizon).values, truth.kind)

@@ -1,6 +1,7 @@
 """An accepted baseline: one readable TOML file per scene, checked whole when it is read.
 
-    schema = 1
+    schema = 2
+    engine = "ghostball"             # with its settings: of another engine nothing is compared
     scene = "break-16"
     scene_hash = "..."               # of the scene's definition: another scene can't be compared
 
@@ -19,6 +20,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -30,20 +32,19 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from pydantic_core import PydanticCustomError
 
 from ghostball.engine import CUSHIONS, EventKind, GhostballError
-from ghostball.engine.result import EVENT_DTYPE, Events, event_dict
+from ghostball.engine.result import EVENT_DTYPE, OBSTACLE_KINDS, Events, event_dict
 from ghostball.engine.result.hashes import bits_hash, sequence_hash
+from ghostball.reference_adapters.registry import engine_name, parse_spec, spec_of
 from ghostball.validation.baselines.bands import Band, band_of_counter, band_of_metric
 from ghostball.validation.baselines.fingerprint import BLOCK, Block, blocks_of
 from ghostball.validation.baselines.observed import KEPT_EVENTS, Observed
 from ghostball.validation.baselines.regression import Level
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.files import told
+from ghostball.validation.truth.scene_truth import OUR_NAME
 
-SCHEMA: Final = 1
+SCHEMA: Final = 2
 """Version of the files; another one can't be compared with."""
-
-FOLDER = Path(__file__).resolve().parent / "accepted"
-"""The baselines of the shipped scenes."""
 
 ENDING = ".toml"
 
@@ -104,7 +105,11 @@ class Value(_Model):
 
 
 class Hashes(_Model):
-    """Hashes of a run; see `fingerprint`."""
+    """Hashes of a run; see `fingerprint`.
+
+    `level` "error": any bit that moves fails, as our engine promises the same ones on every
+    machine. "warn": rounding is told and passes, and results that changed fail. "off": neither.
+    """
 
     bits: Hash
     sequence: Hash
@@ -131,7 +136,8 @@ class Log(_Model):
 class Baseline(_Model):
     """What was accepted of one scene; see the module."""
 
-    schema_version: Literal[1] = Field(default=SCHEMA, alias="schema")
+    schema_version: Literal[2] = Field(default=SCHEMA, alias="schema")
+    engine: Name
     scene: Name
     title: str
     scene_hash: Hash
@@ -197,7 +203,11 @@ class Baseline(_Model):
 
     @classmethod
     def of(
-        cls, observed: Observed, accepted: Accepted, earlier: Baseline | None = None
+        cls,
+        observed: Observed,
+        accepted: Accepted,
+        earlier: Baseline | None = None,
+        engine: str = OUR_NAME,
     ) -> Baseline:
         """Return the baseline that accepts what was observed.
 
@@ -207,7 +217,10 @@ class Baseline(_Model):
         accepted : Accepted
         earlier : Baseline, optional
             The one that it replaces: its bands and levels stay where they still hold.
+        engine : str
+            Which engine it is of: see `engine_key`.
         """
+        promised: Level = "error" if engine == OUR_NAME else "warn"
         before = earlier or _NOTHING
         metrics = {
             name: _value(
@@ -224,6 +237,7 @@ class Baseline(_Model):
         }
         places = [(float(x), float(y), float(z)) for x, y, z in observed.rest_positions]
         return cls(
+            engine=engine,
             scene=observed.scene,
             title=observed.title,
             scene_hash=observed.scene_hash,
@@ -232,7 +246,7 @@ class Baseline(_Model):
             hash=Hashes(
                 bits=observed.bits,
                 sequence=observed.sequence,
-                level="error" if earlier is None else earlier.hash.level,
+                level=promised if earlier is None else earlier.hash.level,
             ),
             end=End(
                 status=observed.status,
@@ -276,24 +290,24 @@ class Baseline(_Model):
         return tomli_w.dumps(_plain(plain))
 
 
-def load_baseline(path: Path) -> Baseline:
-    """Read a baseline.
+def load_baseline(path: Path, engine: str = OUR_NAME) -> Baseline:
+    """Read a baseline of an engine; see `engine_key`.
 
     Raises
     ------
     BaselineSchemaError
         Where another version of ghostball wrote it.
     BaselineError
-        Where it can't be read, or is nonsense.
+        Where it can't be read, is nonsense, or of another engine.
     """
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise BaselineError(f"{path}: can't read the baseline: {error}") from None
-    return baseline_of(text, path)
+    return baseline_of(text, path, engine)
 
 
-def baseline_of(text: str, path: Path) -> Baseline:
+def baseline_of(text: str, path: Path, engine: str = OUR_NAME) -> Baseline:
     """Read the text of a baseline; `path` is its file, or the one that it would be written to.
 
     Raises
@@ -320,20 +334,34 @@ def baseline_of(text: str, path: Path) -> Baseline:
         raise BaselineError(
             f'{path}: `scene` must be the name of its file, got "{baseline.scene}". {_RESTORE}'
         )
+    if baseline.engine != engine:
+        raise BaselineError(
+            f"{path}: is of engine `{baseline.engine}`, and can't be compared with `{engine}`. "
+            "Give each engine a folder of its own, or remove it and accept anew"
+        )
     return baseline
 
 
-def baseline_folder(given: Path | None) -> Path:
-    """Return the folder of baselines that is meant; the shipped ones where none is given.
+def engine_key(label: str) -> str:
+    """Return what baselines call an engine: its own name, with the settings that it was given.
+
+    So `my_package:MyEngine:dt=1e-3` stays `my-engine:dt=1e-3` wherever its class may move.
+    """
+    return spec_of(engine_name(label), parse_spec(label)[1])
+
+
+def engine_folder(baselines: Path, engine: str) -> Path:
+    """Return where the baselines of one engine lie, in the folder of those of all.
 
     Raises
     ------
     BaselineError
-        Where it is no folder.
+        Where that is no folder.
     """
-    folder = FOLDER if given is None else given
-    if folder.exists() and not folder.is_dir():
-        raise BaselineError(f"{folder}: not a folder. Choose another `--baselines`")
+    folder = baselines / re.sub(r"[^\w.,=+-]+", "_", engine)
+    for place in (baselines, folder):
+        if place.exists() and not place.is_dir():
+            raise BaselineError(f"{place}: not a folder. Choose another `--baselines`")
     return folder
 
 
@@ -389,12 +417,12 @@ def _events(lines: tuple[str, ...]) -> Events:
         try:
             t, label, a, *rest = line.split()
             kind = _KINDS[label]
-            if len(rest) != (kind in (EventKind.BALL_BALL, EventKind.BALL_CUSHION)):
+            if len(rest) != (kind is EventKind.BALL_BALL or kind in OBSTACLE_KINDS):
                 raise ValueError
             b = -1
             if kind is EventKind.BALL_BALL:
                 b = int(rest[0])
-            elif kind is EventKind.BALL_CUSHION:
+            elif kind in OBSTACLE_KINDS:
                 b = CUSHIONS.index(rest[0])
             events[i] = (float(t), int(kind), int(a), b)
         except (ValueError, KeyError, OverflowError):

@@ -25,9 +25,6 @@ from ghostball.validation.baselines.rounding import Allowance
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.grading.alignment import align, found_log
 
-BandOf = Callable[[str], Band]
-"""Returns the band of a metric or counter, by name."""
-
 
 @dataclass(frozen=True)
 class Bands:
@@ -41,6 +38,7 @@ class Bands:
 _SOURCES = {
     "proof": "the proof of the shot",
     "engine": "our engine's own account, for the shot is not proved to its end",
+    "nothing": "no account: roundings that are never amplified",
 }
 """Who says what rounding explains."""
 
@@ -52,7 +50,7 @@ def classify(
     allowance: Callable[[], Allowance],
     command: str = "",
 ) -> SceneChange:
-    """Compare what our engine did in a scene with what it did before.
+    """Compare what an engine did in a scene with what it did before.
 
     Parameters
     ----------
@@ -106,11 +104,13 @@ def classify(
         words = _distance_words(base, head)
         if base.status != head.status:
             words = f"{_end_words(base, head)}; {words}"
-        words += f"; what rounding explains is by {_SOURCES[explained.source]}"
-        if change == "results-changed" and math.isfinite(explained.map_end):
+        account = f"what rounding explains is by {_SOURCES[explained.source]}"
+        if change == "rounding-only":
+            words += f"; {account}"
+        elif math.isfinite(explained.map_end):
             words += (
-                f", up to {explained.map_end:.3g} s only, where collisions tie, balls press each "
-                "other, or that account isn't the proof's"
+                f"; {account}, up to {explained.map_end:.3g} s only, where collisions tie, balls "
+                "press each other, or that account isn't the proof's"
             )
     # Where the truth is another one, it says nothing of which side is nearer.
     directions = [direction(one) for one in metrics if base.truth == head.truth]
@@ -118,8 +118,10 @@ def classify(
         change = "worse"
     elif 1 in directions and change == "results-changed":
         change = "better"
-    failed = any(one.level == "error" for one in moved) or (
-        not same and bands.hash_level == "error"
+    failed = (
+        any(one.level == "error" for one in moved)
+        or (bands.hash_level == "error" and not same)
+        or (bands.hash_level == "warn" and not same and change != "rounding-only")
     )
     return SceneChange(
         **common,
@@ -376,12 +378,16 @@ def _summary(
         parts.append(first.words)
     if horizon is not None and change == "rounding-only":
         parts.append(f"nothing is compared past the horizon, {horizon:.3g} s")
-    shown = moved[:3]
-    parts += [f"{one.name} {_number(one.base)} -> {_number(one.head)}" for one in shown]
+    # In roundings a number says little of an engine that doesn't err by roundings.
+    shown = sorted(moved, key=lambda one: one.name.endswith("_ulps"))[:3]
+    parts += [f"{one.name} {_number(one, one.base)} -> {_number(one, one.head)}" for one in shown]
     if len(moved) > len(shown):
         parts.append(f"and {len(moved) - len(shown)} more")
     return "; ".join(parts) if parts else "the same bits"
 
 
-def _number(value: int | float | None) -> str:
-    return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+def _number(one: Quantity, value: int | float | None) -> str:
+    if value is None:
+        return "none"
+    number = f"{value:.3g}" if isinstance(value, float) else str(value)
+    return number if one.unit == "1" else f"{number} {one.unit}"

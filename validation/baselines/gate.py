@@ -1,4 +1,4 @@
-"""Compares what our engine does now with what was accepted."""
+"""Compares what an engine does now with what was accepted of it."""
 
 from __future__ import annotations
 
@@ -6,32 +6,40 @@ from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from ghostball.engine import Scene
+from ghostball.reference_adapters.registry import engine_class, parse_spec
 from ghostball.validation.baselines.baseline import (
-    FOLDER,
     Accepted,
     Baseline,
     BaselineSchemaError,
     baseline_names,
     baseline_path,
+    engine_key,
     load_baseline,
 )
 from ghostball.validation.baselines.classify import Bands, classify
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.baselines.regression import BASELINES, Regression, SceneChange
-from ghostball.validation.baselines.rounding import allowance_of
-from ghostball.validation.bench.skips import many_balls
-from ghostball.validation.parallel.sources import hash_sources, source_folders
-from ghostball.validation.results.environment import describe_environment
-from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.baselines.revision import checkout_of
+from ghostball.validation.baselines.rounding import (
+    Allowance,
+    allowance_of,
+    allowance_of_other,
+)
+from ghostball.validation.parallel.sources import SourcesError, hash_sources, source_folders
+from ghostball.validation.results.environment import describe_environment, git_state
+from ghostball.validation.results.records import CaseRecord, Motion
 from ghostball.validation.results.store import Results
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.runs.returned import check_result
 from ghostball.validation.scenes import commands
+from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.suite.case import Case, TruthFailure, blank_record, failed
+from ghostball.validation.suite.unchanged import is_ours
 from ghostball.validation.truth.scene_truth import OUR_NAME
 
 PENDING = "not accepted yet"
@@ -43,8 +51,8 @@ def crowds() -> tuple[Scene, ...]:
     return many_balls()
 
 
-def check_baselines(folder: Path, scenes: Sequence[str]) -> None:
-    """Read the baselines of some scenes, so that nonsense is told before anything runs.
+def check_baselines(folder: Path, scenes: Sequence[str], engine: str = OUR_NAME) -> None:
+    """Read an engine's baselines of some scenes: nonsense is told before anything runs.
 
     One of another schema version is passed over: it is told with its scene.
 
@@ -57,27 +65,30 @@ def check_baselines(folder: Path, scenes: Sequence[str]) -> None:
         path = baseline_path(folder, name)
         if path.exists():
             with suppress(BaselineSchemaError):
-                load_baseline(path)
+                load_baseline(path, engine)
 
 
 def compare_results(
     results: Results,
-    folder: Path = FOLDER,
+    folder: Path,
+    label: str = OUR_NAME,
     *,
     whole: bool,
     only: Container[str] | None = None,
     candidates: bool = True,
 ) -> Regression:
-    """Compare the runs of our engine in a results folder with their baselines.
+    """Compare the runs of an engine in a results folder with their baselines.
 
     Parameters
     ----------
     results : Results
     folder : Path
-        Of the baselines.
+        Of the baselines of this engine.
+    label : str
+        The engine, as it was asked for.
     whole : bool
-        Whether all shipped scenes were run: then the shots of many balls are run too, and baselines
-        of scenes that are no more are `stale`.
+        Whether all scenes that it is guarded by were run: then baselines of others are `stale`, and
+        our engine runs the shots of many balls too.
     only : container of str, optional
         Names of the scenes that are compared; all that were run where it is left out.
     candidates : bool
@@ -89,11 +100,11 @@ def compare_results(
         Where a baseline is nonsense, or a motion can't be read.
     """
     names = baseline_names(folder)
-    environment = describe_environment() | {"sources": hash_sources(source_folders())}
+    environment, engine = head_of(label), engine_key(label)
     changes: list[SceneChange] = []
     accepted: dict[str, Any] = {}
     scenes: list[str] = []
-    for scene, found in _observed(results, whole):
+    for scene, found in _observed(results, label, whole):
         if only is not None and scene.name not in only:
             continue
         if isinstance(found, CaseRecord) and found.outcome != "failed" and scene.name not in names:
@@ -102,22 +113,61 @@ def compare_results(
         if isinstance(found, CaseRecord):
             changes.append(_not_run(found))
             continue
-        change, candidate, before = _compare(scene, found, folder, environment)
-        change = _within_limits(change, results.case(scene.name, OUR_NAME))
+        if not found.is_finite:
+            changes.append(_not_finite(scene, label))
+            continue
+        change, candidate, before = _compare(scene, found, folder, environment, label)
+        change = _within_limits(change, results.case(scene.name, label))
         if candidate is not None and candidates:
             change = change.model_copy(update={"candidate": candidate.text()})
         changes.append(change)
         accepted = before or accepted
     stale = tuple(name for name in names if name not in scenes) if whole else ()
     return Regression(
+        label=label,
+        engine=engine,
         against=BASELINES,
         base=accepted,
         head=environment,
         outcome=outcome_of(changes),
         scenes=tuple(changes),
         stale=stale,
+        judged=candidates,
         warnings=tuple(_warnings(changes, stale)),
     )
+
+
+def compare_case(case: CaseRecord, motion: Motion, folder: Path, label: str) -> SceneChange:
+    """Compare one case of an engine that ran with its baseline.
+
+    Parameters
+    ----------
+    case : CaseRecord
+    motion : Motion
+    folder : Path
+        Of the baselines of this engine.
+    label : str
+        The engine, as it was asked for.
+
+    Raises
+    ------
+    BaselineError
+        Where the baseline is nonsense.
+    """
+    scene, found = case.load_scene(), Observed.of_case(case, motion)
+    if not found.is_finite:
+        return _not_finite(scene, label)
+    return _compare(scene, found, folder, head_of(label), label)[0]
+
+
+def head_of(label: str) -> dict[str, Any]:
+    """Return the environment that an engine runs in: its code, and the revision of that."""
+    environment = describe_environment() | {"sources": sources_hash(label)}
+    if not is_ours(label):
+        root = checkout_of(source_of(label))
+        state = None if root is None else git_state(root)
+        environment["git"] = state or {"revision": "unknown", "dirty": False}
+    return environment
 
 
 def outcome_of(changes: Sequence[SceneChange]) -> Any:
@@ -128,10 +178,12 @@ def outcome_of(changes: Sequence[SceneChange]) -> Any:
     return "no-baseline" if incomparable or not changes else "passed"
 
 
-def _observed(results: Results, whole: bool) -> Iterator[tuple[Scene, Observed | CaseRecord]]:
-    """Yield each scene with what our engine did there, or with the case that did not run."""
+def _observed(
+    results: Results, label: str, whole: bool
+) -> Iterator[tuple[Scene, Observed | CaseRecord]]:
+    """Yield each scene with what the engine did there, or with the case that did not run."""
     for name in results.scene_names:
-        case = results.case(name, OUR_NAME)
+        case = results.case(name, label)
         if case is None:
             continue
         motion = results.motion(case)
@@ -139,7 +191,7 @@ def _observed(results: Results, whole: bool) -> Iterator[tuple[Scene, Observed |
             case.load_scene(),
             case if motion is None else Observed.of_case(case, motion),
         )
-    for scene in crowds() if whole else ():
+    for scene in crowds() if whole and label == OUR_NAME else ():
         yield scene, _crowd(scene)
 
 
@@ -155,8 +207,8 @@ def _crowd(scene: Scene) -> Observed | CaseRecord:
 
 
 def with_cases(regression: Regression, results: Results) -> Regression:
-    """Return a comparison with what else was found of our engine: broken limits, and crashes."""
-    cases = {case.scene: case for case in results.cases if case.label == OUR_NAME}
+    """Return a comparison with what else was found of the engine: broken limits, and crashes."""
+    cases = {case.scene: case for case in results.cases if case.label == regression.label}
     changes = [_within_limits(one, cases.pop(one.scene, None)) for one in regression.scenes]
     changes += [_not_run(case) for case in cases.values() if case.outcome == "failed"]
     return regression.model_copy(
@@ -175,10 +227,10 @@ def _within_limits(change: SceneChange, case: CaseRecord | None) -> SceneChange:
 
 
 def _compare(
-    scene: Scene, head: Observed, folder: Path, environment: Mapping[str, Any]
+    scene: Scene, head: Observed, folder: Path, environment: Mapping[str, Any], label: str
 ) -> tuple[SceneChange, Baseline | None, dict[str, Any]]:
     """Return what became of a scene, the baseline to accept where one moved, and who accepted."""
-    path = baseline_path(folder, scene.name)
+    path, engine = baseline_path(folder, scene.name), engine_key(label)
     pending = Accepted(
         date=datetime.now(UTC).date().isoformat(),
         revision=revision_of(environment),
@@ -189,31 +241,32 @@ def _compare(
         "scene": scene.name,
         "title": scene.title,
         # The shots of many balls are no files: they run with all others.
-        "command": commands.regress(None if scene in crowds() else scene.name),
+        "command": commands.regress(None if scene in crowds() else scene.name, engine=label),
         "head_hash": head.bits,
     }
     if not path.exists():
         summary = "there is no baseline to compare with"
         change = SceneChange(**common, change="no-baseline", failed=False, summary=summary)
-        return change, Baseline.of(head, pending), {}
+        return change, Baseline.of(head, pending, engine=engine), {}
     try:
-        baseline = load_baseline(path)
+        baseline = load_baseline(path, engine)
     except BaselineSchemaError as error:
         change = SceneChange(**common, change="not-comparable", failed=False, summary=str(error))
-        return change, Baseline.of(head, pending), {}
+        return change, Baseline.of(head, pending, engine=engine), {}
     bands = Bands(
         {name: value.band for name, value in baseline.metrics.items()},
         {name: value.band for name, value in baseline.work.items()},
         baseline.hash.level,
     )
     change = classify(
-        baseline.observed, head, bands, lambda: allowance_of(scene), common["command"]
+        baseline.observed, head, bands, lambda: allowance(scene, head, label), common["command"]
     )
     if change.failed and baseline.accepted.platform != pending.platform:
         change = change.model_copy(
             update={
-                "summary": f"{change.summary} (accepted on {baseline.accepted.platform}; our "
-                "engine promises the same bits on every platform)"
+                "summary": f"{change.summary} (accepted on {baseline.accepted.platform}"
+                + "; our engine promises the same bits on every platform" * (engine == OUR_NAME)
+                + ")"
             }
         )
     # Sums that only measure may differ in a last bit from machine to machine: no reason to write.
@@ -221,8 +274,24 @@ def _compare(
     affected |= any(not one.within for one in (*change.metrics, *change.counters))
     # The bands of another shot say nothing of this one.
     earlier = None if change.change == "not-comparable" else baseline
-    candidate = Baseline.of(head, pending, earlier) if affected else None
+    candidate = Baseline.of(head, pending, earlier, engine) if affected else None
     return change, candidate, baseline.accepted.model_dump()
+
+
+def allowance(scene: Scene, head: Observed, label: str) -> Allowance:
+    """Return what rounding explains in a shot that an engine, ours or another, played."""
+    return allowance_of(scene) if label == OUR_NAME else allowance_of_other(scene, head)
+
+
+def _not_finite(scene: Scene, label: str) -> SceneChange:
+    return SceneChange(
+        scene=scene.name,
+        title=scene.title,
+        change="worse",
+        failed=True,
+        summary="its numbers are not finite, so they can't be compared or accepted",
+        command=commands.simulate(scene.name, label),
+    )
 
 
 def _not_run(case: CaseRecord) -> SceneChange:
@@ -231,8 +300,8 @@ def _not_run(case: CaseRecord) -> SceneChange:
         title=case.title,
         change="worse",
         failed=True,
-        summary=f"our engine did not run it: {case.reason}",
-        command=commands.simulate(case.scene),
+        summary=f"the engine did not run it: {case.reason}",
+        command=commands.simulate(case.scene, case.label),
     )
 
 
@@ -243,6 +312,32 @@ def _warnings(changes: Sequence[SceneChange], stale: Sequence[str]) -> Iterator[
                 yield f"{change.scene}: `{one.name}` {one.base} -> {one.head}: {one.why}"
     if stale:
         yield f"baselines of scenes that are no more: {', '.join(stale)}"
+
+
+def sources_hash(label: str) -> str:
+    """Return the hash of the code that decides what an engine does: ours, and its own.
+
+    Of an engine that isn't ours its package is hashed, or, where it is in none, its module.
+    """
+    folders = source_folders()
+    if is_ours(label):
+        return hash_sources(folders)
+    return hash_sources((*folders, source_of(label)))
+
+
+def source_of(label: str) -> Path:
+    """Return the file of an engine's package, its `__init__.py`, or of its module.
+
+    Raises
+    ------
+    SourcesError
+        Where its code is in no file.
+    """
+    module = str(engine_class(parse_spec(label)[0]).__module__)
+    for name in (module.partition(".")[0], module):
+        if file := getattr(import_module(name), "__file__", None):
+            return Path(file).resolve()
+    raise SourcesError(f"engine `{label}`: module `{module}` is no file, so its code is not known")
 
 
 def revision_of(environment: Mapping[str, Any]) -> str:

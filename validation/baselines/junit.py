@@ -8,7 +8,6 @@ passes, with the warning as its output. What could not be compared is in error, 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from xml.etree import ElementTree
 
 from ghostball.validation.baselines.regression import Quantity, Regression, SceneChange
@@ -17,7 +16,6 @@ from ghostball.validation.results.junit_document import (
     document,
     set_output,
     set_verdict,
-    write_document,
 )
 
 UNCOMPARED = ("no-baseline", "not-comparable")
@@ -26,27 +24,21 @@ UNCOMPARED = ("no-baseline", "not-comparable")
 _UNCHANGED = ("identical", "rounding-only")
 
 
-def write_regression_junit(regression: Regression, path: str | Path) -> None:
-    """Write the JUnit file of a comparison, whole or not at all.
-
-    Raises
-    ------
-    GhostballError
-        Where it can't be written.
-    """
-    write_document(regression_xml(regression), path)
-
-
-def regression_xml(regression: Regression) -> str:
-    """Return a comparison as one JUnit document; `classname` is the scene, `name` the quantity."""
-    suites = {change.scene: list(_test_cases(change)) for change in regression.scenes}
-    if regression.outcome == "no-baseline" and not any(map(_uncompared, regression.scenes)):
-        nothing = case_element("regression", "baselines")
-        message = f"nothing could be compared with {regression.against}"
-        set_verdict(nothing, "error", message, "\n".join(regression.warnings))
-        suites["regression"] = [nothing]
-    stale = [f"baseline of a scene that is no more: {name}" for name in regression.stale]
-    return document(suites, [*regression.warnings, *stale])
+def regression_xml(*regressions: Regression) -> str:
+    """Return comparisons as one JUnit document; `classname` is the scene, `name` the quantity."""
+    suites: dict[str, list[ElementTree.Element]] = {}
+    notes: list[str] = []
+    for regression in regressions:
+        on = f" on {regression.label}" * (len(regressions) > 1)
+        suites |= {f"{one.scene}{on}": list(_test_cases(one)) for one in regression.scenes}
+        if regression.outcome == "no-baseline" and not any(map(_uncompared, regression.scenes)):
+            nothing = case_element("regression", "baselines")
+            message = f"nothing could be compared with {regression.against}"
+            set_verdict(nothing, "error", message, "\n".join(regression.warnings))
+            suites[f"regression{on}"] = [nothing]
+        notes += regression.warnings
+        notes += [f"baseline of a scene that is no more: {name}" for name in regression.stale]
+    return document(suites, notes)
 
 
 def number_of(quantity: Quantity, value: float | int | None) -> str:

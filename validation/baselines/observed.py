@@ -1,7 +1,8 @@
-"""What our engine did in one scene, on one side of a comparison."""
+"""What an engine did in one scene, on one side of a comparison."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -78,6 +79,13 @@ class Observed:
     metrics: Mapping[str, int | float] = field(default_factory=dict)
     work: Mapping[str, int] = field(default_factory=dict)
     ids: tuple[str, ...] = ()
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether all its numbers are: else nothing can be compared with them."""
+        numbers = (self.rest_time, *self.metrics.values())
+        arrays = (self.rest_positions, self.events["t"])
+        return all(map(math.isfinite, numbers)) and all(np.isfinite(one).all() for one in arrays)
 
     @classmethod
     def of_case(cls, case: CaseRecord, motion: Motion) -> Observed:

@@ -1,7 +1,8 @@
-"""One revision of our engine in a process of its own: plays shots and times them when told to.
+"""One revision of an engine in a process of its own: plays shots and times them when told to.
 
-What the process runs is older or newer than this code. So it uses the engine's public face alone,
-and answers in plain arrays.
+Where that is ours, what the process runs is older or newer than this code. So it uses the engine's
+public face alone, and answers in plain arrays. Any other engine is run by the ghostball that is
+installed.
 """
 
 from __future__ import annotations
@@ -22,16 +23,20 @@ import numpy as np
 
 from ghostball.engine import ExactTrajectory, GhostballError, Result, Samples, Scene, Status
 from ghostball.engine.result import EVENT_DTYPE
+from ghostball.validation.truth.scene_truth import OUR_NAME
 
 LONGEST = 600.0
 """Seconds that a command may take: the first ones compile the kernels."""
 
-_PROGRAM = """\
+_BEGIN = """\
 import json, os, pickle, sys
 from statistics import median
 answers = os.fdopen(os.dup(1), "w")
 os.dup2(2, 1)  # what anything prints is no answer
-root = sys.argv[1]
+root, spec = sys.argv[1:]
+"""
+
+_OURS = """\
 try:
     from ghostball import engine
 except ImportError:  # a revision in which it was a package of its own
@@ -63,7 +68,30 @@ def time(scene, runs):
         scenes[scene] = engine.Scene.load(scene)
         engine.simulate(scenes[scene])
     return median(engine.simulate(scenes[scene]).wall_time for _ in range(runs))
+"""
 
+_ANY = """\
+from ghostball.engine import Scene
+from ghostball.reference_adapters import make_engine
+from ghostball.validation.runs.playing import run_engine
+player = make_engine(spec)
+file = os.path.realpath(sys.modules[type(player).__module__].__file__)
+if os.path.commonpath([file, os.path.realpath(root)]) != os.path.realpath(root):
+    raise ImportError(f"not the revision asked for: {file}")
+
+def play(scene, out):
+    run = run_engine(player, Scene.load(scene))
+    with open(out, "wb") as file:
+        pickle.dump(run, file)
+
+def time(scene, runs):
+    if scene not in scenes:
+        scenes[scene] = Scene.load(scene)
+        run_engine(player, scenes[scene], "rest")
+    return median(run_engine(player, scenes[scene], "rest").wall_time for _ in range(runs))
+"""
+
+_SERVE = """\
 scenes = {}
 print(json.dumps({"ready": True}), file=answers, flush=True)
 for line in sys.stdin:
@@ -108,6 +136,8 @@ class Player:
             out = Path(place, "played")
             self._ask(do="play", scene=str(path), out=str(out))
             told = pickle.loads(out.read_bytes())
+        if isinstance(told, Result):
+            return told
         try:
             return _result(scene, told)
         except (KeyError, ValueError, TypeError) as error:
@@ -165,19 +195,32 @@ class Player:
 
 
 @contextmanager
-def playing(name: str, root: Path) -> Iterator[Player]:
+def playing(name: str, root: Path, label: str = OUR_NAME, below: str = ".") -> Iterator[Player]:
     """Start a process that plays with the code in `root`; it ends with the block.
+
+    Parameters
+    ----------
+    name : str
+        What messages call it.
+    root : Path
+    label : str
+        The engine, as it was asked for.
+    below : str
+        Where in `root` its package is imported from.
 
     Raises
     ------
     NotComparableError
         Where that can't even be imported.
     """
-    paths = [str(root), *filter(None, [os.environ.get("PYTHONPATH")])]
+    paths = [str(root / below), *filter(None, [os.environ.get("PYTHONPATH")])]
     with (
         tempfile.TemporaryFile(mode="w+") as messages,
         subprocess.Popen(
-            [sys.executable, "-c", _PROGRAM, str(root)],
+            [
+                *(sys.executable, "-c", _BEGIN + (_OURS if label == OUR_NAME else _ANY) + _SERVE),
+                *(str(root), label),
+            ],
             cwd=root,  # which python looks into first
             env=os.environ | {"PYTHONPATH": os.pathsep.join(paths), "PYTHONDONTWRITEBYTECODE": "1"},
             stdin=subprocess.PIPE,

@@ -1,4 +1,4 @@
-"""What a comparison of two states of our engine found, kept in a results folder.
+"""What a comparison of two states of one engine found, kept in a results folder.
 
 *Base* is what was accepted, or another revision; *head* is the engine as it is now.
 """
@@ -20,8 +20,8 @@ from ghostball.validation.results.database import (
     writing,
 )
 
-SCHEMA: Final = 3
-"""Version of what `ghostball regress --json` prints."""
+SCHEMA: Final = 4
+"""Version of what `ghostball regress --format json` prints."""
 
 BASELINES: Final = "baselines"
 """What a comparison with them says that it is against."""
@@ -168,6 +168,10 @@ class Regression(_Model):
 
     Attributes
     ----------
+    label : str
+        Which engine, as it was asked for.
+    engine : str
+        What its baselines call it.
     against : str
         "baselines", or the revision that was asked for.
     base, head : dict
@@ -180,10 +184,14 @@ class Regression(_Model):
         Baselines of scenes that are no more.
     warnings : tuple of str
         What doesn't fail the gate but should be known, one sentence each.
+    judged : bool
+        Whether it is the gate; `ghostball validate` only shows what moved.
     """
 
-    schema_version: Literal[3] = Field(default=SCHEMA, alias="schema")
+    schema_version: Literal[4] = Field(default=SCHEMA, alias="schema")
     kind: Literal["regression"] = "regression"
+    label: str = "ghostball"
+    engine: str = "ghostball"
     against: str
     base: dict[str, Any]
     head: dict[str, Any]
@@ -191,6 +199,7 @@ class Regression(_Model):
     scenes: tuple[SceneChange, ...]
     stale: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    judged: bool = True
 
     @property
     def accepted(self) -> bool:

@@ -12,7 +12,6 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from ghostball import validation
 from ghostball.engine import GhostballError
 from ghostball.engine.core.kernel import cache_root
 from ghostball.validation.results.git import GitError, run_git
@@ -25,21 +24,33 @@ class RevisionError(GhostballError, ValueError):
     """A revision that there isn't, or no checkout to look for it in."""
 
 
-def repository() -> Path:
-    """Return the root of the checkout that this code is in.
+def repository(source: Path) -> Path:
+    """Return the root of the checkout that an engine's source is in.
 
     Raises
     ------
     RevisionError
         Where it is an installed package, or there is no git.
     """
-    root = Path(validation.__file__).resolve().parent.parent
-    if not (root / ".git").exists() or not (root / "pyproject.toml").is_file():
+    root = checkout_of(source)
+    if root is None:
         raise RevisionError(
-            "`--against` needs a checkout of ghostball with its history, and this is an installed "
-            "package. Clone the repository, or compare with baselines"
+            f"`--against` needs a git repository with the engine's code, and {source} is in none. "
+            "Clone it, or compare with baselines"
         )
     return root
+
+
+def checkout_of(source: Path) -> Path | None:
+    """Return the root of the repository that holds a file; None where none does."""
+    path = source.resolve()
+    root = next((one for one in path.parents if (one / ".git").exists()), None)
+    if root is None:
+        return None
+    try:
+        return root if run_git(root, "ls-files", "--", str(path)) else None
+    except GitError:
+        return None
 
 
 def resolve(revision: str, root: Path) -> str:

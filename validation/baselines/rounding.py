@@ -7,14 +7,16 @@ bears it out: a bug in that map must not explain what another bug changed.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Result, Scene
+from ghostball.engine import Result, Scene, UnsupportedSceneError
 from ghostball.engine.result.hashes import bits_hash
+from ghostball.validation.baselines.observed import Observed
+from ghostball.validation.grading.alignment import align, found_log
 from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.runs.our_run import run_ours
@@ -51,9 +53,9 @@ class Allowance:
         How far each ball may come to rest from where it did; None past the horizon.
     bits : str
         Hash of the run that all this is of.
-    source : "proof" or "engine"
-        Who says how far rounding displaces balls: the proof of the shot, or, where it isn't proved
-        to its end, our engine alone.
+    source : "proof", "engine" or "nothing"
+        Who says how far rounding displaces balls: the proof of the shot; where it isn't proved to
+        its end, our engine alone; or nobody, where that can't play it either.
     """
 
     horizon: float
@@ -61,7 +63,7 @@ class Allowance:
     event_times: FloatArray
     rest: FloatArray | None
     bits: str
-    source: Literal["proof", "engine"] = "engine"
+    source: Literal["proof", "engine", "nothing"] = "engine"
 
 
 def allowance_of(scene: Scene) -> Allowance:
@@ -106,6 +108,27 @@ def allowance_of(scene: Scene) -> Allowance:
         bits_hash(events_of(result), result.rest_positions),
         "proof" if proved else "engine",
     )
+
+
+def allowance_of_other(scene: Scene, head: Observed) -> Allowance:
+    """Return what rounding explains in a shot that another engine than ours played.
+
+    Its errors grow as those of the true shot do, as long as it plays that one: so its events are
+    allowed what ours are that they correspond to. Those that correspond to none are allowed
+    roundings that nothing amplifies.
+    """
+    times = head.events["t"].astype(np.float64)
+    smallest = UNAMPLIFIED * extent_of(scene)
+    allowed = np.maximum(UNAMPLIFIED * times, smallest)
+    try:
+        ours = allowance_of(scene)
+        events = events_of(run_ours(scene))
+    except UnsupportedSceneError:
+        rest = np.full(len(scene.balls), smallest)
+        return Allowance(math.inf, math.inf, allowed, rest, head.bits, "nothing")
+    pairs = align(found_log(events), found_log(head.events))
+    allowed[pairs.found] = np.maximum(allowed[pairs.found], ours.event_times[pairs.proved])
+    return replace(ours, event_times=allowed, bits=head.bits)
 
 
 def _believed_until(result: Result, growth: CertifiedGrowth, times: FloatArray) -> float:

@@ -12,7 +12,21 @@ Where several criteria on a metric cover an engine, those whose selector states 
 win, and replace the others.
 
 What holds for every scene is in `scenes/common.expect.toml`; a scene's own criterion on a metric
-replaces that for the engines that it covers.
+replaces that for the engines that it covers. What several shipped scenes ask stands once, in
+`scenes/shared.expect.toml`.
+
+Of engines that a `[[steps]]` table names, in a scene's file or in that of all, the limits on how a
+shot ends are computed from their step, on metrics that no criterion limits; see `step_limits`.
+
+    [[steps]]
+    engines = ["my-engine"]
+    late = ["ball-ball", "ball-cushion"]     # what it sees up to a step late
+    energy_noise = 1e-9
+    reason = "..."
+
+    [[beyond_step]]                          # nothing is computed of these in this scene
+    engines = ["pybullet"]
+    reason = "..."
 """
 
 from __future__ import annotations
@@ -23,26 +37,27 @@ from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import (
-    AfterValidator,
-    AllowInfNan,
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Field,
-    Strict,
     ValidationError,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
 
-from ghostball.engine import GhostballError
-from ghostball.reference_adapters.base import EngineError
-from ghostball.reference_adapters.registry import parse_spec
-from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.results.records import Check, LimitKind
+from ghostball.validation.checks.criterion import (
+    BeyondStep,
+    CriteriaError,
+    Criterion,
+    ForEngines,
+    Selector,
+    SharedCriterion,
+    StepRule,
+)
+from ghostball.validation.results.records import LimitKind
 from ghostball.validation.scenes.library import FOLDER
 from ghostball.validation.truth.scene_truth import WantedTruth
 
@@ -52,140 +67,18 @@ SUFFIX = ".expect.toml"
 COMMON = FOLDER / f"common{SUFFIX}"
 """The criteria of every scene."""
 
-LIMIT_KINDS: tuple[LimitKind, ...] = ("at_most", "at_least", "equals")
+SHARED = FOLDER / f"shared{SUFFIX}"
+"""The criteria of several shipped scenes, which each of its rows names."""
+
+_Model = TypeVar("_Model", bound=BaseModel)
 
 
-class CriteriaError(GhostballError, ValueError):
-    """A criteria file that breaks a rule, or criteria that contradict each other."""
-
-
-class Selector(BaseModel):
-    """Which engines a criterion covers: a name, and settings that must have these values."""
-
-    model_config = ConfigDict(frozen=True)
-
-    engine: str
-    settings: tuple[tuple[str, str], ...] = ()
-
-    @classmethod
-    def parse(cls, text: object) -> Selector:
-        """Read `NAME` or `NAME:key=value,...`."""
-        if isinstance(text, Selector):
-            return text
-        if not isinstance(text, str):
-            raise PydanticCustomError("selector", "must be an engine's name in quotes")
-        try:
-            name, settings = parse_spec(text)
-        except EngineError as error:
-            raise PydanticCustomError("selector", "{why}", {"why": str(error)}) from None
-        return cls(engine=name, settings=tuple(sorted(settings.items())))
-
-    def __str__(self) -> str:
-        pairs = ",".join(f"{key}={value}" for key, value in self.settings)
-        return f"{self.engine}:{pairs}" if pairs else self.engine
-
-    def covers(self, engine: str, settings: Mapping[str, Any]) -> bool:
-        """Whether an engine with these effective settings is meant.
-
-        Raises
-        ------
-        CriteriaError
-            Where the engine has no such setting: the selector could never match.
-        """
-        if engine != self.engine:
-            return False
-        for key, _ in self.settings:
-            if key not in settings:
-                raise CriteriaError(
-                    f"`engines`: `{self}` names the setting `{key}`, which engine `{engine}` "
-                    f"lacks. Its settings: {', '.join(settings) or 'none'}"
-                )
-        return all(_same(settings[key], text) for key, text in self.settings)
-
-
-def _known_metric(name: str) -> str:
-    if name not in METRICS:
-        close = get_close_matches(name, METRICS, n=1)
-        hint = f"did you mean `{close[0]}`?" if close else f"known: {', '.join(METRICS)}"
-        raise PydanticCustomError("metric", "is not a known metric; {hint}", {"hint": hint})
-    return name
-
-
-Number = Annotated[int, Strict()] | Annotated[float, Strict(), AllowInfNan(False)]
-Sentence = Annotated[str, Strict(), Field(pattern=r"\S")]
-
-
-class Criterion(BaseModel):
-    """One limit on one metric for the engines that it covers.
-
-    `if_measured` criteria are judged only where the metric has a value; where it has none, the
-    record says why, and nothing passes; but a run that stops early, or whose value isn't finite,
-    fails them. Without it, no value is a failure. A `past_horizon` criterion judges
-    how a shot ends also where the engine can't be expected to predict that.
-    """
+class SharedCriteria(BaseModel):
+    """The criteria of several shipped scenes."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    engines: Annotated[
-        tuple[Annotated[Selector, BeforeValidator(Selector.parse)], ...], Field(min_length=1)
-    ]
-    metric: Annotated[str, Strict(), AfterValidator(_known_metric)]
-    at_most: Number | None = None
-    at_least: Number | None = None
-    equals: Number | None = None
-    if_measured: Annotated[bool, Strict()] = False
-    past_horizon: Annotated[bool, Strict()] = False
-    reason: Sentence
-
-    @model_validator(mode="after")
-    def _one_limit(self) -> Self:
-        given = [kind for kind in LIMIT_KINDS if getattr(self, kind) is not None]
-        if len(given) != 1:
-            raise PydanticCustomError(
-                "limit",
-                "must give exactly one of `at_most`, `at_least` and `equals`, got {given}",
-                {"given": " and ".join(f"`{kind}`" for kind in given) or "none of them"},
-            )
-        return self
-
-    @property
-    def limit_kind(self) -> LimitKind:
-        """Which of the three limits is given."""
-        return next(kind for kind in LIMIT_KINDS if getattr(self, kind) is not None)
-
-    @property
-    def limit(self) -> int | float:
-        """The limit, in the unit of the metric."""
-        limit: int | float = getattr(self, self.limit_kind)
-        return limit
-
-    def allows(self, value: int | float) -> bool:
-        """Whether `value` keeps the limit; nan never does."""
-        if self.limit_kind == "at_most":
-            return value <= self.limit
-        if self.limit_kind == "at_least":
-            return value >= self.limit
-        return value == self.limit
-
-    def check(self, value: int | float | None, note: str = "", *, reference: bool = False) -> Check:
-        """Judge a measured value.
-
-        A value that could not be computed fails: a criterion that nothing can violate guards
-        nothing. With `reference` there is no verdict, for the value compares truth with itself.
-        """
-        passed: bool | None = value is not None and self.allows(value)
-        if reference:
-            passed, note = None, "our engine is the truth here: compared with itself"
-        return Check(
-            metric=self.metric,
-            value=value,
-            limit_kind=self.limit_kind,
-            limit=self.limit,
-            unit=METRICS[self.metric].unit,
-            passed=passed,
-            reason=self.reason,
-            note=note,
-        )
+    criteria: tuple[SharedCriterion, ...] = ()
 
 
 class Criteria(BaseModel):
@@ -200,6 +93,8 @@ class Criteria(BaseModel):
     truth: WantedTruth | None = None
     proved: Annotated[int, Field(strict=True, ge=0)] | None = None
     criteria: tuple[Criterion, ...] = ()
+    steps: tuple[StepRule, ...] = ()
+    beyond_step: tuple[BeyondStep, ...] = ()
 
     @property
     def least_proved(self) -> int | None:
@@ -236,17 +131,7 @@ class Criteria(BaseModel):
         CriteriaError
             Where it can't be read, isn't TOML, or breaks a rule.
         """
-        source = Path(path)
-        try:
-            data = tomllib.loads(source.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError) as error:
-            raise CriteriaError(f"{source}: can't read the criteria: {error}") from None
-        except tomllib.TOMLDecodeError as error:
-            raise CriteriaError(f"{source}: not valid TOML: {error}. Mend it there") from None
-        try:
-            return cls.model_validate(data)
-        except ValidationError as error:
-            raise CriteriaError(_describe(error, source)) from None
+        return _load(cls, Path(path))
 
     def applying_to(self, engine: str, settings: Mapping[str, Any]) -> tuple[Criterion, ...]:
         """Return the criteria that hold for an engine with these effective settings.
@@ -290,6 +175,23 @@ class Criteria(BaseModel):
         others = common.applying_to(engine, settings)
         return own + tuple(other for other in others if other.metric not in limited)
 
+    def step_rule(
+        self, engine: str, settings: Mapping[str, Any], *wider: Criteria
+    ) -> StepRule | None:
+        """Return by which rule an engine's limits are computed here, or None where by none.
+
+        The first that covers the engine: of the scene's own, then of `wider` criteria.
+        """
+        rules: list[StepRule | BeyondStep] = [*self.beyond_step, *self.steps]
+        rules += [rule for criteria in wider for rule in criteria.steps]
+        covering = (
+            rule
+            for rule in rules
+            if any(selector.covers(engine, settings) for selector in rule.engines)
+        )
+        found = next(covering, None)
+        return found if isinstance(found, StepRule) else None
+
     def check_engines(self, known: Iterable[str], source: str) -> None:
         """Make sure that every selector names an installed engine: a typo would check nothing.
 
@@ -298,15 +200,24 @@ class Criteria(BaseModel):
         CriteriaError
         """
         names = tuple(known)
-        for i, criterion in enumerate(self.criteria):
-            for selector in criterion.engines:
-                if selector.engine not in names:
-                    close = get_close_matches(selector.engine, names, n=1)
-                    hint = f"Did you mean `{close[0]}`? " if close else ""
-                    raise CriteriaError(
-                        f"{source}: `criteria[{i}].engines` must name installed engines, got "
-                        f'"{selector}". {hint}Known engines: {", ".join(names)}'
-                    )
+        tables: dict[str, tuple[ForEngines, ...]] = {
+            "criteria": self.criteria,
+            "steps": self.steps,
+            "beyond_step": self.beyond_step,
+        }
+        for table, i, selector in (
+            (table, i, selector)
+            for table, rows in tables.items()
+            for i, row in enumerate(rows)
+            for selector in row.engines
+        ):
+            if selector.engine not in names:
+                close = get_close_matches(selector.engine, names, n=1)
+                hint = f"Did you mean `{close[0]}`? " if close else ""
+                raise CriteriaError(
+                    f"{source}: `{table}[{i}].engines` must name installed engines, got "
+                    f'"{selector}". {hint}Known engines: {", ".join(names)}'
+                )
 
 
 @cache
@@ -324,20 +235,39 @@ def criteria_beside(scene_path: str | Path) -> Criteria:
         Where there is a file and it is refused.
     """
     path = Path(scene_path)
-    beside = path.with_name(path.name.removesuffix(".toml") + SUFFIX)
-    return Criteria.load(beside) if beside.exists() else Criteria()
+    name = path.name.removesuffix(".toml")
+    beside = path.with_name(name + SUFFIX)
+    own = Criteria.load(beside) if beside.exists() else Criteria()
+    if path.parent != FOLDER:
+        return own
+    shared = tuple(one.alone() for one in shared_criteria().criteria if name in one.scenes)
+    return Criteria(
+        truth=own.truth,
+        proved=own.proved,
+        criteria=(*own.criteria, *shared),
+        steps=own.steps,
+        beyond_step=own.beyond_step,
+    )
 
 
-def _same(value: Any, text: str) -> bool:
-    """Whether a setting's value is what `text` spells: 0.001 is "1e-3", True is "true"."""
-    if isinstance(value, bool):
-        return text.lower() == str(value).lower()
-    if isinstance(value, int | float):
-        try:
-            return float(text) == float(value)
-        except ValueError:
-            return False
-    return text == str(value)
+@cache
+def shared_criteria() -> SharedCriteria:
+    """Return the criteria that several shipped scenes have."""
+    return _load(SharedCriteria, SHARED)
+
+
+def _load(model: type[_Model], source: Path) -> _Model:
+    """Read a criteria file; see `Criteria.load`."""
+    try:
+        data = tomllib.loads(source.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise CriteriaError(f"{source}: can't read the criteria: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise CriteriaError(f"{source}: not valid TOML: {error}. Mend it there") from None
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise CriteriaError(_describe(error, source)) from None
 
 
 def _describe(error: ValidationError, source: Path) -> str:
@@ -361,16 +291,25 @@ def _field_of(problem: Mapping[str, Any]) -> str:
     return name
 
 
+_MODELS: Mapping[str, type[BaseModel]] = {
+    "criteria": Criterion,
+    "steps": StepRule,
+    "beyond_step": BeyondStep,
+}
+"""Of the rows of each table."""
+
+
 def _sentence(problem: Mapping[str, Any]) -> str:
     field, kind = _field_of(problem), problem["type"]
     if kind == "extra_forbidden":
-        model = Criterion if "." in field else Criteria
+        table = field.partition("[")[0] if "." in field else ""
+        model = _MODELS.get(table, Criteria)
         return f"`{field}` is not a known field. Known here: {', '.join(model.model_fields)}"
     if kind == "missing":
         return f"`{field}` must be given"
     if kind == "string_pattern_mismatch":
         return f"`{field}` must say why the limit is what it is, got {problem['input']!r}"
     message = str(problem["msg"]).replace("Input should", "must", 1)
-    if kind in ("limit", "repeated"):
+    if kind in ("limit", "metric", "repeated"):
         return f"`{field}` {message}" if field else message
     return f"`{field}` {message}, got {problem['input']!r}"

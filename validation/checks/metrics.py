@@ -121,7 +121,7 @@ def measure(
 def past_horizon(horizon: float) -> str:
     """Return why nothing is said of the end of a shot that can't be predicted to its end."""
     return (
-        f"past the horizon: from t = {horizon:.3g} s on, errors of this engine's size may take the "
+        f"unpredictable: from t = {horizon:.3g} s on, errors of this engine's size may take the "
         "shot another course"
     )
 
@@ -154,7 +154,7 @@ def conserves_energy(scene: Scene) -> bool:
     return (
         physics.motion == "rolling"
         and physics.rolling_friction == 0.0
-        and physics.air_drag == 0.0
+        and physics.air_drag == physics.rolling_friction_quadratic == 0.0
         and not physics.airborne
         and (len(scene.balls) == 1 or physics.ball_restitution == 1.0)
         and (not cushions or elastic_cushions)

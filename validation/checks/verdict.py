@@ -11,7 +11,6 @@ from collections.abc import Collection
 
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.records import (
-    CLOSED_FORM,
     COMPLETE_STATUSES,
     INDEPENDENT,
     CaseRecord,
@@ -21,13 +20,13 @@ from ghostball.validation.truth.scene_truth import OUR_NAME
 
 
 class Verdict(enum.Enum):
-    """What became of one engine in one scene: its sign, and how reports say it."""
+    """What the limits say of one engine in one scene: its sign, and how reports say it."""
 
-    PASS = ("✓", "pass")
-    LIMITS_HOLD = ("≈", "limits hold, outcome not judged")
-    FAIL = ("✗", "fail")
-    REFERENCE = ("ref", "is our engine, the truth here")
-    SHOWN = ("○", "shown only (no limits)")
+    PASS = ("✓", "as expected for its step")
+    LIMITS_HOLD = ("≈", "keeps its limits, none on how the shot ends")
+    FAIL = ("✗", "worse than its limits")
+    REFERENCE = ("=", "what the others are compared with")
+    SHOWN = ("○", "no limits")
     NOT_REPRESENTABLE = ("–", "not representable")
     UNAVAILABLE = ("–", "unavailable")
     CRASHED = ("!", "did not finish")
@@ -42,11 +41,6 @@ class Verdict(enum.Enum):
     def words(self) -> str:
         """What it is in words."""
         return self.value[1]
-
-    @property
-    def legend(self) -> str:
-        """The sign and what it means, for the line beneath a table."""
-        return f"{self.symbol} {self.words}".strip()
 
 
 NOTHING_JUDGED = "nothing was judged: no limit covers what was run"
@@ -144,22 +138,6 @@ def is_own_measure(case: CaseRecord) -> bool:
     # What our engine can't represent it doesn't measure either: another truth is in its place.
     ours = case.outcome == "ran" and case.engine == OUR_NAME
     return ours and case.truth not in INDEPENDENT
-
-
-def wrong_count(case: CaseRecord | None) -> tuple[int, int] | None:
-    """Return collisions counted and true, where a count is wrong in a scene of closed form.
-
-    Of all collisions, or of the first kind that differs where the sums agree; None where the
-    counts are right or nothing independent says what they are.
-    """
-    if case is None or case.outcome != "ran" or case.truth != CLOSED_FORM:
-        return None
-    true = case.truth_counts
-    if true is None:
-        return None
-    counted = [case.collision_counts.get(kind, 0) for kind in true]
-    pairs = [(sum(counted), sum(true.values())), *zip(counted, true.values(), strict=True)]
-    return next(((found, right) for found, right in pairs if found != right), None)
 
 
 def _judges_outcome(check: Check, case: CaseRecord | None) -> bool:

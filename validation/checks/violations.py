@@ -7,22 +7,17 @@ from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.grading.grading import Grade
 
 
-def values_of(grade: Grade) -> dict[str, int | float | None]:
-    """Return the metrics that a grade gives, by name."""
-    return {
-        "events_missing": len(grade.missing),
-        "events_invented": len(grade.invented),
-        "event_time_error_ulps": grade.time_error_max,
-        "quality_factor": grade.quality_factor,
-    }
-
-
 def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
     """Return which limits of `scenes/common.expect.toml` a grade breaks, one sentence each.
 
     A metric without a value breaks none.
     """
-    values = values_of(grade)
+    values = {
+        "events_missing": len(grade.missing),
+        "events_invented": len(grade.invented),
+        "event_time_error_ulps": grade.time_error_max,
+        "quality_factor": grade.quality_factor,
+    }
     broken = [
         criterion
         for criterion in common_criteria().criteria

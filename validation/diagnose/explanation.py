@@ -160,7 +160,7 @@ class Explanation:
         return self.result.rest_time - self.known.result.rest_time
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain values, the object that `explain --json` prints."""
+        """Return everything as plain values, the object that `explain --format json` prints."""
         parting = self.parting
         latest = self.latest
         return {
@@ -368,11 +368,8 @@ def _states(truth: Result, result: Result, parting: Parting) -> tuple[BallStates
 
 
 def _event(one: Collision | None) -> dict[str, Any] | None:
-    """Return a collision as plain values, like an event of `simulate --json`."""
+    """Return a collision as plain values, like an event of `run --format json`."""
     if one is None:
         return None
     b: int | str = CUSHIONS[one.b] if one.kind is EventKind.BALL_CUSHION else one.b
     return {"t": one.t, "kind": one.kind.label, "a": one.a, "b": b}
-
-
-__all__ = ["BallStates", "Explanation", "ExplanationError", "Margin", "explain"]

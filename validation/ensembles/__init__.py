@@ -10,21 +10,17 @@ from ghostball.validation.ensembles.compare import (
     QUANTITIES,
     Compared,
     Comparison,
-    NullTest,
-    Quantity,
     compare,
-    quantity_of,
 )
 from ghostball.validation.ensembles.ensemble_record import (
     REFERENCE,
     EnsembleRecord,
-    EnsembleRun,
     Members,
 )
 from ghostball.validation.ensembles.ensembles_folder import Ensembles
 from ghostball.validation.ensembles.member import MemberResult
 from ghostball.validation.ensembles.members import EnsembleError, Size, perturb
-from ghostball.validation.ensembles.run import EnsembleOutcome, check_ensembles, run_ensembles
+from ghostball.validation.ensembles.run import check_ensembles, run_ensembles
 
 __all__ = [
     "ENERGY_PARTS",
@@ -33,18 +29,13 @@ __all__ = [
     "Compared",
     "Comparison",
     "EnsembleError",
-    "EnsembleOutcome",
     "EnsembleRecord",
-    "EnsembleRun",
     "Ensembles",
     "MemberResult",
     "Members",
-    "NullTest",
-    "Quantity",
     "Size",
     "check_ensembles",
     "compare",
     "perturb",
-    "quantity_of",
     "run_ensembles",
 ]

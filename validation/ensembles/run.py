@@ -24,7 +24,7 @@ import numpy as np
 from ghostball.engine import Scene, UnsupportedSceneError
 from ghostball.engine.result import initial_state
 from ghostball.engine.trajectory import energy_of
-from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
+from ghostball.reference_adapters.registry import EngineUnavailableError, engine_name, make_engine
 from ghostball.validation.ensembles.ensemble_record import (
     INSTANTS,
     REFERENCE,
@@ -37,7 +37,7 @@ from ghostball.validation.ensembles.ensembles_folder import Ensembles, EnsembleW
 from ghostball.validation.ensembles.member import MemberResult, MemberTask, died, run_member
 from ghostball.validation.ensembles.members import EnsembleError, Size, Stream, perturb
 from ghostball.validation.parallel.cluster import Cluster
-from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.compiling import Compiling, compile_kernels
 from ghostball.validation.parallel.pool import limit_of, run_tasks
 from ghostball.validation.results.database import SCHEMA, reserved, writing
 from ghostball.validation.results.environment import describe_environment
@@ -108,6 +108,7 @@ def run_ensembles(
     jobs: int = 1,
     cluster: Cluster | None = None,
     progress: Progress | None = None,
+    compiling: Compiling | None = None,
     reuse: bool = True,
     time_limit: float | None = None,
 ) -> EnsembleOutcome:
@@ -129,6 +130,8 @@ def run_ensembles(
         Where the members run instead; `jobs` processes then only compile.
     progress : callable, optional
         See `Progress`.
+    compiling : callable, optional
+        How far the compiling of our engine's kernels is, where they aren't; see `Compiling`.
     reuse : bool
         Whether members that came to their end in an earlier run into the folder, unchanged in
         scene, size, settings and code, are taken over; see `validation.suite.unchanged`.
@@ -163,7 +166,9 @@ def run_ensembles(
             tuple(labels),
             describe_environment(),
         )
-        return _Run(run, scenes, out, database, reuse).go(jobs, cluster, progress, time_limit)
+        return _Run(run, scenes, out, database, reuse).go(
+            jobs, cluster, progress, compiling, time_limit
+        )
 
 
 def _check_request(scenes: Sequence[Scene], labels: Sequence[str], count: int, size: Size) -> None:
@@ -176,7 +181,7 @@ def _check_request(scenes: Sequence[Scene], labels: Sequence[str], count: int, s
     if REFERENCE not in labels or len(labels) < 2:
         raise EnsembleError(
             f"ensembles compare engines with `{REFERENCE}`, so there must be that one and another, "
-            f"got {', '.join(labels) or 'none'}. Name both with `--engines`"
+            f"got {', '.join(labels) or 'none'}. Name both with `--engine`"
         )
     for what, names in (("scene", [scene.name for scene in scenes]), ("engine", labels)):
         repeated = sorted({name for name in names if names.count(name) > 1})
@@ -229,6 +234,7 @@ class _Run:
         jobs: int,
         cluster: Cluster | None,
         progress: Progress | None,
+        compiling: Compiling | None,
         time_limit: float | None,
     ) -> EnsembleOutcome:
         """Run what is missing; each member is kept as soon as it is done."""
@@ -239,8 +245,9 @@ class _Run:
         begun, failed = False, 0
         prepare: Callable[[], None] | None = None
         try:
+            labels = {key[1] for key, those in missing.items() if those}
             if wanted := [self._ensembles[key].scene for key, those in missing.items() if those]:
-                prepare = compile_kernels(wanted, jobs)
+                prepare = compile_kernels(wanted, jobs, labels=labels, compiling=compiling)
             finished = run_tasks(
                 self._tasks(missing),
                 cluster or jobs,
@@ -325,7 +332,7 @@ def _planned(scene: Scene, run: EnsembleRun) -> Iterator[EnsembleRecord]:
                 scene.name,
                 definition,
                 label,
-                parse_spec(label)[0],
+                engine_name(label),
                 stream,
                 run.size,
                 settings,

@@ -77,15 +77,6 @@ def distances(x: FloatArray, y: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(squares))
 
 
-def energy_distance(x: FloatArray, y: FloatArray) -> float:
-    """Return the energy distance of two samples, (n, d) and (m, d); see the module's note.
-
-    With the mean over all pairs, those of a point with itself included, so that it is never
-    negative but for rounding.
-    """
-    return float(2.0 * distances(x, y).mean() - distances(x, x).mean() - distances(y, y).mean())
-
-
 def two_sample_tests(
     samples: Sequence[tuple[FloatArray, FloatArray]], permutations: int
 ) -> list[TwoSample]:

@@ -10,6 +10,7 @@ from itertools import combinations
 from typing import ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from ghostball.engine import EventKind, Record, Result, Samples, Scene, Status
 from ghostball.engine.scene import rolling_angular_velocity
@@ -18,17 +19,23 @@ from ghostball.reference_adapters import EngineBase, EngineSettings
 from ghostball.reference_adapters.recording import Recorder
 
 
-class Stepper(EngineBase):
-    """Equal balls that roll on a table in steps of 1 ms, and bounce where they overlap."""
+class StepperSettings(EngineSettings):
+    """What `stepper:dt=1e-4` sets."""
 
-    name, Settings = "stepper", EngineSettings
+    dt: float = Field(default=1e-3, ge=1e-6, le=1e-2, description="time step [s]")
+
+
+class Stepper(EngineBase):
+    """Equal balls that roll on a table in steps, and bounce where they overlap."""
+
+    name, Settings = "stepper", StepperSettings
     capabilities: ClassVar[Capabilities] = {Feature.ROLLING: EXACT, Feature.MIRROR_CUSHION: EXACT}
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene; see `ReferenceEngine.simulate`."""
         self.check(scene)
         assert scene.table is not None  # seen to by the check: it asks for cushions
-        recorder, t, dt = Recorder(scene, record), 0.0, 1e-3
+        recorder, t, dt = Recorder(scene, record), 0.0, self.settings.dt
         x, v, radii = scene.positions, scene.velocities, scene.radii
         far = np.array([scene.table.length, scene.table.width, np.inf]) - radii[0]
         slowing = dt * scene.physics.gravity * scene.rolling_frictions  # in a step [m/s]
@@ -49,5 +56,10 @@ class Stepper(EngineBase):
                     recorder.event(t, EventKind.BALL_BALL, a, b)
         end = Samples(x[None], v[None], v[None])
         return recorder.result(
-            engine=self.name, settings={}, status=Status.REST, final_state=end, rest_time=t, work={}
+            engine=self.name,
+            settings=self.settings.model_dump(),
+            status=Status.REST,
+            final_state=end,
+            rest_time=t,
+            work={},
         )

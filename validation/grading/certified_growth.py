@@ -18,22 +18,16 @@ order of the balls.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ghostball.engine import EventKind, Scene
-from ghostball.engine.result import COLLISION_KINDS
 from ghostball.reference_adapters.certified import Certificate
-from ghostball.reference_adapters.certified.gaps import SIDES
-from ghostball.reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
-from ghostball.reference_adapters.certified.problem import problem_of
-from ghostball.validation.grading.certified_flow import PARTS, PLACE, SLIP, VELOCITY, ProvedBall
-from ghostball.validation.grading.slope import Slope
+from ghostball.validation.grading.certified_events import EventChange, event_changes
+from ghostball.validation.grading.certified_flow import PARTS, ProvedBall
 from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 
 FloatArray = NDArray[np.float64]
@@ -48,15 +42,30 @@ GRID = 2.0**-20
 """Horizons are whole multiples of it [s]: how a matrix product rounds doesn't decide which."""
 
 
-class _Event(NamedTuple):
-    """What an event does to changes of its balls, and how rounding of it adds to them."""
+@dataclass(frozen=True, eq=False)
+class Lateness:
+    """What it changes of a shot's end to see one of its events late, per second.
 
-    t: float
-    balls: tuple[int, ...]
-    knots: tuple[int, ...]  # that each ball comes to
-    matrix: FloatArray | None  # (7 b, 7 b), from those at the knots before; None: no derivative
-    later: FloatArray | None  # (7 b,) by how much later the event comes, likewise
-    noise: tuple[FloatArray, ...]  # (7, 7) of each ball: covariance of one rounding of its state
+    Attributes
+    ----------
+    kinds : tuple of EventKind, one for each event
+    times : (events,) float64 [s]
+    balls : tuple of tuple of int
+        The balls of each.
+    approach : (events,) float64 [m/s]
+        At which speed what collides meets; 0 for events that are no collision.
+    lasts : (events,) float64 [s]
+        For how long two balls that collide would overlap if they went on; inf for other events.
+    places : (events, n) float64 [m/s]
+        How far each ball ends from where it should; NaN where no derivative exists.
+    """
+
+    kinds: tuple[EventKind, ...]
+    times: FloatArray
+    balls: tuple[tuple[int, ...], ...]
+    approach: FloatArray
+    lasts: FloatArray
+    places: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +86,7 @@ class CertifiedGrowth:
     times: FloatArray
     derivative_ends: float
     _balls: tuple[ProvedBall, ...]
-    _events: tuple[_Event, ...]
+    _events: tuple[EventChange, ...]
     _covariances: tuple[FloatArray, ...]
 
     def carry(self, directions: FloatArray) -> CarriedChanges:
@@ -125,6 +134,35 @@ class CertifiedGrowth:
     def rounding_horizon(self) -> float:
         """Until when `ROUNDINGS` roundings at each event leave the shot predictable [s]."""
         return self.horizon(TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
+
+    def lateness(self) -> Lateness:
+        """Return what it changes of the shot's end to see each of its events late.
+
+        Backwards along the shot: how the end depends on the balls as each event leaves them, times
+        what a second of delay changes there.
+        """
+        n, size = len(self._balls), PARTS * len(self._balls)
+        end = np.zeros((2 * n, size))
+        for i, ball in enumerate(self._balls):
+            _, flow = ball.displacement(np.array([self.t_end]))
+            end[2 * i : 2 * i + 2, PARTS * i : PARTS * (i + 1)] = flow[0]
+        moved = np.full((len(self._events), 2 * n), np.nan)
+        with np.errstate(over="ignore", invalid="ignore"):
+            for e in reversed(range(len(self._events))):
+                event, rows = self._events[e], _rows(self._events[e].balls)
+                if event.matrix is None or event.late is None:
+                    break  # what comes before it has no derivative at the end
+                moved[e] = end[:, rows] @ event.late
+                end[:, rows] = end[:, rows] @ event.matrix
+        places = np.hypot(moved[:, ::2], moved[:, 1::2])
+        return Lateness(
+            tuple(event.kind for event in self._events),
+            np.array([event.t for event in self._events]),
+            tuple(event.balls for event in self._events),
+            np.array([event.approach for event in self._events]),
+            np.array([event.lasts for event in self._events]),
+            places,
+        )
 
     def horizon(self, tolerance: float, error: float) -> float:
         """Return until when errors stay within a tolerance [s].
@@ -200,7 +238,7 @@ def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
     )
     # A long chaotic motion outgrows doubles; bounces that die out meet at speeds below them.
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        events = tuple(_events(scene, certificate, balls))
+        events = tuple(event_changes(scene, certificate, balls))
     return CertifiedGrowth(
         float(certificate.t_end),
         np.unique([0.0, *(event.t for event in events)]),
@@ -211,151 +249,13 @@ def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
     )
 
 
-def _events(
-    scene: Scene, certificate: Certificate, balls: tuple[ProvedBall, ...]
-) -> Iterator[_Event]:
-    """Yield what each event does; nothing is known from a ball's second collision at an instant."""
-    laws = Laws(problem_of(scene))
-    at = [0] * len(balls)
-    times = [float(event.t) for event in certificate.events]
-    due: dict[tuple[int, float], int] = {}
-    for event, t in zip(certificate.events, times, strict=True):
-        if event.kind in COLLISION_KINDS:
-            for ball in _involved(event.kind, event.a, event.b):
-                due[ball, t] = due.get((ball, t), 0) + 1
-    for event, t in zip(certificate.events, times, strict=True):
-        involved = _involved(event.kind, event.a, event.b)
-        mine = tuple(balls[i] for i in involved)
-        before = tuple(at[i] for i in involved)
-        for i in involved:
-            at[i] += 1
-        after = tuple(at[i] for i in involved)
-        if event.kind in COLLISION_KINDS and any(due[i, t] > 1 for i in involved):
-            yield _Event(t, involved, after, None, None, ())
-            continue
-        passes = _Passage(mine, before, after, t, slides=scene.physics.motion == "sliding")
-        if event.kind is EventKind.BALL_BALL:
-            passes.collide(laws, event.a, event.b)
-        elif event.kind is EventKind.BALL_CUSHION:
-            passes.bounce(laws, event.a, event.b)
-        else:
-            passes.end_phase()
-        noise = tuple(ball.noise(k, passes.states) for ball, k in zip(mine, after, strict=True))
-        yield _Event(t, involved, after, passes.change, passes.later, noise)
-
-
-def _involved(kind: EventKind, a: int, b: int) -> tuple[int, ...]:
-    return (a, b) if kind is EventKind.BALL_BALL else (a,)
-
-
-class _Passage:
-    """Changes of the balls of one event, carried from their knots before it to those after it.
-
-    Attributes
-    ----------
-    states : tuple of (7,) float64
-        Of the balls, just before.
-    change : (7 b, 7 b) float64
-        Of the balls by those at the knots before.
-    later : (7 b,) float64
-        By how much later the event comes.
-    """
-
-    def __init__(
-        self,
-        balls: tuple[ProvedBall, ...],
-        before: tuple[int, ...],
-        after: tuple[int, ...],
-        t: float,
-        *,
-        slides: bool,
-    ) -> None:
-        self._balls, self._before, self._after, self._slides = balls, before, after, slides
-        spans = [t - ball.knots[k, 0] for ball, k in zip(balls, before, strict=True)]
-        moving = [ball.rates(k, s) for ball, k, s in zip(balls, before, spans, strict=True)]
-        self.states = tuple(state for state, _ in moving)
-        self._rates = tuple(rate for _, rate in moving)
-        size = PARTS * len(balls)
-        self.change = np.zeros((size, size))
-        self.later = np.zeros(size)
-        for m, (ball, k, s) in enumerate(zip(balls, before, spans, strict=True)):
-            here = slice(PARTS * m, PARTS * (m + 1))
-            self.change[here, here] = ball.flow(k, s)
-
-    def collide(self, laws: Laws, a: int, b: int) -> None:
-        """Pass an impact of two balls."""
-        apart = self.states[1][PLACE] - self.states[0][PLACE]
-        normal = apart / np.hypot(*apart)
-        opening = float(normal @ (self.states[1][VELOCITY] - self.states[0][VELOCITY]))
-        gap = normal @ (self.change[PARTS : PARTS + 2] - self.change[PLACE])
-        self._come_later(-gap / opening)
-        first, second = self._slopes(0), self._slopes(1)
-        x, y = (q - p for p, q in zip(first[:2], second[:2], strict=True))
-        size = (x * x + y * y).sqrt()
-        n = (x / size, y / size)
-        seen = [self._seen(n, slopes, m) for m, slopes in enumerate((first, second))]
-        for m, one in enumerate(laws.collide(a, b, *seen)):
-            self._send_off(m, n, one)
-        self._leave()
-
-    def bounce(self, laws: Laws, ball: int, cushion: int) -> None:
-        """Pass an impact of a ball with a cushion."""
-        inward = np.array(SIDES[cushion], dtype=np.float64)
-        self._come_later(-(inward @ self.change[PLACE]) / float(inward @ self.states[0][VELOCITY]))
-        n = (-float(inward[0]), -float(inward[1]))
-        self._send_off(0, n, laws.bounce(ball, self._seen(n, self._slopes(0), 0)))
-        self._leave()
-
-    def end_phase(self) -> None:
-        """Pass the end of a slide, of |u| / (7/2 mu_s g), or of a roll, of |v| / (mu_r g)."""
-        ball, k = self._balls[0], self._before[0]
-        of, slowing = (SLIP, 3.5 * ball.slides_by) if ball.slides(k) else (VELOCITY, ball.rolls_by)
-        # Against the way of the acceleration: doubles may leave nothing of a slip of rounding size.
-        pull = np.array(ball.pull(k))
-        later = np.zeros(PARTS)
-        later[of] = -pull / (slowing * np.hypot(*pull))
-        self._come_later(later)
-        self._leave()
-
-    def _come_later(self, later: FloatArray) -> None:
-        """Bring changes from the event's instant to where the event is for each."""
-        self.later = later
-        self.change += np.outer(np.concatenate(self._rates), later)
-
-    def _slopes(self, m: int) -> list[Slope]:
-        rows = self.change[PARTS * m : PARTS * (m + 1)]
-        return [Slope(float(v), row) for v, row in zip(self.states[m], rows, strict=True)]
-
-    def _seen(self, n: Any, slopes: list[Slope], m: int) -> Seen:
-        velocity, slip = (slopes[2], slopes[3]), (slopes[4], slopes[5])
-        radius: Any = self._balls[m].radius
-        return seen_along(n, velocity, slip, slopes[6], radius)  # type: ignore[arg-type]
-
-    def _send_off(self, m: int, n: Any, seen: Seen) -> None:
-        velocity, slip = seen_from_table(n, seen)
-        for part, one in enumerate((*velocity, *slip, seen.wz)):
-            slope: Any = one
-            row = slope.slope if isinstance(slope, Slope) else 0.0
-            self.change[PARTS * m + 2 + part] = row
-
-    def _leave(self) -> None:
-        """Bring changes back to the event's instant, on the motion after it."""
-        for m, (ball, k) in enumerate(zip(self._balls, self._after, strict=True)):
-            rows = self.change[PARTS * m : PARTS * (m + 1)]
-            if not self._slides:  # a ball that always rolls has the spin of its velocity
-                rows[SLIP] = 0.0
-            ball.hold(k, rows)
-            _, rate = ball.rates(k, 0.0)
-            rows -= np.outer(rate, self.later)
-
-
 def _rows(balls: tuple[int, ...]) -> NDArray[np.intp]:
     """Return the rows of some balls among those of all."""
     return np.concatenate([np.arange(PARTS * i, PARTS * (i + 1)) for i in balls])
 
 
 def _covariances(
-    balls: tuple[ProvedBall, ...], events: tuple[_Event, ...]
+    balls: tuple[ProvedBall, ...], events: tuple[EventChange, ...]
 ) -> tuple[FloatArray, ...]:
     """Return the covariance of what rounding has done to each ball at its knots, (k, 7, 7) each."""
     size = PARTS * len(balls)

@@ -131,11 +131,6 @@ class Grade:
         """The largest error of an event's time, in ulps; None where none was compared."""
         return float(np.max(self.time_errors)) if len(self.time_errors) else None
 
-    @property
-    def time_error_median(self) -> float | None:
-        """The median error of the events' times, in ulps; None where none was compared."""
-        return float(np.median(self.time_errors)) if len(self.time_errors) else None
-
 
 def gradable(
     scene: Scene,
@@ -251,7 +246,7 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
     if extent in ("low hop", "proved part"):
         before = _end_of_found(result, certificate, alignment, until)
     invented = tuple(j for j in alignment.invented.tolist() if result.events["t"][j] <= before)
-    compared_at, errors = _position_errors(result, certificate, within)
+    compared_at, errors = position_errors(result, certificate, within)
     quality, no_quality = _quality(result, errors, within)
     return Grade(
         extent,
@@ -423,12 +418,24 @@ def _time_errors(
     )
 
 
-def _position_errors(
+def position_errors(
     result: Result, certificate: Certificate, within: Gradable
 ) -> tuple[float, FloatArray]:
-    """Compare positions at the instant [s] that they are graded at.
+    """Compare positions at the instant that they are graded at.
 
-    Returns that instant, finite, and each ball's distance from the truth, (n,) [m].
+    Parameters
+    ----------
+    result : Result
+        Recorded with `record="trajectory"`.
+    certificate : Certificate
+        Of the same scene, with its motion.
+    within : Gradable
+        What of the proof is graded.
+
+    Returns
+    -------
+    float, (n,) float64
+        That instant, finite [s], and each ball's distance from the truth [m].
     """
     t = within.compared_at
     if t < float(certificate.t_end) or within.extent == "horizon":

@@ -9,22 +9,38 @@ from functools import partial
 
 from ghostball.engine import GhostballError, Scene
 from ghostball.engine.compilation import Variants, variants_of
+from ghostball.reference_adapters.stepping.kernels import AdapterKernels, adapter_kernels
 from ghostball.validation.parallel.pool import run_tasks
 
 _LOGGER = logging.getLogger("ghostball.validation")
 
+_Kernels = Variants | AdapterKernels
+
+Compiling = Callable[[int, int, str], None]
+"""Called with how many variants of the kernels are compiled, of how many, and the last one."""
+
 
 def compile_kernels(
-    scenes: Iterable[Scene], jobs: int, *, tangents: bool = False, contacts_from: int = 2
+    scenes: Iterable[Scene],
+    jobs: int,
+    *,
+    labels: Iterable[str] = (),
+    tangents: bool = False,
+    contacts_from: int = 2,
+    compiling: Compiling | None = None,
 ) -> Callable[[], None]:
-    """Compile in `jobs` processes what `scenes` need of the kernels, then load it into this one.
+    """Compile in `jobs` processes what `scenes` need of kernels, then load ours into this one.
 
     Parameters
     ----------
     scenes : iterable of Scene
     jobs : int
+    labels : iterable of str
+        Engines that are run, whose adapters may have kernels too.
     tangents, contacts_from
         See `engine.compilation.variants_of`.
+    compiling : callable, optional
+        See `Compiling`; first called before the first of them. Left out, a log says it.
 
     Returns
     -------
@@ -36,42 +52,49 @@ def compile_kernels(
     GhostballError
         Where a process that compiles dies.
     """
-    needed = variants_of(scenes, tangents=tangents, contacts_from=contacts_from)
+    ours = variants_of(scenes, tangents=tangents, contacts_from=contacts_from)
+    needed: list[_Kernels] = [*ours, *adapter_kernels(labels)]
     # Those with contacts take longest, so they come first.
     missing = sorted(
         (variants for variants in needed if not variants.are_compiled),
         key=lambda variants: not variants.contacts,
     )
-    if jobs > 1 and len(missing) > 1:
-        _LOGGER.warning(
-            "compiling the engine's kernels for this machine, once, in %d processes, 10 to 30 s "
-            "each: %s ...",
-            min(jobs, len(missing)),
-            "; ".join(name for variants in missing for name in variants.names),
-        )
+    if missing:
+        count = _log if compiling is None else compiling
         total, done = sum(len(variants.names) for variants in missing), 0
+        count(done, total, "")
         with closing(run_tasks(missing, jobs, _compile, _died)) as finished:
             for variants, failure in finished:
                 if failure:
                     raise GhostballError(failure)
                 done += len(variants.names)
-                _LOGGER.warning("compiling: %d of %d are done", done, total)
-    for variants in needed:
+                count(done, total, "; ".join(variants.names))
+    for variants in ours:
         variants.compile()
     return partial(_compile_missing, needed)
 
 
-def _compile_missing(needed: Iterable[Variants]) -> None:
+def _log(done: int, total: int, last: str) -> None:
+    what = f", last {last}" if last else " of the engine's kernels, for this machine, once"
+    _LOGGER.warning("compiling: %d of %d are done%s", done, total, what)
+
+
+def _compile_missing(needed: Iterable[_Kernels]) -> None:
     for variants in needed:
         if not variants.are_compiled:
             _compile(variants)
 
 
-def _compile(variants: Variants) -> tuple[Variants, str]:
-    logging.getLogger("ghostball.engine").setLevel(logging.ERROR)  # it was announced by the caller
-    variants.compile()
+def _compile(variants: _Kernels) -> tuple[_Kernels, str]:
+    logger = logging.getLogger("ghostball.engine")
+    level = logger.level
+    logger.setLevel(logging.ERROR)  # it was announced by the caller
+    try:
+        variants.compile()
+    finally:
+        logger.setLevel(level)
     return variants, ""
 
 
-def _died(variants: Variants, reason: str) -> tuple[Variants, str]:
+def _died(variants: _Kernels, reason: str) -> tuple[_Kernels, str]:
     return variants, f"the kernels ({', '.join(variants.names)}) could not be compiled: {reason}"

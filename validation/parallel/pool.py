@@ -9,6 +9,7 @@ Nothing of what the tasks do is imported here: a process imports what its own ta
 
 from __future__ import annotations
 
+import ctypes
 import faulthandler
 import multiprocessing
 import os
@@ -53,6 +54,9 @@ _JOIN_TIMEOUT = 5.0
 
 _FAILED = 1
 """Exit code of a process whose task raised what it must not, and of one whose parent is gone."""
+
+_PR_SET_PDEATHSIG = 1
+"""What `prctl` sets: which signal a process gets when its parent ends."""
 
 
 def limit_of(seconds: float | None) -> Callable[[object], float] | None:
@@ -297,6 +301,8 @@ def _begin(output: str, pickled: bytes) -> None:
     # Pebble's answer to it would wait until native code that hangs returns.
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    with suppress(OSError, AttributeError, TypeError):  # Linux's own way: no thread may run there
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     _, prepare = pickle.loads(pickled)  # and import what the work needs
     if prepare is not None:
         prepare()

@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from ghostball.engine.errors import GhostballError
+from ghostball.reference_adapters.workers.process import installed
 
 OUR_PACKAGES = ("engine", "reference_adapters", "validation")
 """Packages whose every line may decide a result."""
@@ -22,6 +23,7 @@ CODE_ENDINGS = (".py", ".so", ".pyd")
 LIBRARIES = (
     *("numpy", "numba", "llvmlite", "pymunk", "cffi", "pybullet"),
     *("mpmath", "gmpy2", "python-flint", "pydantic", "pydantic-core"),
+    *("mujoco-core", "box2d", "dartpy", "sapien", "pyb2d3", "rapier3d"),
 )
 """Distributions whose versions can change a number: they compute, or are beneath one that does."""
 
@@ -49,10 +51,14 @@ def source_folders() -> tuple[Path, ...]:
 
 
 def hash_sources(folders: Iterable[Path]) -> str:
-    """Return the hash of every file of code below `folders`: names, places and contents."""
+    """Return the hash of every file of code below `folders`: names, places and contents.
+
+    A folder may be given by the `__init__.py` in it; another file stands for itself.
+    """
     digest = hashlib.sha256()
-    for folder in folders:
-        for path in code_files(folder):
+    for one in folders:
+        folder = one.parent if one.is_file() else one
+        for path in [one] if one.is_file() and one.stem != "__init__" else code_files(folder):
             content = path.read_bytes()
             head = [folder.name, path.relative_to(folder).as_posix(), len(content)]
             digest.update(json.dumps(head).encode() + content)
@@ -74,4 +80,4 @@ def versions() -> dict[str, str]:
     for name in LIBRARIES:
         with suppress(PackageNotFoundError):
             found[name] = version(name)
-    return found
+    return found | {f"{name} of the workers": version for name, version in installed().items()}

@@ -24,7 +24,7 @@ from ghostball.validation.results.files import ResultsError, cannot_write, told
 DATABASE: Final = "results.db"
 LOCK: Final = ".lock"
 
-SCHEMA: Final = 5
+SCHEMA: Final = 6
 """Version of the tables and of the records in them; another one is refused."""
 
 APPLICATION: Final = int.from_bytes(b"ball")
@@ -43,6 +43,7 @@ CREATE TABLE cases (
     taken_over INTEGER NOT NULL DEFAULT 0,
     scene TEXT NOT NULL AS (json_extract(record, '$.scene')) STORED,
     label TEXT NOT NULL AS (json_extract(record, '$.label')) STORED,
+    accuracy TEXT AS (json_extract(record, '$.accuracy.kind')) STORED,
     inputs_hash TEXT AS (json_extract(record, '$.inputs_hash')) STORED,
     code_hash TEXT AS (json_extract(record, '$.code_hash')) STORED,
     UNIQUE (scene, label)
@@ -324,19 +325,3 @@ _OF_THE_DISK: Final = frozenset(
         sqlite3.SQLITE_NOLFS,
     )
 )
-
-__all__ = [
-    "AGAIN",
-    "DATABASE",
-    "LOCK",
-    "SCHEMA",
-    "documents_in",
-    "get_document",
-    "has_database",
-    "put_document",
-    "reading",
-    "record_of",
-    "reserved",
-    "transaction",
-    "writing",
-]

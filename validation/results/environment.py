@@ -11,6 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from ghostball.reference_adapters.workers.process import DISTRIBUTIONS, installed
 from ghostball.validation.parallel.sources import LIBRARIES
 from ghostball.validation.results.git import GitError, run_git
 
@@ -68,8 +69,11 @@ def git_state(root: Path) -> dict[str, Any] | None:
 
 
 def versions() -> dict[str, str | None]:
-    """Return the versions of `PACKAGES`; None of what isn't installed."""
-    return {name: _version(name) for name in PACKAGES}
+    """Return the versions of `PACKAGES`, and of the workers' engines; None of what isn't there."""
+    there = installed()
+    return {name: _version(name) for name in PACKAGES} | {
+        name: there.get(name) for name in DISTRIBUTIONS
+    }
 
 
 @cache  # reading what is installed takes milliseconds, and every results folder asks

@@ -11,6 +11,9 @@ from pydantic import ValidationError
 
 from ghostball.engine import GhostballError
 
+BOARD = "board.json"
+"""The file that keeps a board of engines, in a folder of its own or beside results."""
+
 
 class ResultsError(GhostballError):
     """A results folder that can't be read, written or replaced."""

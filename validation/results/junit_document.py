@@ -1,15 +1,11 @@
-"""What JUnit files are made of: test cases in suites, and a file that is whole or not there."""
+"""What JUnit files are made of: test cases in suites, and the text of the whole."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Literal
 from xml.etree import ElementTree
-
-from ghostball.engine import GhostballError
-from ghostball.validation.results.files import write_whole
 
 # XML 1.0 has no way to write these, not even escaped.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -32,6 +28,15 @@ def set_verdict(
     verdict = ElementTree.SubElement(element, kind, message=_clean(message))
     if text:
         verdict.text = _clean(text)
+
+
+def set_property(element: ElementTree.Element, name: str, value: str) -> None:
+    """Set a property of a test case, which has one of that name at most."""
+    properties = element.find("properties")
+    if properties is None:
+        properties = ElementTree.Element("properties")
+        element.insert(0, properties)
+    ElementTree.SubElement(properties, "property", name=_clean(name), value=_clean(value))
 
 
 def set_output(element: ElementTree.Element, lines: Iterable[str]) -> None:
@@ -61,24 +66,6 @@ def document(
     ElementTree.indent(root)
     text = ElementTree.tostring(root, encoding="unicode", xml_declaration=False)
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
-
-
-def write_document(text: str, path: str | Path) -> None:
-    """Write a document, whole or not at all.
-
-    Raises
-    ------
-    GhostballError
-        Where it can't be written.
-    """
-    target = Path(path)
-    try:
-        write_whole(target, text)
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise GhostballError(
-            f"{target}: can't write the JUnit file: {reason}. Choose another `--junit`"
-        ) from error
 
 
 def _count(suite: ElementTree.Element, elements: Sequence[ElementTree.Element]) -> None:

@@ -35,6 +35,20 @@ Ghostball's are a truth that could not be computed, a measurement that raised, a
 engine raises; an engine's are whatever it raises or returns, a crash, and the limit of time.
 """
 
+AccuracyKind = Literal[
+    "exact",
+    "nanometres",
+    "micrometres",
+    "millimetres",
+    "centimetres",
+    "another shot",
+    "broken",
+]
+"""How right a run is, from the best to the worst; see `validation.checks.accuracy`."""
+
+BrokenBy = Literal["stopped", "not finite", "energy", "overlap"]
+"""What makes a run broken: it gave up, isn't finite, made energy, or let balls through balls."""
+
 _SIGNS: Final[Mapping[LimitKind, str]] = {"at_most": "<=", "at_least": ">=", "equals": "=="}
 
 
@@ -135,6 +149,46 @@ def number_with_unit(value: float | int | None, unit: str) -> str:
     return number if unit == "1" else f"{number} {unit}"
 
 
+@dataclass(frozen=True)
+class Accuracy:
+    """How right a run is.
+
+    Attributes
+    ----------
+    kind : AccuracyKind
+    error : float or None [m]
+        Largest distance of a ball from where it should be; None for another shot.
+    at : float or None [s]
+        Another shot: when its collisions part from the true ones, None where the one that is
+        missing has no known time. Else when the balls were compared, where that is not at the end,
+        since rounding alone would make another shot of what comes later.
+    agree, of : int or None
+        Another shot: how many collisions agree, of how many true ones.
+    cause : BrokenBy or None
+    amount : float or None
+        By how much: energy made over the first energy, or the deepest overlap [m].
+    """
+
+    kind: AccuracyKind
+    error: float | None = None
+    at: float | None = None
+    agree: int | None = None
+    of: int | None = None
+    cause: BrokenBy | None = None
+    amount: float | None = None
+
+    @property
+    def sentence(self) -> str:
+        """The class and its numbers in plain text."""
+        at = "" if self.at is None else f" at {number_with_unit(self.at, 's')}"
+        if self.kind == "broken":
+            much = "" if self.amount is None else f" ({self.amount:.3g})"
+            return f"broken: {self.cause}{much}"
+        if self.kind == "another shot":
+            return f"another shot: {self.agree} of {self.of} collisions agree; the first other{at}"
+        return f"{self.kind}: {number_with_unit(self.error, 'm')} off{at}"
+
+
 @dataclass(frozen=True, eq=False)
 class CaseRecord:
     """One scene on one engine.
@@ -164,6 +218,8 @@ class CaseRecord:
         What the engine printed meanwhile; else "".
     approximations : tuple of str
         What the engine represents only approximately in this scene, one sentence each.
+    accuracy : Accuracy or None
+        How right it is; None where nothing says what is right, or our engine is what does.
     truth : "closed form", "certified", "our engine (not independent)" or None
     truth_positions : (n, 3) float64 [m] or None
         Rest positions that are compared with.
@@ -214,6 +270,7 @@ class CaseRecord:
     fault: Fault = ""
     printed: str = ""
     approximations: tuple[str, ...] = ()
+    accuracy: Accuracy | None = None
     truth: str | None = None
     truth_positions: FloatArray | None = None
     truth_rest_time: float | None = None

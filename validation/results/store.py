@@ -31,7 +31,7 @@ from ghostball.validation.results.database import (
     transaction,
     writing,
 )
-from ghostball.validation.results.files import ResultsError, cannot_write
+from ghostball.validation.results.files import BOARD, ResultsError, cannot_write
 from ghostball.validation.results.frames import frame_of
 from ghostball.validation.results.motions import motion_of_case, put_motion
 from ghostball.validation.results.records import (
@@ -283,9 +283,8 @@ class ResultsWriter:
             if self.path.exists() and not self.path.is_dir():
                 raise ResultsError(f"{self.path}: not a folder. Choose another `--out`")
             self.path.mkdir(parents=True, exist_ok=True)
-            names = (path.name for path in self.path.iterdir())
-            others = any(not name.startswith((LOCK, DATABASE)) for name in names)
-            if others and not has_database(self.path):
+            others = (path for path in self.path.iterdir() if not _is_ours(path))
+            if not has_database(self.path) and any(True for _ in others):
                 raise ResultsError(
                     f"{self.path}: not empty and not a results folder of ours, so nothing in it "
                     "is replaced. Choose another `--out`, or empty it"
@@ -294,6 +293,19 @@ class ResultsWriter:
                 pass
         except OSError as error:
             raise cannot_write(self.path, error) from error
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether a path in a results folder is one of its files, or results of another command.
+
+    Such as out/regress, or out/regress/ENGINE, in out; or out/board.
+    """
+    if not path.is_dir():
+        return path.name.startswith((LOCK, DATABASE))
+    inside = list(path.iterdir())
+    if [one.name for one in inside] == [BOARD]:
+        return True
+    return has_database(path) or (bool(inside) and all(map(has_database, inside)))
 
 
 def has_results(folder: Path) -> bool:

@@ -193,7 +193,8 @@ def _rules_of_events(result: Result, scene: Scene) -> Iterator[tuple[str, Any, s
     yield "kind", ~np.isin(kind, [one.value for one in EventKind]), f"one of {kinds}"
     balls = f"the index of a ball, from 0 to {n - 1}"
     yield "a", (a < 0) | (a >= n), balls
-    of_balls, of_cushion = kind == EventKind.BALL_BALL, kind == EventKind.BALL_CUSHION
+    of_balls = kind == EventKind.BALL_BALL
+    of_cushion = np.isin(kind, [EventKind.BALL_CUSHION, EventKind.LEAVES_TABLE])
     yield "b", of_balls & ((b < 0) | (b >= n)), balls
     yield "b", of_balls & (a == b), "another ball than a"
     there = () if scene.table is None else scene.table.cushions

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import shlex
 
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.scenes.library import scene_names
 
 
@@ -27,8 +28,8 @@ def simulate(scene: str, engine: str | None = None, *, recorded: bool = False) -
     recorded : bool
         Whether it prints all that it found, the hash too.
     """
-    record = " --record events --json" if recorded else ""
-    return f"ghostball simulate {scene_argument(scene)}{_engine(engine)}{record}"
+    record = " --record events --format json" if recorded else ""
+    return f"ghostball run {scene_argument(scene)}{_engine(engine)}{record}"
 
 
 def explain(scene: str, engine: str) -> str:
@@ -38,12 +39,11 @@ def explain(scene: str, engine: str) -> str:
 
 def validate(scene: str, engine: str, out: str) -> str:
     """Return the command that judges one scene on one engine again, in a folder of its own."""
-    engines = f"--engines {shlex.quote(engine)} --out {shlex.quote(out)}"
-    return f"ghostball validate {scene_argument(scene)} {engines}"
+    return f"ghostball validate {scene_argument(scene)}{_engine(engine)} --out {shlex.quote(out)}"
 
 
-def regress(scene: str | None = None, against: str | None = None) -> str:
-    """Return the command that compares our engine with its baselines, or with a revision.
+def regress(scene: str | None = None, against: str | None = None, engine: str | None = None) -> str:
+    """Return the command that compares an engine with its baselines, or with a revision.
 
     Parameters
     ----------
@@ -51,10 +51,12 @@ def regress(scene: str | None = None, against: str | None = None) -> str:
         None compares all: also what is made by a rule and has no file.
     against : str, optional
         A revision; None is the accepted baselines.
+    engine : str, optional
+        With its settings, as a label says it (default: ours).
     """
     chosen = "" if scene is None else f" {scene_argument(scene)}"
     base = "" if against is None else f" --against {shlex.quote(against)}"
-    return f"ghostball regress{chosen}{base}"
+    return f"ghostball regress{chosen}{_engine(None if engine == OURS else engine)}{base}"
 
 
 def _engine(engine: str | None) -> str:

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from difflib import get_close_matches
+from fnmatch import fnmatchcase
 from functools import cache
+from glob import glob
 from importlib.resources import files
 from pathlib import Path
-from typing import Literal
 
 from ghostball.engine import Scene, SceneError
-
-Suite = Literal["smoke", "full"]
 
 FOLDER = Path(str(files("ghostball.validation.scenes")))
 """Where the shipped scenes lie; beside each, `NAME.expect.toml` holds its pass criteria."""
 
 _CRITERIA_SUFFIX = ".expect.toml"
+
+FULL = "full"
+"""What stands for all shipped scenes, where names and tags do."""
 
 
 def shipped_scenes() -> tuple[Path, ...]:
@@ -53,40 +55,64 @@ def find_scene(name_or_path: str | Path) -> Scene:
     raise SceneError(_unknown("scene", text, scene_names()))
 
 
-def select(names_or_tags: Sequence[str] = (), suite: Suite = "full") -> list[Scene]:
+def select(wanted: Sequence[str] = ()) -> list[Scene]:
     """Return the scenes that a run is about, each once.
 
     Parameters
     ----------
-    names_or_tags : sequence of str
-        Names of shipped scenes, tags, or paths, in the order wanted; empty is the whole suite.
-    suite : "smoke" or "full"
-        Without names: the scenes tagged "smoke", or all of them.
+    wanted : sequence of str
+        Names of shipped scenes, tags, paths, or patterns of names and paths, such as "break-*" and
+        "mine/*.toml", in the order wanted; "full", or nothing, is all that are shipped.
 
     Raises
     ------
     SceneError
-        Where one of them is neither a name, nor a tag, nor a path.
+        Where one of them is neither a name, nor a tag, nor a path, nor a pattern of any.
     """
     shipped = [_shipped(name) for name in scene_names()]
-    if not names_or_tags:
-        return [scene for scene in shipped if suite == "full" or suite in scene.tags]
-    tags, paths = scene_tags(), paths_among(names_or_tags)
+    tags = scene_tags()
     chosen: dict[str, Scene] = {}
-    for wanted in names_or_tags:
-        if wanted in scene_names() or wanted in paths:
-            found = [find_scene(wanted)]
-        elif wanted in tags:
-            found = [scene for scene in shipped if wanted in scene.tags]
+    for one in expand(wanted or [FULL]):
+        if one == FULL:
+            found = shipped
+        elif one in scene_names() or paths_among([one]):
+            found = [find_scene(one)]
+        elif one in tags:
+            found = [scene for scene in shipped if one in scene.tags]
         else:
-            raise SceneError(_unknown("scene or tag", wanted, (*scene_names(), *tags)))
+            raise SceneError(_unknown("scene or tag", one, (*scene_names(), *tags)))
         for scene in found:
             if chosen.setdefault(scene.name, scene) != scene:
                 raise SceneError(
                     f"`name` must differ between the scenes of a run, but two different ones are "
-                    f'called "{scene.name}" (the second came from "{wanted}"). Rename one'
+                    f'called "{scene.name}" (the second came from "{one}"). Rename one'
                 )
     return list(chosen.values())
+
+
+def expand(wanted: Sequence[str]) -> tuple[str, ...]:
+    """Return names, tags and paths, with what patterns match in place of them.
+
+    Raises
+    ------
+    SceneError
+        Where a pattern matches nothing.
+    """
+    found: dict[str, None] = {}
+    for one in wanted:
+        if not any(mark in one for mark in "*?[") or Path(one).exists():
+            found[one] = None
+            continue
+        matches = [name for name in scene_names() if fnmatchcase(name, one)]
+        files = (path for path in sorted(glob(one, recursive=True)) if path.endswith(".toml"))
+        matches += [path for path in files if not path.endswith(_CRITERIA_SUFFIX)]
+        if not matches:
+            raise SceneError(
+                f'pattern "{one}" matches no shipped scene and no TOML file here. `ghostball '
+                "scenes` lists those that are shipped"
+            )
+        found |= dict.fromkeys(matches)
+    return tuple(found)
 
 
 def scene_tags() -> tuple[str, ...]:
@@ -94,13 +120,13 @@ def scene_tags() -> tuple[str, ...]:
     return tuple(sorted({tag for name in scene_names() for tag in _shipped(name).tags}))
 
 
-def paths_among(names_or_tags: Sequence[str]) -> tuple[str, ...]:
+def paths_among(wanted: Sequence[str]) -> tuple[str, ...]:
     """Return those that are files, in order; a name or a tag wins over a file called like it."""
-    known = {*scene_names(), *scene_tags()}
+    known = {FULL, *scene_names(), *scene_tags()}
     return tuple(
-        wanted
-        for wanted in names_or_tags
-        if wanted not in known and (Path(wanted).suffix == ".toml" or Path(wanted).exists())
+        one
+        for one in expand(wanted)
+        if one not in known and (Path(one).suffix == ".toml" or Path(one).exists())
     )
 
 
@@ -111,5 +137,5 @@ def _shipped(name: str) -> Scene:
 
 def _unknown(what: str, text: str, known: Sequence[str]) -> str:
     close = get_close_matches(text, known, n=3)
-    hint = f"Did you mean {' or '.join(close)}?" if close else f"Known: {', '.join(known)}"
+    hint = f"Did you mean {' or '.join(close)}?" if close else "`ghostball scenes` lists them"
     return f'unknown {what} "{text}": not shipped, and no file of that name. {hint}'

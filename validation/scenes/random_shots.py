@@ -95,15 +95,22 @@ def _physics(
         return physics
     laws = ["mirror", "restitution"] + (["frictional", "han2005"] if slides else [])
     law = physics["cushion"] = chance.choice(laws)
-    if law != "mirror":
-        physics["cushion_restitution"] = chance.uniform(0.3, 1.0)
-    if law == "restitution":
-        physics["cushion_tangential_restitution"] = chance.uniform(0.3, 1.0)
-    if law in ("frictional", "han2005"):
-        physics["cushion_friction"] = chance.uniform(0.0, 0.4)
+    physics |= cushion_constants(chance, law)
     if law == "han2005":
         physics["cushion_height"] = least * chance.uniform(1.0, 1.4)
     return physics
+
+
+def cushion_constants(chance: random.Random, law: str) -> dict[str, float]:
+    """Return the constants that a law of cushions has, but for the height of the nose."""
+    constants: dict[str, float] = {}
+    if law != "mirror":
+        constants["cushion_restitution"] = chance.uniform(0.3, 1.0)
+    if law == "restitution":
+        constants["cushion_tangential_restitution"] = chance.uniform(0.3, 1.0)
+    if law in ("frictional", "han2005"):
+        constants["cushion_friction"] = chance.uniform(0.0, 0.4)
+    return constants
 
 
 def _set_off(chance: random.Random, balls: list[dict[str, Any]], *, spun: bool) -> float:

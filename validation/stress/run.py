@@ -26,7 +26,7 @@ from ghostball.reference_adapters.registry import (
     parse_spec,
 )
 from ghostball.validation.parallel.cluster import Cluster
-from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.compiling import Compiling, compile_kernels
 from ghostball.validation.parallel.pool import run_tasks
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.scenes.library import FOLDER
@@ -132,6 +132,7 @@ def run_stress(
     jobs: int = 1,
     cluster: Cluster | None = None,
     progress: Progress | None = None,
+    compiling: Compiling | None = None,
     reuse: bool = True,
     time_limit: float | None = None,
 ) -> StressOutcome:
@@ -153,6 +154,8 @@ def run_stress(
         Where the trials run instead; `jobs` processes then only compile.
     progress : callable, optional
         See `Progress`. Not called for what is taken over.
+    compiling : callable, optional
+        How far the compiling of our engine's kernels is, where they aren't; see `Compiling`.
     reuse : bool
         Whether what an earlier run of the same code found in the folder stands.
     time_limit : float, optional [s]
@@ -171,7 +174,18 @@ def run_stress(
     tasks = _plan(labels, suite, only)
     writer = StressWriter(out)
     with writer.reserved():
-        return _run(tasks, tuple(labels), suite, writer, jobs, cluster, progress, reuse, time_limit)
+        return _run(
+            tasks,
+            tuple(labels),
+            suite,
+            writer,
+            jobs,
+            cluster,
+            progress,
+            compiling,
+            reuse,
+            time_limit,
+        )
 
 
 def _plan(labels: Sequence[str], suite: Suite, only: Sequence[str]) -> list[StressTask]:
@@ -212,6 +226,7 @@ def _run(
     jobs: int,
     cluster: Cluster | None,
     progress: Progress | None,
+    compiling: Compiling | None,
     reuse: bool,
     time_limit: float | None,
 ) -> StressOutcome:
@@ -249,10 +264,11 @@ def _run(
 
     prepare: Callable[[], None] | None = None
     try:
-        if any(parse_spec(task.label)[0] == OURS for task in rest):
-            examples = {id(task.trial): task.trial for task in rest}.values()
-            scenes = (scene for trial in examples for scene in trial.examples())
-            prepare = compile_kernels(scenes, jobs)
+        examples = {id(task.trial): task.trial for task in rest}.values()
+        ours = any(parse_spec(task.label)[0] == OURS for task in rest)
+        scenes = [scene for trial in examples for scene in trial.examples()] if ours else []
+        labels_left = dict.fromkeys(task.label for task in rest)
+        prepare = compile_kernels(scenes, jobs, labels=labels_left, compiling=compiling)
         findings = run_tasks(rest, cluster or jobs, run_trial, _died, limit, printed, prepare)
         with closing(findings):
             for one in findings:

@@ -88,8 +88,8 @@ def differences(one: Result, other: Result, length: int, time: int) -> list[str]
 def scaled(scene: Scene, length: int, time: int, mass: int) -> Scene:
     """Return the scene with lengths, times and masses multiplied by powers of two.
 
-    Everything else follows from its unit: speeds, gravity, spins and their decay, the height of
-    cushions. Frictions and restitutions have none.
+    Everything else follows from its unit: speeds, gravity, spins and their decay, drag, the height
+    of cushions. Frictions and restitutions have none.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def scaled(scene: Scene, length: int, time: int, mass: int) -> Scene:
     """
     x, t, m = 2.0**length, 2.0**time, 2.0**mass
     physics = scene.physics
-    if physics.ball_friction == "alciatore" or physics.air_drag != 0.0:
+    if physics.ball_friction == "alciatore":
         raise GhostballError("a law with constants of its own can't be scaled")
     balls = []
     for ball in scene.balls:
@@ -124,6 +124,8 @@ def scaled(scene: Scene, length: int, time: int, mass: int) -> Scene:
             | {
                 "gravity": physics.gravity * x / t**2,
                 "spinning_friction_rate": physics.spinning_friction_rate / t**2,
+                "air_drag": physics.air_drag / x,
+                "rolling_friction_quadratic": physics.rolling_friction_quadratic / x,
             }
             | (
                 {"cushion_height": x * physics.cushion_height}

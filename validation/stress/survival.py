@@ -135,7 +135,7 @@ def scene_file(worst: Finding, folder: Path) -> Path:
 def reproducing(worst: Finding, folder: Path) -> str:
     """Return the command that plays a worst case again, and prints what becomes of it."""
     scene = shlex.quote(str(scene_file(worst, folder)))
-    return f"ghostball simulate {scene} --engine {shlex.quote(worst.label)}"
+    return f"ghostball run {scene} --engine {shlex.quote(worst.label)}"
 
 
 def trying_again(finding: Finding, folder: StressFolder) -> str:
@@ -143,7 +143,5 @@ def trying_again(finding: Finding, folder: StressFolder) -> str:
     trial = shlex.quote(f"{finding.family}/{finding.trial}")
     beside = shlex.quote(str(folder.path.with_name(folder.path.name + "-again")))
     engine = shlex.quote(finding.label)
-    return (
-        f"ghostball stress {trial} --suite {folder.run.suite} --engines {engine} --rerun "
-        f"--out {beside}"
-    )
+    full = "--full " if folder.run.suite == "full" else ""
+    return f"ghostball stress {trial} {full}--engine {engine} --rerun --out {beside}"

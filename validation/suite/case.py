@@ -14,10 +14,16 @@ from ghostball.engine.result import initial_state
 from ghostball.engine.scene.features import scene_features
 from ghostball.engine.trajectory import energy_of
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
-from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine, parse_spec
-from ghostball.validation.checks.criteria import Criterion
+from ghostball.reference_adapters.registry import (
+    EngineUnavailableError,
+    engine_name,
+    make_engine,
+)
+from ghostball.validation.checks.accuracy import accuracy_of
+from ghostball.validation.checks.criterion import Criterion, StepRule
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.metrics import measure
+from ghostball.validation.checks.step_limits import step_criteria
 from ghostball.validation.results.records import CaseRecord, Fault, Motion, status_name
 from ghostball.validation.runs.playing import blamed_on_engine, run_engine
 from ghostball.validation.runs.sampling import motion_of
@@ -44,6 +50,8 @@ class Case:
     truth : Truth or TruthFailure
     criteria : tuple of Criterion
         Those that apply to this engine with its settings, and whose metric is computed.
+    rule : StepRule or None
+        By which limits are computed from the engine's step, on metrics that none of them limits.
     metrics : tuple of str, or None
         The metrics that are computed; None is all of them.
     left_out : tuple of str
@@ -56,6 +64,7 @@ class Case:
     criteria: tuple[Criterion, ...] = ()
     metrics: tuple[str, ...] | None = None
     left_out: tuple[str, ...] = ()
+    rule: StepRule | None = None
 
 
 def run_case(
@@ -75,9 +84,10 @@ def run_case(
         Where the run was interrupted; what it did until then is dropped.
     """
     record = blank_record(case)
-    if isinstance(case.truth, TruthFailure):
-        reason = f"the truth of the scene could not be computed: {case.truth.reason}"
-        return failed(record, reason, case.truth.traceback, fault="ghostball"), None
+    truth = case.truth
+    if isinstance(truth, TruthFailure):
+        reason = f"the truth of the scene could not be computed: {truth.reason}"
+        return failed(record, reason, truth.traceback, fault="ghostball"), None
     try:
         with blamed_on_engine(record.engine):
             engine = make(case.label)
@@ -87,12 +97,13 @@ def run_case(
                 approximations=approximations_of(engine, case.scene),
             )
             resolution = resolution_of(engine, case.scene)
+            case = with_step_limits(case, engine)
         result = run_engine(engine, case.scene)
         if result.status is Status.FAILED:  # of its numbers none need be one
             return failed(record, f"it says that it failed: {result.reason}"), None
         # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
         with np.errstate(invalid="ignore", over="ignore"):
-            return _judged(record, case, case.truth, result, resolution), motion_of(result)
+            return _judged(record, case, truth, result, resolution), motion_of(result)
     except EngineUnavailableError as error:
         return replace(record, outcome="unavailable", reason=str(error)), None
     except UnsupportedSceneError as error:
@@ -107,6 +118,26 @@ def run_case(
         return failed(record, reason, trace, fault="ghostball"), None
 
 
+def with_step_limits(case: Case, engine: ReferenceEngine) -> Case:
+    """Return a case with what is computed from its engine's step among its criteria.
+
+    What is stated wins: nothing is computed on a metric that a criterion of the case limits.
+    """
+    if case.rule is None or isinstance(case.truth, TruthFailure):
+        return case
+    stated = {criterion.metric for criterion in case.criteria} | set(case.left_out)
+    computed = [
+        one
+        for one in step_criteria(case.rule, engine, case.scene, case.truth)
+        if one.metric not in stated
+    ]
+    asked = [one for one in computed if case.metrics is None or one.metric in case.metrics]
+    unasked = tuple(one.metric for one in computed if one not in asked)
+    return replace(
+        case, criteria=(*case.criteria, *asked), left_out=(*case.left_out, *unasked), rule=None
+    )
+
+
 def blank_record(case: Case) -> CaseRecord:
     """Return a record that names the case and holds no result yet."""
     scene = case.scene
@@ -116,7 +147,7 @@ def blank_record(case: Case) -> CaseRecord:
         tags=scene.tags,
         definition=scene.model_dump(mode="json", by_alias=True),
         label=case.label,
-        engine=parse_spec(case.label)[0],
+        engine=engine_name(case.label),
         outcome="failed",
     )
 
@@ -160,6 +191,11 @@ def _judged(
         settings=record.settings | dict(result.settings),
         status=status_name(result.status),
         reason=result.reason,
+        accuracy=(
+            None
+            if truth.is_own_measure(record.engine, "rest")
+            else accuracy_of(result, truth, resolution=resolution)
+        ),
         truth=truth.kind,
         truth_positions=truth.rest_positions,
         truth_rest_time=truth.rest_time,

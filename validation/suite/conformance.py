@@ -14,17 +14,13 @@ from typing import Any, Literal
 import numpy as np
 
 from ghostball.engine import Scene
-from ghostball.reference_adapters import (
-    ReferenceEngine,
-    engine_names,
-    make_engine,
-    make_engine_of_class,
-    names_class,
-)
+from ghostball.reference_adapters import ReferenceEngine, engine_names, make_engine
 from ghostball.reference_adapters.base import resolution_of
-from ghostball.validation.checks.criteria import Criteria, Criterion, Selector, common_criteria
+from ghostball.validation.checks.criteria import Criteria, common_criteria
+from ghostball.validation.checks.criterion import Criterion, Selector, StepRule
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.metrics import conserves_energy, past_horizon
+from ghostball.validation.checks.step_limits import STEP_METRICS
 from ghostball.validation.results.records import (
     COMPLETE_STATUSES,
     INDEPENDENT,
@@ -38,6 +34,7 @@ from ghostball.validation.suite.case import (
     approximations_of,
     plain_settings,
     run_case,
+    with_step_limits,
 )
 from ghostball.validation.suite.suite import truth_or_failure
 
@@ -69,8 +66,6 @@ class EngineUnderTest:
     ----------
     spec : str
         As asked for: `NAME` or `MODULE:CLASS`, and settings after another colon.
-    label : str
-        Its name, and the settings that were asked for.
     make : callable
         Makes one like it.
     judged_as : EngineUnderTest or None
@@ -78,7 +73,6 @@ class EngineUnderTest:
     """
 
     spec: str
-    label: str
     make: Callable[[], ReferenceEngine]
     judged_as: EngineUnderTest | None = None
 
@@ -98,15 +92,20 @@ class Asked:
         What names the engine.
     of_any : tuple of Criterion
         What no engine may break, on other metrics.
+    rule : StepRule or None
+        By which limits are computed from the engine's step, on other metrics, as the scene runs.
     """
 
     stated: tuple[Criterion, ...] = ()
     of_any: tuple[Criterion, ...] = ()
+    rule: StepRule | None = None
 
     @property
     def metrics(self) -> tuple[str, ...]:
         """Names of what is asked, `COMPLETES` first, then metrics in the order of `METRICS`."""
         limited = {criterion.metric for criterion in (*self.stated, *self.of_any)}
+        if self.rule is not None:
+            limited |= STEP_METRICS
         return (COMPLETES, *(name for name in METRICS if name in limited))
 
 
@@ -127,12 +126,15 @@ class SceneRun:
     ----------
     record : CaseRecord
     asked : Asked
+    motion : Motion or None
+        None where the engine did not come to its end.
     not_finite : str
         The first number of the motion that isn't finite, and where; "" where all are.
     """
 
     record: CaseRecord
     asked: Asked
+    motion: Motion | None = None
     not_finite: str = ""
 
     def finding(self, metric: str) -> Finding:
@@ -141,7 +143,7 @@ class SceneRun:
         if record.outcome == "not-representable":
             return Finding("skipped", f"{record.scene}: not representable: {record.reason}")
         if record.outcome != "ran":
-            return Finding("failed", f"{record.label} failed: {record.reason}")
+            return Finding("failed", f"{record.engine} failed: {record.reason}")
         if metric == COMPLETES:
             return self._completion()
         criteria = [c for c in (*self.asked.stated, *self.asked.of_any) if c.metric == metric]
@@ -149,7 +151,9 @@ class SceneRun:
             return Finding("skipped", f"{record.scene}: {unpredictable}")
         checks = tuple(check for check in record.checks if check.metric == metric)
         if not checks:
-            note = record.notes.get(metric) or _NOT_INDEPENDENT
+            note = record.notes.get(metric) or (
+                _NOT_INDEPENDENT if criteria else "no limit on this follows from the engine's step"
+            )
             return Finding("skipped", f"{record.scene}: {note}")
         broken = tuple(check for check in checks if check.passed is False)
         if broken:
@@ -198,15 +202,9 @@ def engine_under_test(spec: str, judged_as: str | None = None) -> EngineUnderTes
     EngineError
         Where there is none such, or it can't run here.
     """
-    if names_class(spec):
-        make: Callable[[str], ReferenceEngine] = make_engine_of_class
-        settings = spec.split(":", 2)[2:]
-        label = ":".join((make(spec).name, *settings))
-    else:
-        make, label = make_engine, spec
-        make(spec)
+    make_engine(spec)
     other = None if judged_as is None else engine_under_test(judged_as)
-    return EngineUnderTest(spec, label, lambda: make(spec), other)
+    return EngineUnderTest(spec, lambda: make_engine(spec), other)
 
 
 def asked_of(
@@ -241,8 +239,10 @@ def asked_of(
             limited = {criterion.metric for criterion in stated}
             found = () if criteria is None else criteria.applying_to(name, values)
             stated += tuple(one for one in found if one.metric not in limited)
-    if any(own.applying_to(name, values) for name, values in names):
-        return Asked(stated)  # whoever wrote them knew what to ask here, and what not
+    wider = (common_criteria(),) if for_all is None else (for_all, common_criteria())
+    rule = own.step_rule(judged.name, settings, *wider)
+    if rule is not None or any(own.applying_to(name, values) for name, values in names):
+        return Asked(stated, rule=rule)  # whoever wrote them knew what to ask here, and what not
     limited = {criterion.metric for criterion in stated}
     others = asked_of_any(engine.make(), scene)
     return Asked(stated, tuple(one for one in others if one.metric not in limited))
@@ -335,9 +335,10 @@ def run_scene(
             asked,
             of_any=tuple(one for one in asked.of_any if METRICS[one.metric].compares != "events"),
         )
-    case = Case(scene, engine.label, truth, (*asked.stated, *asked.of_any))
+    case = Case(scene, engine.spec, truth, (*asked.stated, *asked.of_any), rule=asked.rule)
+    case = with_step_limits(case, engine.limited.make())
     record, motion = run_case(case, lambda _: (make or engine.make)())
-    return SceneRun(record, asked, "" if motion is None else _not_finite(motion))
+    return SceneRun(record, asked, motion, "" if motion is None else _not_finite(motion))
 
 
 def check_names(criteria: Criteria, engine: EngineUnderTest, source: str) -> None:

@@ -1,16 +1,17 @@
 """Results as JUnit XML: one test case for each scene, engine and metric.
 
-A metric with a limit passes or fails. One that has none, that proves nothing (our engine against
-itself) or that could not be measured is skipped with the reason: a test that can't fail must not
-count as passed. A case that did not run is one test case, skipped or in error; one that stopped
-early has a test case in error too. So has a run in which nothing was judged.
+The first of a scene and engine says how right the run is: its class is a property `accuracy`, with
+its numbers in the output. A metric with a limit passes or fails. One that has none, that proves
+nothing (our engine against itself) or that could not be measured is skipped with the reason: a test
+that can't fail must not count as passed. A case that did not run is one test case, skipped or in
+error; one that stopped early has a test case in error too. So has a run in which nothing was
+judged.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection, Iterator
-from pathlib import Path
 from xml.etree import ElementTree
 
 from ghostball.validation.checks.metric_table import METRICS
@@ -24,21 +25,10 @@ from ghostball.validation.results.junit_document import (
     case_element,
     document,
     set_output,
+    set_property,
     set_verdict,
-    write_document,
 )
 from ghostball.validation.results.records import CaseRecord, Check, number_with_unit
-
-
-def write_junit(cases: Collection[CaseRecord], path: str | Path) -> None:
-    """Write the JUnit file of a run, whole or not at all.
-
-    Raises
-    ------
-    GhostballError
-        Where it can't be written.
-    """
-    write_document(junit_xml(cases), path)
 
 
 def junit_xml(cases: Collection[CaseRecord]) -> str:
@@ -75,7 +65,11 @@ def _test_cases(case: CaseRecord) -> Iterator[ElementTree.Element]:
         element = _test_case(case, metric, case.wall_time if position == 0 else None)
         _judge(element, case, metric, checks[metric])
         if position == 0:
-            set_output(element, case.printed.splitlines())
+            said = case.printed.splitlines()
+            if case.accuracy is not None:
+                set_property(element, "accuracy", case.accuracy.kind)
+                said.insert(0, f"accuracy: {case.accuracy.sentence}")
+            set_output(element, said)
         yield element
 
 

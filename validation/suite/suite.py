@@ -1,7 +1,7 @@
 """The suite: scenes x engines, run, measured, judged, and written as they come.
 
 >>> from ghostball.validation import run_suite, select
->>> outcome = run_suite(select(suite="smoke"), ["ghostball", "pymunk"], Path("out"))
+>>> outcome = run_suite(select(["smoke"]), ["ghostball", "pymunk"], Path("out"))
 >>> outcome.exit_status
 0
 """
@@ -20,21 +20,17 @@ from ghostball.engine import GhostballError, Scene
 from ghostball.engine.compilation import MANY
 from ghostball.reference_adapters.registry import (
     EngineUnavailableError,
+    engine_name,
     engine_names,
     make_engine,
-    parse_spec,
 )
-from ghostball.validation.checks.criteria import (
-    SUFFIX,
-    Criteria,
-    Criterion,
-    common_criteria,
-    criteria_beside,
-)
+from ghostball.validation.checks.criteria import Criteria, common_criteria, criteria_beside
+from ghostball.validation.checks.criterion import Criterion, StepRule
 from ghostball.validation.checks.metric_table import METRICS, choose_metrics
+from ghostball.validation.checks.step_limits import ANY_STEP
 from ghostball.validation.checks.verdict import is_nothing_judged, is_unfinished
 from ghostball.validation.parallel.cluster import Cluster
-from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.compiling import Compiling, compile_kernels
 from ghostball.validation.parallel.pool import limit_of, run_tasks
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.records import CaseRecord, Motion
@@ -70,7 +66,7 @@ DEFAULT_ENGINES: tuple[str, ...] = (
     "paper-discrete",
     "paper-continuous",
 )
-"""What `ghostball validate` runs where `--engines` is left out."""
+"""What `ghostball validate` runs where `--engine` is left out."""
 
 PASSED, CHECK_FAILED, HARNESS_FAILED, NOTHING_JUDGED = 0, 1, 3, 4
 """Exit statuses of a run that went to its end."""
@@ -177,11 +173,13 @@ def run_suite(
     jobs: int = 1,
     cluster: Cluster | None = None,
     progress: Progress | None = None,
+    compiling: Compiling | None = None,
     criteria: Mapping[str, Criteria] | None = None,
     metrics: Sequence[str] | None = None,
     reuse: bool = False,
     announce: Announce | None = None,
     time_limit: float | None = None,
+    strangers: bool = False,
 ) -> Outcome:
     """Run every scene on every engine and write a results folder.
 
@@ -201,7 +199,9 @@ def run_suite(
     cluster : Cluster, optional
         Where the cases run instead; `jobs` processes then only compile.
     progress : callable, optional
-        See `Progress`. Called first with the cases that are taken over.
+        See `Progress`. Not called for what is taken over.
+    compiling : callable, optional
+        How far the compiling of our engine's kernels is, where they aren't; see `Compiling`.
     criteria : mapping of str to Criteria, optional
         By scene name. A scene that isn't named here and equals a shipped one has that one's.
     metrics : sequence of str, optional
@@ -216,6 +216,9 @@ def run_suite(
         For each case, which then runs in another process, also with one of `jobs`: an engine that
         takes longer, or crashes, costs that case, which has "failed". Guard a script with
         `if __name__ == "__main__"`.
+    strangers : bool
+        Whether engines of other packages that no criteria name are held to what the `resolution`
+        allows that they state; else nothing is asked of them.
 
     Raises
     ------
@@ -229,11 +232,11 @@ def run_suite(
     by Ctrl-C, the run stops, keeps what is done and says so in `Outcome.interrupted`; what earlier
     runs found and this one has not come to is kept too, for a later run with `reuse`.
     """
-    plan = _plan(scenes, engine_specs, criteria or {}, jobs, metrics)
+    plan = _plan(scenes, engine_specs, criteria or {}, jobs, metrics, strangers)
     check_time_limit(time_limit)
     writer = ResultsWriter(out)
     with writer.reserved():
-        return _run(plan, writer, jobs, cluster, progress, reuse, announce, time_limit)
+        return _run(plan, writer, jobs, cluster, progress, compiling, reuse, announce, time_limit)
 
 
 def _run(
@@ -242,6 +245,7 @@ def _run(
     jobs: int,
     cluster: Cluster | None,
     progress: Progress | None,
+    compiling: Compiling | None,
     reuse: bool,
     announce: Announce | None,
     time_limit: float | None,
@@ -262,15 +266,19 @@ def _run(
         outcome.cases.extend(taken_over)
 
     try:
-        if progress is not None:
-            for done, record in enumerate(taken_over, start=1):
-                progress(record, done, plan.size)
         rest = plan.without(unchanged.cases)
         if not rest:
             begin()
         else:
             scenes = plan.scenes_of(rest)
-            compiled = compile_kernels(scenes, jobs, tangents=True, contacts_from=MANY)
+            compiled = compile_kernels(
+                scenes,
+                jobs,
+                labels=dict.fromkeys(label for _, label in rest),
+                tangents=True,
+                contacts_from=MANY,
+                compiling=compiling,
+            )
             cases = run_cases(plan.cases(rest), cluster or jobs, time_limit, compiled)
             with closing(cases) as finished:
                 for ran, motion in finished:
@@ -344,10 +352,9 @@ def shipped_criteria(scene: Scene) -> Criteria:
     CriteriaError
         Where its criteria file is refused.
     """
-    path = FOLDER / f"{scene.name}{SUFFIX}"
-    if scene.name not in scene_names() or find_scene(scene.name) != scene or not path.exists():
+    if scene.name not in scene_names() or find_scene(scene.name) != scene:
         return Criteria()
-    return Criteria.load(path)
+    return criteria_beside(FOLDER / f"{scene.name}.toml")
 
 
 def criteria_beside_paths(names_or_tags: Sequence[str]) -> dict[str, Criteria]:
@@ -375,6 +382,7 @@ class _Plan:
     criteria: Mapping[str, Criteria]  # by scene name
     applying: Mapping[Pair, tuple[Criterion, ...]]  # by scene name and label
     left_out: Mapping[Pair, tuple[str, ...]]  # metrics of the criteria that aren't judged
+    rules: Mapping[Pair, StepRule | None]  # by which limits are computed from a step
     inputs: Mapping[Pair, str]  # hashes; "": always run
     metrics: tuple[str, ...] | None  # None: all
     foreign: tuple[str, ...]  # labels of engines that other packages bring
@@ -405,6 +413,8 @@ class _Plan:
         """Yield these cases, scene by scene; a scene's truth is computed when its turn comes."""
         computed = METRICS if self.metrics is None else self.metrics
         parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
+        if any(self.rules[pair] is not None for pair in pairs):
+            parts |= {"proof"}  # limits of a step are computed along the proved motion
         for scene in self.scenes_of(pairs):
             truth = truth_or_failure(scene, self.criteria[scene.name], parts)
             for pair in pairs:
@@ -416,6 +426,7 @@ class _Plan:
                         self.applying[pair],
                         self.metrics,
                         self.left_out[pair],
+                        self.rules[pair],
                     )
 
 
@@ -425,6 +436,7 @@ def _plan(
     criteria: Mapping[str, Criteria],
     jobs: int,
     metrics: Sequence[str] | None,
+    strangers: bool,
 ) -> _Plan:
     if jobs < 1:
         raise SuiteError(f"`jobs` must be at least 1, got {jobs}")
@@ -436,13 +448,16 @@ def _plan(
         scene.name: criteria[scene.name] if scene.name in criteria else shipped_criteria(scene)
         for scene in scenes
     }
+    names = {label: engine_name(label) for label in labels}
+    known = tuple(dict.fromkeys((*engine_names(), *names.values())))
     for scene in scenes:
-        own[scene.name].check_engines(engine_names(), f'criteria of scene "{scene.name}"')
+        own[scene.name].check_engines(known, f'criteria of scene "{scene.name}"')
         if scene.name in criteria:  # the shipped ones are checked as their truth is computed
             check_truth(scene, own[scene.name].truth)
     foreign = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))
     applying: dict[Pair, tuple[Criterion, ...]] = {}
     left_out: dict[Pair, tuple[str, ...]] = {}
+    rules: dict[Pair, StepRule | None] = {}
     inputs: dict[Pair, str] = {}
     for scene in scenes:
         for label, values in settings.items():
@@ -450,17 +465,27 @@ def _plan(
             asked = (
                 ()
                 if values is None
-                else limits.over_common(common_criteria(), parse_spec(label)[0], values)
+                else limits.over_common(common_criteria(), names[label], values)
             )
             judged = tuple(one for one in asked if chosen is None or one.metric in chosen)
             applying[pair] = judged
             left_out[pair] = tuple(one.metric for one in asked if one not in judged)
+            rule = (
+                None
+                if values is None
+                else limits.step_rule(names[label], values, common_criteria())
+            )
+            if rule is None and strangers and label in foreign and not asked:
+                rule = ANY_STEP
+            rules[pair] = rule
             inputs[pair] = (
                 ""
                 if values is None or label in foreign
-                else inputs_hash(scene, label, values, judged, limits.truth, chosen, left_out[pair])
+                else inputs_hash(
+                    scene, label, values, judged, limits.truth, chosen, left_out[pair], rule
+                )
             )
-    return _Plan(scenes, settings, own, applying, left_out, inputs, chosen, foreign)
+    return _Plan(scenes, settings, own, applying, left_out, rules, inputs, chosen, foreign)
 
 
 def _each_once(what: str, names: Sequence[str]) -> None:

@@ -29,7 +29,8 @@ from typing import Any
 
 from ghostball.engine import Scene
 from ghostball.reference_adapters.registry import engine_class, parse_spec
-from ghostball.validation.checks.criteria import Criterion
+from ghostball.reference_adapters.workers.process import installed
+from ghostball.validation.checks.criterion import Criterion, StepRule
 from ghostball.validation.parallel.sources import (
     OUR_PACKAGES,
     SourcesError,
@@ -131,6 +132,7 @@ def inputs_hash(
     truth: str | None,
     metrics: Sequence[str] | None,
     left_out: Sequence[str] = (),
+    rule: StepRule | None = None,
 ) -> str:
     """Return the hash of all that one case is asked to do.
 
@@ -149,6 +151,8 @@ def inputs_hash(
         Those that are computed; None is all.
     left_out : sequence of str
         Metrics of criteria that aren't judged.
+    rule : StepRule, optional
+        By which limits are computed from the engine's step.
     """
     return _hash(
         {
@@ -160,6 +164,7 @@ def inputs_hash(
             "truth": truth,
             "metrics": metrics,
             "left_out": left_out,
+            "rule": None if rule is None else rule.model_dump(mode="json"),
         }
     )
 
@@ -184,6 +189,7 @@ def describe_code() -> dict[str, Any]:
         "sources": _loaded_sources(),
         "python": [sys.version, sys.implementation.name],
         "versions": versions(),
+        "workers": dict(installed()),
         "machine": [platform.platform(), platform.machine(), cpu_name(), cpu_flags()],
         "variables": {
             name: value

@@ -10,17 +10,22 @@ by the tangent map of the shot itself. To first order, so that it is the surer t
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, EventKind, ExactTrajectory, Result, Scene
+from ghostball.engine import CUSHIONS, EventKind, Result, Scene
 from ghostball.engine.sensitivity import LANES, PARTS
 from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.truth.passings import (
+    Cushion,
+    ball_passings,
+    cushion_passings,
+    cushions_of,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -32,17 +37,11 @@ collision that comes all but first."""
 _LOCAL = 0.1
 """Of the sum of two radii: how near a competitor must be for its rate to tell when it touches."""
 
-_HALVINGS = 60
-"""Of an interval of time: to the last bit."""
-
 _SEED = 59
 """Of the directions in which the first state is changed: the same for every shot."""
 
 _MOST_NUMBERS = 4_000_000
 """Of perturbations that are held at once: 32 MB."""
-
-_MOST_INTERVALS = 100_000
-"""Of two balls between their events that are searched at once: 30 MB."""
 
 
 @dataclass(frozen=True)
@@ -122,8 +121,9 @@ def bifurcations_of(result: Result, tangent: Changes | None = None) -> tuple[Bif
     speed; `relative` is in these units, and the root mean square over the directions. Unlike
     rounding in our engine, such changes respect no symmetry.
 
-    Of cushions only ties count: no near miss of one, and none as a competitor. Between two events
-    of two balls the least of their gaps counts where they part again, or one stops.
+    Between two events of two balls the least of their gaps counts where they part again, or one
+    stops; so does the gap of a ball that turns back, or stops, short of a cushion. Which of two
+    cushions a ball meets first isn't counted: it ends in the same place.
 
     Left out is what lies where no derivative exists, past ties and sustained contact; the first tie
     itself counts as one with margin 0.
@@ -204,8 +204,8 @@ def _orders(result: Result, tangent: Changes) -> Iterator[Bifurcation]:
     n = len(scene.balls)
     for rows in _chunks(collisions, n):
         t, kind = events["t"][rows], events["kind"][rows]
-        before = np.nextafter(t, 0.0)
-        state = result.sample(before)
+        state = result.sample(np.nextafter(t, 0.0))
+        places, speeds = state.positions, state.velocities
         for name in ("a", "b"):
             chosen = rows if name == "a" else rows[kind == EventKind.BALL_BALL]
             at = np.flatnonzero(np.isin(rows, chosen))
@@ -216,52 +216,67 @@ def _orders(result: Result, tangent: Changes) -> Iterator[Bifurcation]:
                 kind[at] == EventKind.BALL_BALL, events["b" if name == "a" else "a"][rows[at]], -1
             )
             for other in range(n):
-                free = (mover != other) & (taken != other)
-                if np.any(free):
-                    yield from _competing(
-                        result,
-                        tangent,
-                        rows[at[free]],
-                        before[at[free]],
-                        mover[free],
-                        other,
-                        state.positions[at[free]],
-                        state.velocities[at[free]],
-                    )
+                free = np.flatnonzero((mover != other) & (taken != other))
+                to = _to_ball(scene, mover[free], other, places[at[free]], speeds[at[free]])
+                yield from _competing(result, tangent, rows[at[free]], mover[free], other, to)
+            hits = np.flatnonzero(kind[at] == EventKind.BALL_BALL)
+            for cushion in cushions_of(scene):
+                to = _to_cushion(scene, mover[hits], cushion, places[at[hits]], speeds[at[hits]])
+                other = -1 - cushion.number
+                yield from _competing(result, tangent, rows[at[hits]], mover[hits], other, to)
+
+
+class _Way(NamedTuple):
+    """How far some balls are from something else, (k,) each, and which way, (k, 2)."""
+
+    normal: FloatArray
+    gap: FloatArray
+    approach: FloatArray
+
+
+def _to_ball(
+    scene: Scene, mover: IntArray, other: int, positions: FloatArray, velocities: FloatArray
+) -> _Way:
+    k = np.arange(len(mover))
+    r = (positions[:, other] - positions[k, mover])[:, :2]
+    distance = np.linalg.norm(r, axis=1)
+    normal = r / distance[:, np.newaxis]
+    approach = np.sum(normal * (velocities[k, mover] - velocities[:, other])[:, :2], axis=1)
+    return _Way(normal, distance - (scene.radii[mover] + scene.radii[other]), approach)
+
+
+def _to_cushion(
+    scene: Scene, mover: IntArray, cushion: Cushion, positions: FloatArray, velocities: FloatArray
+) -> _Way:
+    k = np.arange(len(mover))
+    height = positions[k, mover, :2] @ cushion.inward - cushion.offset
+    approach = -(velocities[k, mover, :2] @ cushion.inward)
+    return _Way(np.tile(-cushion.inward, (len(mover), 1)), height - scene.radii[mover], approach)
 
 
 def _competing(
-    result: Result,
-    tangent: Changes,
-    rows: IntArray,
-    before: FloatArray,
-    mover: IntArray,
-    other: int,
-    positions: FloatArray,
-    velocities: FloatArray,
+    result: Result, tangent: Changes, rows: IntArray, mover: IntArray, other: int, to: _Way
 ) -> Iterator[Bifurcation]:
     """Yield how near `other` was to being met by each mover, when its event of `rows` came."""
-    radii, k = result.scene.radii, np.arange(len(rows))
-    r = (positions[:, other] - positions[k, mover])[:, :2]
-    distance = np.linalg.norm(r, axis=1)
-    reach = radii[mover] + radii[other]
-    normal = r / distance[:, np.newaxis]
-    approach = np.sum(normal * (velocities[k, mover] - velocities[:, other])[:, :2], axis=1)
-    gap = np.maximum(distance - reach, 0.0)
-    close = np.flatnonzero((approach > 0.0) & (gap < _LOCAL * reach))
+    gap = np.maximum(to.gap, 0.0)
+    near = _LOCAL * (result.scene.radii[mover] + (result.scene.radii[other] if other >= 0 else 0.0))
+    close = np.flatnonzero((to.approach > 0.0) & (gap < near))
     if not len(close):
         return
-    b = np.full(len(close), other)
-    change = _changes(tangent, before[close], mover[close], b)
-    later = np.einsum("kx,kmx->km", normal[close], change) / approach[close, np.newaxis]
-    relative = approach[close, np.newaxis] * (later - tangent.event_shifts[rows[close]])
     t = events_of(result)["t"][rows[close]]
+    b = np.full(len(close), other)
+    change = _changes(tangent, np.nextafter(t, 0.0), mover[close], b if other >= 0 else None)
+    if other < 0:  # what a cushion is relative to the ball
+        change = -change
+    approach = to.approach[close, np.newaxis]
+    later = np.einsum("kx,kmx->km", to.normal[close], change) / approach
+    relative = approach * (later - tangent.event_shifts[rows[close]])
     yield from _bifurcations("order", t, mover[close], b, gap[close], _spread(relative))
 
 
 def _near_misses(result: Result, tangent: Changes) -> Iterator[Bifurcation]:
-    """Yield how closely two balls pass without touching."""
-    times, a, b, gaps = _passings(result)
+    """Yield how closely two balls pass without touching, and how near a ball turns to a cushion."""
+    times, a, b, gaps = ball_passings(result)
     for rows in _chunks(np.argsort(times, kind="stable"), len(result.scene.balls)):
         at = np.arange(len(rows))
         places = result.sample(times[rows]).positions[..., :2]
@@ -270,165 +285,23 @@ def _near_misses(result: Result, tangent: Changes) -> Iterator[Bifurcation]:
         change = _changes(tangent, times[rows], a[rows], b[rows])
         spread = _spread(np.einsum("kx,kmx->km", normal, change))
         yield from _bifurcations("near miss", times[rows], a[rows], b[rows], gaps[rows], spread)
+    inward = {one.number: one.inward for one in cushions_of(result.scene)}
+    times, a, cushions, gaps = cushion_passings(result)
+    for rows in _chunks(np.argsort(times, kind="stable"), len(result.scene.balls)):
+        change = _changes(tangent, times[rows], a[rows])
+        normal = np.array([inward[k] for k in cushions[rows].tolist()])
+        spread = _spread(np.einsum("kx,kmx->km", normal, change))
+        b = -1 - cushions[rows]
+        yield from _bifurcations("near miss", times[rows], a[rows], b, gaps[rows], spread)
 
 
-def _passings(result: Result) -> tuple[FloatArray, IntArray, IntArray, FloatArray]:
-    """Return where the gap of two balls has a minimum between events: times, balls, gaps."""
-    motion, meetings = result._exact("motion"), _meetings(result)
-    parts = [
-        _passings_in(intervals, motion.radii, meetings)
-        for intervals in _intervals(motion, np.any(result.scene.velocities != 0.0, axis=1))
-    ]
-    if not parts:
-        none = np.empty(0)
-        return none, np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), none
-    times, a, b, gaps = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return times, a, b, gaps
-
-
-@dataclass(frozen=True, eq=False)
-class _Intervals:
-    """Intervals of time in which neither of two balls has an event, of many pairs of balls.
-
-    Attributes
-    ----------
-    low, high : (k,) float64 [s]
-    pairs : (k, 2) int64
-        The two balls.
-    within, after : (k, 2) int64
-        The row of `knots` that says how each of the two moves, and the one that does at `high`.
-    knots : (m, 14) float64
-        Of all balls, as in `ExactTrajectory`.
-    """
-
-    low: FloatArray
-    high: FloatArray
-    pairs: IntArray
-    within: IntArray
-    after: IntArray
-    knots: FloatArray
-
-    def only(self, kept: IntArray) -> _Intervals:
-        """Return some of the intervals."""
-        return _Intervals(
-            self.low[kept],
-            self.high[kept],
-            self.pairs[kept],
-            self.within[kept],
-            self.after[kept],
-            self.knots,
-        )
-
-    def relative(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return place and velocity of the second ball relative to the first at an instant of each.
-
-        As `ExactTrajectory.sample` has them, to the bit.
-        """
-        rows = np.where((times < self.high)[:, np.newaxis], self.within, self.after)
-        states = []
-        for row in rows.T:
-            knot = self.knots[row]
-            s = (times - knot[:, 0])[:, np.newaxis]
-            r, v, a = knot[:, 1:3], knot[:, 3:5], knot[:, 5:7]
-            states.append((r + s * (v + 0.5 * s * a), v + s * a))
-        (place_a, velocity_a), (place_b, velocity_b) = states
-        return place_b - place_a, velocity_b - velocity_a
-
-    def closing(self, times: FloatArray) -> FloatArray:
-        """Return half the rate of change of the squared distance at an instant of each [m^2/s]."""
-        r, v = self.relative(times)
-        rate: FloatArray = np.sum(r * v, axis=1)
-        return rate
-
-
-def _intervals(motion: ExactTrajectory, moving: NDArray[np.bool_]) -> Iterator[_Intervals]:
-    """Yield the intervals of all pairs of which one ever moves, many at once."""
-    starts = [knots[:, 0] for knots in motion.knots]
-    first = np.cumsum([0, *(len(one) for one in starts)])
-    knots = np.concatenate(motion.knots)
-    pending: list[_Intervals] = []
-    count = 0
-    for i in range(len(starts)):
-        for j in range(i):
-            if len(starts[i]) == len(starts[j]) == 1 and not np.any(moving[[i, j]]):
-                continue
-            edges = np.unique(np.concatenate([starts[i], starts[j], [motion.t_end]]))
-            rows = np.stack(
-                [
-                    first[ball]
-                    + np.maximum(np.searchsorted(starts[ball], edges, side="right") - 1, 0)
-                    for ball in (i, j)
-                ],
-                axis=1,
-            )
-            pairs = np.tile(np.array([i, j]), (len(edges) - 1, 1))
-            pending.append(_Intervals(edges[:-1], edges[1:], pairs, rows[:-1], rows[1:], knots))
-            count += len(edges) - 1
-            if count > _MOST_INTERVALS:
-                yield _joined(pending)
-                pending, count = [], 0
-    if pending:
-        yield _joined(pending)
-
-
-def _joined(parts: Sequence[_Intervals]) -> _Intervals:
-    return _Intervals(
-        np.concatenate([part.low for part in parts]),
-        np.concatenate([part.high for part in parts]),
-        np.concatenate([part.pairs for part in parts]),
-        np.concatenate([part.within for part in parts]),
-        np.concatenate([part.after for part in parts]),
-        parts[0].knots,
-    )
-
-
-def _passings_in(
-    every: _Intervals, radii: FloatArray, meetings: Mapping[tuple[int, int], set[float]]
-) -> tuple[FloatArray, IntArray, IntArray, FloatArray]:
-    """Return what `_passings` does, of some intervals."""
-    before = every.closing(np.nextafter(every.high, 0.0))
-    turns = np.flatnonzero((every.closing(every.low) < 0.0) & (before > 0.0))
-    # One also stops, or turns, at an event of its own: but not where the two meet.
-    ending = np.flatnonzero((before < 0.0) & (every.closing(every.high) >= 0.0))
-    stops = np.array(
-        [
-            k
-            for k in ending.tolist()
-            if every.high[k] not in meetings.get((every.pairs[k, 0], every.pairs[k, 1]), ())
-        ],
-        dtype=np.int64,
-    )
-    turning = every.only(turns)
-    low, high = turning.low, turning.high
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        falling = turning.closing(middle) < 0.0
-        low, high = np.where(falling, middle, low), np.where(falling, high, middle)
-    which = np.concatenate([turns, stops])
-    times = np.concatenate([high, every.high[stops]])
-    # By pairs; of each, first where one turns.
-    pair_of = every.pairs[which, 0] * len(radii) + every.pairs[which, 1]
-    order = np.lexsort((np.arange(len(which)), pair_of))
-    which, times = which[order], times[order]
-    a, b = every.pairs[which].T
-    gaps = np.linalg.norm(every.only(which).relative(times)[0], axis=1) - (radii[a] + radii[b])
-    return times, a, b, np.maximum(gaps, 0.0)
-
-
-def _meetings(result: Result) -> dict[tuple[int, int], set[float]]:
-    """Return when each two balls collide [s], by the higher number and the lower."""
-    meetings: dict[tuple[int, int], set[float]] = defaultdict(set)
-    for t, kind, a, b in events_of(result).tolist():
-        if kind == EventKind.BALL_BALL:
-            meetings[max(a, b), min(a, b)].add(t)
-    return meetings
-
-
-def _changes(tangent: Changes, times: FloatArray, a: IntArray, b: IntArray) -> FloatArray:
-    """Return the perturbations of the position of b relative to a at times, (k, m, 2) [m]."""
+def _changes(
+    tangent: Changes, times: FloatArray, a: IntArray, b: IntArray | None = None
+) -> FloatArray:
+    """Return the perturbations of the position of a, or of b relative to a, (k, m, 2) [m]."""
     places = tangent.sample(times)[..., :2]
     at = np.arange(len(times))
-    change: FloatArray = places[at, :, b] - places[at, :, a]
+    change: FloatArray = places[at, :, a] if b is None else places[at, :, b] - places[at, :, a]
     return change
 
 

@@ -29,7 +29,7 @@ from ghostball.engine import (
 from ghostball.engine.result import COLLISION_KINDS, Events
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
-from ghostball.validation.grading.certified_growth import growth_of_proof
+from ghostball.validation.grading.certified_growth import Lateness, growth_of_proof
 from ghostball.validation.grading.grading import Gradable, gradable
 from ghostball.validation.grading.sequences import Collision
 from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
@@ -99,6 +99,9 @@ class Truth:
         How errors grow along the shot: as it is proved, or, where the proof isn't of the whole
         shot, as our engine says. None where nothing says it, or it wasn't asked, as for a closed
         form.
+    lateness : Lateness or None
+        What it changes of the end to see an event late; None where the shot isn't proved to its
+        end, or no part "proof" was asked for.
     graded : Gradable or None
         What of the proof an exact engine is graded against; None where there is no proof, or no
         part "proof" was asked for.
@@ -124,6 +127,7 @@ class Truth:
     certificate: Certificate | None = None
     no_certificate: str = "it was not asked for"
     growth: Growth | None = None
+    lateness: Lateness | None = None
     graded: Gradable | None = None
     graded_steps: Gradable | None = None
 
@@ -234,7 +238,10 @@ def truth_of(
     elif truth.kind != CLOSED_FORM and ours is not None:
         growth = growth_of(ours)
     # How errors grow takes longer to compute than many a run: once is enough for all engines.
+    lateness = None
     if proof is not None and "proof" in parts:
+        if whole:
+            lateness = growth_of_proof(scene, proof).lateness()
         graded = gradable(scene, proof)
         graded_steps = gradable(scene, proof, exact=False, horizon=horizon)
     return replace(
@@ -242,6 +249,7 @@ def truth_of(
         certificate=proof,
         no_certificate=no_proof,
         growth=growth,
+        lateness=lateness,
         graded=graded,
         graded_steps=graded_steps,
     )

@@ -1,4 +1,4 @@
-"""Ball-ball impacts with restitution along the line of centres and Coulomb friction across it."""
+"""The ball law "frictional": restitution along the line of centres, Coulomb friction across it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Cushions with restitution and Coulomb friction: at the height of the nose (Han), or at mid-ball.
+"""The cushion laws "han2005" and "frictional": restitution and Coulomb friction at the nose.
+
+At the height of the nose by Han's law, at mid-ball where the law is "frictional".
 
 Han, I. (2005): Dynamics in carom and three cushion billiards. Journal of Mechanical Science and
 Technology 19(4), 976-984.

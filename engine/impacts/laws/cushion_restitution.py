@@ -1,4 +1,4 @@
-"""A cushion that multiplies the velocity by two factors and leaves the spin alone."""
+"""The cushion laws "restitution" and "mirror": two factors on the velocity; spin is left alone."""
 
 from __future__ import annotations
 

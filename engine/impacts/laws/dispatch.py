@@ -1,4 +1,7 @@
-"""Calls the law that a scene chose, by its place in `registry`."""
+"""Calls the law that a scene chose, by its place in `registry`.
+
+And tells contacts that last at which height a cushion's law has it touch the ball.
+"""
 
 from __future__ import annotations
 
@@ -15,12 +18,13 @@ from ghostball.engine.impacts.laws.interface import (
     CushionBounce,
     CushionImpact,
 )
-from ghostball.engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+from ghostball.engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
 
 _MATHAVAN2014 = BALL_LAW_NAMES.index("mathavan2014")
 _FRICTIONAL_CUSHION = CUSHION_LAW_NAMES.index("frictional")
 _HAN2005 = CUSHION_LAW_NAMES.index("han2005")
 _MATHAVAN2010 = CUSHION_LAW_NAMES.index("mathavan2010")
+_AT_THE_NOSE = tuple(k for k, law in enumerate(CUSHION_LAWS) if "cushion_height" in law.uses)
 
 # Chains of comparisons, because the compiler can't cache a kernel that is handed another one. It
 # leaves out what follows `is not None` where the type of an argument is None.
@@ -56,3 +60,11 @@ def _cushion_law(
     if law == _FRICTIONAL_CUSHION:
         return frictional_cushion(impact, laws)
     return restitution(impact, laws)  # a mirror where both its factors are 1
+
+
+@kernel
+def nose_sine(laws: Laws, law: int, radius: float) -> float:
+    """Return the sine of the angle above the horizontal at which a cushion's law sees its nose."""
+    if law in _AT_THE_NOSE:
+        return (laws.cushion_height - radius) / radius
+    return 0.0

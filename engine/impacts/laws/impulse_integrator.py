@@ -1,7 +1,8 @@
-"""Follows an impact during which two contacts rub through its normal impulse.
+"""Integrates, over the normal impulse, an impact during which two contacts rub.
 
-A slip turns the faster the shorter it is, and one that is held by friction is stiff: so the method
-is implicit, and where a contact begins or ends to slip, steps get short by themselves.
+The equations are in `two_contacts`. A slip turns the faster the shorter it is, and one that is held
+by friction is stiff: so the method is implicit, and where a contact begins or ends to slip, steps
+get short by themselves.
 """
 
 from __future__ import annotations

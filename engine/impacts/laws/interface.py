@@ -3,8 +3,8 @@
 Both work in a right-handed frame in space: n, the unit normal of the contact; t = z x n, along the
 contact; and up, n x t, which is z as long as the contact is between balls on the cloth, or with a
 cushion. A law sees numbers in that frame and knows of no table, no time and no other ball. It
-returns impulses along all three. Whether an impulse up moves a ball isn't the law's business but
-that of the ball's phase: see `impacts.impact`.
+returns what the impact does along all three. That an impulse up doesn't lift a ball isn't the law's
+business: see `impacts.impact`.
 
     ball law     (BallImpact, Laws) -> BallImpulse
     cushion law  (CushionImpact, Laws) -> CushionBounce
@@ -78,7 +78,7 @@ class CushionBounce(NamedTuple):
     """The ball's velocity [m/s] and angular velocity [rad/s] after; vn <= 0.
 
     `up` is the impulse of the cushion along z, over the mass [m/s], less what the law itself lets
-    the cloth take of it.
+    the cloth take of it; the engine drops it, since the ball stays on the cloth.
     """
 
     vn: float

@@ -1,7 +1,8 @@
 """The impact laws: their names, what each uses, and where it comes from.
 
-A law is a file beside this one, its entry here, and its branch in `dispatch`, where its place in
-its tuple is its code. This needs no compiler.
+A law is a function in a file beside this one, its entry here, and its branch in `dispatch`; its
+place in its tuple is its code. A file may have two: the cushions' "frictional" is in
+`cushion_han2005`, "mirror" in `cushion_restitution`. This needs no compiler.
 """
 
 from __future__ import annotations

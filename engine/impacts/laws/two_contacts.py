@@ -1,6 +1,6 @@
-"""An impact during which two contacts rub: the one that collides, and a ball on the cloth.
+"""Equations of an impact during which two contacts rub: the one that collides, and the cloth's.
 
-What the integrated laws share: each says which impact it is (`Model`). The independent
+What the laws that integrate over the impact share: each fills in a `Model`. The independent
 variable is the normal impulse p of the contact that collides, divided by a mass. Each contact rubs
 against its slip, whose direction changes meanwhile; both slips, two numbers each, obey
 

@@ -29,8 +29,38 @@
     return observer;
   };
 
-  const show = (name) => {
+  /** What a fragment asks for: a scene, alone or with an instant and the engines to look at. */
+  const asked = () => {
+    const whole = decodeURIComponent(location.hash.replace(/%(?![0-9a-f]{2})/gi, "%25"));
+    if (!whole.startsWith(PREFIX)) return null;
+    if (links.has(whole.slice(PREFIX.length))) return { name: whole.slice(PREFIX.length), view: {} };
+    const parts = new URLSearchParams(location.hash.slice(1));
+    const t = parts.has("t") ? Number(parts.get("t")) : undefined;
+    return { name: parts.get("scene"), view: { t, engines: parts.getAll("engine") } };
+  };
+
+  const linkTo = (name, view) => {
+    const parts = new URLSearchParams({ scene: name, t: view.t });
+    for (const engine of view.engines) parts.append("engine", engine);
+    return `#${parts}`;
+  };
+
+  /** Puts the link into the address bar, and on the clipboard where there is one. */
+  const share = async (button, name, view) => {
+    history.replaceState(null, "", linkTo(name, view));
+    let said = "In the address bar";
+    try {
+      await navigator.clipboard.writeText(location.href);
+      said = "Copied";
+    } catch { /* without leave, or over plain HTTP, there is no clipboard */ }
+    const before = button.textContent;
+    button.textContent = said;
+    setTimeout(() => { button.textContent = before; }, 1500);
+  };
+
+  const show = (name, view = {}) => {
     const scene = scenes.find((one) => one.dataset.scene === name);
+    if (scene && scene === open) replay?.look(view);
     if (!scene || scene === open) return scene;
     if (open) {
       open.classList.remove("open");
@@ -49,11 +79,22 @@
     scene.classList.add("open");
     open = scene;
     const element = scene.querySelector("[data-replay]");
-    const mine = { observer: null, mounted: null };
+    const mine = {
+      observer: null,
+      mounted: null,
+      view,
+      look(at) {
+        this.view = at;
+        this.mounted?.ready.then(() => this.mounted.look(at));
+      },
+    };
     replay = mine;
     if (element && window.Ghostball?.mountReplay) {
       mine.observer = whenSeen(element, () => {
-        mine.mounted = window.Ghostball.mountReplay(element, dataOf(element.dataset.replay));
+        mine.mounted = window.Ghostball.mountReplay(element, dataOf(element.dataset.replay), {
+          share: (button, at) => share(button, name, at),
+        });
+        mine.look(mine.view);
       });
     }
     update();
@@ -73,9 +114,8 @@
   };
 
   const follow = () => {
-    const name = decodeURIComponent(location.hash);
-    if (!name.startsWith(PREFIX)) return;
-    const scene = show(name.slice(PREFIX.length));
+    const wanted = asked();
+    const scene = wanted && show(wanted.name, wanted.view);
     if (!scene) return;
     scene.scrollIntoView();
     scene.focus({ preventScroll: true });
@@ -106,6 +146,8 @@
     });
   }
   window.addEventListener("hashchange", follow);
+  // Where no script runs, they lead to the scene alone.
+  for (const link of document.querySelectorAll("a[data-view]")) link.href = link.dataset.view;
 
   for (const element of document.querySelectorAll("[data-compare]")) {
     whenSeen(element, () => {
@@ -140,4 +182,25 @@
   if (scenes.length) show(scenes[0].dataset.scene);
   update();
   follow();
+
+  // Tables that sort: by size, the least first, and what has no value last.
+  for (const table of document.querySelectorAll("table.sortable")) {
+    const body = table.tBodies[0];
+    [...table.tHead.rows[0].cells].forEach((head, column) => {
+      const button = head.querySelector("button");
+      if (!button) return;
+      button.hidden = false;
+      const size = (row) => {
+        const { value } = row.cells[column].dataset;
+        return value === "" ? Infinity : Number(value);
+      };
+      button.addEventListener("click", () => {
+        const rows = [...body.rows].map((row) => [size(row), row]);
+        rows.sort(([one], [other]) => (one === other ? 0 : one - other));
+        body.append(...rows.map(([, row]) => row));
+        for (const other of table.tHead.rows[0].cells) other.removeAttribute("aria-sort");
+        head.setAttribute("aria-sort", "ascending");
+      });
+    });
+  }
 })();

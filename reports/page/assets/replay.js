@@ -4,8 +4,8 @@ globalThis.Ghostball ??= {};
 
 (() => {
   const {
-    EventList, PHASE, Plate, Player, Readout, Timeline, choice, css, decode, drawKind, drawSmall,
-    iconButton, lengthWords, make, tick, timeWords,
+    EventList, Plate, Player, Readout, SideView, Timeline, choice, decode, drawSmall, help, iconButton,
+    legend, make, tick, timeWords,
   } = Ghostball;
   const SPEEDS = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4];
   const CROWD = 5; // from this many balls on, paths of all engines over each other are a scribble
@@ -14,28 +14,18 @@ globalThis.Ghostball ??= {};
   const READOUT_EVERY = 100; // [ms] while it plays: nobody reads faster
   const SAID = 4; // events of one instant that are said aloud
   const SCROLLS = [" ", "ArrowLeft", "ArrowRight", "Home", "End"];
-  const KIND_WORDS = ["balls collide", "cushion", "starts to roll", "comes to rest"];
-  const KEYS = [
-    ["Space", "play or pause"],
-    ["← →", "a hundredth of the run back, on; with Shift a thousandth"],
-    ["Home End", "start, end"],
-    ["p n", "event before, next event"],
-    ["d", "first divergence"],
-    ["[ ]", "slower, faster"],
-    ["+ - 0", "closer, farther, whole table"],
-    ["b", "look at the chosen ball"],
-    ["drag, wheel, pinch", "move and zoom; the wheel once the replay has the focus"],
-  ];
 
   class Replay {
-    constructor(root, scene) {
+    constructor(root, scene, { share } = {}) {
       this.root = root;
       this.scene = scene;
+      this.share = share;
       this.ran = scene.engines.filter((engine) => engine.motion);
       this.player = new Player(scene.duration, () => this.update());
       this.ball = 0;
       this.trails = scene.balls.length < CROWD ? "all" : "tails";
       this.names = true;
+      this.stripes = true;
       this.reference = this.ran.find((engine) => engine.ours) ?? this.ran[0];
       // Paths of nine engines over each other can't be read: the first beside the reference will do.
       const other = this.ran.find((engine) => engine !== this.reference);
@@ -61,6 +51,7 @@ globalThis.Ghostball ??= {};
       );
       this.plate = new Plate(stage, scene, (plate) => this.paint(plate));
       this.plate.onview = () => this.zoomed();
+      this.side = scene.highest > 0 ? new SideView(stage, this.plate) : null;
       this.clock = make("span", { className: "gb-clock" });
       const line = make("div", { className: "gb-line" });
       this.timeline = new Timeline(line, this.plate, scene.duration, (t) => this.player.go(t));
@@ -74,7 +65,7 @@ globalThis.Ghostball ??= {};
       root.replaceChildren(
         stage, line, this.legend(), controls, this.status, this.jumps(),
         this.readoutBox(),
-        make("div", { className: "gb-panels" }, this.events.element, this.help()),
+        make("div", { className: "gb-panels" }, this.events.element, help(this.scene)),
       );
       this.sizes = new ResizeObserver(() => this.timeline.drawMarks());
       this.sizes.observe(line);
@@ -113,7 +104,34 @@ globalThis.Ghostball ??= {};
         tick("Names", this.names, (on) => {
           this.names = on;
           draw();
-        }));
+        }),
+        tick("Stripes", this.stripes, (on) => {
+          this.stripes = on;
+          draw();
+        }),
+        ...(this.share ? [this.linkButton()] : []));
+    }
+
+    linkButton() {
+      const button = this.button("Copy link", "Copy a link to this instant and these engines",
+        () => this.share(button, this.view));
+      return button;
+    }
+
+    /** What a link says of it. */
+    get view() {
+      return { t: this.time, engines: this.ran.filter((one) => one.shown).map((one) => one.label) };
+    }
+
+    /** Shows these engines, where any is there, at an instant; what isn't said stays as it is. */
+    look({ t, engines = [] }) {
+      if (this.ran.some((one) => engines.includes(one.label))) {
+        for (const one of this.ran) this.readout.setShown(one, engines.includes(one.label));
+        const last = this.ran.findLast((one) => one.shown);
+        this.chooseLog(last);
+        this.plate.draw();
+      }
+      if (Number.isFinite(t)) this.player.go(t);
     }
 
     button(text, label, act) {
@@ -205,54 +223,9 @@ globalThis.Ghostball ??= {};
     }
 
     legend() {
-      const item = (draw, text) => {
-        const sign = make("canvas", { className: "gb-sign" });
-        sign.setAttribute("aria-hidden", "true");
-        this.signs.push([sign, draw]);
-        return make("li", {}, sign, text);
-      };
-      this.signs = [];
-      const list = make("ul", { className: "gb-legend" });
-      KIND_WORDS.forEach((text, lane) => list.append(
-        item((context) => drawKind(context, lane, 14, 8), text)));
-      const slides = (track) => track.phase.includes(PHASE.SLIDING);
-      if (this.ran.some((engine) => engine.tracks.some(slides))) {
-        const stroke = (width, alpha) => (context, theme) => {
-          context.strokeStyle = css(theme.ink, alpha);
-          context.lineWidth = width;
-          context.beginPath();
-          context.moveTo(2, 8);
-          context.lineTo(26, 8);
-          context.stroke();
-        };
-        list.append(item(stroke(4.5, 0.3), "rolls (ours)"), item(stroke(7, 0.6), "slides (ours)"));
-      }
-      if (this.scene.truth) {
-        list.append(item((context, theme) => {
-          context.strokeStyle = css(theme.accent);
-          context.lineWidth = 1.5;
-          context.beginPath();
-          context.moveTo(8, 8);
-          context.lineTo(20, 8);
-          context.moveTo(14, 2);
-          context.lineTo(14, 14);
-          context.stroke();
-        }, `end in truth (${this.scene.truth.kind})`));
-      }
+      const { list, signs } = legend(this.ran, this.scene.truth, this.timeline.lanes.length);
+      this.signs = signs;
       return list;
-    }
-
-    help() {
-      const list = make("dl");
-      for (const [key, what] of KEYS) {
-        list.append(make("div", {}, make("dt", { textContent: key }), make("dd", { textContent: what })));
-      }
-      return make("fieldset", { className: "gb-help" },
-        make("legend", { textContent: "Keys, and how exact this is" }), list,
-        make("p", { textContent:
-          `Paths run within ${lengthWords(this.scene.tolerance)} of the stored samples; between them ` +
-          "they are drawn, not computed. " +
-          "Times of events and positions at the end are exact. Height is left out." }));
     }
 
     /** Small pictures of lines and signs, in the colours of the moment. */
@@ -276,9 +249,21 @@ globalThis.Ghostball ??= {};
         plate.drawTrails(engine, this.time, this.trails === "tails" ? this.time - TAIL : 0);
       }
       if (this.scene.truth) plate.drawTruth(this.scene.truth.rest);
-      for (const engine of order) plate.drawBalls(engine, this.time, { names: this.names });
+      const { names, stripes } = this;
+      for (const engine of order) plate.drawShadows(engine, this.time);
+      for (const engine of order) plate.drawBalls(engine, this.time, { names, stripes });
       const place = this.reference.tracks[this.ball].at(this.time);
       if (place) plate.drawChosen(place, this.ball);
+      if (this.side) this.paintSide(order, place);
+    }
+
+    /** The same from the side, with the path of the chosen ball. */
+    paintSide(order, place) {
+      const { side } = this;
+      side.begin(place ? place[0] : side.middle ?? 0);
+      side.drawCloth();
+      for (const engine of order) side.drawTrail(engine, this.ball, this.time);
+      for (const engine of order) side.drawBalls(engine, this.time, this.stripes);
     }
 
     zoomed() {
@@ -387,14 +372,17 @@ globalThis.Ghostball ??= {};
    * Puts the replay of a scene into an element; decodes its data only now.
    *
    * `element.ghostball.ready` is kept once it is there: {seek(t), time, positions(label),
-   * engines, duration}.
+   * orientations(label), engines, duration, look({t, engines}), view}. With
+   * `options.share(button, view)` there is a button that asks for a link.
    */
-  Ghostball.mountReplay = function mountReplay(element, data) {
+  Ghostball.mountReplay = function mountReplay(element, data, options = {}) {
     element.classList.add("gb-replay");
     let replay = null;
     let gone = false;
     const handle = {
       seek: (t) => replay?.player.go(t),
+      look: (view) => replay?.look(view),
+      get view() { return replay?.view ?? null; },
       get time() { return replay?.time ?? 0; },
       get duration() { return replay?.scene.duration ?? 0; },
       get playing() { return replay?.player.playing ?? false; },
@@ -402,6 +390,9 @@ globalThis.Ghostball ??= {};
       positions: (label) => replay?.ran
         .find((engine) => engine.label === label)
         ?.positions(replay.time) ?? null,
+      orientations: (label) => replay?.ran
+        .find((engine) => engine.label === label)
+        ?.tracks.map((track) => track.orientation(replay.time)) ?? null,
       destroy() {
         gone = true;
         replay?.destroy();
@@ -419,7 +410,7 @@ globalThis.Ghostball ??= {};
     element.replaceChildren(make("p", { textContent: "Reading the motion …" }));
     handle.ready = decode(data).then(
       (scene) => {
-        if (!gone) replay = new Replay(element, scene);
+        if (!gone) replay = new Replay(element, scene, options);
       },
       (error) => element.replaceChildren(make("p", { textContent:
         `This motion can't be replayed: ${error.message}.` })),

@@ -3,8 +3,11 @@
 globalThis.Ghostball ??= {};
 
 (() => {
-  const SCHEMA = 1;
-  const PHASE = { RESTING: 0, SLIDING: 1, ROLLING: 2, UNKNOWN: 3, ABSENT: 4 };
+  const { IDENTITY, turned } = Ghostball;
+  const SCHEMA = 2;
+  const PHASE = {
+    RESTING: 0, SLIDING: 1, ROLLING: 2, GONE: 3, FLYING: 4, UNKNOWN: 5, ABSENT: 6,
+  };
 
   async function inflate(base64) {
     const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
@@ -77,16 +80,17 @@ globalThis.Ghostball ??= {};
 
   /** The path of one ball: pieces between knots, each a parabola in time. */
   class Track {
-    constructor(reader, knotTimes, quantum) {
-      const scaled = (numbers) => numbers.map((value) => value * quantum);
+    constructor(reader, knotTimes, { quantum, spin }, radius) {
+      const scaled = (numbers, unit) => numbers.map((value) => value * unit);
       const knots = reader.number();
       const pieces = Math.max(knots - 1, 0);
       this.t = reader.sums(knots).map((index) => knotTimes[index]);
       this.phase = reader.raw(pieces);
-      this.x = scaled(reader.sums(knots));
-      this.y = scaled(reader.sums(knots));
-      this.bowX = scaled(reader.numbers(pieces));
-      this.bowY = scaled(reader.numbers(pieces));
+      [this.x, this.y, this.z] = [0, 1, 2].map(() => scaled(reader.sums(knots), quantum));
+      [this.bowX, this.bowY, this.bowZ] = [0, 1, 2].map(() => scaled(reader.numbers(pieces), quantum));
+      this.more = [0, 1, 2, 3, 4, 5].map(() => scaled(reader.numbers(pieces), spin));
+      this.radius = radius;
+      this.turns = [IDENTITY]; // at the start of each piece, as far as it was asked for
       this.lost = Infinity;
     }
 
@@ -102,18 +106,42 @@ globalThis.Ghostball ??= {};
       return low;
     }
 
-    /** [x, y] in metres; null where the ball is lost. It stays where its motion ends. */
+    /** [x, y, z] in metres; null where the ball is lost. It stays where its motion ends. */
     at(t) {
       const knots = this.t.length;
       if (knots === 0 || t >= this.lost) return null;
-      if (t >= this.t[knots - 1]) return [this.x[knots - 1], this.y[knots - 1]];
+      const ends = [this.x, this.y, this.z];
+      if (t >= this.t[knots - 1]) return ends.map((end) => end[knots - 1]);
       const i = this.piece(t);
       const u = Math.max((t - this.t[i]) / (this.t[i + 1] - this.t[i]), 0);
       const bow = 4 * u * (1 - u);
-      return [
-        this.x[i] + u * (this.x[i + 1] - this.x[i]) + bow * this.bowX[i],
-        this.y[i] + u * (this.y[i + 1] - this.y[i]) + bow * this.bowY[i],
-      ];
+      const bows = [this.bowX, this.bowY, this.bowZ];
+      return ends.map((end, k) => end[i] + u * (end[i + 1] - end[i]) + bow * bows[k][i]);
+    }
+
+    /** The spins at both ends of a piece [rad/s]: rolling along it, and what the ball has more. */
+    spins(i) {
+      const dt = this.t[i + 1] - this.t[i];
+      return [1, -1].map((sign, end) => {
+        const along = (ends, bow) => (dt > 0 ? (ends[i + 1] - ends[i] + sign * 4 * bow[i]) / dt : 0);
+        const [vx, vy] = [along(this.x, this.bowX), along(this.y, this.bowY)];
+        const rolling = [-vy / this.radius, vx / this.radius, 0];
+        return rolling.map((w, k) => w + this.more[3 * end + k][i]);
+      });
+    }
+
+    /** How the ball is turned, as a quaternion [w, x, y, z]: as the shot starts, not at all. */
+    orientation(t) {
+      const pieces = this.phase.length;
+      if (pieces === 0) return IDENTITY;
+      const last = t >= this.t[pieces] ? pieces : this.piece(t);
+      for (let i = this.turns.length - 1; i < last; i++) {
+        this.turns.push(turned(this.turns[i], ...this.spins(i), this.t[i + 1] - this.t[i], 1));
+      }
+      if (last === pieces) return this.turns[pieces];
+      const dt = this.t[last + 1] - this.t[last];
+      const part = dt > 0 ? Math.max((t - this.t[last]) / dt, 0) : 0;
+      return turned(this.turns[last], ...this.spins(last), dt, part);
     }
 
     /** How the ball moves; UNKNOWN where the engine doesn't say. */
@@ -126,7 +154,7 @@ globalThis.Ghostball ??= {};
 
   /** One engine of a scene, with its motion where it ran. */
   class Engine {
-    constructor(said, reader, quantum, balls) {
+    constructor(said, reader, data) {
       Object.assign(this, said);
       this.tracks = [];
       this.log = { count: 0, t: [], kind: [], a: [], b: [] };
@@ -135,7 +163,7 @@ globalThis.Ghostball ??= {};
       if (!said.motion) return;
       this.log = readEvents(reader);
       const knotTimes = reader.sums(reader.number()).map((ticks) => ticks * said.motion.tick);
-      this.tracks = Array.from({ length: balls }, () => new Track(reader, knotTimes, quantum));
+      this.tracks = data.balls.map(({ radius }) => new Track(reader, knotTimes, data, radius));
       for (const [ball, t] of said.motion.lost) this.tracks[ball].lost = t;
     }
 
@@ -151,23 +179,26 @@ globalThis.Ghostball ??= {};
     }
     Ghostball.decoded += 1;
     const reader = new Reader(await inflate(data.packed));
-    const engines = data.engines.map(
-      (said) => new Engine(said, reader, data.quantum, data.balls.length),
-    );
+    const engines = data.engines.map((said) => new Engine(said, reader, data));
     const duration = Math.max(0, ...engines.map((engine) => engine.end));
     return { ...data, engines, duration };
   }
 
-  /** "cue hits 3", "cue hits the left cushion", "3 starts to roll", "3 comes to rest". */
+  /** "cue hits 3", "cue hits the left cushion", "cue lands", "3 starts to roll" ... */
   function eventWords(scene, kind, a, b) {
     const first = scene.balls[a]?.id ?? `ball ${a}`;
+    const cushion = b in scene.cushions ? `the ${scene.cushions[b]} cushion` : "a cushion";
     switch (scene.kinds[kind]) {
       case "ball-ball":
         return `${first} hits ${scene.balls[b]?.id ?? `ball ${b}`}`;
       case "ball-cushion":
-        return b in scene.cushions
-          ? `${first} hits the ${scene.cushions[b]} cushion`
-          : `${first} hits a cushion`;
+        return `${first} hits ${cushion}`;
+      case "ball-cloth":
+        return `${first} lands`;
+      case "leaves-table":
+        return `${first} leaves the table over ${cushion}`;
+      case "ball-gone":
+        return `${first} is gone`;
       case "slide-to-roll":
         return `${first} starts to roll`;
       default:

@@ -3,12 +3,16 @@
 globalThis.Ghostball ??= {};
 
 (() => {
-  const { PHASE, contrast, css, drawCloth, drawMarker, drawScale, engineColour, readTheme } = Ghostball;
+  const {
+    FROM_ABOVE, PHASE, contrast, css, drawCloth, drawMarker, drawScale, drawStripe, engineColour, readTheme,
+  } = Ghostball;
   const CLOSEST = 2e5; // pixels per metre: what paths are good for, 0.01 mm, is 2 pixels
   const SMALLEST_BALL = 3.5; // [px]: on a large cloth a ball to scale would be a speck
   const MARGIN = 20; // [px]: around the plate, so that the ends of lines stay outside
   const LONGEST = 4000; // [px]: longer curves are drawn in parts
   const TRUTH_ARM = 6; // [px]
+  const SUN = 0.6; // how far a shadow lies to the right of a ball, and below it, over its height
+  const STRIPED = 7; // [px]: the radius from which on a stripe is seen
   /** A canvas over the cloth with its view; `paint(plate)` draws what is on it. */
   class Plate {
     constructor(host, scene, paint) {
@@ -264,7 +268,7 @@ globalThis.Ghostball ??= {};
     }
 
     /** Balls where an engine has them: ours filled, others as outlines with their sign. */
-    drawBalls(engine, t, { names = true, filled = engine.ours } = {}) {
+    drawBalls(engine, t, { names = true, stripes = false, filled = engine.ours } = {}) {
       const colour = this.colourOf(engine);
       engine.positions(t).forEach((place, ball) => {
         if (!place) return;
@@ -273,6 +277,9 @@ globalThis.Ghostball ??= {};
         // So close that its edge is out of sight: what differs is where its centre is.
         const close = radius > Math.min(this.width, this.height) / 3;
         if (radius < LONGEST) this.drawDisc(engine, x, y, radius, filled, close);
+        if (stripes && !close && radius > STRIPED) {
+          this.drawStripeOf(this.context, engine, ball, t, x, y, radius, FROM_ABOVE);
+        }
         if (close) this.drawCentre(engine, x, y, filled);
         else if (filled && names && radius > 7) this.drawName(ball, x, y, radius, colour);
         else if (!filled && radius > SMALLEST_BALL) this.drawSign(engine, x, y, radius);
@@ -294,6 +301,32 @@ globalThis.Ghostball ??= {};
       context.setLineDash(engine.dash.map((part) => 1.2 * part));
       context.stroke();
       context.setLineDash([]);
+    }
+
+    /** The shadows of the balls that fly: as far from them as they are high. */
+    drawShadows(engine, t, filled = engine.ours) {
+      if (this.scene.highest === 0) return;
+      const { context } = this;
+      context.fillStyle = css(this.theme.ink, filled ? 0.28 : 0.1);
+      engine.positions(t).forEach((place, ball) => {
+        const height = place ? place[2] - this.scene.balls[ball].radius : 0;
+        if (!(height > 0)) return;
+        const [x, y] = this.toPixels(...place);
+        const away = SUN * height * this.view.scale;
+        context.beginPath();
+        context.arc(x + away, y + away, this.pixelRadius(ball), 0, 2 * Math.PI);
+        context.fill();
+      });
+    }
+
+    /** The stripe of a ball where an engine has it turned; `seen` says from where one looks. */
+    drawStripeOf(context, engine, ball, t, x, y, radius, seen) {
+      const colour = this.colourOf(engine);
+      const { ink, paper } = this.theme;
+      const light = contrast(colour, paper) > contrast(colour, ink) ? paper : ink;
+      context.strokeStyle = context.fillStyle = css(engine.ours ? light : colour, 0.85);
+      context.lineWidth = engine.ours ? Math.max(0.14 * radius, 1.5) : 1.2;
+      drawStripe(context, engine.tracks[ball].orientation(t), x, y, radius, seen);
     }
 
     /** Each engine's sign at its own hour of the clock: where all agree, every one is still seen. */

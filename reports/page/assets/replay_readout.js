@@ -8,10 +8,12 @@ globalThis.Ghostball ??= {};
     [PHASE.RESTING]: "rests",
     [PHASE.SLIDING]: "slides",
     [PHASE.ROLLING]: "rolls",
+    [PHASE.GONE]: "is gone",
+    [PHASE.FLYING]: "flies",
     [PHASE.UNKNOWN]: "–",
     [PHASE.ABSENT]: "lost",
   };
-  const NUMBERS = ["off [mm]", "x [mm]", "y [mm]", "moves"];
+  const NUMBERS = ["off [mm]", "x [mm]", "y [mm]", "z [mm]", "moves"];
   const WORDS = ["end off truth", "parts at"];
 
   const millimetres = (metres) => (1e3 * metres).toFixed(2);
@@ -31,7 +33,7 @@ globalThis.Ghostball ??= {};
     switch (standing) {
       case "judged": return distanceWords(metres);
       case "unjudged": return `(${distanceWords(metres)})`;
-      case "chaotic": return "(past horizon)";
+      case "chaotic": return "(unpredictable)";
       default: return "–";
     }
   }
@@ -131,6 +133,7 @@ globalThis.Ghostball ??= {};
           off,
           place ? millimetres(place[0]) : "–",
           place ? millimetres(place[1]) : "–",
+          place ? millimetres(place[2]) : "–",
           PHASE_WORDS[track.phaseAt(t)],
           rest && truth
             ? standingWords(engine.standing, Math.hypot(rest[0] - truth[0], rest[1] - truth[1]))

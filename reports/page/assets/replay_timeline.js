@@ -5,10 +5,10 @@ globalThis.Ghostball ??= {};
 (() => {
   const { css, drawMarker, timeWords } = Ghostball;
   const INSET = 8; // [px], half the slider's thumb: its middle is where the time is
-  const LANES = ["ball-ball", "ball-cushion", "slide-to-roll", "roll-to-rest"];
+  const LANES = ["ball-ball", "ball-cushion", "slide-to-roll", "roll-to-rest", "ball-cloth"];
+  const ON_CLOTH = 4; // lanes of a scene in which no ball flies
   const LANE_HEIGHT = 11; // [px]
   const FLAGS_HEIGHT = 16; // [px]
-  const HEIGHT = FLAGS_HEIGHT + LANES.length * LANE_HEIGHT;
   const APART = 3; // [px]: marks nearer than this are one
 
   /** Draws the sign of a kind of event. */
@@ -22,6 +22,11 @@ globalThis.Ghostball ??= {};
       context.lineTo(x + size + 0.4, y + size);
       context.lineTo(x - size - 0.4, y + size);
       context.closePath();
+    } else if (lane === 4) {
+      context.moveTo(x, y + size + 0.6);
+      context.lineTo(x + size + 0.4, y - size);
+      context.lineTo(x - size - 0.4, y - size);
+      context.closePath();
     } else context.rect(x - 1, y - size - 0.8, 2, 2 * size + 1.6);
     context.fill();
   }
@@ -30,6 +35,7 @@ globalThis.Ghostball ??= {};
   class Timeline {
     constructor(host, plate, duration, onseek) {
       this.plate = plate;
+      this.lanes = plate.scene.highest > 0 ? LANES : LANES.slice(0, ON_CLOTH);
       this.duration = duration;
       this.time = 0;
       this.kinds = [];
@@ -52,6 +58,10 @@ globalThis.Ghostball ??= {};
         onseek(this.timeAt(event.clientX - left));
         this.slider.focus();
       });
+    }
+
+    get height() {
+      return FLAGS_HEIGHT + this.lanes.length * LANE_HEIGHT;
     }
 
     get width() {
@@ -93,21 +103,21 @@ globalThis.Ghostball ??= {};
       context.setTransform(1, 0, 0, 1, 0, 0);
       context.clearRect(0, 0, canvas.width, canvas.height);
       context.drawImage(marks, 0, 0);
-      const ratio = canvas.height / HEIGHT;
+      const ratio = canvas.height / this.height;
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
       const now = this.placeOf(this.time);
       context.strokeStyle = css(this.plate.theme.accent);
       context.lineWidth = 1.5;
       context.beginPath();
       context.moveTo(now, 0);
-      context.lineTo(now, HEIGHT);
+      context.lineTo(now, this.height);
       context.stroke();
     }
 
     drawMarks() {
       const { plate, width, canvas, marks } = this;
       if (!plate.theme || !width) return;
-      const height = HEIGHT;
+      const { height } = this;
       const ratio = globalThis.devicePixelRatio || 1;
       if (canvas.width !== Math.round(width * ratio)) {
         canvas.width = Math.round(width * ratio);
@@ -121,7 +131,7 @@ globalThis.Ghostball ??= {};
       context.strokeStyle = css(plate.theme.muted, 0.35);
       context.lineWidth = 1;
       context.beginPath();
-      for (let lane = 0; lane < LANES.length; lane++) {
+      for (let lane = 0; lane < this.lanes.length; lane++) {
         const y = FLAGS_HEIGHT + (lane + 0.5) * LANE_HEIGHT;
         context.moveTo(INSET, y);
         context.lineTo(width - INSET, y);
@@ -136,9 +146,9 @@ globalThis.Ghostball ??= {};
       const { log, plate } = this;
       if (!log) return;
       context.fillStyle = css(plate.theme.ink);
-      const last = LANES.map(() => -Infinity);
+      const last = this.lanes.map(() => -Infinity);
       for (let i = 0; i < log.count; i++) {
-        const lane = LANES.indexOf(this.kinds[log.kind[i]]);
+        const lane = this.lanes.indexOf(this.kinds[log.kind[i]]);
         const x = this.placeOf(log.t[i]);
         if (lane < 0 || x - last[lane] < APART) continue;
         last[lane] = x;

@@ -16,8 +16,6 @@ from ghostball import reference_adapters
 from ghostball.engine.core import kernel as jit
 from ghostball.engine.event_loop import loop
 
-SOURCES = Path(jit.__file__).parent.parent
-
 # Two kernels in files of their own beside the engine's, which would take far longer to compile.
 CALLEE = """
 from ghostball.engine.core.kernel import kernel
@@ -37,6 +35,27 @@ def called(x):
 with compiling("calls"):
     print(called(3.0))
 """
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="counts pages by `getrusage`")
+def test_calls_while_compiling_ask_the_system_for_no_memory():
+    # At some depth of the stack every call crosses the end of a piece of it. Without the large
+    # frame, one of these loops needs a new page for each call.
+    import resource
+
+    def pages_of_calls(depth):
+        if depth:
+            return pages_of_calls(depth - 1)
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+        for _ in range(1000):
+            nothing(*range(10))
+        return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+
+    def nothing(*_):
+        pass
+
+    most = max(jit._in_one_piece(pages_of_calls, depth) for depth in range(200))
+    assert most < 100
 
 
 @pytest.fixture

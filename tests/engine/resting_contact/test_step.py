@@ -8,8 +8,11 @@ from invariants import fingerprint, overlaps
 from whole_kernels import begin_without_contacts
 
 from ghostball.engine import Ball, EventKind, Physics, Scene, Status, Table, simulate
-from ghostball.engine.core.state import RUN_CONTACTS
+from ghostball.engine.core.kernel import COMPILED
+from ghostball.engine.core.state import MOST_DIRECT, RUN_CONTACTS
 from ghostball.engine.core.tolerances import CONTACT_TOLERANCE, EPS
+from ghostball.engine.resting_contact import step
+from ghostball.engine.resting_contact.forces import solve
 from ghostball.engine.running import driver
 from ghostball.validation.scenes.library import FOLDER
 
@@ -174,32 +177,101 @@ def test_an_instant_with_several_events_fits_in_any_log(first_log, monkeypatch):
         assert np.array_equal(found, expected)
 
 
-def test_a_spinning_ball_that_pushes_another_rubs_it():
-    """Closed form: half the cloth's force goes through the contact, and Coulomb's part of that."""
-    mu, mu_balls, g, spin, t = 0.2, 0.06, 9.81, 60.0, 0.1
-    scene = Scene(
+@pytest.mark.parametrize("motion", ["sliding", "rolling"])
+@pytest.mark.parametrize("n", [2, MOST_DIRECT + 2], ids=["followed", "in steps"])
+def test_a_line_that_rolls_in_air_is_slowed_as_a_whole(n, motion):
+    """Closed form: each pushes the next, which more friction slows; and air takes alike from all.
+
+    p' = -(a + b p^2), a the mean of the frictions, b what rolling friction has with the square of
+    the speed and, of the air, what the cloth leaves.
+    """
+    frictions, v, t = np.linspace(0.01, 0.03, n), 2.0, 0.05
+    physics = Physics(
+        motion=motion,
+        air_drag=0.05,
+        rolling_friction_quadratic=0.05,
+        **({"ball_friction": 0.0} if motion == "sliding" else {}),
+    )
+    balls = [
+        Ball(id=f"b{k}", position=(2 * R * k, 0.0), velocity=(v, 0.0), rolling_friction=friction)
+        for k, friction in enumerate(frictions)
+    ]
+    result = simulate(Scene(name="line", balls=balls, physics=physics, t_max=t), record="events")
+    assert result.work["contact_steps"] > 2
+    assert (result.work.get("contact_pieces", 0) > 0) == (n == 2)
+    a, b = 9.81 * np.mean(frictions), 0.05 * (1.0 + (5.0 / 7.0 if motion == "sliding" else 1.0))
+    first = np.arctan(v * np.sqrt(b / a))
+    last = first - np.sqrt(a * b) * t
+    end = result.sample([t])
+    off = 1e-6 if n == 2 else 2e-5
+    gone = end.positions[0, :, 0] - [ball.position[0] for ball in balls]
+    assert end.velocities[0, :, 0] == pytest.approx(np.sqrt(a / b) * np.tan(last), rel=0.0, abs=off)
+    assert gone == pytest.approx(np.log(np.cos(last) / np.cos(first)) / b, rel=0.0, abs=off * t)
+
+
+def spinning_push():
+    """A ball whose spin drives it against another, on a cloth that gives that one nothing."""
+    return Scene(
         name="spinning-push",
         physics=Physics(
             motion="sliding",
-            sliding_friction=mu,
+            sliding_friction=0.2,
             rolling_friction=0.0,
-            ball_friction=mu_balls,
+            ball_friction=0.06,
             ball_restitution=0.9,
         ),
         balls=[
             Ball(id="free", position=(0.0, 0.0), rolling_friction=0.0, sliding_friction=0.0),
-            Ball(id="push", position=(-2 * R, 0.0), angular_velocity=(0.0, spin, 0.0)),
+            Ball(id="push", position=(-2 * R, 0.0), angular_velocity=(0.0, 60.0, 0.0)),
         ],
-        t_max=t,
+        t_max=0.1,
     )
-    result = simulate(scene, record="events")
-    assert result.work["contact_steps"] > 0
+
+
+def check_spinning_push(result, friction=0.06, rel=1e-9):
+    """Closed form: half the cloth's force goes through the contact, and Coulomb's part of that."""
+    mu, g, t = 0.2, 9.81, 0.1
     end = result.sample([t])
-    rubbed = 2.5 / R * mu_balls * 0.5 * mu * g * t
+    rubbed = 2.5 / R * friction * 0.5 * mu * g * t
     slowed = 2.5 / R * mu * g * t
     spins = end.angular_velocities[0]
-    assert spins[:, 1] == pytest.approx([-rubbed, spin - slowed - rubbed], rel=1e-9)
-    assert end.velocities[0, :, 0] == pytest.approx(0.5 * mu * g * t, rel=1e-9)
+    assert spins[:, 1] == pytest.approx([-rubbed, 60.0 - slowed - rubbed], rel=rel)
+    assert end.velocities[0, :, 0] == pytest.approx(0.5 * mu * g * t, rel=rel)
+
+
+def test_a_spinning_ball_that_pushes_another_rubs_it():
+    result = simulate(spinning_push(), record="events")
+    assert result.work["contact_steps"] > 0
+    check_spinning_push(result)
+
+
+@pytest.mark.skipif(COMPILED, reason="what is compiled can't be replaced")
+def test_a_step_that_no_forces_with_friction_solve_is_taken_without_and_counted(monkeypatch):
+    def jams(*arguments):
+        *_, rubs = arguments
+        return not rubs and solve(*arguments)
+
+    monkeypatch.setattr(step, "solve", jams)
+    monkeypatch.setattr(step, "follow_on", lambda *_: False)
+    result = simulate(spinning_push(), record="events")
+    assert result.work["unsolved_contact_steps"] == result.work["contact_steps"] > 10
+    check_spinning_push(result, friction=0.0)
+
+
+@pytest.mark.skipif(COMPILED, reason="what is compiled can't be replaced")
+def test_a_step_that_no_forces_solve_is_as_short_as_can_be_and_counted(monkeypatch):
+    tried = []
+
+    def jams_once(*arguments):
+        count = arguments[4]
+        tried.append(count)
+        return 0 in tried and solve(*arguments)
+
+    monkeypatch.setattr(step, "solve", jams_once)
+    monkeypatch.setattr(step, "follow_on", lambda *_: False)
+    result = simulate(spinning_push(), record="events")
+    assert result.work["unsolved_contact_steps"] == 1
+    check_spinning_push(result, rel=1e-6)  # it lasts 3 ns, and what it lets approach rubs nothing
 
 
 def test_no_step_was_left_unsolved():

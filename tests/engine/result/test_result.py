@@ -52,6 +52,8 @@ def test_kinds_have_the_names_of_files_and_reports():
         "slide-to-roll",
         "roll-to-rest",
         "ball-gone",
+        "ball-cloth",
+        "leaves-table",
     ]
 
 
@@ -124,12 +126,18 @@ def test_sampling_takes_one_time_or_many_in_any_order():
     assert result.energy([0.0, 1.0]).total.shape == (2,)
 
 
-def test_frames_have_neither_orientation_nor_phases():
+def test_frames_have_no_phases_and_a_trajectory_of_ones_own_no_orientation():
     trajectory = SampledTrajectory(np.zeros(1), *initial_state(SCENE))
     result = result_with(trajectory=trajectory)
-    for ask, name in ((result.orientation, "orientation"), (result.phases, "phases")):
-        with pytest.raises(GhostballError, match=rf"engine `toy` .* no {name}; .*`ghostball`"):
-            ask([0.0])
+    with pytest.raises(GhostballError, match=r"engine `toy` .* no phases; .*`ghostball`"):
+        result.phases([0.0])
+    assert np.all(result.orientation([0.0, 1.0]) == [1.0, 0.0, 0.0, 0.0])
+
+    class Own:
+        t_end, sample = 0.0, trajectory.sample
+
+    with pytest.raises(GhostballError, match=r"engine `toy` .* of its own, .* no orientation"):
+        result_with(trajectory=Own()).orientation([0.0])
 
 
 def test_our_engine_says_how_the_balls_move():

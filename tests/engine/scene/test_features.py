@@ -31,12 +31,18 @@ def test_one_rolling_ball_needs_rolling_and_nothing_else():
         ({"ball_restitution": 0.9}, Feature.BALL_RESTITUTION),
         ({"rolling_friction": 0.0, "t_max": 1.0}, Feature.FRICTIONLESS_CLOTH),
         ({"air_drag": 0.004}, Feature.AIR_DRAG),
-        ({"airborne": True}, Feature.FLIGHT),
+        ({"rolling_friction_quadratic": 0.004}, Feature.QUADRATIC_ROLLING),
     ],
 )
 def test_a_field_of_the_physics_adds_its_feature_and_no_other(fields, feature):
     scene = scene_of(ball((0, 0), (1, 0)), ball((1, 0)), **fields)
     assert set(scene_features(scene)) == {*PLAIN, feature}
+
+
+def test_balls_that_may_fly_need_an_engine_for_that():
+    scene = scene_of(ball((0, 0), (1, 0)), motion="sliding", airborne=True)
+    still = scene_of(ball((0, 0), (1, 0)), motion="sliding")
+    assert set(scene_features(scene)) == {*scene_features(still), Feature.FLIGHT}
 
 
 SLIDES = (Feature.SLIDING, Feature.UNBOUNDED_CLOTH)

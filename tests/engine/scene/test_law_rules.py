@@ -34,7 +34,7 @@ USED = [(law.name, field) for law in CUSHION_LAWS for field in law.uses]
 def test_a_restitution_of_the_table_needs_balls_that_land():
     with pytest.raises(SceneError, match=r"`table_restitution` = .* has no effect with `airborne`"):
         Physics(table_restitution=0.3)
-    assert Physics(table_restitution=0.3, airborne=True).table_restitution == 0.3
+    assert Physics(table_restitution=0.3, motion="sliding", airborne=True).table_restitution == 0.3
     assert Physics(table_restitution=0.5).airborne is False  # the default does no harm
 
 
@@ -86,7 +86,7 @@ class TestFieldsWithoutEffect:
         assert ("frictional", "cushion_height") in UNUSED
         assert len([field for law, field in UNUSED if law == "mirror"]) == 4
 
-    @pytest.mark.parametrize("preset", ["paper", "pool"])
+    @pytest.mark.parametrize("preset", ["paper", "pool", "pool-coulomb"])
     @pytest.mark.parametrize(("law", "field"), UNUSED)
     def test_a_field_that_the_cushion_law_ignores(self, law, field, preset):
         with pytest.raises(SceneError) as caught:
@@ -102,7 +102,7 @@ class TestFieldsWithoutEffect:
         assert getattr(Physics(cushion=law, **{field: 0.03}), field) == 0.03
 
     @pytest.mark.parametrize("law", CUSHION_LAW_NAMES)
-    @pytest.mark.parametrize("preset", ["paper", "pool"])
+    @pytest.mark.parametrize("preset", ["paper", "pool", "pool-coulomb"])
     def test_what_preset_or_default_give_is_allowed_also_when_spelled_out(self, preset, law):
         # So that a preset's law can be swapped for another with nothing else changed.
         given = Physics(preset=preset)

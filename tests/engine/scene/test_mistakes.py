@@ -37,6 +37,7 @@ NUMBERS = {
         "cushion_friction": NOT_NEGATIVE,
         "cushion_height": POSITIVE,
         "air_drag": NOT_NEGATIVE,
+        "rolling_friction_quadratic": NOT_NEGATIVE,
         "table_restitution": FRACTION,
     },
     "table": {"length": POSITIVE, "width": POSITIVE},

@@ -248,11 +248,38 @@ class TestPhysics:
     def test_a_ball_in_the_air_needs_airborne(self):
         assert "z must be the radius" in refusal(ball((0, 0, 0.1)))
         assert "z must be 0, got 1.0 m/s" in refusal(ball((0, 0), (0, 0, 1)))
-        assert scene_of(ball((0, 0, 0.1), (0, 0, 1)), airborne=True).balls[0].position[2] == 0.1
+        flies = scene_of(ball((0, 0, 0.1), (0, 0, 1)), motion="sliding", airborne=True)
+        assert flies.balls[0].position[2] == 0.1
+
+    def test_no_ball_is_inside_the_table_or_begins_into_it(self):
+        inside = {"motion": "sliding", "airborne": True}
+        assert "z must be at least the radius" in refusal(ball((0, 0, 0.9 * R)), **inside)
+        assert "z must be at least 0 of a ball that lies" in refusal(
+            ball((0, 0), (0, 0, -1e-9)), **inside
+        )
+        assert scene_of(ball((0, 0, 1.1 * R), (0, 0, -1)), **inside).balls[0].velocity[2] == -1.0
+
+    def test_a_ball_above_a_cushion_may_be_nearer_to_it(self):
+        fields = {"motion": "sliding", "airborne": True, "table": POOL_TABLE}
+        on_nose = 0.0357 + R
+        scene_of(ball((1e-3, 0.5, on_nose)), **fields)
+        assert "beyond the left cushion" in refusal(ball((1e-3, 0.5, 0.99 * on_nose)), **fields)
+        assert "beyond the left cushion" in refusal(ball((-1e-3, 0.5, 2 * on_nose)), **fields)
+        # On the cloth, at sqrt(h (2 R - h)): a little less than its radius.
+        scene_of(ball((0.97 * R, 0.5)), **fields)
+        assert "so far at this height" in refusal(ball((0.96 * R, 0.5)), **fields)
+
+    def test_a_table_that_returns_all_needs_an_end(self):
+        fields = {"motion": "sliding", "airborne": True, "table_restitution": 1.0}
+        assert "`t_max` must be given where `table_restitution` is 1" in refusal(
+            ball((0, 0), (0, 0, 1)), **fields
+        )
+        assert scene_of(ball((0, 0)), t_max=1.0, **fields).t_max == 1.0
 
     def test_balls_above_each_other_do_not_overlap_in_the_air(self):
-        scene_of(ball((0, 0)), ball((0, 0, 3.5 * R)), airborne=True)
-        assert "overlap" in refusal(ball((0, 0)), ball((0, 0, 2.5 * R)), airborne=True)
+        scene_of(ball((0, 0)), ball((0, 0, 3.5 * R)), motion="sliding", airborne=True)
+        fields = {"motion": "sliding", "airborne": True}
+        assert "overlap" in refusal(ball((0, 0)), ball((0, 0, 2.5 * R)), **fields)
 
     def test_spin_that_does_not_roll_needs_sliding(self):
         spinning = ball((0, 0), (1.0, 0.0), angular_velocity=(0.0, 30.0, 0.0))

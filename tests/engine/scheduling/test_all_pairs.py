@@ -11,7 +11,7 @@ import pytest
 from kernels import entry_to
 
 from ghostball.engine.core.state import LANES, TRACKS
-from ghostball.engine.scheduling.all_pairs import _bound_block, _meet_block
+from ghostball.engine.scheduling.all_pairs import _bent_block, _bound_block, _meet_block
 
 BLOCKS = 12_000
 T = 1.0
@@ -39,7 +39,7 @@ def tracks(slowed: bool):
 
 def roots(track, mine, slowed):
     """Return when each pair's projected gap, or its distance, first closes: by the schoolbook."""
-    x, y, vx, vy, ax, ay, epoch, radius, own = np.moveaxis(track, 1, 0)
+    x, y, vx, vy, ax, ay, epoch, radius, own, _ = np.moveaxis(track, 1, 0)
     mx, my, mvx, mvy, max_, may = mine.T[:, :, np.newaxis]
     s = T - epoch
     rx, ry = x + s * (vx + 0.5 * ax * s) - mx, y + s * (vy + 0.5 * ay * s) - my
@@ -76,3 +76,34 @@ def test_no_bound_of_a_pair_is_missing(slowed):
     assert np.array_equal(np.isfinite(found[clear]), np.isfinite(expected[clear]))
     due = clear & np.isfinite(expected)
     assert np.max(np.abs(found[due] - expected[due])) < 1e-7
+
+
+@pytest.mark.compiled
+def test_no_bound_of_a_pair_that_bends_is_late():
+    """However accelerations change meanwhile, at their rates at most: the gap is open until it."""
+    track, mine = tracks(slowed=True)
+    chance = np.random.default_rng(6)
+    track[:, 9] = 10.0 ** chance.uniform(-4.0, 0.5, (BLOCKS, LANES))
+    jerk = 10.0 ** chance.uniform(-4.0, 0.5, BLOCKS)
+    found = np.empty((BLOCKS, LANES))
+    kernel = entry_to(_bent_block)
+    for k in range(BLOCKS):
+        x, y, vx, vy, ax, ay = mine[k].tolist()
+        here = (T, x, y, vx, vy, ax, ay, 0.03, T + 2.0)
+        kernel(track[k].ravel(), found[k], *here, float(jerk[k]), 2.0)
+    x, y, vx, vy, ax, ay, epoch, radius, own, bent = np.moveaxis(track, 1, 0)
+    mx, my, mvx, mvy, max_, may = mine.T[:, :, np.newaxis]
+    s = T - epoch
+    rx, ry = x + s * (vx + 0.5 * ax * s) - mx, y + s * (vy + 0.5 * ay * s) - my
+    distance = np.hypot(rx, ry)
+    rate = (rx * (vx + ax * s - mvx) + ry * (vy + ay * s - mvy)) / distance
+    pull = (rx * (ax - max_) + ry * (ay - may)) / distance
+    until = np.minimum(own, T + 2.0)
+    due = np.isfinite(found)
+    assert 400_000 < np.count_nonzero(due) < due.size
+    for part in np.linspace(0.0, 1.0, 30):
+        after = part * (np.where(due, found, until) - T)
+        gap = distance - radius - 0.03 + after * (rate + 0.5 * pull * after)
+        gap -= (bent * (s + after) ** 3 + jerk[:, np.newaxis] * after**3) / 6.0
+        # A pair that is so near that the bends since its epoch may have closed the gap is due now.
+        assert np.all((gap > -1e-12) | (found == T))

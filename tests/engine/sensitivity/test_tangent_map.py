@@ -189,6 +189,7 @@ def test_growth_of_directions_is_their_root_mean_square():
     assert tangent.growth([1.0, 5.0]) == pytest.approx(np.sqrt(np.mean(lengths**2, axis=1)))
 
 
+@pytest.mark.compiled
 def test_sensitivity_is_the_same_whatever_memory_held():
     scene = find_scene("break-16")
     first = recorded(scene).sensitivity([1.0, 18.0])

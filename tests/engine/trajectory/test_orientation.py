@@ -18,12 +18,15 @@ from ghostball.engine import (
     Table,
     simulate,
 )
-from ghostball.engine.trajectory import orientation as turning
+from ghostball.engine.trajectory import SampledTrajectory
 from ghostball.engine.trajectory.orientation import (
-    SERIES_TERMS,
+    LEFT_OUT,
     STEP_TURN,
+    Pieces,
     fixed_axis_turn,
+    orientation_at,
     series_turn,
+    terms_needed,
 )
 
 
@@ -292,44 +295,76 @@ def test_the_orientation_at_an_instant_does_not_depend_on_the_others_asked_for()
     assert trajectory.orientation(np.array([])).shape == (0, 1, 4)
 
 
-def test_long_motions_are_followed_in_chunks(monkeypatch):
-    """Breaks where a step is lost or repeated between two chunks."""
-    trajectory = whole_shot((1.0, 0.3), (20.0, -50.0, 150.0))
-    times = np.linspace(0.0, trajectory.t_end, 50)
-    whole = trajectory.orientation(times)
-    monkeypatch.setattr(turning, "_CHUNK", 7)
-    assert np.max(angle_between(trajectory.orientation(times), whole)) < 1e-13
-
-
 def test_a_turn_that_can_not_be_followed_is_refused():
     trajectory = whole_shot((1.0, 0.3), (20.0, -50.0, 1e8))
     with pytest.raises(GhostballError, match=r"`orientation`.* rad .*Set `t_max` sooner"):
         trajectory.orientation(np.array([0.0]))
 
 
+def test_the_published_turn_with_a_moving_axis():
+    """Numbers computed at 30 digits elsewhere: w0 (0, 30, 20), alpha (10, -15, -10), 0.5 s."""
+    spin = np.array([[[0.0, 30.0, 20.0], [10.0, -15.0, -10.0]]])
+    pieces = Pieces(np.zeros(1), np.array([0.5]), spin)
+    (q,) = orientation_at(np.array([0.5]), pieces)
+    published = [
+        -0.067751142398126465,
+        0.090039045551562179,
+        0.81625418516057009,
+        0.56659673330135452,
+    ]
+    assert angle_between(q, published) < 1e-15
+
+
 @given(
     axis=st.tuples(*[st.floats(-1.0, 1.0)] * 3),
-    speed=st.floats(-1.0, 1.0),
-    other=st.floats(-2.0, 2.0),
+    powers=st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=6),
 )
-def test_the_power_series_turns_about_a_fixed_axis_as_its_integral_says(axis, speed, other):
+def test_the_power_series_turns_about_a_fixed_axis_as_its_integral_says(axis, powers):
     """Also where the spin changes its sign within the step: the series' worst case."""
     norm = np.linalg.norm(axis)
     unit = np.array(axis) / norm if norm > 1e-3 else np.array([0.0, 0.0, 1.0])
-    spin = unit[None] * speed * STEP_TURN
-    change = unit[None] * (np.clip(speed + other, -1.0, 1.0) - speed) * STEP_TURN
+    spin = (STEP_TURN / len(powers) * np.array(powers))[None, :, None] * unit
     one = np.array([1.0])
-    assert series_turn(spin, change, one) == pytest.approx(
-        fixed_axis_turn(spin, change, one), rel=0, abs=4e-16
+    assert series_turn(spin, one, terms_needed(spin, one)) == pytest.approx(
+        fixed_axis_turn(spin, one), rel=0, abs=1e-15
     )
 
 
-def test_what_the_power_series_leaves_out_is_below_rounding():
-    """The recurrence in absolute values, for the largest w and b that a step may have."""
-    terms = [1.0, STEP_TURN / 2]
-    for n in range(1, 200):
-        terms.append((STEP_TURN / 2 * terms[n] + STEP_TURN * terms[n - 1]) / (n + 1))
-    assert sum(terms[SERIES_TERMS:]) < 1e-16
+@pytest.mark.parametrize("degree", [0, 1, 2, 7])
+def test_what_the_power_series_leaves_out_is_below_rounding(degree):
+    """The recurrence in absolute values, for the largest step: what is left is its limit."""
+    spin = np.zeros((1, degree + 1, 3))
+    spin[0, :, degree % 3] = STEP_TURN / (degree + 1)
+    terms = terms_needed(spin, np.array([1.0]))
+    bounds = [1.0]
+    for n in range(1, 400):
+        bounds.append(0.5 * STEP_TURN / (degree + 1) * sum(bounds[-degree - 1 :]) / n)
+    assert sum(bounds[terms:]) <= LEFT_OUT
+
+
+def test_a_spin_of_a_higher_degree_turns_as_small_steps_of_it_do():
+    """What air needs: breaks where a power is lost, or a step begins with another spin."""
+    powers = np.array([[3.0, -40.0, 9.0], [20.0, 5.0, -30.0], [-8.0, 30.0, 2.0], [5.0, 5.0, -9.0]])
+    (q,) = orientation_at(np.array([0.9]), Pieces(np.zeros(1), np.array([0.9]), powers[None]))
+    steps = 3000
+    expected = np.array([1.0, 0.0, 0.0, 0.0])
+    for k in range(steps):
+        s, h = 0.9 * k / steps, 0.9 / steps
+        first, last = (sum(c * x**p for p, c in enumerate(powers)) for x in (s, s + h))
+        expected = product(turn_in_small_steps(first, (last - first) / h, h, 1), expected)
+    assert angle_between(q, expected) < 1e-6  # the chords of a curve
+
+
+def test_frames_turn_a_ball_by_their_angular_velocities():
+    """Straight from one to the next; a frame repeated at an instant, as after a collision, too."""
+    times = np.array([0.0, 0.5, 0.5, 1.0])
+    spins = np.zeros((4, 1, 3))
+    spins[:, 0, 2] = 2.0, 4.0, -1.0, -1.0
+    frames = SampledTrajectory(times, np.zeros((4, 1, 3)), np.zeros((4, 1, 3)), spins)
+    q = frames.orientation(np.array([0.25, 0.5, 1.0, 2.0]))[:, 0]
+    angle = np.array([0.625, 1.5, 1.0, 1.0])
+    assert q[:, 0] == pytest.approx(np.cos(angle / 2), abs=1e-15)
+    assert q[:, 3] == pytest.approx(np.sin(angle / 2), abs=1e-15)
 
 
 def test_each_ball_turns_on_its_own():

@@ -79,7 +79,7 @@ def test_a_rolling_ball_has_seven_tenths_m_v_squared_whatever_its_radius():
 
 
 def test_height_is_counted_from_lying_on_the_cloth():
-    scene = scene_of(ball((0, 0, R + 0.5), mass=2.0), airborne=True, gravity=10.0)
+    scene = scene_of(ball((0, 0, R + 0.5), mass=2.0), motion="sliding", airborne=True, gravity=10.0)
     energy = energy_of(scene, initial_state(scene))
     assert energy.height[0] == pytest.approx(10.0, rel=1e-15)
     assert energy.total[0] == energy.height[0]
@@ -102,7 +102,7 @@ def slip_of(samples: Samples) -> np.ndarray:
 
 
 def test_the_phases_are_those_of_the_kernels():
-    kernels = [state.RESTING, state.SLIDING, state.ROLLING, state.GONE]
+    kernels = [state.RESTING, state.SLIDING, state.ROLLING, state.GONE, state.FLYING]
     assert [float(phase) for phase in Phase] == kernels
 
 

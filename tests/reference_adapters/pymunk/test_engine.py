@@ -341,7 +341,7 @@ def test_unsupported_scenes_are_refused_with_the_reason():
         (Physics(air_drag=0.004), "air drag"),
         (Physics(motion="sliding", cushion="han2005"), "no height for the nose"),
         (Physics(motion="sliding", cushion="mathavan2010"), "the cloth takes part"),
-        (Physics(airborne=True), "leave the cloth"),
+        (Physics(motion="sliding", airborne=True), "leave the cloth"),
     ):
         with pytest.raises(UnsupportedSceneError, match=what):
             run(scene_of(ball, table=table, physics=physics))

@@ -10,8 +10,8 @@ from shots import R, ball, random_cloth_shot, scene_of
 
 from ghostball.engine import EventKind, Scene, simulate
 from ghostball.engine.scene.features import missing_features
-from ghostball.reference_adapters.pymunk import steppers as pymunk_steppers
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
+from ghostball.reference_adapters.stepping import plane
 from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
 from ghostball.validation.scenes.library import find_scene
 
@@ -125,7 +125,7 @@ def test_a_kick_without_a_hit_may_leave_out_what_it_does(mode, monkeypatch):
     shots = [one.model_copy(update={"t_max": 1.0}) for one in shots]
     shots += [SLIDES_WITH_A_SPIN_OF_MINUS_ZERO, find_scene("draw-shot")]
     found = [bits(shot, mode) for shot in shots]
-    monkeypatch.setattr(pymunk_steppers, "ClosedFormCloth", WholeKicks)
+    monkeypatch.setattr(plane, "ClosedFormCloth", WholeKicks)
     monkeypatch.setattr(WholeKicks, "early", 0)
     assert [bits(shot, mode) for shot in shots] == found
     assert WholeKicks.early > 100

@@ -97,10 +97,3 @@ def test_text_is_inert():
     mark = Mark(0.5, "<i>")
     svg = draw('"><script>', [one], linear_axis("<x>", 1.0), linear_axis("y", 1.0), [mark])
     assert not re.search(r"<(script|img|b|i|x)>", svg)
-
-
-def test_bars_reach_from_low_to_high():
-    y = np.array([0.5])
-    one = Series("a", "red", y, y, marker="●", low=np.array([0.0]), high=np.array([1.0]))
-    svg = draw("t", [one], linear_axis("x", 1.0), linear_axis("y", 1.0))
-    assert f"{HEIGHT - BOTTOM:.1f}V{TOP:.1f}" in svg

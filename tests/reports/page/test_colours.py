@@ -6,11 +6,11 @@ from importlib.resources import files
 import pytest
 
 from ghostball.reports import style
+from ghostball.reports.accuracy import CLASSES
 from ghostball.reports.page.colours import (
     DARK_INK,
     DARK_PAPER,
     LEAST_LINE,
-    LEAST_TEXT,
     LIGHT_INK,
     LIGHT_PAPER,
     contrast,
@@ -27,7 +27,9 @@ TEXTS = [
     ("on-accent", "accent"),
     ("ink", "cloth"),
     *((f"{kind}-ink", f"{kind}-paper") for kind in ("pass", "fail", "holds", "ref")),
+    *((f"{look.slug}-ink", f"{look.slug}-paper") for look in CLASSES.values()),
 ]  # fmt: skip
+LEAST_TEXT = 4.5  # what WCAG 2.2 asks for, level AA (1.4.3)
 LABELS = ["ghostball", "pymunk", "paper-discrete", "billiards", "pooltool", "newcomer:x=1"]
 
 

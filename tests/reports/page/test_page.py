@@ -44,11 +44,14 @@ SECTIONS = [
     "closed-forms",
     "cost",
     "horizons",
+    "ensembles",
     "energy",
     "hashes",
     "timing",
+    "board",
     "stress",
     "failures",
+    "pictures",
     "environment",
     "truth",
 ]
@@ -96,8 +99,7 @@ def read(html):
 
 
 def page_of(folder):
-    write_report(folder)
-    return (folder / PAGE).read_text(encoding="utf-8")
+    return write_report(folder, figures="none").read_text(encoding="utf-8")
 
 
 def section(html, name):
@@ -110,9 +112,7 @@ def section(html, name):
 @pytest.fixture(scope="module")
 def html(module_folder):
     """Three scenes on seven engines: some pass, some fail, one crashed, one can't represent."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("ghostball.reports.report.WHOLE_FIGURES", {})
-        return page_of(module_folder)
+    return page_of(module_folder)
 
 
 def test_sections_come_in_order_and_each_is_in_the_navigation(html):
@@ -172,8 +172,13 @@ def test_the_verdict_comes_first_with_what_failed(html):
 
 def test_the_matrix_says_why_without_colour_and_without_a_pointer(html):
     text = section(html, "matrix")
-    assert '<td class="fail"><a href="#scene=stop">✗ 90 mm<span class="why">' in text
-    assert "stop on pymunk:config=default: fail: rest_error_max breaks its limit" in text
+    link = "#scene=stop&amp;engine=ghostball&amp;engine=pymunk%3Aconfig%3Ddefault"
+    cell = f'<td class="acc-cm"><a href="#scene=stop" data-view="{link}">90 mm <span class="mark">✗'
+    assert f'{cell}</span><span class="why">' in text
+    assert (
+        "stop on pymunk:config=default: centimetres: the farthest ball is 90 mm from where it "
+        "should be; worse than its limits: rest_error_max breaks its limit" in text
+    )
     assert "<code>pybullet</code> not representable: no table | with legs" in text
     assert "did not finish: division by zero" in text
 
@@ -209,15 +214,15 @@ def test_every_failure_is_explained_with_its_command_and_what_it_must_give(html)
     assert "<dt>Expected<dd>at most 5 mm" in text
     assert "<dt>Found<dd>30 mm (0.03 m)" in text
     assert "ghostball explain stop --engine paper-discrete" in text
-    assert "ghostball simulate head-on --engine newcomer:dt=1e-3" in text
+    assert "ghostball run head-on --engine newcomer:dt=1e-3" in text
     assert re.search(r'<code>hash</code> [^<]* <code class="hash">[0-9a-f]{64}</code>', text)
     assert "<code>cue</code> at (1.47, 0.8) m" in text
 
 
 def test_what_is_missing_says_so_and_how_to_get_it(html):
     for name, words in {
-        "closed-forms": "One unit is what rounding",
-        "cost": "ghostball bench precision --out DIR",
+        "closed-forms": "is what rounding the scene’s numbers once would cause",
+        "cost": "one sample of its run time each",
         "horizons": "was not measured",
         "energy": "No motion of an engine that records it exactly is stored",
         "hashes": "No comparison was made",

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from replay_decoder import Packed, decoded, place_at
+from replay_decoder import Packed, decoded, place_at, turned_by
 
 from ghostball.engine import EVENT_DTYPE, Ball, Scene, Table, simulate
 from ghostball.engine.trajectory import Phase
@@ -40,7 +40,7 @@ def two_balls(**changes) -> Scene:
     )
 
 
-@pytest.mark.parametrize("name", ["half-ball-cut", "draw-shot", "masse", "break-8"])
+@pytest.mark.parametrize("name", ["half-ball-cut", "draw-shot", "masse", "break-8", "flight-jump"])
 def test_paths_stay_within_the_tolerance_of_every_stored_sample(name):
     # Broken by a piece that is too long, a bulge of the wrong sign, or times rounded too far.
     scene = find_scene(name)
@@ -49,10 +49,30 @@ def test_paths_stay_within_the_tolerance_of_every_stored_sample(name):
     _, tracks = decoded(data)["ghostball"]
     for ball, track in enumerate(tracks):
         off = [
-            np.hypot(*(place_at(track, t, data["quantum"]) - xy))
-            for t, xy in zip(motion.times, motion.positions[:, ball, :2], strict=True)
+            np.linalg.norm(place_at(track, t, data["quantum"]) - place)
+            for t, place in zip(motion.times, motion.positions[:, ball], strict=True)
         ]
         assert max(off) <= TOLERANCE + 2e-6  # the time of a knot is a tick off, too
+
+
+@pytest.mark.parametrize("name", ["around-the-table", "masse", "flight-bounces"])
+def test_balls_turn_as_they_did(name):
+    # Broken by spins of the wrong end, by a bounce's within a piece, or by a decay that is cut off.
+    scene = find_scene(name)
+    result = simulate(scene, record="trajectory")
+    data = motion_data(scene, motion_of(result))
+    _, tracks = decoded(data)["ghostball"]
+    wanted = result.orientation([result.rest_time])[0]
+    for track, radius, right in zip(tracks, scene.radii, wanted, strict=True):
+        cosine = abs(turned_by(data, track, radius) @ right)
+        assert 2.0 * np.arccos(min(cosine, 1.0)) < 0.1
+
+
+def test_a_scene_says_how_high_balls_fly():
+    for name, high in (("flight-jump", 0.0734), ("draw-shot", 0.0)):
+        scene = find_scene(name)
+        data = motion_data(scene, motion_of(simulate(scene, record="trajectory")))
+        assert data["highest"] == pytest.approx(high, abs=1e-3)
 
 
 def test_a_ball_that_rolls_is_one_parabola_until_it_is_hit():
@@ -60,7 +80,7 @@ def test_a_ball_that_rolls_is_one_parabola_until_it_is_hit():
     motion = motion_of(simulate(scene, record="trajectory"))
     for ball in (0, 1):
         own = (motion.events["a"] == ball) | (motion.events["b"] == ball)
-        track = track_of(motion, ball, tick_of(motion))
+        track = track_of(motion, ball, tick_of(motion), scene.radii[ball])
         assert len(track.bulges) <= own.sum() + 1
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import fields, replace
+from pathlib import Path
 
 import gate
 import numpy as np
@@ -11,13 +12,12 @@ import pytest
 
 from ghostball.validation.baselines.bands import Band
 from ghostball.validation.baselines.baseline import (
-    FOLDER,
     Baseline,
     BaselineError,
     BaselineSchemaError,
-    baseline_folder,
     baseline_names,
     baseline_path,
+    engine_folder,
     load_baseline,
 )
 from ghostball.validation.baselines.observed import KEPT_EVENTS
@@ -71,10 +71,13 @@ def test_a_long_log_is_kept_up_to_its_first_events_with_hashes_of_all(tmp_path, 
     assert same(load_baseline(path).observed, gate.as_accepted(run))
 
 
-@pytest.mark.parametrize("name", baseline_names(FOLDER))
+OURS = Path(__file__).parents[3] / "benchmarks/baselines/ghostball"
+
+
+@pytest.mark.parametrize("name", baseline_names(OURS))
 def test_every_shipped_baseline_is_what_would_be_written(name):
     # Else the next acceptance would rewrite lines that nobody asked about.
-    path = baseline_path(FOLDER, name)
+    path = baseline_path(OURS, name)
     assert load_baseline(path).text() == path.read_text(encoding="utf-8")
 
 
@@ -194,7 +197,8 @@ EDITS = {
     "count changed": (r"\ncount = \d+", "\ncount = 3", ["`events` must hold the first 3 of 3"]),
     "no count": (r"\ncount = \d+", "\ncount = -1", ["`events.count`", "got -1"]),
     "another scene": (r'scene = "cut"', 'scene = "break-7"', ["name of its file", '"break-7"']),
-    "no schema": (r"schema = 1\n", "", ["holds no `schema`"]),
+    "no schema": (r"schema = 2\n", "", ["holds no `schema`"]),
+    "no engine": (r'engine = "ghostball"\n', "", ["`engine`"]),
     "twice": (r"\[accepted\]", "[accepted]\n[accepted]", ["not valid TOML"]),
 }
 
@@ -226,11 +230,13 @@ def test_a_file_that_was_cut_short_is_refused(file, part):
     assert not isinstance(raised.value, BaselineSchemaError)
 
 
-@pytest.mark.parametrize("schema", ["2", "0", '"1"', "[]"])
+@pytest.mark.parametrize("schema", ["1", "3", "0", '"2"', "[]"])
 def test_another_schema_is_an_error_of_its_own(file, schema):
-    text = file.read_text(encoding="utf-8").replace("schema = 1", f"schema = {schema}")
+    before = file.read_text(encoding="utf-8")
+    text = before.replace("schema = 2", f"schema = {schema}")
+    assert text != before, "nothing was edited"
     file.write_text(text + "\nnews = 1\n", encoding="utf-8")
-    with pytest.raises(BaselineSchemaError, match=r"`schema` must be 1, got .*accept anew"):
+    with pytest.raises(BaselineSchemaError, match=r"`schema` must be 2, got .*accept anew"):
         load_baseline(file)
 
 
@@ -245,6 +251,6 @@ def test_what_is_no_text_or_no_file_is_refused(file, tmp_path):
 
 def test_a_file_in_place_of_the_folder_is_refused(file, tmp_path):
     with pytest.raises(BaselineError, match=r"not a folder\. Choose another `--baselines`"):
-        baseline_folder(file)
-    assert baseline_folder(None) == FOLDER
-    assert baseline_names(baseline_folder(tmp_path / "none")) == ()
+        engine_folder(file, "ghostball")
+    assert baseline_names(engine_folder(tmp_path / "none", "ghostball")) == ()
+    assert engine_folder(tmp_path, "mine:dt=1e-3").name == "mine_dt=1e-3"

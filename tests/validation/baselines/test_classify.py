@@ -394,7 +394,7 @@ def test_a_number_that_is_no_more_fails():
     )
     change = of(head)
     assert change.failed
-    assert "rest_error_max 1e-12 -> none" in change.summary
+    assert "rest_error_max 1e-12 m -> none" in change.summary
     assert "-> none" in change.summary.partition("rest_error_max")[2]
     assert change.change == "identical", "nobody knows in which direction"
 

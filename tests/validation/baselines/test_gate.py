@@ -142,7 +142,7 @@ def test_one_of_two_changes_is_accepted_and_the_other_still_fails(accepted):
     accepted.plant({"cut": 1.01, "roll": 0.99})
     found = accepted.compare()
     assert {one.failed for one in found.scenes} == {True}
-    done = accepted.accept("The cloth is faster.", only="c*")
+    done = accepted.accept("The cloth is faster.", only=["c*"])
     assert (done.written, done.left) == (("cut",), ("roll",))
     found = accepted.compare()
     assert changes(found) == {"cut": "identical", "roll": "worse"}
@@ -204,12 +204,12 @@ def test_another_scene_of_the_same_name_is_not_comparable(accepted):
 
 def test_a_baseline_of_another_version_is_not_comparable_and_not_overwritten(accepted):
     path = baseline_path(accepted.baselines, "cut")
-    path.write_text(path.read_text("utf-8").replace("schema = 1", "schema = 2"), "utf-8")
+    path.write_text(path.read_text("utf-8").replace("schema = 2", "schema = 1"), "utf-8")
     check_baselines(accepted.baselines, ["cut"])
     before = accepted.contents()
     found = accepted.compare()
     assert found.outcome == "no-baseline"
-    assert "`schema` must be 1, got 2" in found.scene("cut").summary
+    assert "`schema` must be 2, got 1" in found.scene("cut").summary
     assert accepted.contents() == before
     accepted.accept("Of this version.")
     assert accepted.compare().outcome == "passed"
@@ -394,7 +394,7 @@ def test_what_does_not_match_is_refused_with_what_there_is(accepted):
     accepted.compare()
     before = accepted.contents()
     with pytest.raises(AcceptError, match='matches "b\\*"; what there is to accept: cut'):
-        accepted.accept(only="b*")
+        accepted.accept(only=["b*"])
     assert accepted.contents() == before
 
 
@@ -416,7 +416,7 @@ def test_what_was_accepted_is_not_accepted_twice(accepted):
     # The second reason would replace the first, of a scene that it isn't about.
     accepted.plant({"cut": 1.01, "roll": 0.99})
     accepted.compare()
-    accepted.accept("Of the cut.", only="cut")
+    accepted.accept("Of the cut.", only=["cut"])
     done = accepted.accept("Of the roll.")
     assert (done.written, done.left) == (("roll",), ())
     cut, roll = (load_baseline(baseline_path(accepted.baselines, name)) for name in ("cut", "roll"))

@@ -196,18 +196,20 @@ def test_a_git_that_takes_for_ever_is_told(root, monkeypatch):
         checked_out(root, "0" * 40)
 
 
-def test_an_installed_package_has_no_other_revisions(tmp_path, monkeypatch):
+def test_an_installed_package_has_no_other_revisions(tmp_path):
     module = tmp_path / "site-packages" / "validation" / "__init__.py"
     module.parent.mkdir(parents=True)
     module.write_text("")
-    monkeypatch.setattr(revision_module.validation, "__file__", str(module))
-    with pytest.raises(RevisionError, match=r"an installed package\. Clone the repository"):
-        repository()
+    with pytest.raises(RevisionError, match="needs a git repository with the engine's code"):
+        repository(module)
 
 
-def test_a_checkout_is_found(tmp_path, monkeypatch):
-    module = tmp_path / "validation" / "__init__.py"
-    monkeypatch.setattr(revision_module.validation, "__file__", str(module))
-    (tmp_path / "pyproject.toml").write_text("")
-    (tmp_path / ".git").write_text("gitdir: elsewhere")  # a worktree has a file there
-    assert repository() == tmp_path
+def test_a_checkout_is_found_by_a_file_that_it_tracks(root):
+    tracked, other = root / "ours" / "code.py", root / "theirs.py"
+    tracked.parent.mkdir()
+    for path in (tracked, other):
+        path.write_text("")
+    git(root, "add", str(tracked))
+    assert repository(tracked) == root
+    with pytest.raises(RevisionError, match="is in none"):
+        repository(other)

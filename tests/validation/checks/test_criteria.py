@@ -7,13 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from ghostball.validation.checks.criteria import (
-    Criteria,
-    CriteriaError,
-    Criterion,
-    Selector,
-    criteria_beside,
-)
+from ghostball.validation.checks.criteria import Criteria, criteria_beside
+from ghostball.validation.checks.criterion import CriteriaError, Criterion, Selector
 
 NATIVE = {"mode": "native", "dt": 0.001, "gate": True}
 LANDED = {"mode": "landed", "dt": 0.001, "gate": True}
@@ -95,6 +90,46 @@ def test_a_selector_with_a_setting_that_the_engine_lacks_is_refused() -> None:
 def test_an_engine_that_nobody_installed_is_refused() -> None:
     with pytest.raises(CriteriaError, match=r'x.toml: `criteria\[0\].*"pimunk".*mean `pymunk`'):
         criteria(criterion("pimunk")).check_engines(["ghostball", "pymunk"], "x.toml")
+
+
+def test_the_tables_of_steps_are_checked_too() -> None:
+    for table in ("steps", "beyond_step"):
+        row = {"engines": ["pimunk"], "reason": "because"}
+        if table == "steps":
+            row |= {"late": ["ball-ball"], "energy_noise": 1e-9}
+        read = Criteria.model_validate({table: [row]})
+        with pytest.raises(CriteriaError, match=rf"`{table}\[0\].*mean `pymunk`"):
+            read.check_engines(["ghostball", "pymunk"], "x.toml")
+
+
+RULE = """\
+[[steps]]
+engines = ["pymunk"]
+late = ["ball-ball"]
+energy_noise = 1e-9
+reason = "by hand"
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"ball-ball"', '"bal-ball"', r"`steps\[0\].late\[0\]` must be .*got 'bal-ball'"),
+        ("1e-9", "-1e-9", r"`steps\[0\].energy_noise` must be greater than 0, got -1e-09"),
+        (
+            "late",
+            "lte",
+            r"`steps\[0\].lte` is not a known field. Known here: engines, reason, late",
+        ),
+        ('reason = "by hand"', "", r"`steps\[0\].reason` must be given"),
+        ('late = ["ball-ball"]', "", r"`steps\[0\].late` must be given"),
+    ],
+)
+def test_a_wrong_rule_of_steps_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = tmp_path / "shot.expect.toml"
+    path.write_text(RULE.replace(old, new))
+    with pytest.raises(CriteriaError, match=message):
+        Criteria.load(path)
 
 
 # --- files

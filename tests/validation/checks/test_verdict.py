@@ -16,7 +16,6 @@ from ghostball.validation.checks.verdict import (
     rest_verdict_of,
     unfinished_text,
     verdict_of,
-    wrong_count,
 )
 from ghostball.validation.results.records import CLOSED_FORM, OUR_ENGINE, CaseRecord, Check
 
@@ -155,16 +154,3 @@ def test_our_engine_is_no_reference_in_a_scene_that_it_cannot_represent() -> Non
     refused = replace(case(engine="ghostball"), outcome="not-representable", truth=None)
     assert not is_own_measure(refused)
     assert rest_error_standing(replace(refused, metrics={})) is RestError.NONE
-
-
-def test_a_wrong_count_is_said_where_a_closed_form_counts() -> None:
-    right = {"ball-ball": 157, "ball-cushion": 157}
-    counted = replace(case(), truth_counts=right, collision_counts=right)
-    assert wrong_count(counted) is None
-    missed = replace(counted, collision_counts={"ball-ball": 39, "ball-cushion": 38})
-    assert wrong_count(missed) == (77, 314)
-    swapped = replace(counted, collision_counts={"ball-ball": 156, "ball-cushion": 158})
-    assert wrong_count(swapped) == (156, 157)
-    assert wrong_count(replace(missed, truth=OUR_ENGINE)) is None  # nothing independent counts
-    assert wrong_count(replace(missed, outcome="failed")) is None
-    assert wrong_count(None) is None

@@ -74,7 +74,6 @@ def test_an_exact_run_of_a_whole_shot() -> None:
     assert made.position_errors[0] == pytest.approx(math.hypot(*apart), abs=1e-18)
     assert made.quality_factor == pytest.approx(made.position_errors.max() / UNIT_ROUNDOFF)
     assert made.time_error_max == made.time_errors.max()
-    assert made.time_error_median == np.median(made.time_errors)
 
 
 def test_an_event_that_is_not_found() -> None:

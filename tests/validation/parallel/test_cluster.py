@@ -220,20 +220,6 @@ def test_a_task_that_kills_its_workers_has_crashed(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_scheduler_that_dies_is_one_error(tmp_path):
-    with dask_cluster(tmp_path) as cluster, cluster_at(cluster.address) as there:
-        answers = run_tasks(["a", "sleep 600"], there, work, died, LIMIT)
-        assert next(answers) == "done a"
-        cluster.scheduler.kill()
-        began = time.monotonic()
-        with pytest.raises(
-            ClusterLostError, match=r"its scheduler does not answer any more\. What is done"
-        ):
-            next(answers)
-    assert time.monotonic() - began < 20.0
-
-
-@pytest.mark.slow
 def test_a_cluster_without_workers_is_given_up(tmp_path, monkeypatch):
     monkeypatch.setattr(ghostball.validation.parallel.cluster, "PATIENCE", 1.0)
     with (

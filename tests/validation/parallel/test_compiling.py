@@ -51,16 +51,23 @@ def test_what_is_missing_is_compiled_in_processes_and_then_loaded_here(parts, ca
     assert sorted(name for name, _ in elsewhere) == ["a", "b"]
     assert os.getpid() not in {process for _, process in elsewhere}
     assert here == [(name, os.getpid()) for name in "abc"]
-    assert "compiling the engine's kernels" in caplog.text
+    assert "compiling: 0 of 2 are done of the engine's kernels" in caplog.text
     assert "compiling: 2 of 2 are done" in caplog.text
 
 
-@pytest.mark.parametrize("given", [(("a", {}),), (("a", {}), ("b", {"compiled": True}))])
-def test_one_part_alone_needs_no_process(parts, given, caplog):
-    read = parts(*given)
-    compiling.compile_kernels(SCENES, 2)
-    assert {process for _, process in read()} == {os.getpid()}
-    assert caplog.text == ""
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_what_is_compiled_is_counted_from_the_start(parts, jobs, caplog):
+    parts(("a", {}), ("b", {"compiled": True}), ("c", {}))
+    said = []
+    compiling.compile_kernels(SCENES, jobs, compiling=lambda *one: said.append(one))
+    assert [one[:2] for one in said] == [(0, 2), (1, 2), (2, 2)]
+    assert {one[2] for one in said} == {"", "a", "c"}
+    assert caplog.text == ""  # who counts, says it
+
+
+def test_what_is_compiled_is_not_counted_again(parts):
+    parts(("a", {"compiled": True}))
+    compiling.compile_kernels(SCENES, 2, compiling=lambda *_: pytest.fail("nothing was missing"))
 
 
 def test_a_process_that_dies_is_told_with_what_it_compiled(parts):

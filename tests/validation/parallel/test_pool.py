@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import multiprocessing
 import os
 import signal
@@ -31,6 +30,8 @@ def work(task: str) -> str:
         os._exit(int(rest))
     if word == "sleep":
         time.sleep(float(rest))
+    if word == "native":  # code that lets no handler of a signal run
+        sum(range(10**13))
     if word == "deaf":
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         time.sleep(600.0)
@@ -47,6 +48,8 @@ def work(task: str) -> str:
 
 def _answers() -> int:
     """Return the pipe that this process answers through: the only one of its own to write into."""
+    import fcntl
+
     return next(
         fd
         for fd in range(3, 64)
@@ -120,6 +123,13 @@ def test_a_hang_is_ended_and_a_task_may_have_a_limit_of_its_own():
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+def test_a_hang_in_native_code_is_ended_at_once(monkeypatch):
+    monkeypatch.setattr(CONSTS, "term_timeout", 600.0)
+    found = results(["native", "a"], limit=lambda task: 0.3 if task == "native" else 60.0)
+    assert found == ["native: it took longer than 0.3 s, and was ended", "done a"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 def test_one_that_ignores_its_end_is_killed(monkeypatch):
     monkeypatch.setattr(CONSTS, "term_timeout", 0.2)
     found = results(["deaf", "a"], limit=lambda task: 0.3 if task == "deaf" else 60.0)
@@ -174,14 +184,26 @@ def test_closing_ends_what_runs():
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
-@pytest.mark.parametrize("seconds", [0.0, 1.0, 600.0], ids=["idle", "answers", "hangs"])
-def test_a_worker_whose_parent_is_killed_ends(tmp_path, seconds):
+@pytest.mark.parametrize(
+    "task",
+    [
+        "time.sleep(0.0)",
+        "time.sleep(1.0)",
+        "time.sleep(600.0)",
+        pytest.param(
+            "sum(range(10**13))",
+            marks=pytest.mark.skipif(sys.platform != "linux", reason="asks the system for it"),
+        ),
+    ],
+    ids=["idle", "answers", "hangs", "hangs in native code"],
+)
+def test_a_worker_whose_parent_is_killed_ends(tmp_path, task):
     script, said = tmp_path / "parent.py", tmp_path / "said"
     script.write_text(PARENT)
     os.mkfifo(said)
     with (
         subprocess.Popen(
-            [sys.executable, str(script), str(said), str(seconds)],
+            [sys.executable, str(script), str(said), task],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
@@ -200,15 +222,15 @@ from ghostball.validation.parallel.pool import limit_of, run_tasks
 
 
 def work(task):
-    said, seconds = task
+    said, what = task
     global kept
     kept = open(said, "w")
     print("at work", file=kept, flush=True)
-    time.sleep(seconds)
+    exec(what)
 
 
 if __name__ == "__main__":
-    list(run_tasks([(sys.argv[1], float(sys.argv[2]))], 1, work, print, limit_of(900.0)))
+    list(run_tasks([(sys.argv[1], sys.argv[2])], 1, work, print, limit_of(900.0)))
     time.sleep(600)
 """
 
@@ -239,6 +261,26 @@ def test_ctrl_c_in_a_terminal_is_for_the_parent_alone(tmp_path):
         assert workers.read() == b""  # nothing more until they, who hold the other end, are gone
     assert (rest, errors) == (b"interrupted\n", b"")
     assert parent.returncode == 130
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc")
+def test_ctrl_c_while_processes_start_is_for_the_parent_alone(tmp_path):
+    # Breaks where a process has to say first that it is deaf: it would die of it, with a traceback.
+    script = tmp_path / "parent.py"
+    script.write_text(INTERRUPTED)
+    with subprocess.Popen(
+        [sys.executable, str(script), str(tmp_path / "said")],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        start_new_session=True,
+    ) as parent:
+        children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
+        while len(children.read_text().split()) < 3:  # both processes, and Python's own
+            assert parent.poll() is None
+        os.killpg(parent.pid, signal.SIGINT)
+        said = parent.communicate(timeout=60.0)
+    assert said == (b"interrupted\n", b"")
 
 
 def test_an_interrupt_that_does_not_end_the_wait_is_not_lost():

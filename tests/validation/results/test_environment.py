@@ -6,6 +6,7 @@ import json
 import subprocess
 from pathlib import Path
 
+from ghostball.reference_adapters.workers.process import DISTRIBUTIONS
 from ghostball.validation.results.environment import PACKAGES, describe_environment, git_state
 
 
@@ -14,7 +15,7 @@ def test_the_description_is_plain_and_complete() -> None:
     assert set(described) == {
         *("date", "command", "cpu", "cores", "os", "python", "versions", "git")
     }
-    assert list(described["versions"]) == list(PACKAGES)
+    assert list(described["versions"]) == [*PACKAGES, *DISTRIBUTIONS]
     assert described["versions"]["numpy"]
     assert described["cpu"]
 

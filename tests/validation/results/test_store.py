@@ -250,7 +250,7 @@ def taking_over(path: Path) -> ResultsWriter:
 
 def test_earlier_results_stay_until_the_run_begins(tmp_path: Path) -> None:
     written(tmp_path, record(), record("ghostball"))
-    (tmp_path / "report.md").write_text("drawn from them")
+    (tmp_path / "report.html").write_text("drawn from them")
     before = contents(tmp_path)
     writer = ResultsWriter(tmp_path)
     assert contents(tmp_path) == before
@@ -258,7 +258,7 @@ def test_earlier_results_stay_until_the_run_begins(tmp_path: Path) -> None:
     writer.write(record("pybullet"), motion())
     writer.finish("complete")
     assert labels(Results.open(tmp_path).cases) == ["pybullet"]
-    assert (tmp_path / "report.md").exists()  # not the store's to delete
+    assert (tmp_path / "report.html").exists()  # not the store's to delete
 
 
 def test_a_run_that_never_begins_changes_nothing(tmp_path: Path) -> None:
@@ -384,6 +384,14 @@ def test_a_folder_that_is_not_ours_is_refused_and_left_alone(tmp_path: Path) -> 
     with pytest.raises(ResultsError, match="not empty and not a results folder"):
         ResultsWriter(tmp_path)
     assert contents(tmp_path) == before
+
+
+def test_results_of_other_commands_may_lie_in_the_folder(tmp_path: Path) -> None:
+    # `ghostball regress` writes into out/regress: breaks where `validate` refuses out after that.
+    written(tmp_path / "regress", record())
+    written(tmp_path / "of-two" / "mine", record())
+    written(tmp_path, record())
+    assert has_results(tmp_path)
 
 
 def test_a_file_in_the_way_is_refused(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from textwrap import dedent
 import pytest
 
 from ghostball.engine import EngineFailedError, GhostballError, UnsupportedSceneError
-from ghostball.reference_adapters import make_engine, make_engine_of_class
+from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation import find_scene
 from ghostball.validation.runs.playing import apart, run_engine
@@ -67,7 +67,7 @@ def evil(tmp_path, monkeypatch):
     (tmp_path / "evil_engine.py").write_text(dedent(ENGINE))
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.delitem(sys.modules, "evil_engine", raising=False)
-    return make_engine_of_class("evil_engine:Evil")
+    return make_engine("evil_engine:Evil")
 
 
 SCENE = find_scene("stop")

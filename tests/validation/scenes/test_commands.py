@@ -14,15 +14,18 @@ ODD = "newcomer:name=a b;rm,dt=1e-3"
 @pytest.mark.parametrize(
     ("command", "words"),
     [
-        (commands.simulate("stop"), ["simulate", "stop"]),
+        (commands.simulate("stop"), ["run", "stop"]),
         (
             commands.simulate("my shot", ODD, recorded=True),
-            ["simulate", "./my shot.toml", "--engine", ODD, "--record", "events", "--json"],
+            [
+                *("run", "./my shot.toml", "--engine", ODD),
+                *("--record", "events", "--format", "json"),
+            ],
         ),
         (commands.explain("stop", ODD), ["explain", "stop", "--engine", ODD]),
         (
             commands.validate("mine", "pymunk", "out/again"),
-            ["validate", "./mine.toml", "--engines", "pymunk", "--out", "out/again"],
+            ["validate", "./mine.toml", "--engine", "pymunk", "--out", "out/again"],
         ),
         (commands.regress(), ["regress"]),
         (

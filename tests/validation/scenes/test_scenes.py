@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ghostball.engine import EventKind, Scene, SceneError, simulate
 from ghostball.engine.scene import json_schema
 from ghostball.reference_adapters.registry import engine_names
-from ghostball.validation.checks.criteria import SUFFIX, Criteria, criteria_beside
+from ghostball.validation.checks.criteria import SUFFIX, Criteria, criteria_beside, shared_criteria
 from ghostball.validation.grading.sequences import matching_collisions
 from ghostball.validation.scenes.library import (
     FOLDER,
@@ -280,22 +280,27 @@ def test_every_scene_has_criteria(path: Path) -> None:
 
 def test_no_criteria_without_a_scene() -> None:
     beside = {path.name.removesuffix(SUFFIX) for path in FOLDER.glob(f"*{SUFFIX}")}
-    assert beside == {*NAMES, "common"}
+    assert beside == {*NAMES, "common", "shared"}
+
+
+def test_shared_criteria_name_scenes_that_there_are() -> None:
+    named = {name for one in shared_criteria().criteria for name in one.scenes}
+    assert named <= set(NAMES)
+    for one in shared_criteria().criteria:
+        assert list(one.scenes) == sorted(set(one.scenes)), one.metric
 
 
 @pytest.mark.parametrize("name", sorted(FORMS))
 def test_our_engine_is_held_to_rounding_where_there_is_a_closed_form(name: str) -> None:
     # Where balls press each other it follows them in steps, whose tolerance is in metres.
     rest = "rest_error_max" if name in PRESSED else "rest_error_ulps"
-    criteria = Criteria.load(FOLDER / f"{name}{SUFFIX}")
+    criteria = criteria_beside(FOLDER / f"{name}.toml")
     metrics = {criterion.metric for criterion in criteria.applying_to("ghostball", {})}
     assert {rest, "matching_events", "ball_ball_count", "ball_cushion_count"} <= metrics
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", ["break-7", "break-8", "break-16", "chaos-a", "chaos-b", "elastic-gas"]
-)
+@pytest.mark.parametrize("name", ["break-8", "chaos-a", "chaos-b", "elastic-gas"])
 def test_limits_on_landed_engines_are_what_a_landing_gap_costs(name: str) -> None:
     # Their reasons say how far a nudge of 1e-10 m is seen: a seeded rerun must stay within them.
     scene = find_scene(name)
@@ -316,8 +321,6 @@ def test_limits_on_landed_engines_are_what_a_landing_gap_costs(name: str) -> Non
         nudged = simulate(scene.model_copy(update={"balls": balls}), record="events")
         matched = matching_collisions(*collisions_of(nudged.events), collisions, times)
         assert matched >= limits["matching_events"]
-        apart = np.linalg.norm(nudged.rest_positions - exact.rest_positions, axis=1).max()
-        assert apart <= limits.get("rest_error_max", np.inf)
 
 
 # --- finding scenes
@@ -334,7 +337,7 @@ def test_find_by_name_and_by_path(tmp_path: Path) -> None:
 def test_unknown_name_offers_near_ones() -> None:
     with pytest.raises(SceneError, match=r'unknown scene "half-ball".*half-ball-cut'):
         find_scene("half-ball")
-    with pytest.raises(SceneError, match=r'unknown scene "qqqq".*Known: around-the-table'):
+    with pytest.raises(SceneError, match=r'unknown scene "qqqq".*`ghostball scenes` lists them'):
         find_scene("qqqq")
 
 
@@ -345,7 +348,7 @@ def test_missing_file_says_so() -> None:
 
 def test_select_suites() -> None:
     assert [scene.name for scene in select()] == list(NAMES)
-    smoke = select(suite="smoke")
+    smoke = select(["smoke"])
     assert 0 < len(smoke) < len(NAMES)
     assert all("smoke" in scene.tags for scene in smoke)
 

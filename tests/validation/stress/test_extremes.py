@@ -20,12 +20,6 @@ def test_the_quick_suite_is_part_of_the_full_one():
     assert set(TRIALS) < set(full)
 
 
-@pytest.mark.compiled
-@pytest.mark.parametrize("name", TRIALS)
-def test_our_engine_survives(name: str):
-    assert TRIALS[name].run(make_engine("ghostball")).faults == ()
-
-
 def test_what_is_proved_has_a_collision_wherever_a_ball_can_get_to_one():
     """A sweep of empty scenes would ask nothing."""
     for name in ("speed-elastic-1e-09", "radius-ratio-rolling-1e+06", "friction-rolling-10"):

@@ -63,7 +63,7 @@ def test_the_command_names_the_scene_and_the_engine_with_its_settings():
     path = scene_file(worst, Path("some where"))
     assert path == Path("some where/worst/f-pymunk_mode=landed,dt=1e-3.toml")
     assert reproducing(worst, Path("some where")) == (
-        f"ghostball simulate '{path}' --engine pymunk:mode=landed,dt=1e-3"
+        f"ghostball run '{path}' --engine pymunk:mode=landed,dt=1e-3"
     )
     assert survival_of(folder(found("a", "survived")), "f", "pymunk").command(Path()) is None
 
@@ -76,8 +76,7 @@ def test_the_other_command_tries_the_trial_again_in_a_folder_of_its_own():
     )
     one = survival_of(there, "f", "pymunk:mode=landed")
     assert one.again(there) == (
-        "ghostball stress f/b --suite quick --engines pymunk:mode=landed --rerun "
-        "--out 'some where-again'"
+        "ghostball stress f/b --engine pymunk:mode=landed --rerun --out 'some where-again'"
     )
     assert survival_of(folder(), "f", "pymunk").again(there) is None
 

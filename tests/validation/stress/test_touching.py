@@ -43,24 +43,6 @@ def test_a_triangle_is_its_own_image():
     assert np.hypot(*np.subtract(places[1], places[0])) >= 2 * RADIUS
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "pair-sliding-slanting-gap-0-turned-0.7",
-        "corner-rolling-slanting-gap-0",
-        "bisector-to-1-0-from-2e-01",
-        "line-of-5-sliding-gap-0",
-        "triangle-of-3-rows-sliding-gap-0",
-        "wedged-pair-pushed-sliding-gap-0",
-        "wedged-corner-sliding-gap-0",
-    ],
-)
-def test_our_engine_survives(name):
-    trial = scene_trial(FAMILY, name)
-    run = simulate(trial.scene, record="trajectory")
-    assert trial.judge(run).faults == ()
-
-
 def test_a_corner_that_gives_one_cushion_only_is_seen():
     trial = scene_trial(FAMILY, "bisector-to-0-0-from-2e-01")
     half = trial.scene.model_copy(
@@ -118,5 +100,5 @@ def test_a_row_that_takes_too_many_events_or_steps_is_seen():
     run = simulate(trial.scene, record="trajectory")
     storm = replace(run, events=np.repeat(run.events, 36))
     assert any("number of events" in fault for fault in trial.judge(storm).faults)
-    storm = replace(run, work={**run.work, "contact_steps": 6 * 135 + 1})
+    storm = replace(run, work={**run.work, "contact_steps": 6 * 51 + 1})
     assert any("contact steps" in fault for fault in trial.judge(storm).faults)

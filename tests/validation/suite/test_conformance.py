@@ -1,6 +1,7 @@
 """What is asked of an engine: by whom it is named, and what no engine may break."""
 
 import pytest
+from step_rules import limit_of_step
 from toy_engines import NoSettings, OtherShotEngine, ToyEngine
 
 from ghostball.engine.scene.features import Capability, Feature
@@ -10,9 +11,11 @@ from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.conformance import (
     COMPLETES,
     Asked,
+    Finding,
     asked_of,
     asked_of_any,
     engine_under_test,
+    run_scene,
 )
 from ghostball.validation.suite.suite import shipped_criteria
 
@@ -94,6 +97,24 @@ def test_the_scene_wins_then_the_file_for_all_and_what_no_engine_may_break():
     assert asked["events_missing"] == 0
 
 
+def test_who_is_judged_as_another_engine_may_err_by_that_ones_step():
+    # What is computed of pymunk, not of the toy, which states no resolution.
+    judged = engine_under_test(TOY, "pymunk")
+    own = shipped_criteria(HALF_BALL)
+    asked = asked_of(judged, HALF_BALL, own)
+    assert "rest_error_max" in asked.metrics
+    run = run_scene(judged, HALF_BALL, own, asked)
+    (limit,) = [one.limit for one in run.record.checks if one.metric == "rest_error_max"]
+    assert limit == limit_of_step(HALF_BALL, "pymunk")
+    assert run.finding("rest_error_max").outcome == "passed"
+    # Of what the step says nothing, nothing is asked.
+    galperin = find_scene("galperin-2")
+    asked = asked_of(judged, galperin, Criteria())
+    assert run_scene(judged, galperin, Criteria(), asked).finding("rest_error_max") == Finding(
+        "skipped", "galperin-2: no limit on this follows from the engine's step"
+    )
+
+
 def test_limits_on_other_engines_are_no_limits_of_this_one():
     engine = engine_under_test(TOY)
     asked = asked_of(engine, HALF_BALL, shipped_criteria(HALF_BALL))
@@ -119,9 +140,9 @@ def test_judged_as_another_its_limits_hold_but_own_ones_first():
 
 def test_an_engine_is_found_by_where_its_class_is_with_settings():
     engine = engine_under_test(f"{TOY}:dt=1e-3")
-    assert engine.label == "toy:dt=1e-3"
+    assert engine.make().name == "toy"
     assert engine.make().settings.dt == 1e-3
-    assert engine_under_test("pymunk:mode=landed").label == "pymunk:mode=landed"
+    assert engine_under_test("pymunk:mode=landed").make().settings.mode == "landed"
 
 
 def test_a_class_that_is_none_or_has_no_such_setting_is_refused():

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
 
-from ghostball.engine import GhostballError
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import NOTHING_JUDGED
-from ghostball.validation.results.store import CaseRecord, Check
-from ghostball.validation.suite.junit import junit_xml, write_junit
+from ghostball.validation.results.records import Accuracy, CaseRecord, Check
+from ghostball.validation.suite.junit import junit_xml
 
 
 def case(**changes: Any) -> CaseRecord:
@@ -141,6 +139,19 @@ def test_what_an_engine_printed_is_the_output_of_its_first_test_case() -> None:
     assert elements[0].findtext("system-out") == "hello\nagain"
 
 
+def test_the_first_test_case_says_how_right_the_run_is() -> None:
+    found = Accuracy("another shot", at=1.25, agree=4, of=7)
+    first, *others = parsed(case(accuracy=found, printed="hello\n")).values()
+    (given,) = first.iter("property")
+    assert given.attrib == {"name": "accuracy", "value": "another shot"}
+    assert first.findtext("system-out") == (
+        "accuracy: another shot: 4 of 7 collisions agree; the first other at 1.25 s\nhello"
+    )
+    assert not any(list(other.iter("property")) for other in others)
+    # Where nothing says what is right there is none.
+    assert not list(next(iter(parsed(case()).values())).iter("property"))
+
+
 def test_totals_are_right() -> None:
     cases = [
         case(checks=(check(), check("wall_time", passed=False))),
@@ -161,12 +172,3 @@ def test_control_characters_and_markup_survive() -> None:
     (element,) = parsed(bad).values()
     assert verdict(element) == ("error", r"\x1b[31m<&\x00\ud800\ufffe")
     assert element[0].text == "a\\x08\tb\n"
-
-
-def test_the_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
-    path = tmp_path / "junit.xml"
-    write_junit([case()], path)
-    assert path.read_text(encoding="utf-8") == junit_xml([case()])
-    assert [entry.name for entry in tmp_path.iterdir()] == ["junit.xml"]
-    with pytest.raises(GhostballError, match="can't write the JUnit file"):
-        write_junit([case()], path / "below.xml")

@@ -18,12 +18,14 @@ import pytest
 
 import ghostball.validation.suite.suite
 from ghostball.engine import Ball, GhostballError, Scene
-from ghostball.validation.checks.criteria import Criteria, Criterion
+from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results, ResultsError
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import Case
 from ghostball.validation.suite.suite import criteria_beside_paths, run_suite, shipped_criteria
+from ghostball.validation.truth.closed_forms import has_closed_form
 
 ENGINES = '''
 """Engines that misbehave, one setting for each way."""
@@ -41,6 +43,7 @@ from ghostball.reference_adapters.base import EngineBase, EngineSettings
 class Settings(EngineSettings):
     does: str = "run"
     shift: float = 0.0
+    sees: float = 0.0
 
 
 class Fake(EngineBase):
@@ -54,6 +57,9 @@ class Fake(EngineBase):
         if self.settings.does == "refuse":
             able[Feature.ROLLING] = Capability("none", "it slips")
         return able
+
+    def resolution(self, scene):
+        return self.settings.sees
 
     def simulate(self, scene, *, record="rest"):
         self.check(scene)
@@ -164,7 +170,11 @@ def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
     folder = Results.open(tmp_path / "out")
     assert folder.state == "complete"
     assert folder.labels == ["ghostball", "fake", "fake:shift=0.003"]
-    assert folder.environment["engine_settings"]["fake"] == {"does": "run", "shift": 0.0}
+    assert folder.environment["engine_settings"]["fake"] == {
+        "does": "run",
+        "shift": 0.0,
+        "sees": 0.0,
+    }
     cases = by_label(folder.cases)
     # Our engine is the truth here, so it can't pass; the copy agrees, the shifted one is 3 mm off.
     verdicts = [
@@ -228,6 +238,21 @@ def test_what_an_engine_cannot_do_is_said_with_the_reason(tmp_path: Path) -> Non
     assert absent.outcome == "unavailable"
     assert "not installed here" in absent.reason
     assert outcome.exit_status == 4  # nothing was judged: that is no pass
+
+
+def test_an_engine_of_another_package_is_held_to_the_resolution_that_it_states(
+    tmp_path: Path,
+) -> None:
+    labels = ["fake:sees=1e-3", "fake:sees=1e-3,shift=0.1", "fake"]
+    outcome = run_suite([scene()], labels, tmp_path, strangers=True)
+    assert [verdict_of(case) for case in outcome.cases] == [
+        Verdict.PASS,
+        Verdict.FAIL,
+        Verdict.SHOWN,  # it claims to see all in time, and nobody said how right it has to be
+    ]
+    assert all(case.accuracy is not None for case in outcome.cases)
+    asked = run_suite([scene()], labels, tmp_path / "other")
+    assert {verdict_of(case) for case in asked.cases} == {Verdict.SHOWN}
 
 
 def test_a_failure_is_kept_and_the_run_goes_on(tmp_path: Path) -> None:
@@ -368,8 +393,12 @@ def test_wrong_engines_are_refused(tmp_path: Path, engines: list[str], message: 
     ],
 )
 def test_wrong_criteria_are_refused(tmp_path: Path, criteria: Criteria, message: str) -> None:
+    # Two balls are hit at once, which no closed form covers.
+    others = [Ball(id=str(y), position=(1.0, y)) for y in (-0.03, 0.03)]
+    tied = scene().model_copy(update={"balls": (*scene().balls, *others)})
+    assert not has_closed_form(tied)
     with pytest.raises(GhostballError, match=message):
-        run_suite([scene()], ["fake"], tmp_path / "out", criteria={"roll": criteria})
+        run_suite([tied], ["fake"], tmp_path / "out", criteria={"roll": criteria})
     assert not (tmp_path / "out").exists()
 
 

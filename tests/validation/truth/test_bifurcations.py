@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, ExactTrajectory, Scene, simulate
+from ghostball.engine import EventKind, ExactTrajectory, Scene, Table, simulate
 from ghostball.validation.diagnose.predictability import bifurcations_of, nearest_of
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.truth.bifurcations import Bifurcation, _meetings, _passings
+from ghostball.validation.truth.bifurcations import Bifurcation
+from ghostball.validation.truth.passings import ball_passings, meetings_of
 
 
 def found_in(scene: Scene) -> dict[str, Bifurcation]:
@@ -55,8 +56,38 @@ def test_exact_ties_have_no_margin():
     assert "several collisions" in tie.describe(find_scene("three-ball-symmetric"))
 
 
-def test_a_shot_without_a_second_ball_has_one_course():
-    assert found_in(find_scene("around-the-table")) == {}
+def test_one_ball_on_an_unbounded_cloth_has_one_course():
+    assert found_in(scene_of(ball((0.0, 0.0), (1.0, 0.5)))) == {}
+
+
+def test_a_ball_that_stops_short_of_a_cushion_all_but_hits_it():
+    mu, g, v, short = 0.02, 9.81, 1.0, 1e-6
+    reach = v**2 / (2 * mu * g)
+    table = Table(length=1.0 + reach + R + short, width=1.0)
+    one = found_in(scene_of(ball((1.0, 0.5), (v, 0.0)), table=table))["near miss"]
+    assert one.margin == pytest.approx(short, rel=1e-6)
+    assert (one.a, one.b, one.t) == (0, -2, pytest.approx(v / (mu * g), rel=1e-9))
+    assert "cushion right" in one.describe(scene_of(ball((1.0, 0.5), (v, 0.0)), table=table))
+
+
+def test_a_ball_that_is_hit_away_from_a_cushion_all_but_hits_it():
+    """A ball on its way to the left cushion meets another head-on, 1e-6 m short of it."""
+    short = 1e-6
+    gap = 2 * R + 2.0 * short  # both at one speed: each goes as far
+    table = Table(length=3.0, width=1.0)
+    scene = scene_of(
+        ball((R + 2.0 * short, 0.5), (-1.0, 0.0)),
+        ball((R + 2.0 * short + gap, 0.5), (-3.0, 0.0)),
+        table=table,
+    )
+    found = found_in(scene)
+    assert (found["order"].a, found["order"].b) == (0, -1)
+    # The other gains 2 m/s on it, so that it goes 1e-6 m of its 2e-6 before they meet.
+    assert found["order"].margin == pytest.approx(short, rel=1e-3)
+
+
+def test_which_of_two_cushions_comes_first_is_another_order_and_no_other_course():
+    assert "order" not in found_in(find_scene("corner-double-bounce"))
 
 
 @pytest.mark.parametrize("name", ["break-7", "pool-break-9", "thin-cut"])
@@ -123,7 +154,7 @@ def naive_passings(result):
                 return r[0] * v[0] + r[1] * v[1]
 
             edges = np.unique(np.concatenate([starts[i], starts[j], [motion.t_end]])).tolist()
-            meetings = _meetings(result)[i, j]
+            meetings = meetings_of(result)[i, j]
             stops = []
             for start, end in itertools.pairwise(edges):
                 low, high = start, end
@@ -144,7 +175,7 @@ def naive_passings(result):
 def test_passings_are_those_of_each_pair_alone_to_the_bit(name):
     # Breaks where pairs or intervals are mixed up, or a ball is moved by another of its rows.
     result = simulate(find_scene(name), record="trajectory")
-    times, a, b, gaps = _passings(result)
+    times, a, b, gaps = ball_passings(result)
     assert list(zip(times.tolist(), a.tolist(), b.tolist(), strict=True)) == naive_passings(result)
     places = result.sample(times).positions[..., :2]
     rows = np.arange(len(times))

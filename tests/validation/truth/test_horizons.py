@@ -31,9 +31,14 @@ def test_who_errs_more_has_the_shorter_horizon():
     assert horizons[0] > 2.0 * horizons[2] > 0.0
 
 
-@pytest.mark.parametrize("label", ["ghostball", "pymunk", "pymunk:dt=1e-2", "paper-discrete"])
-def test_an_easy_shot_is_predicted_to_its_end_by_all(label):
+@pytest.mark.parametrize("label", ["ghostball", "pymunk", "pymunk:dt=1e-2"])
+def test_an_easy_shot_is_predicted_to_its_end(label):
     assert horizon_of("half-ball-cut", label) == math.inf
+
+
+def test_frames_of_20_ms_can_not_tell_whether_a_ball_ends_short_of_a_cushion():
+    # The contact is off by up to 16 mm, a quarter of a ball: the cue ball may go 0.3 m farther.
+    assert horizon_of("half-ball-cut", "paper-discrete") == pytest.approx(2.343, abs=1e-3)
 
 
 def test_a_contact_that_is_landed_on_is_off_by_the_landing_gap():
@@ -54,7 +59,7 @@ def test_past_its_horizon_nothing_is_said_of_how_a_shot_ends():
     assert 0.0 < far.horizon < 1.0
     ends = [name for name, metric in METRICS.items() if metric.to_the_end]
     assert {far.metrics[name] for name in ends} == {None}
-    assert all("past the horizon" in far.notes[name] for name in ends)
+    assert all("unpredictable" in far.notes[name] for name in ends)
     assert far.ball_errors is None
     assert far.metrics["matching_events"] >= 0
     assert far.metrics["energy_difference_max"] < 1e-2

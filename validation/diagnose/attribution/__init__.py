@@ -15,9 +15,7 @@ from ghostball.validation.diagnose.attribution._backward import (
     backward_error,
 )
 from ghostball.validation.diagnose.attribution._zero_step import (
-    ZeroStep,
     largest_distance,
-    zero_step_of,
 )
 from ghostball.validation.diagnose.attribution.attribution_record import Attribution, Better, Part
 
@@ -27,9 +25,7 @@ __all__ = [
     "Better",
     "NoCueBallError",
     "Part",
-    "ZeroStep",
     "attribute",
     "backward_error",
     "largest_distance",
-    "zero_step_of",
 ]

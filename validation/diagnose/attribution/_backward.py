@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,8 +62,6 @@ class BackwardError:
         Change of its direction; positive is to the left.
     unexplained : float [m]
         Largest distance of a ball that is left with this change.
-    played_by : "certified" or "our engine"
-        What played the changed shots.
     iterations : int
     """
 
@@ -72,7 +69,6 @@ class BackwardError:
     speed: float
     turn: float
     unexplained: float
-    played_by: Literal["certified", "our engine"]
     iterations: int
 
     @property
@@ -170,7 +166,6 @@ def backward_error(known: KnownShot, outcome: FloatArray, instant: float | None)
         speed=float(x[0]),
         turn=float(x[1]),
         unexplained=largest_distance(shot(x), outcome),
-        played_by="certified" if proves else "our engine",
         iterations=iterations,
     )
 

@@ -8,17 +8,14 @@
 from ghostball.validation.diagnose.predictability.measure import predictability_of
 from ghostball.validation.diagnose.predictability.prediction import (
     Predictability,
-    Separation,
     load_predictability,
     predictability_in,
     save_predictability,
 )
-from ghostball.validation.truth.bifurcations import Bifurcation, bifurcations_of, nearest_of
+from ghostball.validation.truth.bifurcations import bifurcations_of, nearest_of
 
 __all__ = [
-    "Bifurcation",
     "Predictability",
-    "Separation",
     "bifurcations_of",
     "load_predictability",
     "nearest_of",

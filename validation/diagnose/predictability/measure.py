@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine import EventKind, Result, Scene
+from ghostball.engine.running.skips import has_drag
 from ghostball.engine.sensitivity import PARTS, QUALITY, ROUNDING
 from ghostball.validation.diagnose.predictability.prediction import Predictability, Separation
 from ghostball.validation.results.records import scene_hash
@@ -103,6 +104,8 @@ def _ends(result: Result, horizon: float) -> str:
         return ""
     if np.all(np.isfinite(result.sensitivity(horizon))):
         return "growth"
+    if horizon == 0.0 and (has_drag(result.scene) or result.scene.physics.airborne):
+        return "no derivative in air, or in flight"
     events = events_of(result)
     collisions = events[(events["kind"] <= EventKind.BALL_CUSHION) & (events["t"] <= horizon)]
     last = collisions[collisions["t"] == horizon]

@@ -55,7 +55,8 @@ class Predictability:
         When rounding may exceed the tolerance; None: never.
     ends : str
         What the horizon comes from: "growth" of rounding, or "several collisions at one instant"
-        or "sustained contact", past which no derivative exists; "" where there is none.
+        or "sustained contact", past which no derivative exists, or "no derivative in air, or in
+        flight"; "" where there is none.
     times : (k,) float64 [s]
     growth : (k,) float64 [m]
         The largest `Result.sensitivity` of a ball; nan where no derivative exists.

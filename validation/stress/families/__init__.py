@@ -12,8 +12,10 @@ from typing import Final
 from ghostball.validation.stress.families import (
     cradles,
     extremes,
+    flight,
     graded,
     grazing,
+    held,
     long_runs,
     near_degenerate,
     reversal,
@@ -32,11 +34,13 @@ _MODULES: Final = (
     touching,
     cradles,
     sustained,
+    held,
     extremes,
     long_runs,
     reversal,
     storms,
     tunnelling,
+    flight,
     graded,
 )
 

@@ -29,7 +29,7 @@ from ghostball.validation.stress.trial import Suite, Trial, Verdict, graded_seve
 MOST_EVENTS = 100_000
 """Events and contact steps of a break: four times the most that any of 100 000 needs.
 
-That is 24 327, of break 71252, measured by playing them all; a test plays that one."""
+That is 22 476, of break 39225, measured by playing them all; a test plays that one."""
 
 LOOKS = 32
 """Instants at which each break is looked at, beside its end."""

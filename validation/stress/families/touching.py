@@ -42,8 +42,8 @@ EVENTS_PER_BALL = 36
 
 A test holds that against all of them; a ball that is stuck takes thousands."""
 
-STEPS_PER_BALL = 135
-"""The same of contact steps: 45, of a row of 4.
+STEPS_PER_BALL = 51
+"""The same of contact steps: 17, of a row of 8.
 
 Where balls neither rub nor slow down, nothing presses them, and none is permitted."""
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from ghostball.engine import Scene
 from ghostball.engine.result import COLLISION_KINDS
-from ghostball.validation.truth.closed_forms._forms import FORMS, Form
+from ghostball.validation.truth.closed_forms._forms import FORMS, Form, form_of_shape
 from ghostball.validation.truth.closed_forms._setup import (
     DIGITS,
     Collision,
@@ -70,16 +71,16 @@ class ClosedForm:
 def closed_form(scene: Scene) -> ClosedForm | None:
     """Return the closed form of `scene`, or None where it has none.
 
-    A scene that shares its name with a shipped one, but whose values lead to other collisions or
-    other physics than the form is for, has none.
+    A shipped scene has one by its name, as long as its values lead to the collisions, and its
+    physics is among those, that the form is for. Any other scene has one where it has the shape: a
+    few collisions, one after the other, each of two alone.
     """
-    exact = _solved(scene)
-    if exact is None:
+    solved = _solved(scene)
+    if solved is None:
         return None
+    form, exact = solved
     with mp.workdps(DIGITS):
-        conditioning, rest_time_conditioning = _conditioning(
-            scene, FORMS[scene.name], numbers_of(scene), exact
-        )
+        conditioning, rest_time_conditioning = _conditioning(scene, form, numbers_of(scene), exact)
     counts = Counter(kind for kind, _, _ in exact.collisions)
     return ClosedForm(
         exact.positions,
@@ -98,30 +99,37 @@ def has_closed_form(scene: Scene) -> bool:
 
 
 @lru_cache(maxsize=64)
-def _solved(scene: Scene) -> Outcome | None:
-    """Return how the form of `scene` says that it ends, or None where it has none."""
-    form = FORMS.get(scene.name)
-    if form is None or not _is_for(form, scene):
+def _solved(scene: Scene) -> tuple[Form, Outcome] | None:
+    """Return the form of `scene`, and how it says that it ends, or None where it has none."""
+    if not _is_covered(scene):
         return None
+    physics = scene.physics
+    air = physics.air_drag > 0.0 or physics.rolling_friction_quadratic > 0.0
     with mp.workdps(DIGITS):
+        setup = setup_of(scene, numbers_of(scene), verify=True)
+        named = FORMS.get(scene.name)
+        asked = physics.motion, air, physics.airborne
+        if named is not None and (named.motion, named.air, named.flight) == asked:
+            with suppress(OrderError):
+                return named, named.solve(setup)
+        if air or physics.airborne:  # where balls move otherwise than the shapes have it
+            return None
         try:
-            return form.solve(setup_of(scene, numbers_of(scene), verify=True))
+            shaped = form_of_shape(setup)
+            return shaped, shaped.solve(setup)
         except OrderError:
             return None
 
 
-def _is_for(form: Form, scene: Scene) -> bool:
+def _is_covered(scene: Scene) -> bool:
     """Whether the scene's physics is among what the forms' impacts and motions cover."""
     physics = scene.physics
     cushions = scene.table is not None and bool(scene.table.cushions)
     rubs = physics.ball_friction != 0.0 or physics.cushion in ("frictional", "han2005")
     return (
-        physics.motion == form.motion
-        and (physics.motion == "sliding" or not rubs)
+        (physics.motion == "sliding" or not rubs)
         and (physics.ball_impact == "frictional" or len(scene.balls) == 1)
         and (physics.cushion != "mathavan2010" or not cushions)
-        and physics.air_drag == 0.0
-        and not physics.airborne
     )
 
 

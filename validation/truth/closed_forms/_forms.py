@@ -1,26 +1,35 @@
-"""The closed form of each shipped scene that has one, by the scene's name."""
+"""The closed form of each shipped scene that has one, by its name; of any other by its shape."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import combinations
 from typing import Literal, NamedTuple
 
 from mpmath import mpf
 
+from ghostball.validation.truth.closed_forms._air import alone_in_air
 from ghostball.validation.truth.closed_forms._contacts import hit_on_two, pushed_along, wedged
-from ghostball.validation.truth.closed_forms._setup import OrderError, Outcome, Setup
+from ghostball.validation.truth.closed_forms._flight import alone_in_flight
+from ghostball.validation.truth.closed_forms._setup import (
+    Collision,
+    OrderError,
+    Outcome,
+    Setup,
+)
 from ghostball.validation.truth.closed_forms._shot import Shot
 from ghostball.validation.truth.closed_forms._unfolding import unfolded_bounces, unfolded_masses
 
 
 class Form(NamedTuple):
-    """How to solve a scene, and which motion on the cloth the solution is for."""
+    """How to solve a scene, and which motion the solution is for: in air, or off the cloth, too."""
 
     solve: Callable[[Setup], Outcome]
     motion: Literal["rolling", "sliding"] = "rolling"
+    air: bool = False
+    flight: bool = False
 
 
 def _undisturbed(setup: Setup) -> Outcome:
@@ -124,6 +133,37 @@ def _overlap(a: _Pair, b: _Pair) -> bool:
     return all(a.low[axis] <= b.high[axis] and b.low[axis] <= a.high[axis] for axis in (0, 1))
 
 
+MOST_BALLS, MOST_COLLISIONS = 3, 6
+"""What a scene may have that is solved by its shape: more digits are lost with every collision."""
+
+
+def form_of_shape(setup: Setup) -> Form:
+    """Return the form of a shot of a few collisions, one after the other, each of two alone.
+
+    Raises
+    ------
+    OrderError
+        Where it is none.
+    """
+    if len(setup.positions) > MOST_BALLS:
+        raise OrderError("more balls than are solved by shape")
+    shot = Shot(setup)
+    while (found := shot.next_collision()) is not None:
+        if len(shot.collisions) == MOST_COLLISIONS:
+            raise OrderError("more collisions than are solved by shape")
+        shot.play(found)
+    return Form(
+        partial(_in_order, tuple(shot.collisions)), "sliding" if setup.slides else "rolling"
+    )
+
+
+def _in_order(order: tuple[Collision, ...], setup: Setup) -> Outcome:
+    shot = Shot(setup)
+    for collision in order:
+        shot.play(collision)
+    return shot.end()
+
+
 FORMS: Mapping[str, Form] = {
     "stop": Form(_undisturbed),
     "roll-distance": Form(_undisturbed),
@@ -169,6 +209,11 @@ FORMS: Mapping[str, Form] = {
     "throw-by-spin": Form(_pairs_apart, motion="sliding"),
     "push": Form(pushed_along, motion="sliding"),
     "wedged": Form(wedged, motion="sliding"),
+    "air-rolls": Form(alone_in_air, motion="sliding", air=True),
+    "air-paper": Form(alone_in_air, air=True),
+    "air-slides": Form(alone_in_air, motion="sliding", air=True),
+    "flight-throw": Form(alone_in_flight, motion="sliding", flight=True),
+    "flight-bounces": Form(alone_in_flight, motion="sliding", flight=True),
     **{f"galperin-{k}": Form(unfolded_masses) for k in range(5)},
 }
 """Solvers by name of scene; `closed_form` applies them."""

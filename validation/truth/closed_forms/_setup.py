@@ -18,10 +18,12 @@ Key = tuple[str, *tuple[int, ...]]
 """A number's name, then the ball and the axis where it has them."""
 
 Collision = tuple[str, int, int | str]
-"""Kind label, first ball, second ball or name of the cushion: as in `simulate --json`."""
+"""Kind label, first ball, second ball or name of the cushion: as in `run --format json`."""
 
 _OF_THE_CLOTH = ("rolling_friction", "sliding_friction", "spinning_friction_rate")
 """Coefficients that a ball may have of its own."""
+
+_OF_AIR = ("air_drag", "rolling_friction_quadratic")
 
 _OF_CUSHIONS = (
     "cushion_restitution",
@@ -42,6 +44,10 @@ class Setup:
     Attributes
     ----------
     positions, velocities : tuple of (mpf, mpf) [m], [m/s]
+    heights, rises : tuple of mpf [m], [m/s]
+        Of the balls' lowest points over the cloth, and how fast they rise; 0 of all where no ball
+        may leave it.
+    table_restitution : mpf
     spins : tuple of (mpf, mpf, mpf) [rad/s]
         Angular velocities. Of a ball that rolls the first two mean nothing: its velocity says them.
     rolls : tuple of bool
@@ -50,6 +56,7 @@ class Setup:
     gravity : mpf [m/s^2]
     rolling_frictions, sliding_frictions : tuple of mpf
     spin_decelerations : tuple of mpf [rad/s^2]
+    air_drag, rolling_friction_quadratic : mpf [1/m]
     ball_restitution : mpf
     ball_friction : mpf or None
         None: Alciatore's curve.
@@ -69,6 +76,9 @@ class Setup:
 
     positions: tuple[Vector, ...]
     velocities: tuple[Vector, ...]
+    heights: tuple[mpf, ...]
+    rises: tuple[mpf, ...]
+    table_restitution: mpf
     spins: tuple[Spin, ...]
     rolls: tuple[bool, ...]
     radii: tuple[mpf, ...]
@@ -77,6 +87,8 @@ class Setup:
     rolling_frictions: tuple[mpf, ...]
     sliding_frictions: tuple[mpf, ...]
     spin_decelerations: tuple[mpf, ...]
+    air_drag: mpf
+    rolling_friction_quadratic: mpf
     ball_restitution: mpf
     ball_friction: mpf | None
     cushion: str
@@ -126,13 +138,19 @@ def numbers_of(scene: Scene) -> dict[Key, mpf]:
         if slides and ball.angular_velocity is not None:
             axes = (2,) if rolls else (0, 1, 2)
             found |= {("spin", i, axis): ball.angular_velocity[axis] for axis in axes}
+        if physics.airborne:
+            found["velocity", i, 2] = ball.velocity[2]
+            if ball.position[2] != ball.radius:
+                found["position", i, 2] = ball.position[2]
         own = {name: getattr(ball, name) for name in _OF_THE_CLOTH}
         found |= {(name, i): value for name, value in own.items() if value is not None}
-    found |= {(name,): getattr(physics, name) for name in _OF_THE_CLOTH}
+    found |= {(name,): getattr(physics, name) for name in _OF_THE_CLOTH + _OF_AIR}
     if len(scene.balls) > 1:
         found["ball_restitution",] = physics.ball_restitution
         if physics.ball_friction != "alciatore":
             found["ball_friction",] = physics.ball_friction
+    if physics.airborne:
+        found["table_restitution",] = physics.table_restitution
     if table is not None:
         found |= {("length",): table.length, ("width",): table.width}
         found |= {(name,): getattr(physics, name) for name in _OF_CUSHIONS}
@@ -153,6 +171,10 @@ def setup_of(scene: Scene, numbers: Mapping[Key, mpf], *, verify: bool) -> Setup
         x, y, z = (numbers.get(("spin", i, axis), zero) for axis in range(3))
         return x, y, z
 
+    def height(i: int) -> mpf:
+        # Where the scene gives none, it is the radius, whatever that is.
+        return numbers.get(("position", i, 2), numbers["radius", i]) - numbers["radius", i]
+
     def of_the_cloth(name: str) -> tuple[mpf, ...]:
         return tuple(numbers.get((name, i), numbers[name,]) for i in balls)
 
@@ -162,6 +184,9 @@ def setup_of(scene: Scene, numbers: Mapping[Key, mpf], *, verify: bool) -> Setup
     return Setup(
         positions=vectors("position"),
         velocities=vectors("velocity"),
+        heights=tuple(height(i) for i in balls),
+        rises=tuple(numbers.get(("velocity", i, 2), zero) for i in balls),
+        table_restitution=numbers.get(("table_restitution",), zero),
         spins=tuple(spin(i) for i in balls),
         rolls=tuple(scene.rolls.tolist()),
         radii=tuple(numbers["radius", i] for i in balls),
@@ -170,6 +195,8 @@ def setup_of(scene: Scene, numbers: Mapping[Key, mpf], *, verify: bool) -> Setup
         rolling_frictions=of_the_cloth("rolling_friction"),
         sliding_frictions=of_the_cloth("sliding_friction"),
         spin_decelerations=of_the_cloth("spinning_friction_rate"),
+        air_drag=numbers["air_drag",],
+        rolling_friction_quadratic=numbers["rolling_friction_quadratic",],
         ball_restitution=numbers.get(("ball_restitution",), one),
         ball_friction=numbers.get(("ball_friction",)),
         cushion=scene.physics.cushion,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, pairwise
 
 from mpmath import mp, mpf
 
@@ -32,6 +32,9 @@ TOUCHING = mp.mpf(2) ** -46
 
 Such balls touch as soon as they approach.
 """
+
+APART = mp.mpf(10) ** -30
+"""Collisions that come so soon after each other [s] are taken to be at one instant."""
 
 
 class Shot:
@@ -76,19 +79,46 @@ class Shot:
         self._replan(ball)
         return self
 
+    def play(self, collision: Collision) -> Shot:
+        """Move until a collision, and let it happen."""
+        kind, ball, other = collision
+        if kind == "ball-ball":
+            return self.hit(ball, int(other))
+        return self.bounce(ball, str(other))
+
+    def next_collision(self) -> Collision | None:
+        """Return the collision that comes next, or None where the shot ends before any.
+
+        Raises
+        ------
+        OrderError
+            Where it comes at once, or at one instant with another: then it isn't one of two alone.
+        """
+        found = [(when, one) for one, when in self._possible() if when is not None]
+        found = [(when, one) for when, one in found if when < self._time_left()]
+        if not found:
+            return None
+        found.sort(key=lambda pair: pair[0])
+        instants = [mp.mpf(0), *(when for when, _ in found[:2])]
+        if any(b - a <= APART for a, b in pairwise(instants)):
+            raise OrderError(f"{found[0][1]} comes at once, or together with another")
+        return found[0][1]
+
     def end(self) -> Outcome:
         """Move until every ball rests and none spins, or to `t_max`."""
-        stops = (time_to_rest(p, c) for p, c in zip(self._paths, self._cloths, strict=True))
-        dt = max(stops)
-        if self.setup.t_max is not None:
-            dt = min(dt, self.setup.t_max - self.time)
-        self._advance(dt, None)
+        self._advance(self._time_left(), None)
         return Outcome(
             tuple(state.position for state in self._states),
             tuple(state.velocity for state in self._states),
             self.time,
             tuple(self.collisions),
         )
+
+    def _time_left(self) -> mpf:
+        """Return how long it takes until every ball rests and none spins, or to `t_max`."""
+        stops = (time_to_rest(p, c) for p, c in zip(self._paths, self._cloths, strict=True))
+        dt = max(stops)
+        return dt if self.setup.t_max is None else min(dt, self.setup.t_max - self.time)
 
     def _replan(self, *balls: int) -> None:
         for i in balls:
@@ -107,17 +137,20 @@ class Shot:
         if collision is not None:
             self.collisions.append(collision)
 
-    def _make_sure_nothing_precedes(self, dt: mpf, collision: Collision | None) -> None:
+    def _possible(self) -> list[tuple[Collision, mpf | None]]:
+        """Return each collision that may come next, and after how long; None: never."""
         balls = range(len(self._states))
-        others: list[tuple[Collision, mpf | None]] = [
+        found: list[tuple[Collision, mpf | None]] = [
             (("ball-ball", a, b), self._time_of_contact(a, b)) for a, b in combinations(balls, 2)
         ]
-        others += [
+        return found + [
             (("ball-cushion", ball, cushion), self._time_of_bounce(ball, cushion))
             for ball in balls
             for cushion in self.setup.cushions
         ]
-        for other, when in others:
+
+    def _make_sure_nothing_precedes(self, dt: mpf, collision: Collision | None) -> None:
+        for other, when in self._possible():
             if other != collision and when is not None and when <= dt:
                 raise OrderError(f"{other} comes before {collision}")
 

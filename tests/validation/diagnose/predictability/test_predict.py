@@ -77,8 +77,8 @@ def test_code_that_cannot_be_told_neither_gives_nor_takes(measured, monkeypatch,
 
 
 def test_what_our_engine_does_not_represent_is_passed_over(measured, tmp_path):
-    # A table with air drag is none of its features.
-    scene = find_scene("roll-distance").model_dump(by_alias=True)
-    scene["physics"] = {**scene["physics"], "air_drag": 0.1}
+    # It has air drag on the cloth, and flight without air, not the two together.
+    scene = find_scene("sliding-stun").model_dump(by_alias=True)
+    scene["physics"] = {**scene["physics"], "airborne": True, "air_drag": 0.1}
     assert predict_scenes([Scene.model_validate(scene)], tmp_path) == []
     assert len(measured) == 1

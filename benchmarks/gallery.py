@@ -1,0 +1,218 @@
+"""The few pictures that the README shows, made from one results folder by one command."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Any
+
+from ghostball.engine import GhostballError
+from ghostball.reports import style
+from ghostball.reports.chaos_figure import draw_chaos
+from ghostball.reports.figures._table import aspect_of, view_of
+from ghostball.reports.figures.paths import WIDTH, draw_panel
+from ghostball.reports.paper_figures import PAPER_FIGURES
+from ghostball.reports.physics_figures import PHYSICS_FIGURES
+from ghostball.reports.section_figures import SECTION_FIGURES
+from ghostball.reports.shots import Shot, load_shot, rest_error
+from ghostball.validation.results.store import CLOSED_FORM, Results
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+HERO_SCENES = ("break-16", "break-8", "break-7")
+"""The first of these that is stored is the hero's break."""
+
+HERO_ENGINES = (
+    "ghostball",
+    "pymunk:mode=landed",
+    "pybullet:mode=landed",
+    "paper-continuous",
+    "pymunk",
+    "pybullet",
+)
+"""Engines of the hero's panels, in rows of three."""
+
+HERO_COLUMNS = 3
+
+EXACT = 1e-17
+"""Where an error of exactly 0 is drawn [m]: left of every rounding error."""
+
+
+def draw_hero(results: Results) -> Figure | None:
+    """Draw what the project is about: one break on several engines, above all engines' errors.
+
+    None where no break, or no closed-form scene, is stored.
+    """
+    shot = _hero_shot(results)
+    errors = accuracy_errors(results)
+    if shot is None or not errors:
+        return None
+    runs = [run for label in HERO_ENGINES for run in shot.drawn if run.label == label]
+    rows = -(-len(runs) // HERO_COLUMNS)
+    view = view_of(shot.scene)
+    panels = rows * ((WIDTH / HERO_COLUMNS) * aspect_of(view) + 0.25) + 0.3
+    dots = 1.2 + 0.27 * len(errors)
+    figure = style.new_figure(WIDTH, panels + dots)
+    parts: Any = figure.subfigures(2, 1, height_ratios=[panels, dots])
+    upper, lower = parts
+    grid = upper.subplots(rows, HERO_COLUMNS, squeeze=False).ravel()
+    for axes, run in zip(grid, runs, strict=False):
+        draw_panel(axes, shot, run, view)
+    for axes in grid[len(runs) :]:
+        axes.set_axis_off()
+    style.set_title(
+        upper,
+        f"One break of {len(shot.scene.balls)} balls: rest positions, and the largest distance "
+        "from ghostball's (rings)",
+    )
+    draw_accuracy_on(lower.subplots(), errors)
+    return figure
+
+
+def _hero_shot(results: Results) -> Shot | None:
+    name = next((name for name in HERO_SCENES if name in results.scene_names), None)
+    if name is None:
+        return None
+    shot = load_shot(results, name)
+    return shot if shot.ours is not None else None
+
+
+def accuracy_errors(results: Results) -> dict[str, list[float]]:
+    """Return the rest errors [m] of each engine in the closed-form scenes; none is left out empty.
+
+    Only scenes whose truth doesn't come from our own engine count.
+    """
+    errors = {label: independent_errors(results, label) for label in results.labels}
+    return {label: found for label, found in errors.items() if found}
+
+
+def draw_accuracy_on(axes: Axes, errors: Mapping[str, Sequence[float]]) -> None:
+    """Draw the rest errors of each engine, by label, on given axes."""
+    axes.set_xscale("log")
+    for row, (label, found) in enumerate(errors.items()):
+        _draw_dots(axes, row, label, found)
+    largest = max(max(found) for found in errors.values())
+    axes.set_xlim(EXACT / 3.0, max(10.0, 3.0 * largest))
+    axes.set_ylim(len(errors) - 0.4, -0.6)
+    axes.set_yticks(range(len(errors)), [style.engine_name(label) for label in errors])
+    axes.tick_params(axis="y", length=0)
+    exponents = [-15, -12, -9, -6, -3, 0]
+    names = ["1 fm", "1 pm", "1 nm", "1 µm", "1 mm", "1 m"]
+    axes.set_xticks([EXACT, *(10.0**e for e in exponents)], ["0", *names])
+    axes.minorticks_off()
+    _write_right(axes, -0.75, "median (scenes)")
+    axes.grid(True, axis="x")
+    axes.set_xlabel("largest rest error of a scene (dot), median of the scenes (bar)")
+    count = max(len(found) for found in errors.values())
+    axes.set_title(f"How far from the exact solution the balls rest, {count} closed-form scenes")
+
+
+def _draw_dots(axes: Axes, row: int, label: str, found: Sequence[float]) -> None:
+    look = style.engine_style(label)
+    for i, error in enumerate(sorted(found)):
+        # Neighbours in size lie on different heights, so that equal errors don't hide each other.
+        height = row + 0.13 * ((i % 3) - 1)
+        axes.plot(
+            max(error, EXACT),
+            height,
+            marker=look.marker,
+            color=look.colour,
+            markersize=5.5,
+            alpha=0.75,
+            markeredgecolor="white",
+            markeredgewidth=0.5,
+        )
+    middle = max(median(found), EXACT)
+    axes.plot([middle, middle], [row - 0.36, row + 0.36], color=look.colour, linewidth=2.4)
+    text = f"{style.format_length(median(found))} ({len(found)})"
+    _write_right(axes, row, text)
+
+
+def _write_right(axes: Axes, row: float, text: str) -> None:
+    """Write right of the axes, at the height of a row."""
+    axes.annotate(
+        text,
+        (1.0, row),
+        xycoords=axes.get_yaxis_transform(),
+        xytext=(6, 0),
+        textcoords="offset points",
+        va="center",
+        fontsize=8.5,
+        annotation_clip=False,
+    )
+
+
+def independent_errors(results: Results, label: str) -> list[float]:
+    """Return an engine's largest rest error in each scene of independent truth [m]."""
+    found = []
+    for case in results.cases:
+        error = rest_error(case)
+        if case.label == label and error is not None and case.truth == CLOSED_FORM:
+            found.append(error)
+    return found
+
+
+GALLERY: dict[str, Callable[[Results], Figure | None]] = {
+    "hero": draw_hero,
+    **PHYSICS_FIGURES,
+    **PAPER_FIGURES,
+}
+
+
+def write_gallery(
+    results_dir: str | Path,
+    gallery_dir: str | Path,
+    more: Mapping[str, Callable[[], Figure | None]] | None = None,
+    *,
+    sections_dir: str | Path | None = None,
+) -> list[Path]:
+    """Write the pictures of the README, as PNG; return the files written.
+
+    `more` has others, by name, which are left out where they have nothing to show; so are those of
+    the paper's section 6, from `sections_dir`, whose results may have engines that the suite leaves
+    out, or else from the same results.
+
+    Each carries, as its description, the revision at which the results were computed.
+
+    Raises
+    ------
+    GhostballError
+        Where the folder holds no results, lacks a scene that a picture needs, or nothing can be
+        written.
+    """
+    results = Results.open(results_dir)
+    folder = Path(gallery_dir)
+    git = results.environment.get("git") or {"revision": "unknown", "dirty": False}
+    revision = git["revision"] + ", with changes" * git["dirty"]
+    with style.drawing():
+        figures = {name: _drawn(results, name) for name in GALLERY}
+        measured = {"chaos": draw_chaos(results)}
+        of_sections = results if sections_dir is None else Results.open(sections_dir)
+        measured |= {name: draw(of_sections) for name, draw in SECTION_FIGURES.items()}
+        measured |= {name: draw() for name, draw in (more or {}).items()}
+        figures |= {name: figure for name, figure in measured.items() if figure is not None}
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            saved = [
+                style.save_figure(figure, folder / name, revision, endings=["png"])
+                for name, figure in figures.items()
+            ]
+        except OSError as error:
+            raise GhostballError(
+                f"{folder}: can't write the gallery: {error.strerror or error}. Choose another "
+                "folder"
+            ) from error
+    return [path for paths in saved for path in paths]
+
+
+def _drawn(results: Results, name: str) -> Figure:
+    figure = GALLERY[name](results)
+    if figure is None:
+        raise GhostballError(
+            f'{results.path}: the picture "{name}" needs scenes or engines that these results '
+            "lack. Run the full suite on every engine"
+        )
+    return figure

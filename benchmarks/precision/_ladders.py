@@ -1,0 +1,138 @@
+"""The points at which an engine is measured: a ladder of its step, or itself where it has none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from benchmarks.precision._phases import begun_earlier
+from ghostball.engine import Record, Result, Scene
+from ghostball.reference_adapters import ReferenceEngine, parse_spec
+from ghostball.reference_adapters.certified import CertifiedEngine, CertifiedSettings, certify
+from ghostball.reference_adapters.certified.engine import result_of
+from ghostball.reference_adapters.output import captured
+from ghostball.reference_adapters.registry import spec_of
+from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.steps import step_of, step_setting, with_step
+
+LONGEST_STEP = 0.02
+"""Where a ladder begins [s], unless the engine's own step is longer: the paper's step."""
+
+WORK_NAMES = ("steps", "events")
+"""Counters of `Result.work` that a run's work is read from: the first that it has."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How far ladders go.
+
+    Attributes
+    ----------
+    most_steps : int
+        Steps that a shot may take at the finest level.
+    most_levels : int
+        Levels, from the coarsest.
+    """
+
+    most_steps: int = 16_000
+    most_levels: int = 20
+
+
+WIDE = Extent()
+TINY = Extent(most_steps=1_000, most_levels=3)
+
+
+@dataclass(frozen=True, eq=False)
+class Rung:
+    """One engine with all of its settings.
+
+    Attributes
+    ----------
+    family : str
+        The engine as asked for: one curve.
+    label : str
+        With the step of this point.
+    engine : ReferenceEngine
+    step : float or None [s]
+        None where the engine has none: a point, no ladder.
+    """
+
+    family: str
+    label: str
+    engine: ReferenceEngine
+    step: float | None
+
+    def simulate(self, scene: Scene) -> Result:
+        """Run a scene to its end; a proof is made anew, for one from the disk has an old time."""
+        if not isinstance(self.engine, CertifiedEngine):
+            # The collisions of a ladder are looked at; an exact engine isn't slowed by its log.
+            record: Record = "rest" if self.step is None else "events"
+            with captured():
+                return run_engine(self.engine, scene, record)
+        self.engine.check(scene)
+        settings: CertifiedSettings = self.engine.settings
+        return result_of(scene, certify(scene, settings, cached=False), settings, "rest")
+
+
+def ladder_of(
+    family: str, engine: ReferenceEngine, duration: float, extent: Extent
+) -> Iterator[Rung]:
+    """Yield an engine at halved steps, the longest first; its own step is one of them.
+
+    Parameters
+    ----------
+    family : str
+        The engine as asked for.
+    engine : ReferenceEngine
+    duration : float [s]
+        Of the shot.
+    extent : Extent
+    """
+    step = step_of(engine)
+    if step is None:
+        yield Rung(family, family, engine, None)
+        return
+    longest = step
+    while 2.0 * longest <= LONGEST_STEP:
+        longest *= 2.0
+    for level in range(extent.most_levels):
+        now = longest / 2.0**level
+        if now < step and duration / now > extent.most_steps:
+            return
+        yield Rung(family, _label(family, engine, now), with_step(engine, now), now)
+
+
+def _label(family: str, engine: ReferenceEngine, step: float) -> str:
+    name, settings = parse_spec(family)
+    settings[step_setting(engine) or ""] = repr(step)
+    return spec_of(name, settings)
+
+
+def part_of_step(turn: int) -> float:
+    """Return where in a step the shot begins in a turn: 0, 1/2, 1/4, 3/4, 1/8, ...
+
+    The first 1, 2, 4, 8, ... are spread evenly, however many follow.
+
+    Notes
+    -----
+    van der Corput (1935), base 2: the binary digits of the turn, mirrored at the point.
+    """
+    part, digit = 0.0, 0.5
+    while turn:
+        turn, bit = divmod(turn, 2)
+        part += bit * digit
+        digit /= 2.0
+    return part
+
+
+def start_of(scene: Scene, rung: Rung, turn: int) -> Scene | None:
+    """Return the shot as it begins in a turn, or None where it can't begin there."""
+    if rung.step is None:
+        return scene
+    return begun_earlier(scene, part_of_step(turn) * rung.step)
+
+
+def work_of(result: Result) -> tuple[str, int]:
+    """Return what a run's work is counted in, and how much that was; ("", 0) for no counter."""
+    name = next((one for one in WORK_NAMES if one in result.work), "")
+    return name, int(result.work.get(name, 0))

@@ -1,0 +1,121 @@
+"""Error against time of each engine over its ladder of steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from benchmarks.measurements import committed
+from benchmarks.precision.measure import TARGETS
+from benchmarks.precision.points import PrecisionMeasurement, PrecisionPoint
+from ghostball.reports import style
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+WIDTH, ROW_HEIGHT, REST_HEIGHT = 9.6, 3.0, 1.5
+COLUMNS = 3
+
+LEGEND_CHARACTERS, HANDLE_CHARACTERS = 160, 9
+"""How many fit beside each other in the legend; what a line and its gaps take of them."""
+
+FLOOR = 1e-17
+"""Where errors below it are drawn [m], 0 among them: a tenth of an ulp of a place on a table."""
+
+
+LINES = {target: style.format_length(target) for target in TARGETS} | {2.0**-52: "an ulp of 1 m"}
+"""Lines that are drawn across each panel [m], with their names."""
+
+_NAME: Any = {"xycoords": ("axes fraction", "data"), "fontsize": 6.5, "color": style.GREY}
+
+
+def draw_committed_precision() -> Figure | None:
+    """Draw the committed measurement; None without one."""
+    measured = committed(PrecisionMeasurement)
+    return None if measured is None else draw_against_time(measured)
+
+
+def draw_against_time(measured: PrecisionMeasurement) -> Figure | None:
+    """Draw the largest rest error against the time of a run; None without points."""
+    scenes = list(dict.fromkeys(point.scene for point in measured.points))
+    if not scenes:
+        return None
+    columns = min(COLUMNS, len(scenes))
+    rows = -(-len(scenes) // columns)
+    figure = style.new_figure(WIDTH, REST_HEIGHT + rows * ROW_HEIGHT)
+    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
+    found: dict[str, Artist] = {}
+    for axes, scene in zip(grid, scenes, strict=False):
+        points = [point for point in measured.points if point.scene == scene]
+        _draw_panel(axes, points)
+        axes.set_title(scene, fontsize=9)
+        for handle, engine in zip(*axes.get_legend_handles_labels(), strict=True):
+            found.setdefault(engine, handle)
+    for axes in grid[len(scenes) :]:
+        axes.set_axis_off()
+    grid[0].set(xscale="log", yscale="log")
+    least = min(point.error_low for point in measured.points)
+    if least <= FLOOR:
+        grid[0].set_ylim(bottom=0.5 * FLOOR)
+        grid[0].annotate("0, or below 1e-17 m", (0.99, FLOOR), **_NAME, ha="right", va="bottom")
+    for k, axes in enumerate(grid[: len(scenes)]):
+        axes.set_ylabel("largest rest error [m]" if k % columns == 0 else "")
+        beneath = k + columns >= len(scenes)
+        axes.tick_params(labelbottom=beneath)
+        axes.set_xlabel("time of a run [s]" if beneath else "")
+    names = [style.engine_name(engine) for engine in found]
+    figure.legend(
+        [*found.values()],
+        names,
+        loc="outside lower center",
+        ncols=max(LEGEND_CHARACTERS // (max(map(len, names)) + HANDLE_CHARACTERS), 1),
+        fontsize=7.5,
+    )
+    environment = measured.environment
+    where = f"{environment['cpu']}, {str(environment['date'])[:10]}"
+    title = f"What time buys: largest rest error against time of a run ({where})"
+    style.set_title(figure, title)
+    return figure
+
+
+def _draw_panel(axes: Axes, points: Sequence[PrecisionPoint]) -> None:
+    """Draw a line with error bars for each engine, over faint lines at the accuracies asked for."""
+    for height, name in LINES.items():
+        axes.axhline(height, color=style.FAINT, linewidth=0.8, zorder=1)
+        # Exact engines are at the lower left, the others at the upper right.
+        end, side = (0.01, "left") if height in TARGETS else (0.99, "right")
+        axes.annotate(name, (end, height), **_NAME, ha=side, va="bottom")
+    axes.grid(visible=True)
+    for engine in dict.fromkeys(point.engine for point in points):
+        mine = [point for point in points if point.engine == engine]
+        look = style.engine_style(engine)
+        x = [point.seconds for point in mine]
+        y = [max(point.error, FLOOR) for point in mine]
+        low = [h - max(point.error_low, FLOOR) for h, point in zip(y, mine, strict=True)]
+        high = [max(point.error_high, FLOOR) - h for h, point in zip(y, mine, strict=True)]
+        axes.errorbar(
+            x,
+            y,
+            yerr=[low, high],
+            color=look.colour,
+            linestyle=look.line,
+            linewidth=1.0,
+            elinewidth=0.8,
+            marker=look.marker,
+            markersize=7.0 if look.ours else 3.5,
+            label=engine,
+            zorder=3 if look.ours else 2,
+        )
+        wrong = [k for k, point in enumerate(mine) if not point.true_course]
+        axes.plot(
+            [x[k] for k in wrong],
+            [y[k] for k in wrong],
+            linestyle="",
+            marker=look.marker,
+            markersize=3.5,
+            color=look.colour,
+            markerfacecolor="white",
+            zorder=4,
+        )

@@ -1,0 +1,76 @@
+"""How the times of random racks are distributed, from a stored measurement."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from benchmarks.measurements import committed
+from benchmarks.racks import RacksMeasurement, RackTimes
+from ghostball.reports import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+WIDTH, HEIGHT = 8.8, 4.6
+
+MARKERS = {"median": "o", "mean": "D", "p99": "^", "slowest": "s"}
+NAMES = {"p99": "99th percentile"}
+
+
+def draw_committed_racks() -> Figure | None:
+    """Draw the committed measurement; None without one."""
+    measured = committed(RacksMeasurement)
+    return None if measured is None else draw_racks(measured)
+
+
+def draw_racks(measured: RacksMeasurement) -> Figure | None:
+    """Draw which part of the racks takes at most how long, engine by engine; None without times."""
+    if not measured.anything:
+        return None
+    figure = style.new_figure(WIDTH, HEIGHT)
+    axes = figure.subplots()
+    for one in measured.engines:
+        if one.seconds:
+            _draw(axes, one)
+    for name, marker in MARKERS.items():
+        axes.plot(
+            [], [], linestyle="", marker=marker, color=style.GREY, label=NAMES.get(name, name)
+        )
+    axes.set(xscale="log", ylim=(0.0, 1.05))
+    axes.set(xlabel="time of the simulation of a rack [s]", ylabel="part of the racks [1]")
+    axes.grid(visible=True)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    environment = measured.environment
+    where = f"{environment['cpu']}, {str(environment['date'])[:10]}"
+    style.set_title(
+        figure, f"Random racks, half of them frozen: part that takes no longer ({where})"
+    )
+    return figure
+
+
+def _draw(axes: Axes, one: RackTimes) -> None:
+    """Draw the cumulative distribution of an engine, its figures marked and written beside."""
+    figures = one.figures
+    assert figures is not None
+    look = style.engine_style(one.engine)
+    seconds = np.sort(one.seconds)
+    part = np.arange(1, len(seconds) + 1) / len(seconds)
+    label = f"{look.name}, {len(seconds)} racks"
+    width = 2.0 if look.ours else 1.3
+    axes.step(seconds, part, where="post", color=look.colour, linewidth=width, label=label)
+    for name, marker in MARKERS.items():
+        value = getattr(figures, name)
+        height = np.count_nonzero(seconds <= value) / len(seconds)
+        axes.plot([value], [height], marker=marker, color=look.colour, markersize=5.5, zorder=4)
+        axes.annotate(
+            style.format_time(value),
+            (value, height),
+            xytext=(-7.0, 3.0) if name == "p99" else (7.0, -9.0),  # the slowest is beside it
+            textcoords="offset points",
+            ha="right" if name == "p99" else "left",
+            fontsize=7.5,
+            color=look.colour,
+        )

@@ -1,0 +1,127 @@
+"""What is run for a benchmark: our engine, random shots in processes, scenes that end elsewhere.
+
+An interrupt, or a run that broke off, is no measurement.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Sequence
+from contextlib import closing
+from functools import partial
+from typing import Never, TypeVar
+
+from benchmarks.scenes import later
+from benchmarks.timing import Progress
+from ghostball.engine import GhostballError, Record, Result, Scene, Status, simulate
+from ghostball.engine.scene import POOL_BALL_RADIUS
+from ghostball.validation.parallel.pool import run_tasks
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+class BenchError(GhostballError):
+    """A measurement that can't be made, stored or read."""
+
+
+def run(scene: Scene, *, record: Record = "rest", no_skip: Collection[str] = ()) -> Result:
+    """Simulate `scene` to its natural end; arguments as for `simulate`.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Where the engine was interrupted, which it notes in its status.
+    BenchError
+        Where the run broke off: the time it took says nothing.
+    """
+    result = simulate(scene, record=record, no_skip=no_skip)
+    if result.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    if not result.status.complete:
+        raise BenchError(
+            f'scene "{scene.name}" did not end by itself: {result.status.value}: {result.reason}. '
+            "Its time would mean nothing"
+        )
+    return result
+
+
+def shot_numbers(shots: int, first: int, jobs: int) -> range:
+    """Return the numbers of the random shots that a measurement in `jobs` processes is of.
+
+    Raises
+    ------
+    BenchError
+        Where a number is wrong.
+    """
+    for name, value, least in (("shots", shots, 1), ("first", first, 0), ("jobs", jobs, 1)):
+        if value < least:
+            raise BenchError(f"`{name}` must be at least {least}, got {value}")
+    return range(first, first + shots)
+
+
+def run_each(
+    tasks: Sequence[T],
+    jobs: int,
+    work: Callable[[T], R],
+    take: Callable[[R], object],
+    name: Callable[[T], str],
+    progress: Progress | None,
+) -> bool:
+    """Do tasks in processes, and hand on what each gives; return whether Ctrl-C ended it early.
+
+    `name` says what a task is, for people.
+
+    Raises
+    ------
+    BenchError
+        Where a process dies.
+    """
+
+    def died(task: T, reason: str) -> Never:
+        raise BenchError(f"the measurement of {name(task)}: {reason}")
+
+    try:
+        with closing(run_tasks(tasks, jobs, partial(_with_task, work), died)) as answers:
+            for done, (task, answer) in enumerate(answers, start=1):
+                take(answer)
+                if progress is not None:
+                    progress(done, len(tasks), name(task))
+    except KeyboardInterrupt:
+        return True
+    return False
+
+
+def _with_task(work: Callable[[T], R], task: T) -> tuple[T, R]:
+    return task, work(task)
+
+
+def until(scene: Scene, t_max: float) -> Scene:
+    """Return the scene with another end [s]; its balls are the same objects."""
+    return scene.model_copy(update={"t_max": t_max})
+
+
+def collision_rate(packing: float) -> float:
+    """Return how often a ball of an elastic gas meets another, at 1 m/s per component [1/s].
+
+    Notes
+    -----
+    Enskog's rate of hard discs, 2 sqrt(pi) n D g sqrt(k T / m), with the contact value g =
+    (1 - 7 x / 16) / (1 - x)^2 of Henderson (1975), x the part covered. It only decides for how long
+    gases run.
+    """
+    contact = (1.0 - 7.0 * packing / 16.0) / (1.0 - packing) ** 2
+    return 4.0 * packing * contact / (math.sqrt(math.pi) * POOL_BALL_RADIUS)
+
+
+def after(scene: Scene) -> Scene:
+    """Return a scene of rolling balls as it is when it ends: a lattice is a gas by then."""
+    state = run(scene).final_state
+    return later(scene, state.positions[0], state.velocities[0])
+
+
+def bytes_per_ball(scene: Scene) -> float:
+    """Return the memory of the arrays that the kernels work on in a run, per ball [B]."""
+    from ghostball.engine.running.driver import Run  # noqa: PLC0415 - it loads the compiler
+
+    return Run(scene, keep_log=False).nbytes / len(scene.balls)

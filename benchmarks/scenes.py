@@ -1,0 +1,120 @@
+"""Scenes that are measured but no data files: random racks, and gases on a pool table."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+import numpy as np
+
+from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.engine.scene import POOL_BALL_RADIUS
+from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, ball_at, lattice_of
+
+POOL_TABLE = Table(length=2.54, width=1.27)
+
+ROLLING: dict[str, Any] = {"preset": "paper"}
+"""Physics of the paper: balls roll, impacts are elastic."""
+
+SLOWEST_BREAK, FASTEST_BREAK = 8.0, 10.0  # [m/s]
+NARROWEST_GAP, WIDEST_GAP = 1e-5, 1e-4  # [m]
+
+SLOWEST_RACK, FASTEST_RACK = 4.0, 12.0  # [m/s]
+LOOSEST = 1e-3
+"""The widest gap of a loose rack [m]."""
+
+
+def racked_break(seed: int, physics: dict[str, Any]) -> Scene:
+    """Return a break of 15 racked balls, without spin, on a pool table without pockets.
+
+    Parameters
+    ----------
+    seed : int
+        Decides all that is random, uniformly: speed of the cue ball 8 to 10 m/s, its offset up to
+        half a radius and its aim up to 0.01 rad off the rack's axis. The gap between racked
+        neighbours is log-uniform in 1e-5 to 1e-4 m, one for the whole rack.
+    physics : dict
+        Fields of `Physics`.
+    """
+    chance = random.Random(seed)
+    cue = _cue_ball(chance, (SLOWEST_BREAK, FASTEST_BREAK), physics)
+    gap = math.exp(chance.uniform(math.log(NARROWEST_GAP), math.log(WIDEST_GAP)))
+    return _racked(f"break-{seed}", cue, gap, physics)
+
+
+def random_rack(number: int) -> Scene:
+    """Return a break with all of pool's physics, of a loose rack or of a frozen one.
+
+    Parameters
+    ----------
+    number : int
+        Even: a loose rack, its gap uniform in 0 to 1 mm, one for the whole rack. Odd: a frozen
+        rack, whose neighbours touch to a rounding, as in the shipped `frozen-break`. The cue ball
+        is that of `racked_break`, but at 4 to 12 m/s.
+    """
+    chance = random.Random(number)
+    cue = _cue_ball(chance, (SLOWEST_RACK, FASTEST_RACK), FULL_CLOTH)
+    gap = 0.0 if number % 2 else chance.uniform(0.0, LOOSEST)
+    return _racked(f"rack-{number}", cue, gap, FULL_CLOTH)
+
+
+def _cue_ball(chance: random.Random, speeds: tuple[float, float], physics: dict[str, Any]) -> Ball:
+    speed = chance.uniform(*speeds)
+    aim = chance.uniform(-0.01, 0.01)
+    offset = chance.uniform(-0.5, 0.5) * POOL_BALL_RADIUS
+    return Ball(
+        id="cue",
+        position=(0.25 * POOL_TABLE.length, POOL_TABLE.width / 2.0 + offset),
+        velocity=(speed * math.cos(aim), speed * math.sin(aim)),
+        angular_velocity=(0.0, 0.0, 0.0) if physics.get("preset") == "pool" else None,
+    )
+
+
+def _racked(name: str, cue: Ball, gap: float, physics: dict[str, Any]) -> Scene:
+    """Return a cue ball and a rack of 15 whose neighbours are `gap` [m] apart."""
+    middle = POOL_TABLE.width / 2.0
+    spacing = 2.0 * POOL_BALL_RADIUS + gap
+    rack = [
+        Ball(
+            id=str(row * (row + 1) // 2 + place + 1),
+            position=(
+                0.75 * POOL_TABLE.length + row * spacing * math.sqrt(0.75),
+                middle + (place - row / 2.0) * spacing,
+            ),
+        )
+        for row in range(5)
+        for place in range(row + 1)
+    ]
+    return Scene(name=name, table=POOL_TABLE, balls=(cue, *rack), physics=Physics(**physics))
+
+
+def table_gas(count: int, t_max: float, seed: int = 0) -> Scene:
+    """Return an elastic gas of `count` balls on a pool table; see its lattice."""
+    columns = math.ceil(math.sqrt(2.0 * count))
+    rows = math.ceil(count / columns)
+    steps = np.array([POOL_TABLE.length / columns, POOL_TABLE.width / rows])
+    return lattice_of("table-gas", count, columns, steps, POOL_TABLE, FRICTIONLESS, t_max, seed)
+
+
+def later(scene: Scene, positions: Any, velocities: Any) -> Scene:
+    """Return the scene with its balls at other places, moving otherwise.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of balls that have no angular velocity of their own.
+    positions, velocities : (n, 3) float64 [m], [m/s]
+        As an engine returned them, and so free of overlaps.
+    """
+    states = zip(scene.balls, positions.tolist(), velocities.tolist(), strict=True)
+    moved = [
+        ball_at(ball.id, tuple(position), tuple(velocity)) for ball, position, velocity in states
+    ]
+    return Scene(
+        name=scene.name,
+        balls=moved,
+        table=scene.table,
+        physics=scene.physics,
+        t_max=scene.t_max,
+    )

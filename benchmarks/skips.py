@@ -1,0 +1,203 @@
+"""The skips of our engine, off and on: what each saves, and that it changes no bit of the answer.
+
+Those that can't be switched off (`engine.running.skips.BUILT_IN`) aren't measured, and it says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from statistics import median
+from typing import Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+from benchmarks.measurements import Measurement, measured_where
+from benchmarks.running import run
+from benchmarks.timing import Progress
+from ghostball.engine import Result, Scene
+from ghostball.engine.running.skips import BUILT_IN, Skip, SkipUse, explain_skips
+
+ROUNDING = 16.0
+"""Roundings by which the first event that differs may do so, where another formula gives the same
+root: those of the instant, and of the places over the fastest speed. What comes after depends on
+what the scene makes of that."""
+
+COUNTERS = ("bounds", "advancement_steps", "cell_moves")
+"""Work that skips save."""
+
+NOT_MEASURED = "it can't be switched off, so that what it saves isn't measured"
+
+Equality = Literal["same bits", "rounding", "differs"]
+
+
+class SkipRow(BaseModel):
+    """One skip in one scene, off and on.
+
+    `seconds_on` and `seconds_off` are medians of the kernel's time [s], `work_on` and `work_off`
+    counters, by name; `detail` says where the answers part.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    scene: str
+    skip: str
+    seconds_on: float
+    seconds_off: float
+    work_on: dict[str, int]
+    work_off: dict[str, int]
+    equality: Equality
+    detail: str = ""
+
+
+class SkipsMeasurement(Measurement):
+    """What `python -m benchmarks skips` measured; `unused` has why a skip has no row, by scene."""
+
+    kind: Literal["skips"] = "skips"
+    rows: tuple[SkipRow, ...]
+    unused: dict[str, dict[str, str]]
+
+    @property
+    def anything(self) -> bool:
+        """Whether a scene was done before an interrupt."""
+        return bool(self.rows)
+
+    @property
+    def defects(self) -> tuple[SkipRow, ...]:
+        """Skips that change an answer."""
+        return tuple(row for row in self.rows if row.equality == "differs")
+
+
+def measure_skips(
+    scenes: Sequence[Scene], *, rounds: int, progress: Progress | None = None
+) -> SkipsMeasurement:
+    """Run every scene with each skip off and on that it uses and that can be off, in turns.
+
+    And compare the answers.
+
+    Ctrl-C ends it early and keeps the scenes that are done.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+    rounds : int
+        How often each is timed.
+    progress : callable, optional
+        Called after each scene.
+
+    Raises
+    ------
+    BenchError
+        Where a run breaks off: its time would mean nothing.
+    """
+    rows: list[SkipRow] = []
+    unused: dict[str, dict[str, str]] = {}
+    interrupted = False
+    try:
+        for done, scene in enumerate(scenes, 1):
+            uses = explain_skips(scene)
+            rows += _rows(scene, [use.skip for use in uses if _is_measured(use)], rounds)
+            unused[scene.name] = {
+                use.skip: NOT_MEASURED if use.used else use.why
+                for use in uses
+                if not _is_measured(use)
+            }
+            if progress is not None:
+                progress(done, len(scenes), scene.name)
+    except KeyboardInterrupt:
+        interrupted = True
+    return SkipsMeasurement(
+        environment=measured_where(),
+        rounds=rounds,
+        interrupted=interrupted,
+        rows=tuple(rows),
+        unused=unused,
+    )
+
+
+def _is_measured(use: SkipUse) -> bool:
+    return use.used and use.skip not in BUILT_IN
+
+
+def _rows(scene: Scene, skips: Sequence[Skip], rounds: int) -> list[SkipRow]:
+    """Measure one scene: with all its skips on, and with each of them off."""
+    kept = run(scene, record="events")
+    answers = {skip: run(scene, record="events", no_skip=(skip,)) for skip in skips}
+    if Skip.RECORDS in answers:
+        # Its answer is that of a run nobody asked a record of: the log must not be in the way.
+        answers[Skip.RECORDS] = replace(run(scene), events=kept.events)
+    seconds: dict[Skip | None, list[float]] = {key: [] for key in (None, *skips)}
+    work: dict[Skip | None, dict[str, int]] = {}
+    for _ in range(rounds):
+        for skip, taken in seconds.items():
+            result = run(scene, no_skip=() if skip is None else (skip,))
+            taken.append(result.wall_time)
+            work[skip] = {name: result.work[name] for name in COUNTERS}
+    rows = []
+    for skip, off in answers.items():
+        equality, detail = compare_answers(kept, off)
+        if equality == "rounding" and skip is not Skip.ADVANCEMENT:
+            equality = "differs"
+        rows.append(
+            SkipRow(
+                scene=scene.name,
+                skip=skip,
+                seconds_on=median(seconds[None]),
+                seconds_off=median(seconds[skip]),
+                work_on=work[None],
+                work_off=work[skip],
+                equality=equality,
+                detail=detail,
+            )
+        )
+    return rows
+
+
+def compare_answers(on: Result, off: Result) -> tuple[Equality, str]:
+    """Return whether two runs of a scene have the same answer, and where they part.
+
+    Parameters
+    ----------
+    on, off : Result
+        Of our engine, with events.
+
+    Returns
+    -------
+    equality : "same bits", "rounding" or "differs"
+        "rounding" where the first event that differs does so by up to `ROUNDING` roundings, and in
+        nothing but its instant.
+    detail : str
+    """
+    if on.events is None or off.events is None:
+        raise ValueError("both runs must have kept their events")
+    if on.events.tobytes() == off.events.tobytes():
+        same = all(
+            np.array_equal(a, b, equal_nan=True)
+            for a, b in zip(on.final_state, off.final_state, strict=True)
+        )
+        if same and on.status is off.status and on.rest_time == off.rest_time:
+            return "same bits", ""
+        return "differs", "the same events, but another state at the end"
+    count = min(len(on.events), len(off.events))
+    a, b = on.events[:count], off.events[:count]
+    unlike = np.flatnonzero(a != b)
+    if len(unlike) == 0:
+        return "differs", f"{len(on.events)} events and {len(off.events)}"
+    first = unlike[0]
+    what = ["kind", "a", "b"]
+    rounding = np.spacing(a["t"][first]) + _time_rounding(on.scene)
+    roundings = abs(a["t"][first] - b["t"][first]) / rounding
+    said = f"event {first + 1} of {len(on.events)}: {roundings:.2g} roundings"
+    if a[what][first] != b[what][first]:
+        return "differs", f"event {first + 1} of {len(on.events)}: another one"
+    return ("rounding" if roundings <= ROUNDING else "differs"), said
+
+
+def _time_rounding(scene: Scene) -> float:
+    """Return how long the fastest ball takes over the rounding of the largest coordinate [s]."""
+    speeds = np.linalg.norm(scene.velocities, axis=1)
+    turning = scene.radii * np.linalg.norm(scene.angular_velocities, axis=1)
+    fastest = float(max(speeds.max(), turning.max()))
+    largest = float(np.spacing(np.abs(scene.positions).max() + scene.radii.max()))
+    return largest / fastest if fastest > 0.0 else 0.0

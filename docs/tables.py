@@ -1,0 +1,132 @@
+"""Tables of the documentation that are made from the code; each function returns Markdown."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+
+from benchmarks.board import committed_board
+from ghostball.engine import Ball, Physics, Table
+from ghostball.engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
+from ghostball.engine.scene.features import Capability, Feature
+from ghostball.reference_adapters import EngineUnavailableError, engine_names, make_engine
+from ghostball.reports.accuracy import CLASSES
+from ghostball.reports.board import board_markdown, board_table, columns_of
+from ghostball.validation.board.columns import FAULTS
+from ghostball.validation.board.reported import REPORTED
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.scenes.library import select
+
+NONE = Capability("none")
+
+
+def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = (heads, ["---"] * len(heads), *rows)
+    return "\n".join(" | ".join(cell.replace("|", "\\|") for cell in cells) for cells in lines)
+
+
+def scenes() -> str:
+    """Return the shipped scenes."""
+    return _table(
+        ("scene", "what it probes", "tags"),
+        ((f"`{scene.name}`", scene.title, ", ".join(scene.tags)) for scene in select()),
+    )
+
+
+def fields(part: type[Ball | Physics | Table]) -> str:
+    """Return the fields of a part of a scene: defaults and meaning."""
+    rows = []
+    for name, field in part.model_json_schema()["properties"].items():
+        choices = [f"`{choice}`" for choice in field.get("enum", ())]
+        default = field.get("default")
+        meaning = field.get("description", "")
+        rows.append(
+            (
+                f"`{name}`",
+                "" if default is None else f"`{default}`",
+                "; ".join(filter(None, (meaning, ", ".join(choices)))),
+            )
+        )
+    return _table(("field", "default", "meaning"), rows)
+
+
+def metrics() -> str:
+    """Return the metrics."""
+    return _table(
+        ("metric", "unit", "meaning", "measured against"),
+        (
+            (f"`{one.name}`", one.unit, one.meaning, one.compares or "nothing")
+            for one in METRICS.values()
+        ),
+    )
+
+
+def classes() -> str:
+    """Return the classes of accuracy, from the best to the worst."""
+    return _table(
+        ("class", "what it says of a run"),
+        ((f"**{kind}**", look.meaning) for kind, look in CLASSES.items()),
+    )
+
+
+def engines() -> str:
+    """Return what each engine that is installed represents of each part of the physics."""
+    marks = {"exact": "exact", "approximate": "nearly", "none": ""}
+    shipped = {}
+    for name in engine_names():
+        with suppress(EngineUnavailableError):  # optional; `ghostball engines` names them all
+            shipped[name] = make_engine(name).capabilities
+    return _table(
+        ("physics", *(f"`{name}`" for name in shipped)),
+        (
+            (
+                feature.value,
+                *(marks[known.get(feature, NONE).support] for known in shipped.values()),
+            )
+            for feature in Feature
+        ),
+    )
+
+
+def laws() -> str:
+    """Return the laws of impacts: what each uses, and where it comes from."""
+    return _table(
+        ("law", "of", "what it is", "it uses"),
+        (
+            (f"`{law.name}`", what, law.source, ", ".join(f"`{name}`" for name in law.uses))
+            for what, laws in (("two balls", BALL_LAWS), ("a cushion", CUSHION_LAWS))
+            for law in laws
+        ),
+    )
+
+
+def command_line() -> str:
+    """Return the help of every command, from the parsers that read their options."""
+    typer = [sys.executable, "-m", "typer", "ghostball.cli", "utils", "docs", "--name", "ghostball"]
+    text = subprocess.run(typer, capture_output=True, text=True, check=True).stdout
+    return text.partition("\n")[2]
+
+
+def board() -> str:
+    """Return the committed board of engines."""
+    stored = committed_board()
+    if stored is None:
+        return "No board was measured yet: `ghostball leaderboard` does so."
+    return board_markdown(stored)
+
+
+def reported() -> str:
+    """Return what was reported of engines: each thread, its cause, its cure, and the verdicts."""
+    parts = []
+    for one in REPORTED.values():
+        where = "/".join(one.thread.split("/")[3:5])
+        thread = f"[{where} #{one.thread.rpartition('/')[2]}]({one.thread})"
+        parts.append(
+            f"- **{one.title}** ({thread}). {one.said} *Cause:* {one.cause} *Cure:* {one.cure}"
+        )
+    stored = committed_board()
+    if stored is not None and columns_of(stored, FAULTS):
+        parts += ["", board_table(stored, FAULTS)]
+    return "\n".join(parts)

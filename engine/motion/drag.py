@@ -1,0 +1,445 @@
+"""Air drag: motion on the cloth where air, or rolling friction, slows fast balls by more.
+
+dv/dt = -k |v| v beside friction. Of that a ball that rolls feels 5/7, since the cloth's grip takes
+the rest; so it goes straight, slowed by a + b v^2. Of neither is the motion a polynomial: it goes
+in pieces, each the power series of the true motion, cut where what is left out is far below the
+rounding of the state. A piece that ends is no event.
+
+One scalar is enough for a ball that goes straight on: p' = -(a + b p^2), whose series has the
+recurrence (n + 1) p_{n+1} = -(a [n = 0] + b sum p_i p_{n-i}). Of a slide with a slip along the way
+that is so, too. Any other slide turns, by two recurrences more: of |u| and of u / |u|, u the slip.
+
+The slip's direction turns like a power of the slip that is left, so that the series of a slide
+converges no farther than to its end, and pieces get shorter towards it (`_SHARE`). The last one
+begins where all that its turning could still do to the place is below rounding: there the slip ends
+as it would by a constant drag, whose time has a closed form, and v takes what the cloth and the air
+then take: its end is exact, between it is a parabola.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
+    HIGHER,
+    OWN_PIECE,
+    OWN_REST,
+    OWN_ROLL,
+    POWERS,
+    Air,
+    Balls,
+    FloatArray,
+    Laws,
+)
+from ghostball.engine.core.tolerances import EPS
+
+_STRAIGHT_DEGREE = 14
+"""Degree of the speed in a piece that goes straight on."""
+
+_STRAIGHT_PART = 2.0**-4
+"""How long such a piece is, in units of a time within which its speed, of a complex instant, stays
+below twice what it is bounded by. By Cauchy's estimate the power n of the series is then at most
+that times 16^-n: what is left out is below 2^-59 of the speed."""
+
+_DEGREE = 24
+"""Largest degree of the velocity in a piece that turns."""
+
+_SHARE = 0.75
+"""Longest piece that turns, in units of the time to the nearest instant, real or complex, at which
+the slip or the velocity vanishes: there the power series stops to converge."""
+
+_LEFT_OUT = EPS / 64.0
+"""What the series of a piece may leave out, in units of the speeds; or of a place, of that."""
+
+_STILL = 2.0**-18
+"""Speed, in units of the slip, below which air does nothing that a double could tell."""
+
+_ALONG = 4.0 * EPS
+"""Sine of the angle between slip and velocity that is but their rounding."""
+
+_OVER = np.append(0.0, 1.0 / np.arange(1.0, _DEGREE + 2.0))
+"""1 / n, by n: a quarter of the time of a piece went into dividing."""
+
+# Rows of `Air.series`, each by power of the time: velocity, slip, its size, its direction, speed.
+_VX, _VY, _UX, _UY, _SLIP, _EX, _EY, _SPEED = 0, 1, 2, 3, 4, 5, 6, 7
+
+
+@kernel(inline=True)
+def in_air(air: Air | None, laws: Laws) -> bool:
+    """Whether something slows balls by more the faster they are; not whether one flies."""
+    if air is None:
+        return False
+    return bool(laws.air_drag > 0.0 or laws.roll_quadratic > 0.0)
+
+
+@kernel
+def slide_piece(balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: float) -> float:
+    """Begin a piece of ball i's slide, whose slip is (ux, uy) [m/s]; return how long it lasts [s].
+
+    Contract: the slip isn't 0, and `own_kind` is set to what happens then.
+    """
+    higher, air = balls.higher, balls.air
+    if higher is None or air is None:
+        return math.inf
+    ball = balls.state[i]
+    friction = ball.slide_slowing
+    ex, ey = ux / size, uy / size
+    speed = math.sqrt(ball.vx * ball.vx + ball.vy * ball.vy)
+    balls.own_kind[i] = OWN_PIECE
+    if friction == 0.0:
+        if speed == 0.0:
+            return math.inf
+        dx, dy = ball.vx / speed, ball.vy / speed
+        return _go_straight(higher, air, balls, i, dx, dy, speed, 0.0, laws.air_drag)
+    if abs(ex * ball.vy - ey * ball.vx) <= _ALONG * speed:
+        return _slide_straight(higher, air, balls, i, laws.air_drag, ex, ey, size)
+    duration = _last_piece(balls, i, laws.air_drag, ux, uy, size, speed)
+    if duration > 0.0:
+        balls.own_kind[i] = OWN_ROLL
+        return duration
+    return _turn(higher, air, balls, i, laws.air_drag, ux, uy, size, speed)
+
+
+@kernel
+def roll_piece(balls: Balls, i: int, laws: Laws) -> float:
+    """Begin a piece of ball i's roll; return how long it lasts [s].
+
+    Contract: the ball moves, and `own_kind` is set to what happens then.
+    """
+    higher, air = balls.higher, balls.air
+    if higher is None or air is None:
+        return math.inf
+    ball = balls.state[i]
+    speed = math.sqrt(ball.vx * ball.vx + ball.vy * ball.vy)
+    dx, dy = ball.vx / speed, ball.vy / speed
+    drag = laws.roll_quadratic + _felt(laws) * laws.air_drag
+    duration = _go_straight(higher, air, balls, i, dx, dy, speed, ball.roll_slowing, drag)
+    stops = _first_zero(air.series[_SPEED], duration)
+    balls.own_kind[i] = OWN_REST if stops <= duration else OWN_PIECE
+    return min(stops, duration)
+
+
+@kernel(inline=True)
+def _felt(laws: Laws) -> float:
+    """Return which part of the air's drag slows a ball that rolls."""
+    return 5.0 / 7.0 if laws.slides else 1.0
+
+
+@kernel(inline=True)
+def slowed_by_air(
+    air: Air | None, laws: Laws, vx: float, vy: float, ax: float, ay: float
+) -> tuple[float, float]:
+    """Return an acceleration with that by the air, at the velocity (vx, vy) [m/s].
+
+    The cloth's grip is for whoever calls it.
+    """
+    if not in_air(air, laws):
+        return ax, ay
+    drag = laws.air_drag * math.sqrt(vx * vx + vy * vy)
+    return ax - drag * vx, ay - drag * vy
+
+
+@kernel(inline=True)
+def rolling_deceleration(
+    air: Air | None, laws: Laws, slowing: float, vx: float, vy: float
+) -> float:
+    """Return what rolling friction is over the mass [m/s^2], of which `slowing` is mu g."""
+    if in_air(air, laws):
+        slowing += laws.roll_quadratic * (vx * vx + vy * vy)
+    return slowing
+
+
+@kernel(inline=True)
+def slowed_by_grip(
+    air: Air | None, laws: Laws, vx: float, vy: float, ax: float, ay: float
+) -> tuple[float, float]:
+    """Return the acceleration of a ball that rolls, with all of the air and of rolling friction."""
+    if not in_air(air, laws):
+        return ax, ay
+    drag = _felt(laws) * laws.air_drag + laws.roll_quadratic
+    drag *= math.sqrt(vx * vx + vy * vy)
+    return ax - drag * vx, ay - drag * vy
+
+
+@kernel
+def _go_straight(
+    higher: FloatArray,
+    air: Air,
+    balls: Balls,
+    i: int,
+    dx: float,
+    dy: float,
+    speed: float,
+    a: float,
+    b: float,
+) -> float:
+    """Begin a piece along (dx, dy) that is slowed by a + b p^2; return how long it may be [s]."""
+    p = air.series[_SPEED]
+    p[0] = speed
+    for n in range(_STRAIGHT_DEGREE):
+        # p^2, of whose terms each comes twice but for the middle one.
+        square, half = 0.0, (n + 1) // 2
+        for j in range(half):
+            square += p[j] * p[n - j]
+        square += square
+        if n % 2 == 0:
+            square += p[half] * p[half]
+        p[n + 1] = -(b * square + (a if n == 0 else 0.0)) * _OVER[n + 1]
+    duration = math.inf
+    if b != 0.0:
+        # Where the majorant P' = a + b P^2 has come to twice p + a t: b (p + a t) t = 1/2.
+        size = abs(b)
+        most = abs(speed) + math.sqrt(speed * speed + 2.0 * a / size)
+        duration = _STRAIGHT_PART / (size * most)
+    ball = balls.state[i]
+    ball.ax, ball.ay = p[1] * dx, p[1] * dy
+    for n in range(2, _STRAIGHT_DEGREE + 1):
+        power, at = p[n] * _OVER[n + 1], 2 * (n - 2)
+        higher[i, HIGHER + at], higher[i, HIGHER + at + 1] = power * dx, power * dy
+        air.turning[i, at], air.turning[i, at + 1] = 0.0, 0.0
+    ball.bx, ball.by = 0.0, 0.0
+    if b > 0.0 and speed > 0.0:
+        # p'' = 2 b p (a + b p^2): what slows falls off.
+        higher[i, 0], higher[i, 1] = 2.0 * abs(p[2] * dx), 2.0 * abs(p[2] * dy)
+        higher[i, POWERS] = _STRAIGHT_DEGREE - 1
+    else:
+        _note_bend(higher, i, _STRAIGHT_DEGREE - 1, duration)
+    return duration
+
+
+@kernel
+def _slide_straight(
+    higher: FloatArray, air: Air, balls: Balls, i: int, k: float, ex: float, ey: float, size: float
+) -> float:
+    """Begin a piece of a slide along (ex, ey), that of the slip; return how long it lasts [s].
+
+    With the way that the ball goes, the sense of the drag turns round: there the piece ends.
+    """
+    ball = balls.state[i]
+    friction = ball.slide_slowing
+    speed = ex * ball.vx + ey * ball.vy
+    # From rest, friction moves it against the slip.
+    with_slip = speed > _STILL * size
+    drag = k if with_slip else -k
+    duration = _go_straight(higher, air, balls, i, ex, ey, speed, friction, drag)
+    p = air.series[_SPEED]
+    spins = -2.5 * friction / ball.radius  # friction alone turns the ball, at a constant rate
+    ball.bx, ball.by = spins * ey, -spins * ex
+    slip = air.series[_SLIP]
+    slip[0], slip[1] = size, p[1] - 2.5 * friction
+    for n in range(2, _STRAIGHT_DEGREE + 1):
+        slip[n] = p[n]
+    ends = _first_zero(slip, duration)
+    turns = _first_zero(p, duration) if with_slip else math.inf
+    if ends <= min(turns, duration):
+        balls.own_kind[i] = OWN_ROLL
+        return ends
+    return min(turns, duration)
+
+
+@kernel
+def _first_zero(p: FloatArray, duration: float) -> float:
+    """Return when a speed that falls ever less, p, comes to 0 within a duration [s]; or inf.
+
+    By Newton's steps, which never go too far.
+    """
+    s = -p[0] / p[1] if p[1] < 0.0 else math.inf
+    if not s <= duration:
+        return math.inf
+    for _ in range(64):
+        value, slope = 0.0, 0.0
+        for n in range(_STRAIGHT_DEGREE, -1, -1):
+            slope = slope * s + value
+            value = value * s + p[n]
+        if not slope < 0.0:
+            return math.inf
+        step = -value / slope
+        later: float = s + step
+        if not later <= duration:
+            return math.inf
+        if abs(step) <= 2.0 * EPS * later:
+            return later
+        s = later
+    return s
+
+
+@kernel
+def _last_piece(
+    balls: Balls, i: int, k: float, ux: float, uy: float, size: float, speed: float
+) -> float:
+    """Begin the last piece of a slide, if it is time for that: return its duration [s], else 0.
+
+    Notes
+    -----
+    What turning does to the place is at most (2/7) k v^2 t^2 in the time t that is left. By a drag
+    D that is constant, d/dt (c |u| - D.u) = D^2 - c^2, c the deceleration of the slip. Of v the
+    cloth takes 2/7 of the slip, the air 5/7 of what it would take without the cloth: that is so
+    whatever the slip's direction.
+    """
+    ball = balls.state[i]
+    slows = 3.5 * ball.slide_slowing
+    left: float = size / slows
+    place = max(abs(ball.x) + abs(ball.y), ball.radius)
+    most = speed + size / 3.5
+    if 2.0 * k * most * most * left * left > 7.0 * _LEFT_OUT * place:
+        return 0.0
+    # The drag at the middle of it.
+    x, y = ball.vx - ux / 7.0, ball.vy - uy / 7.0
+    drag = k * math.sqrt(x * x + y * y)
+    x, y = drag * x, drag * y
+    duration: float = (slows * size - (x * ux + y * uy)) / (slows * slows - (x * x + y * y))
+    ax = -(ux / 3.5) / duration - x / 1.4
+    ay = -(uy / 3.5) / duration - y / 1.4
+    ball.ax, ball.ay = ax, ay
+    ball.bx, ball.by = (uy / duration + ay) / -ball.radius, (ux / duration + ax) / ball.radius
+    return duration
+
+
+@kernel
+def _turn(
+    higher: FloatArray,
+    air: Air,
+    balls: Balls,
+    i: int,
+    k: float,
+    ux: float,
+    uy: float,
+    size: float,
+    speed: float,
+) -> float:
+    """Begin a piece of a slide that turns; return how long it lasts [s]."""
+    ball = balls.state[i]
+    friction, row = ball.slide_slowing, air.series
+    slows = 3.5 * friction
+    drag = k * speed * speed
+    if speed <= _STILL * size:
+        k = 0.0
+    near = size / (slows + drag)
+    if k > 0.0:
+        near = min(near, speed / (friction + drag))
+    longest: float = _SHARE * near
+    if k == 0.0:
+        longest = min(longest, _STILL * size / friction)
+    row[_VX, 0], row[_VY, 0], row[_UX, 0], row[_UY, 0] = ball.vx, ball.vy, ux, uy
+    row[_SLIP, 0], row[_EX, 0], row[_EY, 0], row[_SPEED, 0] = size, ux / size, uy / size, speed
+    allowed = _LEFT_OUT * (speed + size)
+    degree, small, scale, last = _DEGREE, 0, 1.0, 0.0
+    for n in range(_DEGREE):
+        if n > 0:
+            _extend(row, n, k > 0.0)
+        air_x, air_y = 0.0, 0.0
+        if k > 0.0:
+            for j in range(n + 1):
+                air_x += row[_SPEED, j] * row[_VX, n - j]
+                air_y += row[_SPEED, j] * row[_VY, n - j]
+        over = _OVER[n + 1]
+        row[_VX, n + 1] = -over * (friction * row[_EX, n] + k * air_x)
+        row[_VY, n + 1] = -over * (friction * row[_EY, n] + k * air_y)
+        row[_UX, n + 1] = -over * (slows * row[_EX, n] + k * air_x)
+        row[_UY, n + 1] = -over * (slows * row[_EY, n] + k * air_y)
+        scale *= longest
+        before, last = last, abs(row[_UX, n + 1]) + abs(row[_UY, n + 1])
+        last += abs(row[_VX, n + 1]) + abs(row[_VY, n + 1])
+        small = small + 1 if scale * last <= 0.25 * allowed else 0
+        if n > 1 and small > 1:
+            degree = n + 1
+            break
+        if n == _DEGREE - 1:
+            longest *= _shorter(allowed / (scale * max(last, before / near)))
+    ball.ax, ball.ay = row[_VX, 1], row[_VY, 1]
+    turn = 2.5 * friction / ball.radius
+    ball.bx, ball.by = -turn * row[_EY, 0], turn * row[_EX, 0]
+    for n in range(2, degree + 1):
+        at = 2 * (n - 2)
+        higher[i, HIGHER + at] = row[_VX, n] * _OVER[n + 1]
+        higher[i, HIGHER + at + 1] = row[_VY, n] * _OVER[n + 1]
+        air.turning[i, at] = -turn * row[_EY, n - 1] * _OVER[n]
+        air.turning[i, at + 1] = turn * row[_EX, n - 1] * _OVER[n]
+    _note_bend(higher, i, degree - 1, longest)
+    return longest
+
+
+@kernel(inline=True)
+def _extend(row: FloatArray, n: int, drags: bool) -> None:
+    """Find the power n > 0 of the slip's size and direction, and of the speed.
+
+    Notes
+    -----
+    r' = e . u' for r = |u| and e = u / r; so n r_n = sum e_j . (n - j) u_{n-j}, and e_n follows
+    from u = r e. The speed s from s^2 = v^2.
+    """
+    total = 0.0
+    for j in range(n):
+        total += (n - j) * (row[_EX, j] * row[_UX, n - j] + row[_EY, j] * row[_UY, n - j])
+    row[_SLIP, n] = total * _OVER[n]
+    x, y = row[_UX, n], row[_UY, n]
+    for j in range(1, n + 1):
+        x -= row[_SLIP, j] * row[_EX, n - j]
+        y -= row[_SLIP, j] * row[_EY, n - j]
+    over = 1.0 / row[_SLIP, 0]
+    row[_EX, n], row[_EY, n] = over * x, over * y
+    if drags:
+        # Squares, of whose terms each comes twice but for the middle one.
+        half = (n + 1) // 2
+        total = row[_VX, 0] * row[_VX, n] + row[_VY, 0] * row[_VY, n]
+        for j in range(1, half):
+            total += row[_VX, j] * row[_VX, n - j] + row[_VY, j] * row[_VY, n - j]
+            total -= row[_SPEED, j] * row[_SPEED, n - j]
+        if n % 2 == 0:
+            middle = row[_VX, half] * row[_VX, half] + row[_VY, half] * row[_VY, half]
+            total += 0.5 * (middle - row[_SPEED, half] * row[_SPEED, half])
+        row[_SPEED, n] = total / row[_SPEED, 0]
+
+
+@kernel
+def _shorter(excess: float) -> float:
+    """Return about the root of degree 24 of a number, no more than that, and at most 1.
+
+    Of exponents 1/32 + 1/128 + 1/512 + ...: square roots are all there is.
+    """
+    if not excess < 1.0:
+        return 1.0
+    root, part = 1.0, excess
+    for k in range(9):
+        part = math.sqrt(part)
+        if k in (4, 6, 8):
+            root *= part
+    return 0.95 * root
+
+
+@kernel
+def _note_bend(higher: FloatArray, i: int, count: int, duration: float) -> None:
+    """Note how many powers a piece of ball i has, and how fast its acceleration changes at most."""
+    x, y = 0.0, 0.0
+    higher[i, POWERS] = 0.0
+    if duration < math.inf:
+        for power in range(count - 1, -1, -1):
+            factor = float((power + 3) * (power + 2) * (power + 1))
+            x = x * duration + factor * abs(higher[i, HIGHER + 2 * power])
+            y = y * duration + factor * abs(higher[i, HIGHER + 2 * power + 1])
+        higher[i, POWERS] = count
+    higher[i, 0], higher[i, 1] = x, y
+
+
+@kernel
+def trim_piece(balls: Balls, i: int) -> None:
+    """Leave out the last powers of ball i's piece that add nothing until its own next event."""
+    higher = balls.higher
+    if higher is None:
+        return
+    ball = balls.state[i]
+    duration, count = ball.own_time - ball.epoch, int(higher[i, POWERS])
+    if count == 0 or not duration < math.inf:
+        return
+    scale = duration * duration
+    allowed = 0.25 * _LEFT_OUT * (abs(ball.vx) + abs(ball.vy))
+    kept = 0
+    for power in range(count):
+        size = abs(higher[i, HIGHER + 2 * power]) + abs(higher[i, HIGHER + 2 * power + 1])
+        if scale * (power + 3) * size > allowed:
+            kept = power + 1
+        scale *= duration
+    higher[i, POWERS] = kept

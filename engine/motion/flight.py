@@ -1,0 +1,197 @@
+"""Balls that leave the cloth: how high they are, when they land, meet a nose, or fly over one.
+
+When they meet each other is in `scheduling.contact_time`, what an impact then does, or the table,
+in `impacts.in_space`. A ball in flight goes along a parabola, with gravity alone (no air: such
+scenes are refused), and keeps its angular velocity. It lands when its lowest point is back on the
+cloth. Where bounces have become so low that nothing could tell them from a ball on the cloth
+(`LOWEST_HOP`), all that follow are one motion of known duration.
+
+Two balls touch where their centres are as far apart in space as their radii add up to; a ball and a
+cushion where its centre is by its radius away from the nose, a line at `cushion_height` above the
+cloth. So balls of different size that lie on the cloth touch at 2 sqrt(R_a R_b) in plan, and a ball
+of radius R there touches a nose at the height h when it is sqrt(h (2 R - h)) away. In scenes whose
+balls stay on the cloth all of this is as in the plane: at R_a + R_b, and at R.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
+    BASE,
+    FALL,
+    FLYING,
+    LINE,
+    OWN_CUSHION,
+    OWN_LAND,
+    OWN_OVER,
+    OWN_SETTLE,
+    RISE,
+    SLIDING,
+    UP_SPEED,
+    Balls,
+    FloatArray,
+    Laws,
+)
+from ghostball.engine.core.tolerances import (
+    EPS,
+    GAP_ROUNDING,
+    GAP_ULPS,
+    LOWEST_HOP,
+    TIME_ROUNDING,
+)
+from ghostball.engine.motion.crossings import first_crossing
+from ghostball.engine.motion.obstacles import facing
+from ghostball.engine.motion.position import whole_motion
+
+
+@kernel(inline=True)
+def flies(height: FloatArray | None, balls: Balls, i: int) -> bool:
+    """Whether ball i is in the air."""
+    return False if height is None else bool(balls.state[i].phase == FLYING)
+
+
+@kernel(inline=True)
+def one_flies(height: FloatArray | None, balls: Balls, i: int, j: int) -> bool:
+    """Whether one of two balls is in the air."""
+    return flies(height, balls, i) or flies(height, balls, j)
+
+
+@kernel(inline=True)
+def meets_in_space(height: FloatArray | None, balls: Balls, i: int, j: int) -> bool:
+    """Whether two balls touch along a line that isn't level."""
+    if height is None:
+        return False
+    return one_flies(height, balls, i, j) or bool(height[i, BASE] != height[j, BASE])
+
+
+@kernel(inline=True)
+def vertical_motion(
+    height: FloatArray, balls: Balls, i: int, t: float
+) -> tuple[float, float, float]:
+    """Return height [m], speed upwards [m/s] and acceleration upwards of ball i at t [s].
+
+    The height is that of its centre above the cloth.
+    """
+    s = t - balls.state[i].epoch
+    up, fall = height[i, UP_SPEED], height[i, FALL]
+    return height[i, BASE] + height[i, RISE] + s * (up - 0.5 * fall * s), up - fall * s, -fall
+
+
+@kernel
+def motion_in_space(
+    height: FloatArray, balls: Balls, i: int, j: int, t: float
+) -> tuple[float, float, float, float, float, float, float, float, float]:
+    """Position, velocity and acceleration of ball j relative to ball i at the instant t [s]."""
+    xi, yi, vxi, vyi, axi, ayi = whole_motion(balls, i, t)
+    xj, yj, vxj, vyj, axj, ayj = whole_motion(balls, j, t)
+    zi, vzi, azi = vertical_motion(height, balls, i, t)
+    zj, vzj, azj = vertical_motion(height, balls, j, t)
+    return (
+        xj - xi,
+        yj - yi,
+        zj - zi,
+        vxj - vxi,
+        vyj - vyi,
+        vzj - vzi,
+        axj - axi,
+        ayj - ayi,
+        azj - azi,
+    )
+
+
+@kernel
+def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
+    """Begin ball i's flight, and set its own next event: it lands, meets a nose, flies over one."""
+    ball = balls.state[i]
+    ball.ax, ball.ay, ball.bx, ball.by, ball.bz = 0.0, 0.0, 0.0, 0.0, 0.0
+    height[i, FALL] = laws.gravity
+    rise, up = height[i, RISE], height[i, UP_SPEED]
+    root = math.sqrt(up * up + 2.0 * laws.gravity * rise)
+    duration = (up + root) / laws.gravity if up > 0.0 else 2.0 * rise / (root - up)
+    balls.own_kind[i] = OWN_LAND
+    for k in range(len(laws.obstacles)):
+        nx, ny, away = facing(laws, k, ball.x, ball.y)
+        rate = nx * ball.vx + ny * ball.vy
+        s = _time_to_nose(height, balls, i, laws, k, duration)
+        if s < duration:
+            duration = s
+            balls.own_kind[i] = OWN_CUSHION + k
+        if laws.obstacles[k].kind == LINE and rate < 0.0 and max(away, 0.0) < -rate * duration:
+            duration = max(away, 0.0) / -rate
+            balls.own_kind[i] = OWN_OVER + k
+    ball.own_time = ball.epoch + duration
+
+
+@kernel
+def _time_to_nose(
+    height: FloatArray, balls: Balls, i: int, laws: Laws, k: int, duration: float
+) -> float:
+    """Return in how long a ball in flight touches the nose of obstacle k [s], or inf.
+
+    Within a duration [s]. By bounds each of which is found from the one before, in the vertical
+    plane across the nose, which is a point there.
+    """
+    ball = balls.state[i]
+    s = 0.0
+    while True:
+        t = ball.epoch + s
+        x, y = ball.x + s * ball.vx, ball.y + s * ball.vy
+        z, vz, az = vertical_motion(height, balls, i, t)
+        nx, ny, away = facing(laws, k, x, y)
+        above = z - laws.cushion_height
+        distance = math.sqrt(away * away + above * above)
+        ex, ez = away / distance, above / distance
+        gap = max(distance - ball.radius, 0.0)
+        rate = ex * (nx * ball.vx + ny * ball.vy) + ez * vz
+        pull = ez * az
+        # The nose is a point in this plane: past it the ball goes round it.
+        across = ez * (nx * ball.vx + ny * ball.vy) - ex * vz
+        opening = pull + across * across / distance
+        if rate >= 0.0 and pull >= 0.0:
+            return math.inf
+        step = first_crossing(gap, rate, pull)
+        rounding = GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * (abs(x) + abs(y) + abs(z))
+        if gap <= rounding or not step > TIME_ROUNDING * t:
+            depth = ball.radius - distance
+            step = time_to_impact(laws.gravity, depth, rate, pull, opening, ball.radius)
+            if step == 0.0:
+                return s
+            step = max(step, 2.0 * TIME_ROUNDING * t)
+        s += step
+        if not s < duration:
+            return math.inf
+
+
+@kernel(inline=True)
+def time_to_impact(
+    gravity: float, depth: float, rate: float, pull: float, opening: float, radius: float
+) -> float:
+    """Return in how long [s] what touches in flight has an impact at the soonest; 0: now.
+
+    Where it hops, when it comes back as far. One whose hops are too low to be followed is let go as
+    deep as `LOWEST_HOP`: pressed together they are then fast enough for a hop that is. What is as
+    deep goes on by a part of that, and from twice as deep on any approach is an impact. `pull`
+    [m/s^2] is the acceleration along the normal, and `opening` that of the gap, in which the normal
+    turns too: one that clips another's top at speed isn't pressed to it, however slowly it
+    approaches. What hardly closes the gap counts as a part of gravity, so that no rounding of a
+    rate is a hop.
+    """
+    sink = 2.0 * LOWEST_HOP * radius
+    lowest = 0.5 * sink * max(-opening, 2.0**-10 * gravity)
+    hops = rate * rate > (2.0**-20 * lowest if depth > 2.0 * sink and rate < 0.0 else lowest)
+    if hops and rate < 0.0:
+        return 0.0
+    deeper = max(sink - max(depth, 0.0), 0.25 * sink)
+    step: float = first_crossing(0.0 if hops else deeper, rate, pull)
+    return step
+
+
+@kernel
+def bounce_on(balls: Balls, i: int) -> None:
+    """Let ball i go along the cloth, straight on, while bounces too low to be followed end."""
+    ball = balls.state[i]
+    ball.phase = SLIDING
+    ball.ax, ball.ay, ball.bx, ball.by, ball.bz = 0.0, 0.0, 0.0, 0.0, 0.0
+    balls.own_kind[i] = OWN_SETTLE

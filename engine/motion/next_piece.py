@@ -1,0 +1,287 @@
+"""Predicts how one ball moves on: it slides, rolls or rests, until its own next event; and when.
+
+By the closed form, where neither air slows it (`motion.drag`) nor it flies (`motion.flight`): those
+are asked from here. Where the ball is meanwhile, `motion.position` says.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
+    FLYING,
+    GONE,
+    LASTS,
+    OWN_CUSHION,
+    OWN_NONE,
+    OWN_REST,
+    OWN_ROLL,
+    RESTING,
+    ROLLING,
+    SLIDING,
+    Air,
+    Balls,
+    FloatArray,
+    Laws,
+)
+from ghostball.engine.core.tolerances import SLIP_ROUNDING, TIME_ROUNDING
+from ghostball.engine.motion.drag import in_air, roll_piece, slide_piece, trim_piece
+from ghostball.engine.motion.flight import bounce_on, fly
+from ghostball.engine.motion.obstacles import time_to_obstacle
+from ghostball.engine.motion.position import advance, straighten, turn_about_vertical
+
+_NO_MOTION = -1.0  # in place of a duration
+
+
+@kernel
+def mark(balls: Balls, i: int) -> None:
+    """Note that the event at hand changes the motion of ball i."""
+    if not balls.changed[i]:
+        balls.changed[i] = True
+        balls.touched[0] += 1
+        balls.touched[balls.touched[0]] = i
+
+
+@kernel
+def come_to_rest(balls: Balls, laws: Laws, i: int, t: float) -> None:
+    """Move ball i to where it stops rolling, at the instant t [s], and stop it exactly.
+
+    A uniformly slowed ball covers half of what it would cover at its first speed; unlike the full
+    polynomial this cancels no digits. It may spin on about the vertical.
+    """
+    if in_air(balls.air, laws):
+        advance(balls, i, t)
+        balls.state[i].vx, balls.state[i].vy = 0.0, 0.0
+        balls.state[i].phase = ROLLING
+        return
+    s = t - balls.state[i].epoch
+    balls.state[i].x += 0.5 * s * balls.state[i].vx
+    balls.state[i].y += 0.5 * s * balls.state[i].vy
+    balls.state[i].vx = 0.0
+    balls.state[i].vy = 0.0
+    balls.state[i].phase = ROLLING
+    turn_about_vertical(balls, i, s)
+    balls.state[i].epoch = t
+
+
+@kernel
+def start_rolling(balls: Balls, laws: Laws, i: int, t: float) -> None:
+    """Move ball i to where its slip is gone, at the instant t [s]; from there it rolls.
+
+    The cloth has then taken 2/7 of the slip from the velocity, whatever the friction. As above, the
+    mean of both velocities gives the way without cancelling.
+    """
+    if in_air(balls.air, laws):
+        advance(balls, i, t)
+        balls.state[i].phase = ROLLING
+        return
+    s = t - balls.state[i].epoch
+    ux, uy = slip(balls, i)
+    vx, vy = balls.state[i].vx - ux / 3.5, balls.state[i].vy - uy / 3.5
+    balls.state[i].x += 0.5 * s * (balls.state[i].vx + vx)
+    balls.state[i].y += 0.5 * s * (balls.state[i].vy + vy)
+    balls.state[i].vx = vx
+    balls.state[i].vy = vy
+    balls.state[i].phase = ROLLING
+    turn_about_vertical(balls, i, s)
+    balls.state[i].epoch = t
+
+
+@kernel
+def leave(balls: Balls, i: int) -> None:
+    """Take ball i out of the run where it is, with all its energy."""
+    ball = balls.state[i]
+    ball.vx, ball.vy = 0.0, 0.0
+    ball.wx, ball.wy, ball.wz = 0.0, 0.0, 0.0
+    ball.phase = GONE
+
+
+@kernel
+def slip(balls: Balls, i: int) -> tuple[float, float]:
+    """Velocity [m/s] of ball i's lowest point over the cloth, at its epoch."""
+    if balls.state[i].phase != SLIDING:
+        return 0.0, 0.0
+    radius = balls.state[i].radius
+    return (
+        balls.state[i].vx - radius * balls.state[i].wy,
+        balls.state[i].vy + radius * balls.state[i].wx,
+    )
+
+
+@kernel
+def loosen(balls: Balls, i: int) -> None:
+    """Let ball i keep its angular velocity while an impulse changes its velocity.
+
+    Contract: before any impulse on a ball of a scene in which balls slide.
+    """
+    if balls.state[i].phase != SLIDING:
+        balls.state[i].wx = -balls.state[i].vy / balls.state[i].radius
+        balls.state[i].wy = balls.state[i].vx / balls.state[i].radius
+        balls.state[i].phase = SLIDING
+
+
+@kernel
+def speed_of(vx: float, vy: float) -> float:
+    """Length of a velocity [m/s], scaled so that no square under- or overflows."""
+    largest = max(abs(vx), abs(vy))
+    if largest == 0.0:
+        return 0.0
+    ux, uy = vx / largest, vy / largest
+    return largest * math.sqrt(ux * ux + uy * uy)
+
+
+@kernel
+def friction_against(vx: float, vy: float, deceleration: float) -> tuple[float, float]:
+    """Acceleration of a ball that rolls without slip: mu g against the motion (paper, 5.2).
+
+    Of one that slides, the same against its slip.
+
+    Exactly along the axis for motion along an axis, so that two balls rolling the same way have no
+    relative acceleration.
+    """
+    largest = max(abs(vx), abs(vy))
+    if largest == 0.0 or deceleration == 0.0:
+        return 0.0, 0.0
+    ux, uy = vx / largest, vy / largest
+    norm = math.sqrt(ux * ux + uy * uy)
+    return -deceleration * (ux / norm), -deceleration * (uy / norm)
+
+
+@kernel(inline=True)
+def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
+    """Set the phase of ball i, its accelerations and its own next event, from its velocities.
+
+    A slide has constant accelerations, since its slip keeps its direction, and ends after 2 |u| /
+    (7 mu_s g); rolling is straight and ends after |v| / (mu_r g).
+    """
+    balls.state[i].bz = 0.0
+    straighten(balls, i)
+    if _goes_its_own_way(balls.height, balls, i, laws):
+        return
+    duration = _start_slide(balls, i, laws) if balls.state[i].phase == SLIDING else _NO_MOTION
+    if duration == _NO_MOTION:
+        duration = _start_roll(balls, i, laws)
+    if duration != _NO_MOTION:
+        predict_obstacles(balls, i, laws, duration, 0)
+        _trim(balls.air, balls, i)
+
+
+@kernel(inline=True)
+def _goes_its_own_way(height: FloatArray | None, balls: Balls, i: int, laws: Laws) -> bool:
+    """Begin the motion of a ball that flies, or bounces lower than can be followed, if it does."""
+    if height is None:
+        return False
+    if balls.state[i].phase == FLYING:
+        fly(height, balls, i, laws)
+        return True
+    if height[i, LASTS] > 0.0:
+        bounce_on(balls, i)
+        predict_obstacles(balls, i, laws, height[i, LASTS], 0)
+        return True
+    return False
+
+
+@kernel(inline=True)
+def _trim(air: Air | None, balls: Balls, i: int) -> None:
+    """Leave out powers of ball i's piece that add nothing until its own next event."""
+    if air is not None:
+        trim_piece(balls, i)
+
+
+@kernel(inline=True)
+def _rolls_in_air(air: Air | None, balls: Balls, i: int, laws: Laws) -> float:
+    """Return how long a piece of ball i's roll in air lasts [s], or _NO_MOTION without air."""
+    duration: float = _NO_MOTION
+    if air is not None:
+        if not in_air(air, laws):
+            return duration
+        duration = roll_piece(balls, i, laws)
+    return duration
+
+
+@kernel(inline=True)
+def _slides_in_air(
+    air: Air | None, balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: float
+) -> float:
+    """Return how long a piece of ball i's slide in air lasts [s], or _NO_MOTION without air."""
+    duration: float = _NO_MOTION
+    if air is not None:
+        if not in_air(air, laws):
+            return duration
+        duration = slide_piece(balls, i, laws, ux, uy, size)
+    return duration
+
+
+@kernel
+def predict_again(balls: Balls, i: int, laws: Laws) -> None:
+    """`predict_motion`, but not written into the caller: where it is rare."""
+    predict_motion(balls, i, laws)
+
+
+@kernel(inline=True)
+def _start_roll(balls: Balls, i: int, laws: Laws) -> float:
+    """Let ball i roll, or rest; return how long it would, or _NO_MOTION [s]."""
+    vx, vy = balls.state[i].vx, balls.state[i].vy
+    deceleration = balls.state[i].roll_slowing
+    balls.state[i].ax, balls.state[i].ay = friction_against(vx, vy, deceleration)
+    if vx == 0.0 and vy == 0.0:
+        if balls.state[i].phase != GONE:
+            balls.state[i].phase = RESTING
+        balls.state[i].own_time = math.inf
+        balls.own_kind[i] = OWN_NONE
+        return _NO_MOTION
+    balls.state[i].phase = ROLLING
+    balls.own_kind[i] = OWN_REST
+    slowed = _rolls_in_air(balls.air, balls, i, laws)
+    if slowed != _NO_MOTION:
+        return slowed
+    if deceleration == 0.0:
+        return math.inf
+    duration: float = speed_of(vx, vy) / deceleration
+    return duration
+
+
+@kernel(inline=True)
+def _start_slide(balls: Balls, i: int, laws: Laws) -> float:
+    """Let ball i slide; return how long it would, or _NO_MOTION where its slip is but rounding."""
+    ux, uy = slip(balls, i)
+    size = speed_of(ux, uy)
+    radius = balls.state[i].radius
+    terms = abs(balls.state[i].vx) + abs(balls.state[i].vy)
+    terms += radius * (abs(balls.state[i].wx) + abs(balls.state[i].wy))
+    if size <= SLIP_ROUNDING * terms:
+        return _NO_MOTION
+    slowed = _slides_in_air(balls.air, balls, i, laws, ux, uy, size)
+    if slowed != _NO_MOTION:
+        return slowed
+    ax, ay = friction_against(ux, uy, balls.state[i].slide_slowing)
+    balls.state[i].ax = ax
+    balls.state[i].ay = ay
+    balls.state[i].bx = 2.5 * ay / radius
+    balls.state[i].by = -2.5 * ax / radius
+    balls.own_kind[i] = OWN_ROLL
+    friction = balls.state[i].slide_slowing
+    duration: float = size / (3.5 * friction) if friction > 0.0 else math.inf
+    return duration
+
+
+@kernel(inline=True)
+def predict_obstacles(balls: Balls, i: int, laws: Laws, duration: float, held: int) -> None:
+    """Set the own event of ball i: an obstacle reached within `duration` [s], else that end.
+
+    Contract: `own_kind` holds what happens at the end of `duration`. An obstacle whose bit is set
+    in `held` is left out: a contact step holds the ball off it. An end that the clock can't tell
+    from now comes first, so that a ball that has all but stopped does stop.
+    """
+    if duration <= TIME_ROUNDING * balls.state[i].epoch:
+        balls.state[i].own_time = balls.state[i].epoch
+        return
+    for k in range(len(laws.obstacles)):
+        if held >> k & 1:
+            continue
+        s = time_to_obstacle(balls, i, laws, k, duration)
+        if s < duration:
+            duration = s
+            balls.own_kind[i] = OWN_CUSHION + k
+    balls.state[i].own_time = balls.state[i].epoch + duration

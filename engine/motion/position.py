@@ -1,0 +1,261 @@
+"""Where a ball is at an instant, and how fast: on its piece of motion.
+
+A piece is its motion over the cloth, as a polynomial of the time, from its `epoch` until its own
+next event; how high it is, is in `motion.flight`. Everybody else asks here. What a piece is made of
+is in `core.state.BallRow`, the polynomial in `motion.polynomial`. A piece may be of any degree
+(`core.state.Balls.higher`). Bounds of contact times take it for a quadratic whose acceleration is
+known but for its `bend`: by how much it may differ, until the piece ends, from what it is now.
+Where no piece of a run is of a degree above 2, `higher` is None, and the compiler leaves out all
+that is for those.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
+    BASE,
+    FALL,
+    FLYING,
+    GONE,
+    HIGHER,
+    LASTS,
+    POWERS,
+    RISE,
+    SLIDING,
+    UP_SPEED,
+    Air,
+    Balls,
+    FloatArray,
+)
+from ghostball.engine.motion import polynomial
+
+FOR_EVER = 1e100
+"""A duration that nothing lasts [s]."""
+
+way = kernel(inline=True)(polynomial.way)
+speed = kernel(inline=True)(polynomial.speed)
+_tails = kernel(polynomial.tails)
+
+
+@kernel(inline=True)
+def place(balls: Balls, i: int, t: float) -> tuple[float, float]:
+    """Return where the centre of ball i is at the instant t [s], x and y [m]."""
+    ball = balls.state[i]
+    s = t - ball.epoch
+    x, y = ball.x + way(ball.vx, ball.ax, s), ball.y + way(ball.vy, ball.ay, s)
+    return _with_tail(balls.higher, i, s, 0, x, y)
+
+
+@kernel(inline=True)
+def velocity(balls: Balls, i: int, t: float) -> tuple[float, float]:
+    """Return the velocity of ball i at the instant t [s], x and y [m/s]."""
+    ball = balls.state[i]
+    s = t - ball.epoch
+    vx, vy = speed(ball.vx, ball.ax, s), speed(ball.vy, ball.ay, s)
+    return _with_tail(balls.higher, i, s, 1, vx, vy)
+
+
+@kernel(inline=True)
+def acceleration(balls: Balls, i: int, t: float) -> tuple[float, float]:
+    """Return the acceleration of ball i at the instant t [s], x and y [m/s^2]."""
+    ball = balls.state[i]
+    return _with_tail(balls.higher, i, t - ball.epoch, 2, ball.ax, ball.ay)
+
+
+@kernel(inline=True)
+def _with_tail(
+    higher: FloatArray | None, i: int, s: float, order: int, x: float, y: float
+) -> tuple[float, float]:
+    """Add to x and y what a piece's powers beyond the second come to after s seconds."""
+    if higher is None:
+        return x, y
+    count = int(higher[i, POWERS])
+    if count == 0 or s == 0.0:
+        return x, y
+    further = _tails(higher[i, HIGHER:], count, s)
+    return x + further[2 * order], y + further[2 * order + 1]
+
+
+@kernel(inline=True)
+def bend(balls: Balls, i: int, duration: float, nx: float, ny: float) -> float:
+    """Return by how much ball i's acceleration changes within a duration [s] at most [m/s^2].
+
+    Along (nx, ny); 0 for a quadratic.
+    """
+    return _bend(balls.higher, i, duration, nx, ny)
+
+
+@kernel(inline=True)
+def _bend(higher: FloatArray | None, i: int, duration: float, nx: float, ny: float) -> float:
+    if higher is None:
+        return 0.0
+    rate: float = abs(nx) * higher[i, 0] + abs(ny) * higher[i, 1]
+    # A piece of higher degree ends; another may last for ever.
+    return rate * max(duration, 0.0) if rate > 0.0 else 0.0
+
+
+@kernel(inline=True)
+def jerk(balls: Balls, i: int) -> float:
+    """Return how fast ball i's acceleration changes at most, until its piece ends [m/s^3]."""
+    return _jerk(balls.higher, i)
+
+
+@kernel(inline=True)
+def _jerk(higher: FloatArray | None, i: int) -> float:
+    if higher is None:
+        return 0.0
+    x, y = higher[i, 0], higher[i, 1]
+    return math.sqrt(x * x + y * y)
+
+
+@kernel(inline=True)
+def both_last(balls: Balls, i: int, j: int, t: float) -> float:
+    """Return how long after t [s] the pieces of two balls last, both; a finite number.
+
+    What bends ends, and what doesn't asks for no more than a number to multiply by 0.
+    """
+    ends = min(balls.state[i].own_time, balls.state[j].own_time)
+    left: float = max(min(ends - t, FOR_EVER), 0.0)
+    return left
+
+
+@kernel(inline=True)
+def straighten(balls: Balls, i: int) -> None:
+    """Begin a piece of ball i that is a quadratic."""
+    _straighten(balls.higher, i)
+
+
+@kernel(inline=True)
+def _straighten(higher: FloatArray | None, i: int) -> None:
+    if higher is not None:
+        for column in range(HIGHER):
+            higher[i, column] = 0.0
+
+
+@kernel(inline=True)
+def meets_until(balls: Balls, i: int) -> float:
+    """Return until when ball i may meet others on its piece [s]; one that is gone never does."""
+    until: float = -math.inf if balls.state[i].phase == GONE else balls.state[i].own_time
+    return until
+
+
+@kernel(inline=True)
+def whole_motion(balls: Balls, i: int, t: float) -> tuple[float, float, float, float, float, float]:
+    """Return place, velocity and acceleration of ball i at the instant t [s], x and y each."""
+    return _whole_motion(balls.higher, balls, i, t)
+
+
+@kernel(inline=True)
+def _whole_motion(
+    higher: FloatArray | None, balls: Balls, i: int, t: float
+) -> tuple[float, float, float, float, float, float]:
+    if higher is None:
+        (x, y), (vx, vy), (ax, ay) = (
+            place(balls, i, t),
+            velocity(balls, i, t),
+            acceleration(balls, i, t),
+        )
+        return x, y, vx, vy, ax, ay
+    ball = balls.state[i]
+    s, count = t - ball.epoch, int(higher[i, POWERS])
+    x, y = ball.x + way(ball.vx, ball.ax, s), ball.y + way(ball.vy, ball.ay, s)
+    vx, vy = speed(ball.vx, ball.ax, s), speed(ball.vy, ball.ay, s)
+    if count == 0 or s == 0.0:
+        return x, y, vx, vy, ball.ax, ball.ay
+    fx, fy, fvx, fvy, fax, fay = _tails(higher[i, HIGHER:], count, s)
+    return x + fx, y + fy, vx + fvx, vy + fvy, ball.ax + fax, ball.ay + fay
+
+
+@kernel
+def relative_motion(
+    balls: Balls, i: int, j: int, t: float
+) -> tuple[float, float, float, float, float, float]:
+    """Position, velocity and acceleration of ball j relative to ball i at the instant t [s]."""
+    xi, yi, vxi, vyi, axi, ayi = whole_motion(balls, i, t)
+    xj, yj, vxj, vyj, axj, ayj = whole_motion(balls, j, t)
+    return (
+        xj - xi,
+        yj - yi,
+        vxj - vxi,
+        vyj - vyi,
+        axj - axi,
+        ayj - ayi,
+    )
+
+
+@kernel
+def advance(balls: Balls, i: int, t: float) -> None:
+    """Move ball i along its piece to the instant t [s], its new epoch.
+
+    Contract: t is not beyond the ball's own next event. A piece of a higher degree ends here:
+    whoever moves the clock on has predicted another one. No allocation.
+    """
+    ball = balls.state[i]
+    s = t - ball.epoch
+    ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay = whole_motion(balls, i, t)
+    if ball.phase == SLIDING:
+        ball.wx += ball.bx * s
+        ball.wy += ball.by * s
+        _turn_on(balls.higher, balls.air, balls, i, s)
+    straighten(balls, i)
+    _rise_on(balls.height, i, s)
+    turn_about_vertical(balls, i, s)
+    ball.epoch = t
+
+
+@kernel
+def turn_about_vertical(balls: Balls, i: int, s: float) -> None:
+    """Take from ball i what the cloth takes of its spin about the vertical in s seconds.
+
+    And add what a contact step adds.
+    """
+    spin = balls.state[i].wz
+    if spin != 0.0 and not _is_free(balls.height, balls, i):
+        left = max(abs(spin) - s * balls.state[i].spin_slowing, 0.0)
+        balls.state[i].wz = left if spin > 0.0 else -left
+    balls.state[i].wz += balls.state[i].bz * s
+
+
+@kernel(inline=True)
+def pair_reach(balls: Balls, i: int, j: int) -> float:
+    """Return how far apart two balls on the cloth touch, in plan [m]; see `motion.flight`."""
+    return _pair_reach(balls.height, balls, i, j)
+
+
+@kernel(inline=True)
+def _pair_reach(height: FloatArray | None, balls: Balls, i: int, j: int) -> float:
+    reach: float = balls.state[i].radius + balls.state[j].radius
+    if height is not None:
+        above = height[i, BASE] - height[j, BASE]
+        reach = math.sqrt(reach * reach - above * above)
+    return reach
+
+
+@kernel(inline=True)
+def _is_free(height: FloatArray | None, balls: Balls, i: int) -> bool:
+    """Whether no cloth slows ball i's spin."""
+    return False if height is None else bool(balls.state[i].phase == FLYING)
+
+
+@kernel(inline=True)
+def _rise_on(height: FloatArray | None, i: int, s: float) -> None:
+    """Let ball i rise, or fall, for s seconds. What bounces it has left go no further."""
+    if height is not None:
+        up, fall = height[i, UP_SPEED], height[i, FALL]
+        height[i, RISE] += s * (up - 0.5 * fall * s)
+        height[i, UP_SPEED] = up - fall * s
+        height[i, LASTS] = 0.0
+
+
+@kernel(inline=True)
+def _turn_on(higher: FloatArray | None, air: Air | None, balls: Balls, i: int, s: float) -> None:
+    """Add to wx and wy what their powers beyond the first come to after s seconds."""
+    if higher is not None and air is not None:
+        wx, wy = 0.0, 0.0
+        for power in range(int(higher[i, POWERS]) - 1, -1, -1):
+            wx = wx * s + air.turning[i, 2 * power]
+            wy = wy * s + air.turning[i, 2 * power + 1]
+        balls.state[i].wx += s * s * wx
+        balls.state[i].wy += s * s * wy

@@ -1,0 +1,379 @@
+"""Integrates the motion of an island, to high order, for as long as every contact pushes.
+
+An embedded pair of Runge-Kutta formulas, of orders 5 and 4 (Dormand and Prince 1980), follows
+`resting_contact.rates`. Its step is as long as the error of the motion allows: `MOTION_ERROR` of
+the speeds, and for the gaps part of their tolerance. What the end is off by is taken out there,
+within that; between, the polynomials of `resting_contact.paths` are checked to keep the gaps.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
+    AHEAD,
+    AT,
+    FIRST,
+    FORCE,
+    M_AX,
+    M_BZ,
+    M_FROM,
+    M_SLOPE,
+    M_SPIN,
+    M_STILL,
+    M_TWIST,
+    M_TWIST_FROM,
+    M_VX,
+    M_VY,
+    M_WX,
+    M_WZ,
+    M_X,
+    M_Y,
+    MOST_DIRECT,
+    NX,
+    NY,
+    SCALED,
+    SECOND,
+    SLIDING,
+    Balls,
+    Contacts,
+    Laws,
+)
+from ghostball.engine.core.tolerances import MOTION_ERROR
+from ghostball.engine.impacts.contact_solver import gap_rate
+from ghostball.engine.motion.geometry import at_rest, contact_tolerance, grip, negligible_hop
+from ghostball.engine.resting_contact.cloth_response import answering_mass, stopping
+from ghostball.engine.resting_contact.gaps import balls_of, gap_between, gap_now
+from ghostball.engine.resting_contact.paths import (
+    NUMBERS,
+    STAGES,
+    find_paths,
+    find_pieces,
+    gap_along,
+    share_of_gap,
+)
+from ghostball.engine.resting_contact.rates import find_rates
+
+_WEIGHTS = np.array(
+    (
+        (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0),
+        (44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0),
+        (19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0, 0.0, 0.0),
+        (9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0, 0.0),
+        (35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0),
+    )
+)
+"""Of the slopes of earlier stages, for the state at each stage; the last is the end."""
+
+_ERROR_WEIGHTS = np.array(
+    (
+        71.0 / 57600.0,
+        0.0,
+        -71.0 / 16695.0,
+        71.0 / 1920.0,
+        -17253.0 / 339200.0,
+        22.0 / 525.0,
+        -1.0 / 40.0,
+    )
+)
+"""Of all slopes, for the difference of both formulas."""
+
+_PARTED = 2.0**-20
+"""Force, in units of what the cloth can do, below which a contact is taken to part."""
+
+_MOST_OPEN = 0.875
+"""Gap or overlap at the start, in tolerances, from which on contact steps close it first."""
+
+_PAUSE = 8.0
+"""Steps that are taken by `resting_contact.forces` before a motion that wasn't smooth is tried."""
+
+_TRIALS = 24
+"""Most lengths of a step that are tried."""
+
+
+@kernel
+def follow(
+    balls: Balls,
+    laws: Laws,
+    contacts: Contacts,
+    members: int,
+    count: int,
+    longest: float,
+    least_length: float,
+    shortest: float,
+    first: float,
+) -> float:
+    """Find the motion of an island for a step of at most `longest` [s]; return its length, or 0.
+
+    `first` is the length tried first, none below `shortest` is, nor below `least_length` for the
+    error's sake: a motion that asks for that isn't smooth. Where the length is positive, the
+    motion is in `contacts.motion` of each member, and what is left of a gap's rate is gone from the
+    velocities, a hop that its tolerance contains. It is 0 where some contact parts or sticks, or
+    some ball stops or starts to slip.
+    """
+    if count > MOST_DIRECT or members > MOST_DIRECT or not longest > 0.0:
+        return 0.0
+    moves = False
+    for m in range(members):
+        k = contacts.member[m]
+        is_still = at_rest(balls, k)
+        if stopping(balls, k) and not is_still:
+            return 0.0
+        contacts.stage[m, M_STILL] = 1.0 if is_still else 0.0
+        contacts.motion[k, AT] = m
+        moves = moves or not is_still
+    if not moves:
+        return 0.0
+    if not _rates_are_negligible(balls, laws, contacts, count):
+        return 0.0
+    _load(balls, contacts, members)
+    _end_rates(balls, laws, contacts, count, False)
+    for m in range(members):
+        for number in range(NUMBERS):
+            contacts.stage[m, M_FROM + number] = contacts.stage[m, M_X + number]
+    if not find_rates(balls, laws, contacts, members, count):
+        return 0.0
+    _choose_senses(balls, contacts, members)
+    least = _least_force(balls, contacts, count)
+    if least <= _PARTED:
+        return 0.0
+    _keep_slopes(contacts, members, 0)
+    duration = min(first, longest)
+    for _ in range(_TRIALS):
+        if duration < shortest:
+            return 0.0
+        error = _try(balls, laws, contacts, members, count, duration)
+        if error <= 1.0:
+            parting = _least_force(balls, contacts, count)
+            spins = _part_of_spins(balls, contacts, members)
+            if parting < 0.0:
+                duration *= 0.9 * least / (least - parting)
+            elif spins < 1.0:
+                duration *= spins
+            elif not find_pieces(balls, laws, contacts, members, count, duration):
+                duration *= 0.5
+            else:
+                good = duration * min(0.85 / _fifth_root(error), 4.0)
+                if duration == longest:
+                    good = max(good, first)
+                for m in range(members):
+                    contacts.motion[contacts.member[m], AHEAD] = good
+                return duration
+        else:
+            duration *= 0.25 if error > 200.0 else 0.9 / _fifth_root(error)
+            if duration < least_length:
+                break
+    for m in range(members):
+        contacts.motion[contacts.member[m], AHEAD] = -_PAUSE
+    return 0.0
+
+
+@kernel(inline=True)
+def _choose_senses(balls: Balls, contacts: Contacts, members: int) -> None:
+    """Decide for members without spin about the vertical whether the contacts set one off."""
+    stage = contacts.stage
+    for m in range(members):
+        slowing, twist = balls.state[contacts.member[m]].spin_slowing, stage[m, M_TWIST]
+        if stage[m, M_SPIN] == 0.0 and abs(twist) > (1.0 - MOTION_ERROR) * slowing:
+            sense = 1.0 if twist > 0.0 else -1.0
+            stage[m, M_SPIN] = sense
+            stage[m, M_BZ] = twist - sense * slowing
+        stage[m, M_TWIST_FROM] = twist
+
+
+@kernel(inline=True)
+def _part_of_spins(balls: Balls, contacts: Contacts, members: int) -> float:
+    """Return after about which part of the step a spin ends or begins; 1 where none does."""
+    stage = contacts.stage
+    part = 1.0
+    for m in range(members):
+        ball, sense = balls.state[contacts.member[m]], stage[m, M_SPIN]
+        before, after = stage[m, M_FROM + 6], stage[m, M_WZ]
+        if sense != 0.0:
+            if after * sense < 0.0 and ball.radius * abs(after) > MOTION_ERROR * _speed(
+                contacts, m
+            ):
+                part = min(part, before / (before - after))
+        else:
+            was, is_now = abs(stage[m, M_TWIST_FROM]), abs(stage[m, M_TWIST])
+            if is_now > (1.0 + MOTION_ERROR) * ball.spin_slowing:
+                part = min(part, (ball.spin_slowing - was) / (is_now - was))
+    return part
+
+
+@kernel(inline=True)
+def _speed(contacts: Contacts, m: int) -> float:
+    """Size of member m's velocity at the start of the step [m/s], in the 1-norm."""
+    size: float = abs(contacts.stage[m, M_FROM + 2]) + abs(contacts.stage[m, M_FROM + 3])
+    return size
+
+
+@kernel
+def _fifth_root(x: float) -> float:
+    """Return about the fifth root of x, at least 1/4; a step's length needn't be the best."""
+    x = max(x, 2.0**-10)
+    root = max(math.sqrt(math.sqrt(x)), 0.25)
+    for _ in range(4):
+        power = root * root * root * root
+        root -= (root - x / power) / 5.0
+    return root
+
+
+@kernel(inline=True)
+def _least_force(balls: Balls, contacts: Contacts, count: int) -> float:
+    """Return the least force in units of what the cloth could press with; inf where all rest."""
+    least = math.inf
+    for c in range(count):
+        if contacts.forces[c, SCALED] > 0.0:
+            a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+            most = balls.state[a].mass * grip(balls, a)
+            if b >= 0:
+                most += balls.state[b].mass * grip(balls, b)
+            least = min(least, contacts.forces[c, FORCE] / most)
+    return least
+
+
+@kernel(inline=True)
+def _load(balls: Balls, contacts: Contacts, members: int) -> None:
+    """Put the members' states in `contacts.stage`."""
+    stage = contacts.stage
+    for m in range(members):
+        ball = balls.state[contacts.member[m]]
+        stage[m, M_X], stage[m, M_Y] = ball.x, ball.y
+        stage[m, M_VX], stage[m, M_VY] = ball.vx, ball.vy
+        stage[m, M_WX], stage[m, M_WX + 1], stage[m, M_WX + 2] = ball.wx, ball.wy, ball.wz
+        if ball.phase != SLIDING:
+            stage[m, M_WX], stage[m, M_WX + 1] = -ball.vy / ball.radius, ball.vx / ball.radius
+        sense = 1.0 if ball.wz > 0.0 else -1.0
+        speed = abs(ball.vx) + abs(ball.vy)
+        stage[m, M_SPIN] = sense if ball.radius * abs(ball.wz) > 2.0 * MOTION_ERROR * speed else 0.0
+
+
+@kernel(inline=True)
+def _keep_slopes(contacts: Contacts, members: int, stage: int) -> None:
+    """Keep how fast the members' states change at a stage."""
+    row = contacts.stage
+    at = M_SLOPE + NUMBERS * stage
+    for m in range(members):
+        row[m, at], row[m, at + 1] = row[m, M_VX], row[m, M_VY]
+        for number in range(5):
+            row[m, at + 2 + number] = row[m, M_AX + number]
+
+
+@kernel
+def _try(
+    balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int, duration: float
+) -> float:
+    """Find the motion over a step of `duration` [s]; return its error in units of the permitted.
+
+    inf where the motion isn't smooth.
+    """
+    stage = contacts.stage
+    for step in range(1, STAGES):
+        for m in range(members):
+            for number in range(NUMBERS):
+                slope = 0.0
+                for earlier in range(step):
+                    weight = _WEIGHTS[step, earlier]
+                    slope += weight * stage[m, M_SLOPE + NUMBERS * earlier + number]
+                stage[m, M_X + number] = stage[m, M_FROM + number] + duration * slope
+        if not find_rates(balls, laws, contacts, members, count):
+            return math.inf
+        _keep_slopes(contacts, members, step)
+    error = _error_of_motion(balls, contacts, members, duration)
+    for c in range(count):
+        _, _, gap, _ = _gap_at(balls, laws, contacts, c)
+        error = max(error, abs(gap) / share_of_gap(balls, contacts, c, 0.0))
+    if error > 1.0:
+        return error
+    _end_rates(balls, laws, contacts, count, True)
+    find_paths(contacts, members, duration)
+    for c in range(count):
+        start, _ = gap_along(balls, laws, contacts, c, 0.0)
+        for part in range(1, 4):
+            gap, _ = gap_along(balls, laws, contacts, c, 0.25 * part)
+            left = abs(gap) - abs(start)
+            error = max(error, left / share_of_gap(balls, contacts, c, start))
+    return error
+
+
+@kernel(inline=True)
+def _error_of_motion(balls: Balls, contacts: Contacts, members: int, duration: float) -> float:
+    """Return the estimated error of the velocities, in units of `MOTION_ERROR` of the fastest."""
+    stage = contacts.stage
+    fastest, worst = 0.0, 0.0
+    for m in range(members):
+        radius = balls.state[contacts.member[m]].radius
+        for number in range(2, NUMBERS):
+            error = 0.0
+            for step in range(STAGES):
+                error += _ERROR_WEIGHTS[step] * stage[m, M_SLOPE + NUMBERS * step + number]
+            size = 1.0 if number < 4 else radius
+            fastest = max(fastest, size * abs(stage[m, M_FROM + number]))
+            worst = max(worst, size * duration * abs(error))
+    return worst / (MOTION_ERROR * fastest)
+
+
+@kernel
+def _gap_at(
+    balls: Balls, laws: Laws, contacts: Contacts, c: int
+) -> tuple[float, float, float, float]:
+    """Return contact c's normal, gap [m] and its rate [m/s], of the states in `contacts.stage`."""
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    stage, i = contacts.stage, int(contacts.motion[a, AT])
+    x, y, vx, vy = stage[i, M_X], stage[i, M_Y], -stage[i, M_VX], -stage[i, M_VY]
+    to_x, to_y = 0.0, 0.0
+    if b >= 0:
+        j = int(contacts.motion[b, AT])
+        to_x, to_y = stage[j, M_X], stage[j, M_Y]
+        vx, vy = stage[j, M_VX] + vx, stage[j, M_VY] + vy
+    nx, ny, gap = gap_between(balls, laws, a, b, x, y, to_x, to_y)
+    return nx, ny, gap, nx * vx + ny * vy
+
+
+@kernel
+def _rates_are_negligible(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> bool:
+    """Whether every gap is closed, but for hops that its tolerance contains."""
+    for c in range(count):
+        a, b = balls_of(contacts, c)
+        tolerance = contact_tolerance(balls, a, b)
+        contacts.forces[c, NX], contacts.forces[c, NY], gap = gap_now(balls, laws, contacts, c)
+        is_closed = abs(gap) <= _MOST_OPEN * tolerance
+        pull = 1.5 * (grip(balls, a) + grip(balls, b))
+        if not is_closed or not negligible_hop(gap_rate(balls, contacts, c), pull, tolerance):
+            return False
+    return True
+
+
+@kernel
+def _end_rates(balls: Balls, laws: Laws, contacts: Contacts, count: int, gaps: bool) -> None:
+    """Take what is left of the gaps' rates, and of the gaps if `gaps`, from `contacts.stage`."""
+    stage = contacts.stage
+    for _ in range(1 if count == 1 else 4 + 4 * count):
+        for c in range(count):
+            nx, ny, gap, rate = _gap_at(balls, laws, contacts, c)
+            a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+            share = 1.0
+            if b >= 0:
+                mass_a, mass_b = answering_mass(balls, laws, a), answering_mass(balls, laws, b)
+                share = mass_b / (mass_a + mass_b)
+                if stage[int(contacts.motion[b, AT]), M_STILL] == 1.0:
+                    share = 1.0
+            if stage[int(contacts.motion[a, AT]), M_STILL] == 1.0:
+                share = 0.0
+            for k, part in ((a, share), (b, share - 1.0)):
+                if k < 0:
+                    continue
+                m = int(contacts.motion[k, AT])
+                if stage[m, M_STILL] == 1.0:
+                    continue
+                stage[m, M_VX] += part * rate * nx
+                stage[m, M_VY] += part * rate * ny
+                if gaps:
+                    stage[m, M_X] += part * gap * nx
+                    stage[m, M_Y] += part * gap * ny

@@ -1,0 +1,232 @@
+"""Friction of the contacts of an island over one contact step: one contact after the other.
+
+`resting_contact.forces` has it found anew after each round of normal forces.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
+    ALONG,
+    FIRST,
+    FORCE,
+    LESS_ALONG,
+    LESS_UP,
+    LIMIT,
+    LOAD_X,
+    LOAD_Y,
+    MORE_ALONG,
+    MORE_UP,
+    NEW_AX,
+    NEW_AY,
+    NEW_BX,
+    NEW_BY,
+    NX,
+    NY,
+    SECOND,
+    SLIDING,
+    TWIST_X,
+    TWIST_Y,
+    TWIST_Z,
+    UP,
+    Balls,
+    Contacts,
+    Laws,
+)
+from ghostball.engine.impacts.laws.dispatch import nose_sine
+from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
+from ghostball.engine.motion.geometry import grip, reduced_mass
+from ghostball.engine.resting_contact.cloth_response import accelerate, slack
+from ghostball.engine.resting_contact.gaps import balls_of
+
+_LITTLE = 2.0**-20
+"""Change of friction in a round, in units of what the cloth can do, that isn't followed further."""
+
+
+@kernel
+def rub_all(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: float) -> bool:
+    """Give every contact the friction of its normal force; return whether that changed little."""
+    forces, steady = contacts.forces, True
+    for c in range(count):
+        forces[c, LESS_ALONG], forces[c, LESS_UP] = forces[c, MORE_ALONG], forces[c, MORE_UP]
+        along, up = forces[c, ALONG], forces[c, UP]
+        _rub(balls, laws, contacts, c, duration)
+        more_along, more_up = forces[c, ALONG] - along, forces[c, UP] - up
+        forces[c, MORE_ALONG], forces[c, MORE_UP] = more_along, more_up
+        a, b = balls_of(contacts, c)
+        change = (abs(more_along) + abs(more_up)) / _mass(balls, contacts, c)
+        little = _LITTLE * max(grip(balls, a), grip(balls, b))
+        steady = steady and change <= max(
+            little, slack(balls, a, b, duration) / (duration * duration)
+        )
+    return steady
+
+
+@kernel
+def _rub(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) -> None:
+    """Give contact c the friction of its normal force.
+
+    What leaves no slip of the surfaces at the step's end, but for what the cloth takes of the spin
+    about the vertical, if that is within Coulomb's limit; else the limit, against the slip at
+    mid-step, or less where that ends it. Reached by projection: to set the direction from the last
+    sweep's slip went round in circles where slip is small. A cushion rubs at the
+    height where its impact law has it touch the ball, from where its force points to the ball's
+    centre: FORCE is what of it is along the normal.
+    """
+    b = contacts.ends[c, SECOND]
+    if not laws.slides or (b < 0 and not laws.cushion_turns):
+        return
+    sine = _nose(balls, laws, contacts, c)
+    cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
+    along, up, change_along, change_up = _slip(balls, contacts, c, sine, cosine)
+    coefficient = laws.cushion_friction
+    if b >= 0:
+        coefficient = friction_coefficient(laws, math.sqrt(along * along + up * up))
+    if coefficient == 0.0:
+        return
+    limit = coefficient * contacts.forces[c, FORCE] / cosine
+    contacts.forces[c, LIMIT] = limit
+    gain = _mass(balls, contacts, c) / (3.5 * duration)
+    new_along = contacts.forces[c, ALONG] + gain * (along + duration * change_along)
+    new_up = contacts.forces[c, UP] + gain * (up + duration * change_up)
+    if not _within(new_along, new_up, limit):
+        size = math.sqrt(new_along * new_along + new_up * new_up)
+        mid = gain if size >= 2.0 * limit else gain * (size - limit) / limit
+        mid_along, mid_up = new_along + mid * along, new_up + mid * up
+        if _within(mid_along, mid_up, limit):
+            along, up = new_along - mid_along, new_up - mid_up
+            part = way_to_limit(mid_along, mid_up, along, up, limit)
+            new_along, new_up = mid_along + part * along, mid_up + part * up
+        else:
+            size = math.sqrt(mid_along * mid_along + mid_up * mid_up)
+            new_along, new_up = limit * (mid_along / size), limit * (mid_up / size)
+    more_along = new_along - contacts.forces[c, ALONG]
+    more_up = new_up - contacts.forces[c, UP]
+    rub_more(balls, laws, contacts, c, more_along, more_up, duration)
+
+
+@kernel
+def rub_more(
+    balls: Balls,
+    laws: Laws,
+    contacts: Contacts,
+    c: int,
+    more_along: float,
+    more_up: float,
+    duration: float,
+) -> None:
+    """Add to the friction of contact c [N], and let its balls answer."""
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    sine = _nose(balls, laws, contacts, c)
+    cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
+    contacts.forces[c, ALONG] += more_along
+    contacts.forces[c, UP] += more_up
+    nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
+    tx, ty = -ny, nx
+    push = more_up * sine
+    load(contacts, a, b, more_along * tx - push * nx, more_along * ty - push * ny)
+    for k in (a, b):
+        if k >= 0:
+            contacts.motion[k, TWIST_X] += more_up * tx + more_along * sine * nx
+            contacts.motion[k, TWIST_Y] += more_up * ty + more_along * sine * ny
+            contacts.motion[k, TWIST_Z] -= more_along * cosine
+            accelerate(balls, laws, contacts, k, duration)
+
+
+@kernel
+def load(contacts: Contacts, a: int, b: int, fx: float, fy: float) -> None:
+    """Add a force to ball b, unless it is a cushion, and its opposite to ball a [N]."""
+    contacts.motion[a, LOAD_X] -= fx
+    contacts.motion[a, LOAD_Y] -= fy
+    if b >= 0:
+        contacts.motion[b, LOAD_X] += fx
+        contacts.motion[b, LOAD_Y] += fy
+
+
+@kernel
+def sticks(contacts: Contacts, c: int) -> bool:
+    """Whether the friction of contact c is below Coulomb's limit."""
+    forces = contacts.forces
+    return _within(forces[c, ALONG], forces[c, UP], (1.0 - 2.0**-20) * forces[c, LIMIT])
+
+
+@kernel
+def way_to_limit(x: float, y: float, more_x: float, more_y: float, limit: float) -> float:
+    """Return how often friction (x, y) can be changed by (more_x, more_y) until its limit."""
+    square = more_x * more_x + more_y * more_y
+    if square == 0.0:
+        return math.inf
+    outward = x * more_x + y * more_y
+    left = square * (limit * limit - x * x - y * y)
+    return (math.sqrt(outward * outward + left) - outward) / square
+
+
+@kernel
+def _within(x: float, y: float, limit: float) -> bool:
+    return x * x + y * y <= limit * limit
+
+
+@kernel
+def _mass(balls: Balls, contacts: Contacts, c: int) -> float:
+    """Reduced mass of contact c [kg]; a cushion's is infinite."""
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    mass: float = balls.state[a].mass
+    return reduced_mass(mass, balls.state[b].mass) if b >= 0 else mass
+
+
+@kernel
+def _nose(balls: Balls, laws: Laws, contacts: Contacts, c: int) -> float:
+    """Return the sine of the angle at which contact c is above its first ball's centre."""
+    b = contacts.ends[c, SECOND]
+    if b >= 0:
+        return 0.0
+    radius = balls.state[contacts.ends[c, FIRST]].radius
+    sine: float = nose_sine(laws, int(laws.obstacles[-1 - b].law), radius)
+    return sine
+
+
+@kernel
+def _slip(
+    balls: Balls, contacts: Contacts, c: int, sine: float, cosine: float
+) -> tuple[float, float, float, float]:
+    """Velocity of a's surface over the other's [m/s], along and up; and how both change [m/s^2]."""
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    along, up, change_along, change_up = _surface(balls, contacts, c, a, sine, cosine)
+    if b >= 0:
+        # Its surface is on the other side of its centre.
+        b_along, b_up, b_change_along, b_change_up = _surface(balls, contacts, c, b, 0.0, 1.0)
+        vx, vy = balls.state[b].vx, balls.state[b].vy
+        ax, ay = contacts.motion[b, NEW_AX], contacts.motion[b, NEW_AY]
+        nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
+        along += b_along - 2.0 * (nx * vy - ny * vx)
+        up += b_up
+        change_along += b_change_along - 2.0 * (nx * ay - ny * ax)
+        change_up += b_change_up
+    return along, up, change_along, change_up
+
+
+@kernel
+def _surface(
+    balls: Balls, contacts: Contacts, c: int, k: int, sine: float, cosine: float
+) -> tuple[float, float, float, float]:
+    """Velocity of ball k's surface where it faces along the normal of contact c; and its change.
+
+    Above its centre by an angle.
+    """
+    nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
+    radius = balls.state[k].radius
+    wx, wy = balls.state[k].wx, balls.state[k].wy
+    if balls.state[k].phase != SLIDING:
+        wx, wy = -balls.state[k].vy / radius, balls.state[k].vx / radius
+    vx, vy = balls.state[k].vx, balls.state[k].vy
+    along = nx * vy - ny * vx
+    along += radius * (cosine * balls.state[k].wz - sine * (nx * wx + ny * wy))
+    up = -radius * (nx * wy - ny * wx) - sine * (nx * vx + ny * vy)
+    twist = 2.5 * contacts.motion[k, TWIST_Z] / balls.state[k].mass
+    ax, ay = contacts.motion[k, NEW_AX], contacts.motion[k, NEW_AY]
+    bx, by = contacts.motion[k, NEW_BX], contacts.motion[k, NEW_BY]
+    change_along = nx * ay - ny * ax + cosine * twist - radius * sine * (nx * bx + ny * by)
+    change_up = -radius * (nx * by - ny * bx) - sine * (nx * ax + ny * ay)
+    return along, up, change_along, change_up

@@ -1,0 +1,190 @@
+"""Gaps of contacts: where they are now, where they are after a while, where a step aims at."""
+
+from __future__ import annotations
+
+import math
+
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
+    FIRST,
+    FORCE,
+    GAP,
+    LINE,
+    NEW_AX,
+    NEW_AY,
+    SECOND,
+    YIELD,
+    Balls,
+    Contacts,
+    Laws,
+)
+from ghostball.engine.motion.geometry import contact_tolerance, gap_rounding, grip
+from ghostball.engine.motion.obstacles import facing, nose_reach
+from ghostball.engine.motion.position import pair_reach, way
+from ghostball.engine.resting_contact.cloth_response import slack, stopping
+
+DEEP_OVERLAP = 0.75
+"""Overlap, in tolerances, from which two balls at rest are pushed apart, gently."""
+
+_WITHIN = 29.0 / 32.0
+"""Part of the tolerance that a gap may reach where it is looked at, each eighth of the step: a
+cubic that is closed at the end goes at most 6.8 % beyond the largest of what it has there."""
+
+
+@kernel(inline=True)
+def gap_between(
+    balls: Balls, laws: Laws, a: int, b: int, x: float, y: float, to_x: float, to_y: float
+) -> tuple[float, float, float]:
+    """Return the normal, outward from ball a, and the gap [m], if a is at (x, y).
+
+    To ball b at (to_x, to_y), or where b is -1 minus an obstacle's row to that.
+    """
+    if b < 0:
+        inward_x, inward_y, distance = facing(laws, -1 - b, x, y)
+        return -inward_x, -inward_y, distance - nose_reach(balls, a, laws)
+    rx, ry = to_x - x, to_y - y
+    distance = math.sqrt(rx * rx + ry * ry)
+    return rx / distance, ry / distance, distance - pair_reach(balls, a, b)
+
+
+@kernel
+def gap_now(balls: Balls, laws: Laws, contacts: Contacts, c: int) -> tuple[float, float, float]:
+    """Return contact c's normal, outward from its first ball, and its gap [m], now."""
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    ball, other = balls.state[a], balls.state[max(b, 0)]
+    nx, ny, gap = gap_between(balls, laws, a, b, ball.x, ball.y, other.x, other.y)
+    return nx, ny, gap
+
+
+@kernel
+def normal_after(
+    balls: Balls, laws: Laws, contacts: Contacts, c: int, s: float
+) -> tuple[float, float]:
+    """Return contact c's normal in s seconds, by the accelerations that a step gives its balls."""
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    x, y = _way_of(balls, contacts, a, s)
+    x, y = balls.state[a].x + x, balls.state[a].y + y
+    to_x, to_y = 0.0, 0.0
+    if b >= 0:
+        to_x, to_y = _way_of(balls, contacts, b, s)
+        to_x, to_y = balls.state[b].x + to_x, balls.state[b].y + to_y
+    nx, ny, _ = gap_between(balls, laws, a, b, x, y, to_x, to_y)
+    return nx, ny
+
+
+@kernel
+def gap_after(balls: Balls, laws: Laws, contacts: Contacts, c: int, s: float) -> float:
+    """Return contact c's gap [m] in s seconds, as `normal_after`; GAP is what it is now.
+
+    What changes it is found from the balls' ways, not from their places: over a short step the
+    rounding of those, another one for every force tried, was more than what forces do.
+    """
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    gap: float = contacts.forces[c, GAP]
+    wx, wy = _way_of(balls, contacts, a, s)
+    ball = balls.state[a]
+    if b < 0:
+        inward_x, inward_y, distance = facing(laws, -1 - b, ball.x, ball.y)
+        if laws.obstacles[-1 - b].kind == LINE:
+            gap += inward_x * wx + inward_y * wy
+            return gap
+        _, _, moved = facing(laws, -1 - b, ball.x + wx, ball.y + wy)
+        gap += moved - distance
+        return gap
+    other = balls.state[b]
+    rx, ry = other.x - ball.x, other.y - ball.y
+    to_x, to_y = _way_of(balls, contacts, b, s)
+    wx, wy = to_x - wx, to_y - wy
+    x, y = rx + wx, ry + wy
+    both = math.sqrt(x * x + y * y) + math.sqrt(rx * rx + ry * ry)
+    gap += ((x + rx) * wx + (y + ry) * wy) / both
+    return gap
+
+
+@kernel(inline=True)
+def _way_of(balls: Balls, contacts: Contacts, k: int, s: float) -> tuple[float, float]:
+    """Return how far ball k goes in s seconds by the acceleration that the step gives it [m]."""
+    ball, new = balls.state[k], contacts.motion
+    return way(ball.vx, new[k, NEW_AX], s), way(ball.vy, new[k, NEW_AY], s)
+
+
+@kernel
+def _aim(balls: Balls, a: int, b: int, now: float, duration: float) -> float:
+    """Return the gap [m] that a step aims at, between members a and b, or a and a cushion: b is a.
+
+    A closed one; but an overlap left by rounding or by an earlier step is not pushed apart faster
+    than friction would do it. Between two balls that the cloth brings to rest it is the gap that
+    there is: one of them had else to creep until the next is pushed.
+    """
+    tolerance = contact_tolerance(balls, a, b)
+    push = 0.25 * max(grip(balls, a), grip(balls, b)) * duration * duration
+    if stopping(balls, a) and stopping(balls, b):
+        if now >= -DEEP_OVERLAP * tolerance:
+            return min(now, 0.5 * tolerance)
+        return now + max(min(push, 0.25 * tolerance), 2.0 * gap_rounding(balls, a, b))
+    return min(0.0, now + push)
+
+
+@kernel
+def excess(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) -> float:
+    """Return how far the gap of contact c [m] ends above what the step aims at."""
+    a, b = balls_of(contacts, c)
+    aim = _aim(balls, a, b, contacts.forces[c, GAP], duration)
+    return gap_after(balls, laws, contacts, c, duration) - aim
+
+
+@kernel
+def settled(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: float) -> bool:
+    """Whether every force holds its gap as the step aims at, and no gap without force closes."""
+    for c in range(count):
+        now = contacts.forces[c, GAP]
+        a, b = balls_of(contacts, c)
+        tolerance = contact_tolerance(balls, a, b)
+        # The deeper it already is, the less it may deepen: many steps must not add up.
+        share = 1.0 + min(0.0, max(-1.0, now / tolerance))
+        left = max(share * slack(balls, a, b, duration), gap_rounding(balls, a, b))
+        over = excess(balls, laws, contacts, c, duration)
+        if yields(contacts, c) == 0.0 and over < 0.0:
+            # An overlap between two that the cloth holds, which no force pushes apart.
+            over = min(0.0, over + _aim(balls, a, b, now, duration) - now)
+        if (contacts.forces[c, FORCE] > 0.0 or over < 0.0) and abs(over) > left:
+            return False
+    return True
+
+
+@kernel
+def stays_closed(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: float) -> bool:
+    """Whether no gap leaves the tolerance within the step.
+
+    Looked at seven times. A step is so short that a gap is all but a cubic of time, closed at the
+    end; where it is deepest depends on whether it opens first. A cubic that is within `_WITHIN` of
+    the tolerance at these places, and at the start, is within it everywhere. Of a contact that
+    doesn't push, which opens, the way out has no bound.
+    """
+    for c in range(count):
+        a, b = balls_of(contacts, c)
+        now = contacts.forces[c, GAP]
+        tolerance = _WITHIN * contact_tolerance(balls, a, b)
+        allowed = max(tolerance, gap_rounding(balls, a, b) - now)
+        for part in range(1, 8):
+            gap = gap_after(balls, laws, contacts, c, 0.125 * part * duration)
+            if gap < -allowed or (contacts.forces[c, FORCE] > 0.0 and gap > max(allowed, now)):
+                return False
+    return True
+
+
+@kernel
+def yields(contacts: Contacts, c: int) -> float:
+    """Acceleration of the gap of contact c over its force [1/kg], as the members answer now."""
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    both: float = contacts.motion[a, YIELD]
+    if b >= 0:
+        both += contacts.motion[b, YIELD]
+    return both
+
+
+@kernel
+def balls_of(contacts: Contacts, c: int) -> tuple[int, int]:
+    """Return the balls of contact c; for a cushion, the ball twice."""
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    return a, b if b >= 0 else a

@@ -1,0 +1,193 @@
+"""Lets an island go on, where the motion that was followed has ended and nothing else happened.
+
+Its members and contacts are those of before, and no gap has a rate: so nothing needs to be
+gathered. Who else comes in contact with it does so by an event, which ends its step. How long a
+step may be at first, and at least, is said here, too.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
+    AHEAD,
+    FIRST,
+    FREE,
+    HELD_OFF,
+    LEFT,
+    MOST_DIRECT,
+    OWN_CONTACT,
+    SECOND,
+    STEP,
+    Balls,
+    Contacts,
+    Laws,
+)
+from ghostball.engine.core.tolerances import TIME_ROUNDING
+from ghostball.engine.motion.geometry import grip
+from ghostball.engine.motion.position import advance
+from ghostball.engine.resting_contact.cloth_response import is_settling, time_to_change
+from ghostball.engine.resting_contact.follow import follow
+from ghostball.engine.resting_contact.islands import sort_by_place
+from ghostball.engine.resting_contact.paths import start_piece
+from ghostball.engine.scheduling.contact_time import holds
+
+_NEARLY = 1.9
+"""How far a motion is followed, in units of the time in which the cloth takes half of what there is
+of some slip or speed: nearly to its end, if the error of the motion permits."""
+
+_LEAST_FOLLOWED = 2.0**-11
+"""Shortest step that a motion is followed for, in units of the time to go one radius."""
+
+_LEAST_PART = 2.0**-6
+"""And in units of the time in which some slip or speed ends, whichever is less."""
+
+_AFTER = 2.0**-4
+"""First step tried in units of a fresh one after a motion that was followed ended in a contact that
+parts or sticks, or in a ball that stops or starts to slip: what happens then takes little time."""
+
+FIRST_STEP = 2.0**-6
+"""First step tried, in units of the time to go one radius at what the cloth can give."""
+
+_SHORTEST = 2.0**-26
+"""Shortest step, in units of the time to go one radius at what the cloth can give.
+
+About 2 ns for pool balls. A contact that rubs by much, where masses differ by much, may jam: no
+forces but shocks are then a solution. Shorter steps only make the forces greater, and the work that
+they do on what rounding leaves of the gaps. The friction of the contacts is left out of such a step
+and it is counted in `work["unsolved_contact_steps"]`.
+"""
+
+
+@kernel
+def goes_on(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> bool:
+    """Let ball i's cluster move on, where a piece of its motion ends at t [s] and nothing else is.
+
+    False where it has to be gathered anew; nothing has changed then.
+    """
+    if not _is_undisturbed(balls, contacts, i, t):
+        return False
+    if contacts.motion[i, LEFT] == 0.0:
+        return _follow_again(balls, laws, contacts, i, t)
+    k = i
+    while True:
+        advance(balls, k, t)
+        start_piece(balls, laws, contacts, k)
+        contacts.again[k] = False
+        k = contacts.ring[k]
+        if k == i:
+            return True
+
+
+@kernel
+def _is_undisturbed(balls: Balls, contacts: Contacts, i: int, t: float) -> bool:
+    """Whether the motion of ball i's cluster is followed, and just a piece of it ends at t [s]."""
+    if contacts.cluster[i] == FREE:
+        return False
+    k = i
+    while True:
+        touched = contacts.motion[k, STEP] == 0.0 or balls.own_kind[k] != OWN_CONTACT
+        if touched or contacts.motion[k, AHEAD] <= 0.0 or balls.state[k].own_time != t:
+            return False
+        k = contacts.ring[k]
+        if k == i:
+            return True
+
+
+@kernel
+def _follow_again(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> bool:
+    """Follow the motion of ball i's cluster for another step, as `goes_on`."""
+    members, k = 0, i
+    while True:
+        advance(balls, k, t)
+        contacts.member[members] = k
+        members += 1
+        if laws.slides and is_settling(balls, contacts, k):
+            return False
+        k = contacts.ring[k]
+        if k == i:
+            break
+    if members > MOST_DIRECT:
+        return False
+    sort_by_place(balls, contacts, members)
+    count = 0
+    for m in range(members):
+        k = contacts.member[m]
+        held = int(contacts.motion[k, HELD_OFF])
+        for other in range(m + 1, members + len(laws.obstacles)):
+            second = contacts.member[other] if other < members else members - 1 - other
+            touches = holds(contacts, k, second) if second >= 0 else held >> (-1 - second) & 1 == 1
+            if touches and count == MOST_DIRECT:
+                return False
+            if touches:
+                contacts.ends[count, FIRST] = k
+                contacts.ends[count, SECOND] = second
+                count += 1
+    if not follow_on(balls, laws, contacts, members, count, t):
+        return False
+    for m in range(members):
+        contacts.again[contacts.member[m]] = False
+    return True
+
+
+@kernel
+def follow_on(
+    balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int, t: float
+) -> bool:
+    """Follow the motion of the members, and start its first pieces; False where it isn't smooth."""
+    own_time = own_time_of(balls, contacts, members)
+    fresh = FIRST_STEP * own_time
+    ahead = next_step(contacts, members, AHEAD, fresh, own_time)
+    if not ahead > 0.0:
+        return False
+    far = _NEARLY * time_to_half(balls, contacts, members)
+    least = min(_LEAST_FOLLOWED * own_time, _LEAST_PART * far)
+    shortest = shortest_step(own_time, t)
+    if not follow(balls, laws, contacts, members, count, far, least, shortest, ahead) > 0.0:
+        return False
+    for m in range(members):
+        contacts.motion[contacts.member[m], STEP] = _AFTER * fresh
+        start_piece(balls, laws, contacts, contacts.member[m])
+    return True
+
+
+@kernel
+def shortest_step(own_time: float, t: float) -> float:
+    """Return the shortest step [s] at the instant t [s]."""
+    return max(_SHORTEST * own_time, 4.0 * TIME_ROUNDING * t)
+
+
+@kernel
+def time_to_half(balls: Balls, contacts: Contacts, members: int) -> float:
+    """Return the time [s] in which the cloth takes half of some member's slip, or speed."""
+    least = math.inf
+    for m in range(members):
+        least = min(least, time_to_change(balls, contacts.member[m]))
+    return least
+
+
+@kernel
+def next_step(contacts: Contacts, members: int, row: int, fresh: float, most: float) -> float:
+    """Return the step to try [s]: the shortest that `row` has for a member."""
+    step = most
+    for m in range(members):
+        last = contacts.motion[contacts.member[m], row]
+        if last == 0.0:
+            return min(fresh, most)
+        step = min(step, last)
+    return step
+
+
+@kernel
+def own_time_of(balls: Balls, contacts: Contacts, members: int) -> float:
+    """Return the least time [s] in which the cloth can move a member by its radius.
+
+    Finite: without friction on the cloth no ball would press another.
+    """
+    least = math.inf
+    for m in range(members):
+        k = contacts.member[m]
+        if grip(balls, k) > 0.0:
+            least = min(least, math.sqrt(2.0 * balls.state[k].radius / grip(balls, k)))
+    return least

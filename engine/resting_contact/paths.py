@@ -1,0 +1,242 @@
+"""The paths of an island's balls while it is followed: polynomials, and the pieces along them.
+
+Between the ends of a step a path is the polynomial of fifth degree that has the places, velocities
+and accelerations of both. A ball goes along it in pieces of constant acceleration: two of them go
+to the place and the velocity that the polynomial has, and they are so short that they keep the gaps
+as well.
+"""
+
+from __future__ import annotations
+
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
+    FIRST,
+    HELD_OFF,
+    LEFT,
+    M_FROM,
+    M_SLOPE,
+    M_VX,
+    M_WX,
+    M_X,
+    OWN_CONTACT,
+    PATH_X,
+    PIECE_TIME,
+    PIECES,
+    SECOND,
+    SLIDING,
+    TURN_WX,
+    WHOLE_TIME,
+    Balls,
+    Contacts,
+    Laws,
+)
+from ghostball.engine.motion.geometry import at_rest, contact_tolerance
+from ghostball.engine.motion.next_piece import mark, predict_obstacles
+from ghostball.engine.resting_contact.gaps import balls_of, gap_between
+
+NUMBERS = 7
+"""Numbers of a ball's state: place, velocity, angular velocity."""
+
+STAGES = 7
+"""Stages of a step."""
+
+_SHARE_OF_GAP = 0.25
+"""Error, in units of what is left of the tolerance of a gap, of the motion's end before it is taken
+out, and of the polynomial between."""
+
+_SHARE_OF_PIECES = 0.625
+"""The same of the pieces along that."""
+
+_PIECE_ERROR = 1.0 / 40.5
+"""Largest difference of two pieces from a motion whose acceleration changes at a constant rate, in
+units of that rate times the cube of a piece's time."""
+
+_PLACE_ERROR = 2.0**-26
+"""Largest error [radii] of places within a piece that no gap asks for: 4e-10 m; its ends have none.
+"""
+
+_MOST_PIECES = 4096
+"""Pieces of a motion; one that asks for more is followed for half as long. 104 were met so far."""
+
+
+@kernel(inline=True)
+def find_paths(contacts: Contacts, members: int, duration: float) -> None:
+    """Put in `contacts.motion` the polynomials between a step's start and its end."""
+    stage, motion = contacts.stage, contacts.motion
+    last = M_SLOPE + NUMBERS * (STAGES - 1)
+    for m in range(members):
+        k = contacts.member[m]
+        for axis in range(2):
+            path = PATH_X + 6 * axis
+            x = stage[m, M_FROM + axis]
+            v = duration * stage[m, M_FROM + 2 + axis]
+            a = duration * duration * stage[m, M_SLOPE + 2 + axis]
+            end = stage[m, M_X + axis] - x - v - 0.5 * a
+            end_v = duration * stage[m, M_VX + axis] - v - a
+            end_a = duration * duration * stage[m, last + 2 + axis] - a
+            motion[k, path], motion[k, path + 1], motion[k, path + 2] = x, v, 0.5 * a
+            motion[k, path + 3] = 10.0 * end - 4.0 * end_v + 0.5 * end_a
+            motion[k, path + 4] = -15.0 * end + 7.0 * end_v - end_a
+            motion[k, path + 5] = 6.0 * end - 3.0 * end_v + 0.5 * end_a
+        for axis in range(3):
+            path = TURN_WX + 4 * axis
+            w = stage[m, M_FROM + 4 + axis]
+            b = duration * stage[m, M_SLOPE + 4 + axis]
+            end = stage[m, M_WX + axis] - w - b
+            end_b = duration * stage[m, last + 4 + axis] - b
+            motion[k, path], motion[k, path + 1] = w, b
+            motion[k, path + 2] = 3.0 * end - end_b
+            motion[k, path + 3] = end_b - 2.0 * end
+
+
+@kernel(inline=True)
+def _way_at(contacts: Contacts, k: int, axis: int, part: float) -> tuple[float, float]:
+    """Return how far ball k has come along an axis after a part of its whole motion, and how fast.
+
+    Both [m], the latter as a way in the whole time.
+    """
+    row, p = contacts.motion, PATH_X + 6 * axis
+    c1, c2, c3, c4, c5 = row[k, p + 1], row[k, p + 2], row[k, p + 3], row[k, p + 4], row[k, p + 5]
+    far = part * (c1 + part * (c2 + part * (c3 + part * (c4 + part * c5))))
+    fast = c1 + part * (2.0 * c2 + part * (3.0 * c3 + part * (4.0 * c4 + part * 5.0 * c5)))
+    return far, fast
+
+
+@kernel(inline=True)
+def _place_at(contacts: Contacts, k: int, part: float) -> tuple[float, float]:
+    """Return where ball k is after a part of its whole motion [m]."""
+    x, _ = _way_at(contacts, k, 0, part)
+    y, _ = _way_at(contacts, k, 1, part)
+    return contacts.motion[k, PATH_X] + x, contacts.motion[k, PATH_X + 6] + y
+
+
+@kernel(inline=True)
+def turn_at(contacts: Contacts, k: int, axis: int, part: float) -> float:
+    """Return ball k's angular velocity about an axis [rad/s] after this part of its motion."""
+    row, p = contacts.motion, TURN_WX + 4 * axis
+    w: float = row[k, p] + part * (row[k, p + 1] + part * (row[k, p + 2] + part * row[k, p + 3]))
+    return w
+
+
+@kernel(inline=True)
+def _jerk_at(contacts: Contacts, k: int, axis: int, part: float) -> float:
+    row, p = contacts.motion, PATH_X + 6 * axis
+    jerk: float = 6.0 * row[k, p + 3] + part * (24.0 * row[k, p + 4] + part * 60.0 * row[k, p + 5])
+    return jerk
+
+
+@kernel
+def gap_along(
+    balls: Balls, laws: Laws, contacts: Contacts, c: int, part: float
+) -> tuple[float, float]:
+    """Return contact c's gap [m] after a part of the motion found.
+
+    And how fast its acceleration changes, as a way in the whole time [m].
+    """
+    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    x, y = _place_at(contacts, a, part)
+    jerk_x, jerk_y = -_jerk_at(contacts, a, 0, part), -_jerk_at(contacts, a, 1, part)
+    to_x, to_y = 0.0, 0.0
+    if b >= 0:
+        to_x, to_y = _place_at(contacts, b, part)
+        jerk_x += _jerk_at(contacts, b, 0, part)
+        jerk_y += _jerk_at(contacts, b, 1, part)
+    nx, ny, gap = gap_between(balls, laws, a, b, x, y, to_x, to_y)
+    return gap, nx * jerk_x + ny * jerk_y
+
+
+@kernel(inline=True)
+def share_of_gap(balls: Balls, contacts: Contacts, c: int, start: float) -> float:
+    """Return how far the gap of contact c [m] may be off for each of a step's causes of error.
+
+    Of what the gap at the start leaves of its tolerance.
+    """
+    a, b = balls_of(contacts, c)
+    share: float = contact_tolerance(balls, a, b) - abs(start)
+    return _SHARE_OF_GAP * share
+
+
+@kernel(inline=True)
+def find_pieces(
+    balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int, duration: float
+) -> bool:
+    """Divide the motion found into pieces short enough; set the velocities that it begins with.
+
+    False where those would be more than `_MOST_PIECES`; nothing has changed then.
+    """
+    most = 0.0  # cube of their number
+    for c in range(count):
+        start, _ = gap_along(balls, laws, contacts, c, 0.0)
+        permitted = _SHARE_OF_PIECES / _SHARE_OF_GAP * share_of_gap(balls, contacts, c, start)
+        for part in range(3):
+            _, jerk = gap_along(balls, laws, contacts, c, 0.5 * part)
+            most = max(most, _PIECE_ERROR * abs(jerk) / permitted)
+    for part in range(3):
+        for m in range(members):
+            k = contacts.member[m]
+            jerk = abs(_jerk_at(contacts, k, 0, 0.5 * part))
+            jerk += abs(_jerk_at(contacts, k, 1, 0.5 * part))
+            permitted = _PLACE_ERROR * balls.state[k].radius
+            most = max(most, _PIECE_ERROR * jerk / permitted)
+    if not most <= float(_MOST_PIECES * _MOST_PIECES * _MOST_PIECES):
+        return False
+    pieces = 2
+    while float(pieces * pieces * pieces) < most:
+        pieces += 2
+    for m in range(members):
+        k = contacts.member[m]
+        row = contacts.motion[k]
+        row[LEFT], row[PIECES] = pieces, pieces
+        row[PIECE_TIME], row[WHOLE_TIME] = duration / pieces, duration
+        row[HELD_OFF] = held_obstacles(contacts, count, k)
+        balls.state[k].vx = contacts.stage[m, M_FROM + 2]
+        balls.state[k].vy = contacts.stage[m, M_FROM + 3]
+    return True
+
+
+@kernel
+def held_obstacles(contacts: Contacts, count: int, k: int) -> int:
+    """Return the obstacles that an island's contacts hold ball k off, one bit each."""
+    held = 0
+    for c in range(count):
+        if contacts.ends[c, FIRST] == k and contacts.ends[c, SECOND] < 0:
+            held |= 1 << (-1 - contacts.ends[c, SECOND])
+    return held
+
+
+@kernel
+def start_piece(balls: Balls, laws: Laws, contacts: Contacts, k: int) -> None:
+    """Let ball k move along the next piece of its motion, from its epoch on.
+
+    The first of two takes it half of the way to the place where the second ends; a way, not a
+    place: the rounding of places over the square of a short time was a large acceleration.
+    """
+    ball, row = balls.state[k], contacts.motion[k]
+    pieces, time = row[PIECES], row[PIECE_TIME]
+    done = pieces - row[LEFT]
+    is_first = int(done) % 2 == 0
+    part = (done + 2.0) / pieces if is_first else (done + 1.0) / pieces
+    x, fast_x = _way_at(contacts, k, 0, part)
+    y, fast_y = _way_at(contacts, k, 1, part)
+    ax = (fast_x / row[WHOLE_TIME] - ball.vx) / time
+    ay = (fast_y / row[WHOLE_TIME] - ball.vy) / time
+    if is_first:
+        from_x, _ = _way_at(contacts, k, 0, done / pieces)
+        from_y, _ = _way_at(contacts, k, 1, done / pieces)
+        ax = ((x - from_x) - 2.0 * time * ball.vx) / (time * time) - 0.5 * ax
+        ay = ((y - from_y) - 2.0 * time * ball.vy) / (time * time) - 0.5 * ay
+    ball.ax, ball.ay = ax, ay
+    if laws.slides:
+        part = (done + 1.0) / pieces
+        if ball.phase == SLIDING:
+            ball.bx = (turn_at(contacts, k, 0, part) - ball.wx) / time
+            ball.by = (turn_at(contacts, k, 1, part) - ball.wy) / time
+        alone = max(abs(ball.wz) - time * ball.spin_slowing, 0.0)
+        alone = alone if ball.wz > 0.0 else -alone
+        ball.bz = (turn_at(contacts, k, 2, part) - alone) / time
+    if not at_rest(balls, k):
+        ball.moved = 1.0
+    row[LEFT] -= 1.0
+    balls.own_kind[k] = OWN_CONTACT
+    predict_obstacles(balls, k, laws, time, int(row[HELD_OFF]))
+    mark(balls, k)

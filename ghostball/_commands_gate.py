@@ -1,0 +1,143 @@
+"""The commands that say what moved, and keep what is accepted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ghostball._options import (
+    AUTO,
+    BaselineFolder,
+    Format,
+    FormatOption,
+    Jobs,
+    Plain,
+    PlainFormat,
+    Rerun,
+    SceneNames,
+    TimeLimit,
+    complete_scene,
+    engines_option,
+    out_option,
+)
+from ghostball._terminal import command
+
+app = typer.Typer()
+
+
+@app.command()
+@command
+def regress(
+    scenes: SceneNames = None,
+    engine: Annotated[list[str] | None, engines_option("ours")] = None,
+    against: Annotated[
+        str | None,
+        typer.Option(
+            metavar="REV",
+            help="Compare with another revision instead of the baselines: both run by turns, so "
+            "that run times are compared too.",
+        ),
+    ] = None,
+    baselines: BaselineFolder = None,
+    out: Annotated[Path | None, out_option("out/regress")] = None,
+    jobs: Jobs = AUTO,
+    form: FormatOption = Format.TEXT,
+    rerun: Rerun = False,
+    time_limit: TimeLimit = 600.0,
+    times: Annotated[
+        bool, typer.Option(help="With --against: time the scenes too, both sides by turns.")
+    ] = True,
+) -> None:
+    """Say what changed in an engine since its baselines were accepted.
+
+    Each scene is identical, rounding only (within what its conditioning explains, up to its
+    horizon), changed, or better or worse against truth; named are the first event that differs and
+    what moved. Exit status 1 where a deterministic number moved: an event, a bit, a counter, an
+    error against truth; 4 where a scene can't be compared, such as one that has no baseline.
+    """
+    from ghostball._regress import run as compare  # noqa: PLC0415
+
+    raise typer.Exit(
+        compare(
+            scenes or [],
+            engine or [],
+            against=against,
+            baselines=baselines,
+            out=out,
+            form=form,
+            jobs=jobs,
+            rerun=rerun,
+            time_limit=time_limit,
+            timed=times,
+        )
+    )
+
+
+@app.command()
+@command
+def accept(
+    reason: Annotated[
+        str, typer.Option(metavar="TEXT", help="Why the change is right; kept in CHANGES.md.")
+    ],
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="SCENE",
+            help="Accept only these, by name or pattern such as 'break-*' (default: all).",
+            autocompletion=complete_scene,
+        ),
+    ] = None,
+    engine: Annotated[list[str] | None, engines_option("ours")] = None,
+    out: Annotated[
+        Path | None, out_option("out/regress", "What `regress` wrote and you looked at")
+    ] = None,
+    baselines: BaselineFolder = None,
+    even_though_limits_fail: Annotated[
+        bool,
+        typer.Option(
+            "--even-though-limits-fail",
+            help="Accept also what breaks limits of truth, which is wrong and not only another "
+            "answer.",
+        ),
+    ] = False,
+) -> None:
+    """Accept what `regress` found, and note why.
+
+    The baselines that moved are rewritten. Exit status 1, and nothing is written, where limits of
+    truth are broken.
+    """
+    from ghostball._regress import run_accept  # noqa: PLC0415
+
+    raise typer.Exit(
+        run_accept(
+            engine or [],
+            reason,
+            only=scenes or ["*"],
+            results=out,
+            baselines=baselines,
+            even_though_limits_fail=even_though_limits_fail,
+        )
+    )
+
+
+@app.command()
+@command
+def diff(
+    first: Annotated[str, typer.Argument(metavar="A", help="A results folder, or an engine.")],
+    second: Annotated[str, typer.Argument(metavar="B", help="Another one of the same kind.")],
+    out: Annotated[
+        Path | None, out_option("out", "Folder that has the results of both engines")
+    ] = None,
+    form: PlainFormat = Plain.TEXT,
+) -> None:
+    """Say what moved between two runs, or between two engines.
+
+    Exit status 1 where a case of B is less right by a class, or fails where A does not.
+    """
+    from ghostball._config import load_config  # noqa: PLC0415
+    from ghostball._diff import run as compare  # noqa: PLC0415
+
+    folder = load_config().out if out is None else out
+    raise typer.Exit(compare(first, second, folder, as_json=form is Plain.JSON))

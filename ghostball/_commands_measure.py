@@ -1,0 +1,364 @@
+"""The commands that play shots and say how right they are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from ghostball._options import (
+    AUTO,
+    ClusterAddress,
+    EngineSpec,
+    FigureChoice,
+    Figures,
+    Format,
+    FormatOption,
+    Jobs,
+    Plain,
+    PlainFormat,
+    RecordChoice,
+    Rerun,
+    SceneName,
+    SceneNames,
+    ShotLimit,
+    TimeLimit,
+    check_plot,
+    engines_option,
+    out_option,
+    plot_option,
+)
+from ghostball._terminal import command
+
+app = typer.Typer()
+
+
+@app.command()
+@command
+def run(
+    scene: SceneName,
+    engine: EngineSpec = "ghostball",
+    record: Annotated[
+        RecordChoice | None,
+        typer.Option(
+            metavar="rest|events|trajectory",
+            help="What to keep: where the balls end, also each event (--format json prints them), "
+            "or also the whole motion (default: rest; with --plot: trajectory).",
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None, plot_option("Draw the paths of the balls; .gif and .mp4 are films of the shot")
+    ] = None,
+    form: PlainFormat = Plain.TEXT,
+    time_limit: ShotLimit = 600.0,
+) -> None:
+    """Run one scene on one engine; print where the balls stop.
+
+    Exit status 1 where the engine fails, crashes, hangs or doesn't come to the end of the shot.
+    """
+    if plot is not None:
+        if record not in (None, RecordChoice.TRAJECTORY):
+            raise typer.BadParameter(
+                f"--plot needs --record trajectory, got {record.value}", param_hint="--record"
+            )
+        record = RecordChoice.TRAJECTORY
+        check_plot(plot, films=True)
+    from ghostball._run import run as simulate  # noqa: PLC0415
+
+    kept: Literal["rest", "events", "trajectory"] = (record or RecordChoice.REST).value
+    as_json = form is Plain.JSON
+    raise typer.Exit(
+        simulate(scene, engine, record=kept, as_json=as_json, plot=plot, time_limit=time_limit)
+    )
+
+
+@app.command()
+@command
+def validate(
+    scenes: SceneNames = None,
+    engine: Annotated[
+        list[str] | None,
+        engines_option("all that are shipped, pymunk and pybullet in three ways each"),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        out_option(
+            "out",
+            "Folder of the results. What it holds is replaced, but for cases that are unchanged: "
+            "those aren't run again",
+        ),
+    ] = None,
+    jobs: Jobs = AUTO,
+    form: FormatOption = Format.TEXT,
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--metric",
+            metavar="GLOB",
+            help="Metrics that are computed and judged, such as rest_error_max or 'energy_*'; give "
+            "it once for each (default: all; `ghostball metrics` lists them). Limits on others are "
+            "left out, and counted.",
+        ),
+    ] = None,
+    rerun: Rerun = False,
+    cluster: ClusterAddress = None,
+    time_limit: TimeLimit = 600.0,
+    report: Annotated[
+        bool, typer.Option(help="Write report.html and its pictures after the run.")
+    ] = True,
+    figures: Figures = FigureChoice.PNG,
+    ensemble: Annotated[
+        int | None,
+        typer.Option(
+            metavar="K",
+            help="Then also perturb each scene K times, run that on every engine, and compare how "
+            "the shots end with our engine's distributions, such as `validate chaos --ensemble "
+            "20`: for shots too chaotic to be compared one by one.",
+        ),
+    ] = None,
+    ensemble_size: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SIZE",
+            help="How far they are perturbed at most: speed and direction (relative, rad), and x "
+            "and y of each ball (m) (default: velocity=1e-3,position=1e-4).",
+        ),
+    ] = None,
+) -> None:
+    """Run scenes on several engines; say which are right.
+
+    Exit status 1 where a limit is broken, or an engine fails, crashes, hangs or doesn't come to the
+    end of a shot; 4 where no limit covers what was run, so that nothing was judged.
+    """
+    from ghostball._validate import run as validate_all  # noqa: PLC0415
+    from ghostball.validation.parallel.cluster import cluster_at  # noqa: PLC0415
+
+    if ensemble_size is not None and ensemble is None:
+        raise typer.BadParameter(
+            "needs --ensemble K: how many times each scene is perturbed",
+            param_hint="--ensemble-size",
+        )
+    with cluster_at(cluster) as there:
+        status = validate_all(
+            scenes or [],
+            engine or [],
+            out=out,
+            metrics=metric,
+            rerun=rerun,
+            form=form,
+            jobs=jobs,
+            cluster=there,
+            time_limit=time_limit,
+            report=report,
+            figures=figures.value,
+            ensemble=ensemble,
+            ensemble_size=ensemble_size,
+        )
+    raise typer.Exit(status)
+
+
+@app.command()
+@command
+def explain(
+    scene: SceneName,
+    engine: EngineSpec,
+    plot: Annotated[
+        Path | None,
+        plot_option(
+            "Draw both shots over each other at the instant at which they part, with the "
+            "collisions marked"
+        ),
+    ] = None,
+    attribute: Annotated[
+        bool,
+        typer.Option(
+            help="Say also what the difference is made of, and which other stroke would explain "
+            "it. Takes some two dozen runs, the finest at an eighth of the step or less."
+        ),
+    ] = True,
+    form: PlainFormat = Plain.TEXT,
+    time_limit: ShotLimit = 600.0,
+) -> None:
+    """Say where an engine's shot leaves the true one, and why.
+
+    The truth is certified where it can be. Named are the first collision that one of both lacks,
+    what the other has in its place, by how much, and the balls there; then what the difference is
+    made of (model, step, rounding), by how much the engine played another shot, and with which step
+    or mode it would play this one better. Exit status 0, whether they part or not; 1 where the
+    engine fails, crashes, hangs or doesn't come to the end of the shot.
+    """
+    if plot is not None:
+        check_plot(plot)
+    from ghostball._explain import run as explain_shot  # noqa: PLC0415
+
+    raise typer.Exit(
+        explain_shot(
+            scene,
+            engine,
+            as_json=form is Plain.JSON,
+            plot=plot,
+            attribute=attribute,
+            time_limit=time_limit,
+        )
+    )
+
+
+@app.command()
+@command
+def stress(
+    only: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="FAMILY|FAMILY/TRIAL",
+            help="Families (`ghostball stress --list` names them) or single trials, also as "
+            "patterns such as 'grazing/*-miss-*' (default: all).",
+        ),
+    ] = None,
+    engine: Annotated[
+        list[str] | None,
+        engines_option("all that are shipped, pymunk and pybullet in two ways each"),
+    ] = None,
+    full: Annotated[
+        bool, typer.Option("--full", help="All trials, not only what a CI has time for.")
+    ] = False,
+    out: Annotated[
+        Path | None,
+        out_option(
+            "out/stress-quick or out/stress-full",
+            "Folder of what is found. A run goes on where an earlier one by the same code ended",
+        ),
+    ] = None,
+    jobs: Jobs = AUTO,
+    form: PlainFormat = Plain.TEXT,
+    rerun: Rerun = False,
+    cluster: ClusterAddress = None,
+    time_limit: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="How long a trial may take (default: each has a limit of its own, a minute or "
+            "more): after that it is ended, and has broken the engine.",
+        ),
+    ] = None,
+    listed: Annotated[
+        bool,
+        typer.Option(
+            "--list",
+            help="List the families and what they ask, or the trials of those that are named, and "
+            "try nothing.",
+        ),
+    ] = False,
+    report: Annotated[
+        bool, typer.Option(help="Write stress.md and its figures after the run.")
+    ] = True,
+) -> None:
+    """Try to break engines; say what each survives.
+
+    The worst case of all is kept as a scene. Exit status 1 where our engine breaks; where it isn't
+    asked, where any engine does; 4 where no engine can be asked any of it.
+    """
+    from ghostball import _stress  # noqa: PLC0415
+    from ghostball._config import load_config  # noqa: PLC0415
+    from ghostball.validation.parallel.cluster import cluster_at  # noqa: PLC0415
+
+    suite: Literal["quick", "full"] = "full" if full else "quick"
+    as_json = form is Plain.JSON
+    if listed:
+        _stress.show_list(only or [], suite=suite, as_json=as_json)
+        return
+    with cluster_at(cluster) as there:
+        status = _stress.run(
+            only or [],
+            suite=suite,
+            engines=engine or [],
+            out=load_config().out / f"stress-{suite}" if out is None else out,
+            jobs=jobs,
+            cluster=there,
+            rerun=rerun,
+            time_limit=time_limit,
+            as_json=as_json,
+            report=report,
+        )
+    raise typer.Exit(status)
+
+
+@app.command()
+@command
+def leaderboard(
+    engine: Annotated[
+        list[str] | None,
+        engines_option("none but the rows that are shipped; it adds a row"),
+    ] = None,
+    only: Annotated[
+        bool, typer.Option("--only", help="Have no other rows than those of --engine.")
+    ] = False,
+    column: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Column; give it once for each (default: all)."),
+    ] = None,
+    reported: Annotated[
+        bool, typer.Option("--reported", help="Columns: the faults that people reported.")
+    ] = False,
+    sort: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Sort the rows by a column.")
+    ] = None,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="DIR", help="Folder that keeps what is measured.")
+    ] = Path("out/board"),
+    jobs: Jobs = AUTO,
+    rerun: Rerun = False,
+    plot: Annotated[Path | None, plot_option("Draw the board")] = None,
+    form: PlainFormat = Plain.TEXT,
+) -> None:
+    """Put engines on one board: how right each is in what tells engines apart, and how fast.
+
+    What earlier runs measured with the same code is taken over. An engine that crashes or hangs
+    costs its own cells; exit status 1 where one did.
+    """
+    from ghostball._leaderboard import run as measure  # noqa: PLC0415
+
+    if plot is not None:
+        check_plot(plot)
+    raise typer.Exit(
+        measure(
+            engine or (),
+            only=only,
+            columns=column,
+            reported=reported,
+            out=out,
+            jobs=jobs,
+            rerun=rerun,
+            sort=sort,
+            plot=plot,
+            as_json=form is Plain.JSON,
+        )
+    )
+
+
+@app.command()
+@command
+def grade(
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE...", help="Runs made elsewhere, as JSON; see `--help`."),
+    ],
+    worst: Annotated[
+        str,
+        typer.Option(
+            metavar="CLASS",
+            help="The worst accuracy that passes: exact, nanometres, micrometres, millimetres, "
+            "centimetres, or another shot.",
+        ),
+    ] = "centimetres",
+) -> None:
+    """Judge runs that an engine in any language made, as those of any other engine.
+
+    `ghostball scenes --export DIR` writes the scenes. Each run is a JSON object: engine, scene (a
+    shipped one's name, or all of it), status ("rest", "t-max"), rest_time, rest_positions, events
+    and samples of the motion; reference_adapters/elsewhere.py describes all. A file holds one run,
+    a list of them, or one a line. Exit status 1 where a run is worse than `--worst`.
+    """
+    from ghostball._elsewhere import grade as judge  # noqa: PLC0415
+
+    raise typer.Exit(judge(files, worst))

@@ -1,0 +1,219 @@
+"""The commands that show what is there, and write files to begin from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ghostball._options import (
+    AUTO,
+    FigureChoice,
+    Figures,
+    Format,
+    Jobs,
+    Plain,
+    PlainFormat,
+    complete_scene,
+)
+from ghostball._terminal import ExitStatus, command, say, stdout
+
+app = typer.Typer()
+
+
+@app.command()
+@command
+def report(
+    folder: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DIR", help="A folder that `validate`, `regress` or `stress` wrote."
+        ),
+    ],
+    jobs: Jobs = AUTO,
+    figures: Figures = FigureChoice.PNG,
+    opened: Annotated[bool, typer.Option("--open", help="Show the page in the browser.")] = False,
+    form: Annotated[
+        Format | None,
+        typer.Option(
+            "--format",
+            metavar="text|json|junit|github",
+            help="Instead, print what the results came to, as of `validate` and `regress`.",
+        ),
+    ] = None,
+) -> None:
+    """Write the report of a run again, or print what it came to."""
+    if form is not None:
+        from ghostball._summary import printed  # noqa: PLC0415
+
+        typer.echo(printed(folder, form), nl=False)
+        return
+    from ghostball import _report  # noqa: PLC0415
+    from ghostball.validation.results.database import documents_in  # noqa: PLC0415
+
+    if documents_in(folder) == {"stress"}:
+        from ghostball.reports import write_stress_report  # noqa: PLC0415
+
+        typer.echo(write_stress_report(folder))
+        return
+    written = _report.write(folder, jobs=jobs, figures=figures.value)
+    typer.echo(written.page)
+    if opened:
+        typer.launch(written.page.resolve().as_uri())
+    raise typer.Exit(written.status())
+
+
+@app.command()
+@command
+def export(
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Folder of a run, of any command that has --out.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the files (default: DIR/export)."),
+    ] = None,
+) -> None:
+    """Write the results of a run as JSON lines and CSV.
+
+    There is a file for each table, such as cases, checks, metrics and events.
+    `Results.open(DIR).to_frame()` gives Python the same tables as data frames.
+    """
+    from ghostball.validation.results.frames import export as write  # noqa: PLC0415
+
+    for path in write(folder, folder / "export" if out is None else out):
+        typer.echo(path)
+
+
+@app.command()
+@command
+def scenes(
+    wanted: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="NAME|TAG",
+            help="Only these, as of `validate` (default: all that are shipped).",
+            autocompletion=complete_scene,
+        ),
+    ] = None,
+    schema: Annotated[
+        bool, typer.Option("--schema", help="Print the JSON schema of scene files instead.")
+    ] = False,
+    export: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write them there as JSON, for engines of any language."),
+    ] = None,
+    form: PlainFormat = Plain.TEXT,
+) -> None:
+    """List the shipped scenes; of a single one, show its file."""
+    if export is not None:
+        from ghostball._elsewhere import export_scenes  # noqa: PLC0415
+
+        raise typer.Exit(export_scenes(export, wanted or []))
+    if schema:
+        from ghostball.engine.scene import json_schema  # noqa: PLC0415
+
+        typer.echo(json_schema())
+        return
+    from ghostball import _tables  # noqa: PLC0415
+    from ghostball.validation.scenes.library import select  # noqa: PLC0415
+
+    found = select(wanted or [])
+    if form is Plain.JSON:
+        typer.echo(_tables.scenes_json(found))
+    elif wanted and len(found) == 1:
+        typer.echo(_tables.scene_text(found[0]), nl=False)
+    else:
+        stdout().print(_tables.scenes_table(found))
+
+
+@app.command()
+@command
+def engines(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="ENGINE", help="Only these (default: all that are installed)."),
+    ] = None,
+) -> None:
+    """List the engines: settings, and what each represents."""
+    from ghostball._tables import engines_list  # noqa: PLC0415
+
+    for block in engines_list(names or ()):
+        stdout().print(block)
+
+
+@app.command()
+@command
+def metrics(form: PlainFormat = Plain.TEXT) -> None:
+    """List the metrics, which limits and --metric name."""
+    from ghostball import _tables  # noqa: PLC0415
+
+    if form is Plain.JSON:
+        typer.echo(_tables.metrics_json())
+    else:
+        stdout().print(_tables.metrics_table())
+
+
+@app.command()
+@command
+def init(
+    engine: Annotated[
+        str | None,
+        typer.Option(
+            "--engine",
+            "-e",
+            metavar="ENGINE",
+            help="Your engine, such as my_package:MyEngine (default: an example is written).",
+        ),
+    ] = None,
+) -> None:
+    """Begin a project: its settings, and an engine to begin from.
+
+    The settings are [tool.ghostball] in pyproject.toml.
+
+    Then `ghostball regress` and `ghostball accept --reason "..."` make the first gate.
+    """
+    from ghostball._new import init as write  # noqa: PLC0415
+
+    write(engine)
+
+
+new = typer.Typer(
+    name="new",
+    no_args_is_help=True,
+    help="Write a scene or an engine to begin from.",
+    rich_markup_mode=None,
+)
+app.add_typer(new)
+
+
+@new.command("scene")
+@command
+def new_scene(name: Annotated[str, typer.Argument(metavar="NAME")]) -> None:
+    """Write NAME.toml, and NAME.expect.toml with a limit."""
+    from ghostball._new import new_scene as write  # noqa: PLC0415
+
+    write(name)
+
+
+@new.command("engine")
+@command
+def new_engine(name: Annotated[str, typer.Argument(metavar="NAME")]) -> None:
+    """Write NAME.py, an engine that runs."""
+    from ghostball._new import new_engine as write  # noqa: PLC0415
+
+    write(name)
+
+
+@app.command()
+@command
+def doctor() -> None:
+    """Check the installation; exit status 1 where it is broken."""
+    from ghostball._doctor import examine  # noqa: PLC0415
+
+    findings, healthy = examine()
+    stdout().print(findings)
+    if not healthy:
+        say("[bold red]Something is broken;[/] see above.")
+        raise typer.Exit(ExitStatus.CHECK_FAILED)

@@ -1,0 +1,115 @@
+"""What `[tool.ghostball]` of a project's `pyproject.toml` says: engines, scenes, folders.
+
+    [tool.ghostball]
+    engines = ["my_package:MyEngine"]       # default: as each command says
+    scenes = ["smoke", "scenes/*.toml"]     # default: all that are shipped
+    baselines = "baselines"
+    out = "out"
+
+Commands take from it what they aren't told, and so does the pytest plugin. Paths are relative to
+the file, which is the nearest one upwards that has such a table.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ghostball.engine import GhostballError
+from ghostball.validation.results.files import told
+
+FILE = "pyproject.toml"
+
+Text = Annotated[str, Field(pattern=r"\S", strict=True)]
+
+
+class ConfigError(GhostballError, ValueError):
+    """A configuration that can't be read, or says what nobody understands."""
+
+
+class Config(BaseModel):
+    """The settings of a project.
+
+    Attributes
+    ----------
+    engines, scenes : tuple of str
+        As on the command line; empty where nothing is said.
+    baselines, out : Path
+        Folders of the accepted baselines and of results.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    engines: tuple[Text, ...] = ()
+    scenes: tuple[Text, ...] = ()
+    baselines: Path = Path("baselines")
+    out: Path = Path("out")
+
+    def below(self, root: Path) -> Config:
+        """Return the same with its paths relative to the working directory."""
+        if root == Path.cwd():
+            return self
+        return Config(
+            engines=self.engines,
+            scenes=tuple(
+                str(root / one) if one.endswith(".toml") or "/" in one else one
+                for one in self.scenes
+            ),
+            baselines=root / self.baselines,
+            out=root / self.out,
+        )
+
+
+def load_config(start: Path | None = None) -> Config:
+    """Return the configuration of the project that a folder is in, the working directory's.
+
+    Raises
+    ------
+    ConfigError
+        Where the file is no TOML, or a key or a value is wrong.
+    """
+    here = (start or Path.cwd()).resolve()
+    for folder in (here, *here.parents):
+        table = load_table(folder / FILE)
+        if table is not None:
+            return _checked(table, folder / FILE).below(folder)
+    return Config()
+
+
+def load_table(path: Path) -> Any:
+    """Return the table of a file, or None where there is none.
+
+    Raises
+    ------
+    ConfigError
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (FileNotFoundError, NotADirectoryError, PermissionError):
+        return None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: can't be read: {error}") from None
+    if "ghostball" not in text:
+        return None
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{path}: not valid TOML: {error}") from None
+    return data.get("tool", {}).get("ghostball")
+
+
+def _checked(table: Any, path: Path) -> Config:
+    known = list(Config.model_fields)
+    for key in table if isinstance(table, dict) else ():
+        if key not in known:
+            close = get_close_matches(key, known, n=1)
+            hint = f"Did you mean `{close[0]}`?" if close else f"Known: {', '.join(known)}"
+            raise ConfigError(f"{path}: `tool.ghostball.{key}` is not a known setting. {hint}")
+    try:
+        return Config.model_validate(table)
+    except ValidationError as error:
+        raise ConfigError(f"{path}: in `tool.ghostball`: {told(error)}") from None

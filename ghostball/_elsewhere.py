@@ -1,0 +1,109 @@
+"""What `ghostball scenes --export` and `ghostball grade` do: for engines in any language."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich import box
+from rich.markup import escape
+from rich.table import Table
+
+from ghostball._terminal import ExitStatus, say, stdout
+from ghostball.engine import GhostballError, Scene
+from ghostball.engine.scene import json_schema
+from ghostball.reference_adapters.base import EngineError
+from ghostball.reference_adapters.elsewhere import Run, recorded_engine
+from ghostball.reports.accuracy import CLASSES, accuracy_text
+from ghostball.validation.checks.criteria import common_criteria
+from ghostball.validation.results.files import write_all_whole
+from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.scenes.library import find_scene, select
+from ghostball.validation.suite.case import Case, run_case
+from ghostball.validation.suite.suite import shipped_criteria, truth_or_failure
+
+
+def export_scenes(folder: Path, names: Sequence[str] = ()) -> int:
+    """Write the shipped scenes as JSON, with their schema, for engines that read no TOML.
+
+    Every value that a preset or a default decides is written out.
+    """
+    scenes = select(names)
+    files: dict[Path, str | bytes] = {folder / "scene.schema.json": json_schema() + "\n"}
+    for scene in scenes:
+        files[folder / f"{scene.name}.json"] = json.dumps(plain(scene), indent=1) + "\n"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_all_whole(files)
+    except OSError as error:
+        raise GhostballError(f"{folder} can't be written: {error}. Choose another folder") from None
+    stdout().print(f"{len(scenes)} scenes and their schema in {folder}", soft_wrap=True)
+    return ExitStatus.PASSED
+
+
+def plain(scene: Scene) -> dict[str, object]:
+    """Return a scene as plain values, with each ball's angular velocity also where it rolls."""
+    values = scene.model_dump(mode="json", by_alias=True)
+    for ball, spin in zip(values["balls"], scene.angular_velocities.tolist(), strict=True):
+        ball["angular_velocity"] = spin
+    return values
+
+
+def grade(files: Sequence[Path], worst: str) -> int:
+    """Judge runs that were made elsewhere as any engine's, and show what became of each.
+
+    Parameters
+    ----------
+    files : sequence of Path
+    worst : str
+        The last class, in the order of `CLASSES`, that passes.
+    """
+    if worst not in CLASSES:
+        raise EngineError(f"`--worst` must be one of {', '.join(CLASSES)}, got {worst!r}")
+    runs = [run for path in files for run in Run.load(path)]
+    if not runs:
+        raise EngineError("the files must hold at least one run, got none")
+    cases = [_judge(run) for run in runs]
+    table = Table(box=box.SIMPLE_HEAD)
+    for column in ("scene", "engine", "how right", "collisions", "says"):
+        table.add_column(column, no_wrap=column == "scene")
+    for case in cases:
+        table.add_row(
+            escape(case.scene),
+            escape(case.engine),
+            escape(accuracy_text(case)),
+            _counts(case),
+            escape(case.reason),
+        )
+    stdout().print(table)
+    kinds: list[str] = list(CLASSES)
+    passing = kinds[: kinds.index(worst) + 1]
+    wrong = [case for case in cases if case.accuracy is None or case.accuracy.kind not in passing]
+    if wrong:
+        say(f"[bold]{len(wrong)} of {len(cases)} runs are worse than {escape(worst)}.[/]")
+    return ExitStatus.CHECK_FAILED if wrong else ExitStatus.PASSED
+
+
+def _counts(case: CaseRecord) -> str:
+    found, true = sum(case.collision_counts.values()), case.truth_counts
+    return f"{found}" if true is None else f"{found} of {sum(true.values())}"
+
+
+def _judge(run: Run) -> CaseRecord:
+    scene = _scene_of(run)
+    criteria = shipped_criteria(scene)
+    limits = criteria.over_common(common_criteria(), run.engine, run.settings)
+    truth = truth_or_failure(scene, criteria)
+    case = Case(scene, run.engine, truth, limits)
+    record, _ = run_case(case, lambda _: recorded_engine(run))
+    return record
+
+
+def _scene_of(run: Run) -> Scene:
+    if isinstance(run.scene, str):
+        return find_scene(run.scene)
+    try:
+        return Scene.model_validate(run.scene)
+    except (GhostballError, ValueError) as error:
+        raise EngineError(f"the scene of a run of `{run.engine}` is refused: {error}") from None

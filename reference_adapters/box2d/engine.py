@@ -1,0 +1,159 @@
+"""Box2D 2.3: a 2D engine in single precision, that sees the table from above.
+
+Its constants are compiled in, in its own unit of length: hits slower than 1 unit/s are plastic, a
+body goes at most 2 units a step, contacts are left 0.005 units deep. So a unit must be far less
+than a metre: `scale` says how many units a metre has. `mode="native"` finds contacts as Box2D does,
+tuned in continuous time ("bullets"); `mode="landed"` ends the steps where balls touch.
+`config="default"` is what a newcomer types: metres, frames of 1/60 s, no bullets.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar, Self
+
+from pydantic import Field, model_validator
+
+from ghostball.engine import Scene
+from ghostball.engine.scene.features import Capabilities, Capability, Feature
+from ghostball.reference_adapters.base import EngineSettings
+from ghostball.reference_adapters.stepping.plane import Landing, fastest
+from ghostball.reference_adapters.stepping.plane_engine import (
+    PlaneEngine,
+    default_capabilities,
+    none,
+    tuned_capabilities,
+)
+from ghostball.reference_adapters.stepping.settings import SteppingSettings
+
+if TYPE_CHECKING:
+    from ghostball.reference_adapters.box2d.world import World
+
+FARTHEST = 2.0
+"""How far a body goes in a step at most: `b2_maxTranslation` [units]."""
+
+FINEST = 200.0
+"""Units in a metre that `scale` stands for where the step allows that many [1/m]."""
+
+SLOP = 0.005
+"""Overlap that Box2D leaves: `b2_linearSlop` [units]."""
+
+
+class Box2dSettings(SteppingSettings):
+    """Settings of the Box2D adapter.
+
+    `dt` is 1e-3 s tuned, 1/60 s default as in Box2D's manual, 0.02 s or what the scale allows
+    landed; `iterations` are of velocities: 8, as the manual recommends, default 6.
+
+    Attributes
+    ----------
+    scale : float or None [1/m]
+        Units of Box2D in a metre. None is as many as the step and the scene's fastest ball allow,
+        at most 200; 1 in the default configuration.
+    bullet : bool
+        Whether balls are bullets: contacts between them are found in continuous time. In landed
+        mode and in the default configuration they never are.
+    """
+
+    scale: Annotated[float, Field(gt=0.0, le=1e4)] | None = None
+    bullet: bool = True
+
+    @model_validator(mode="after")
+    def _default_is_in_metres(self) -> Self:
+        if self.config == "default" and self.scale is not None:
+            raise ValueError(
+                "`config` = default is in metres: leave `scale` out, or set `config` = tuned"
+            )
+        return self
+
+    @property
+    def bullets(self) -> bool:
+        """Whether balls are bullets, with these settings."""
+        return self.bullet and self.mode == "native" and self.config == "tuned"
+
+    def units(self, scene: Scene) -> float:
+        """Return the units in a metre for a scene [1/m]."""
+        if self.config == "default":
+            return 1.0
+        if self.scale is not None:
+            return self.scale
+        if self.mode == "landed":
+            return 100.0
+        return min(FINEST, 0.9 * FARTHEST / max(fastest(scene) * self.step, 1e-9))
+
+
+_PLASTIC = Capability(
+    "approximate",
+    "hits slower than 1 unit/s are plastic: 5 to 10 mm/s with `scale` = 200 to 100; single "
+    "precision",
+)
+_RUBS = Capability(
+    "approximate",
+    "Box2D's own friction along the contact, with the share of the coefficient that belongs to it; "
+    "the adapter turns the balls by the share up or down, of which Box2D's plane knows nothing",
+)
+_CLOTH_TAKES_PART = none("the cloth takes part in this impact, and Box2D's plane has none")
+_LARGER = Capability(
+    "approximate",
+    "hits slower than 1 m/s are plastic, and Box2D takes the larger of two restitutions",
+)
+
+_TUNED: Capabilities = {
+    **tuned_capabilities("Box2D", _PLASTIC, _RUBS),
+    Feature.SPEED_DEPENDENT_FRICTION: _RUBS,
+    Feature.MATHAVAN_BALL: _CLOTH_TAKES_PART,
+    Feature.MATHAVAN_CUSHION: _CLOTH_TAKES_PART,
+    Feature.HAN_CUSHION: none("Box2D's plane has no height for the nose to touch a ball at"),
+    Feature.FLIGHT: none("Box2D works in a plane"),
+}
+
+
+class Box2dEngine(PlaneEngine):
+    """Box2D 2.3 behind the protocol; see the module."""
+
+    name: ClassVar[str] = "box2d"
+    PACKAGE: ClassVar[str] = "Box2D"
+    Settings: ClassVar[type[EngineSettings]] = Box2dSettings
+    TUNED: ClassVar[Capabilities] = _TUNED
+    DEFAULT: ClassVar[Capabilities] = default_capabilities(_TUNED, "Box2D", _LARGER)
+    LANDING: ClassVar[Landing] = Landing(gap=1e-6)
+    """Single precision has 2e-7 m on a table."""
+
+    def lacks(self, scene: Scene) -> tuple[str, ...]:
+        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
+        return (*super().lacks(scene), *self._lacks_speed(scene))
+
+    def resolution(self, scene: Scene) -> float:
+        """Return how far a ball goes in a step [m]; landed, how far from touching it stops.
+
+        Bullets meet in continuous time, but 3 slops deep.
+        """
+        settings: Box2dSettings = self.settings
+        if settings.bullets:
+            return 3.0 * SLOP / settings.units(scene)
+        return super().resolution(scene)
+
+    def world(self, scene: Scene) -> World:
+        """Load Box2D and build the scene in it."""
+        from ghostball.reference_adapters.box2d.world import World  # noqa: PLC0415
+
+        return World(scene, self.settings)
+
+    def step(self, scene: Scene) -> float:
+        """Return the step [s]; landed, one in which no ball meets Box2D's bound on its way."""
+        settings: Box2dSettings = self.settings
+        if settings.mode == "native":
+            return settings.step
+        speed = max(fastest(scene), 1e-9)
+        return min(settings.step, 0.9 * FARTHEST / (settings.units(scene) * speed))
+
+    def _lacks_speed(self, scene: Scene) -> tuple[str, ...]:
+        """Return a sentence where a ball may need to go farther in a step than Box2D lets it."""
+        settings: Box2dSettings = self.settings
+        most = FARTHEST / (settings.units(scene) * self.step(scene))
+        if fastest(scene) <= most:
+            return ()
+        return (
+            f"no speeds above {most:.3g} m/s with `scale` = {settings.units(scene):g} and steps of "
+            f"{self.step(scene):g} s (Box2D moves a body by 2 units a step at most; the energy of "
+            f"these balls would do for {fastest(scene):.3g} m/s)",
+        )

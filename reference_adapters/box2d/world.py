@@ -1,0 +1,182 @@
+"""A scene as a Box2D world: balls are discs seen from above, cushions are edges.
+
+Box2D's unit of length isn't a metre here; see `box2d.engine`. It works in single precision, so
+what it is given isn't quite what the adapter has; `start` says what it was.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import CUSHIONS, Scene
+from ghostball.reference_adapters.box2d.engine import SLOP, Box2dEngine, Box2dSettings
+from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld
+from ghostball.reference_adapters.stepping.friction import ContactFriction
+from ghostball.reference_adapters.stepping.plane import (
+    Collision,
+    cushion_restitution,
+    reach_beyond,
+    rubs,
+)
+
+# Its types warn of what SWIG left out as they are made; where warnings are errors, Python crashes.
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore", DeprecationWarning)
+    import Box2D
+
+FloatArray = NDArray[np.float64]
+
+SKIN = 2.0 * SLOP
+"""How far from an edge Box2D has its surface [units]."""
+
+
+class World(ContactWorld):
+    """A world with its balls in the scene's order, and the collisions of its last step."""
+
+    landing = Box2dEngine.LANDING
+
+    def __init__(self, scene: Scene, settings: Box2dSettings) -> None:
+        self._tuned = settings.config == "tuned"
+        self._units = settings.units(scene)
+        rubbing = self._tuned and rubs(scene)
+        super().__init__(scene, noise=SINGLE * self._units, rubs=rubbing)
+        self._settings = settings
+        default = 8 if self._tuned else 6
+        self._iterations = settings.iterations or default
+        physics = scene.physics
+        self._restitutions = physics.ball_restitution, cushion_restitution(physics)
+        self._friction = ContactFriction(scene) if rubbing else None
+        self._found: set[Collision] = set()
+        self._listener = _listener(self)
+        self._world = Box2D.b2World(gravity=(0, 0), doSleep=False, contactListener=self._listener)
+        if settings.mode == "landed":
+            self._world.warmStarting = False  # contacts don't last, and steps are of any length
+        self._bodies = [self._ball(scene, i) for i in range(len(scene.balls))]
+        for name in () if scene.table is None else scene.table.cushions:
+            self._cushion(scene, CUSHIONS.index(name))
+
+    @property
+    def iterations(self) -> int:
+        """Iterations over the velocities in each step."""
+        return self._iterations
+
+    def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
+        """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
+        for body, (x, y) in zip(self._bodies, (velocities * self._units).tolist(), strict=True):
+            body.linearVelocity = x, y
+        if self._friction is not None and spins is not None:
+            for body, spin in zip(self._bodies, spins[:, 2].tolist(), strict=True):
+                body.angularVelocity = spin
+            given = spins.copy()
+            given[:, 2] = self._vertical_spins()
+            self._friction.set_spins(given)
+        return self._velocities()
+
+    def step(self, dt: float) -> None:
+        """Let Box2D step by `dt` [s]: it finds contacts, solves velocities, then moves."""
+        self._found = set()
+        self._world.Step(dt, self._iterations, 3 if self._tuned else 2)
+        self._note(self._found)
+
+    def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
+        """Return the centres [m] and velocities [m/s], two arrays (n, 2) float64."""
+        places = np.array([tuple(body.position) for body in self._bodies]) / self._units
+        return places, self._velocities()
+
+    def turns(self) -> FloatArray:
+        """Return what the step's contacts added to the spins, (n, 3) [rad/s]."""
+        assert self._friction is not None
+        return self._friction.turns(self._vertical_spins())
+
+    def prepare(self, contact: Any) -> None:
+        """Set the coefficients of a contact before it is solved."""
+        parts = self._parts(contact)
+        contact.restitution = self._restitutions[parts.cushion]
+        if self._friction is None:
+            return
+        one = self._bodies[parts.a]
+        line, velocity = (0.0, 0.0), one.linearVelocity
+        if not parts.cushion:
+            other = self._bodies[parts.b]
+            line = tuple(other.position - one.position)
+            velocity = velocity - other.linearVelocity
+        apart = velocity[0] / self._units, velocity[1] / self._units
+        contact.friction = self._friction.prepare(parts, line, apart)
+
+    def note(self, contact: Any, impulse: float) -> None:
+        """Note a contact that was solved with a normal impulse [kg units/s]."""
+        parts = self._parts(contact)
+        if self._friction is not None:
+            self._friction.note(parts, impulse / self._units)
+        if impulse > self._noise:
+            self._found.add(parts)
+
+    def _parts(self, contact: Any) -> Collision:
+        one, other = contact.fixtureA.userData, contact.fixtureB.userData
+        if one[1] or (not other[1] and other[0] < one[0]):  # a cushion
+            one, other = other, one
+        return Collision(one[0], other[0], other[1])
+
+    def _velocities(self) -> FloatArray:
+        return np.array([tuple(body.linearVelocity) for body in self._bodies]) / self._units
+
+    def _vertical_spins(self) -> FloatArray:
+        return np.array([body.angularVelocity for body in self._bodies])
+
+    def _ball(self, scene: Scene, i: int) -> Any:
+        ball, units = scene.balls[i], self._units
+        body = self._world.CreateDynamicBody(
+            position=(units * ball.position[0], units * ball.position[1]),
+            bullet=self._settings.bullets,
+            fixedRotation=self._tuned and self._friction is None,
+        )
+        radius = units * ball.radius
+        fixture = body.CreateCircleFixture(
+            radius=radius,
+            density=ball.mass / (np.pi * radius**2),
+            restitution=scene.physics.ball_restitution,
+            friction=0.0,
+        )
+        fixture.userData = i, False
+        if self._friction is not None:  # a disc's moment isn't a ball's
+            inertia = 0.4 * ball.mass * radius**2
+            body.massData = Box2D.b2MassData(mass=ball.mass, center=(0, 0), I=inertia)
+        return body
+
+    def _cushion(self, scene: Scene, cushion: int) -> None:
+        table, units = scene.table, self._units
+        assert table is not None
+        beyond = reach_beyond(scene) + table.length
+        # What steps don't find late they find in the skin: early, so that is moved out of the way.
+        skin = SKIN / units if self._settings.mode == "landed" else 0.0
+        start, end = (
+            ((-skin, -beyond), (-skin, table.width + beyond)),
+            ((table.length + skin, -beyond), (table.length + skin, table.width + beyond)),
+            ((-beyond, -skin), (table.length + beyond, -skin)),
+            ((-beyond, table.width + skin), (table.length + beyond, table.width + skin)),
+        )[cushion]
+        body = self._world.CreateStaticBody()
+        fixture = body.CreateEdgeFixture(
+            vertices=[(units * x, units * y) for x, y in (start, end)],
+            restitution=self._restitutions[True],
+            friction=0.0,
+        )
+        fixture.userData = cushion, True
+
+
+def _listener(world: World) -> Any:
+    """Return Box2D's listener to contacts, which tells a world of them."""
+
+    class Listener(Box2D.b2ContactListener):  # type: ignore[misc]
+        def PreSolve(self, contact: Any, _manifold: Any) -> None:  # noqa: N802
+            if world._tuned:
+                world.prepare(contact)
+
+        def PostSolve(self, contact: Any, impulse: Any) -> None:  # noqa: N802
+            world.note(contact, impulse.normalImpulses[0])
+
+    return Listener()

@@ -1,0 +1,112 @@
+"""The motion of a proved shot in doubles, from the middles: as an `ExactTrajectory` has it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from flint import arb
+from numpy.typing import NDArray
+
+from ghostball.engine.trajectory import Phase
+from ghostball.reference_adapters.certified.arithmetic import ZERO, unit
+from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.run import Run
+from ghostball.reference_adapters.certified.slide_piece import Piece
+
+POWERS = 20
+"""Powers of the time in the way of a ball that air slows."""
+
+SHARE = 6.0
+"""How many pieces of a roll in air its series could reach.
+
+What is left out is 6^-20 of the way or less: its rounding. Of a slide it is 4^-20 of what the air
+changes in a piece.
+"""
+
+_NO_LONGER = 2.0**-30
+"""What of a slide is no piece of its own [s]: the one before goes on, for a few nanometres."""
+
+Row = tuple[float, ...]
+
+
+def recorded(run: Run, end: arb) -> tuple[NDArray[np.float64], ...]:
+    """Return the knots of each ball, up to an instant; with more powers where air slows any."""
+    rows: list[list[Row]] = [[] for _ in run.bodies]
+    until = [end] * len(run.bodies)
+    more = 4 * (POWERS - 2) if any(body.curved for _, body in run.knots) else 0
+    for k, body in reversed(run.knots):
+        lasts = float(until[k] - body.t)
+        if body.roll is not None:
+            pieces = _in_a_line(body, lasts)
+        elif body.slide is not None:
+            pieces = _sliding(body, lasts)
+        else:
+            pieces = [_parabola(body)]
+        rows[k][:0] = [(*row, *[0.0] * (14 + more - len(row))) for row in pieces]
+        until[k] = body.t
+    return tuple(np.array(row, dtype=np.float64) for row in rows)
+
+
+def _parabola(body: Body) -> Row:
+    slides = body.phase is Phase.SLIDING
+    pull = (5 * body.ax / 2, 5 * body.ay / 2) if slides else (ZERO, ZERO)
+    q = (body.ux - body.vx, body.uy - body.vy)
+    way = [(body.x, body.y), (body.vx, body.vy), (body.ax / 2, body.ay / 2)]
+    return _row(body, ZERO, way, [q, pull])
+
+
+def _in_a_line(body: Body, lasts: float) -> list[Row]:
+    """Return a motion that only air and rolling friction slow, in pieces, up to a time [s]."""
+    assert body.roll is not None
+    x, y = unit(body.vx, body.vy, "whether it moves or rests")
+    rows: list[Row] = []
+    s = ZERO
+    while not rows or float(s) < lasts:
+        along = body.roll.series(s, POWERS)
+        (vx, vy), (ux, uy) = body.velocity_after(s), body.slip_after(s)
+        way = [body.position_after(s), *((part * x, part * y) for part in along)]
+        rows.append(_row(body, s, way, [(ux - vx, uy - vy)]))
+        s = (s + body.roll.reach(s) / SHARE).mid()
+    return rows
+
+
+def _sliding(body: Body, lasts: float) -> list[Row]:
+    """Return a slide in air in pieces, up to a time [s]."""
+    assert body.slide is not None
+    rows: list[Row] = []
+    for piece in body.slide.pieces:
+        t = piece.start.t
+        if float(body.slide.duration - t) < _NO_LONGER or (rows and float(t) >= lasts):
+            break
+        rows.append(_slid(body, piece))
+    return rows or [_parabola(body)]
+
+
+def _slid(body: Body, piece: Piece) -> Row:
+    spin = (piece.slip[0] - piece.velocity[0], piece.slip[1] - piece.velocity[1])
+    way = [(piece.way[0][n], piece.way[1][n]) for n in range(POWERS + 1)]
+    way[0] = (body.x + way[0][0], body.y + way[0][1])
+    return _row(body, piece.start.t, way, [(spin[0][n], spin[1][n]) for n in range(POWERS)])
+
+
+def _row(body: Body, s: arb, way: Sequence[tuple[arb, arb]], q: Sequence[tuple[arb, arb]]) -> Row:
+    """Return a knot a time s after the body's instant.
+
+    Parameters
+    ----------
+    way : (x, y) by power of the time since
+    q : slip less velocity, the same; a roll has none that changes
+        From u = (vx - R wy, vy + R wx).
+    """
+    radius = body.constants.radius
+    turns = [(float(y / radius), float(-x / radius)) for x, y in q]
+    turns += [(0.0, 0.0)] * (POWERS - len(turns))
+    place, v, a = ((float(x), float(y)) for x, y in way[:3])
+    spin = float(body.spin_after(s))
+    row = [float(body.t + s), *place, *v, 2.0 * a[0], 2.0 * a[1], *turns[0], spin]
+    row += [*turns[1], 0.0, float(body.phase)]
+    if len(way) > 3:
+        row += [float(c) for pair in way[3:] for c in pair]
+        row += [c for pair in turns[2:] for c in pair]
+    return tuple(row)

@@ -1,0 +1,116 @@
+"""DART: a 3D engine whose impacts and friction are one boxed linear complementarity problem.
+
+Two constants are compiled in, in its own unit of length: rebounds slower than 0.1 unit/s are
+plastic, faster than 100 units/s are cut. `scale` says how many units a metre has. `mode="native"`
+sees contacts when balls overlap as a step begins; `mode="landed"` ends the steps where balls touch.
+`cloth="own"` has balls slide on a plane under gravity, with DART's friction; else the adapter
+applies the cloth between the steps. `config="default"` is what a newcomer types: metres, and the
+restitution on both bodies, of which DART takes the product.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from pydantic import Field
+
+from ghostball.engine import Scene
+from ghostball.engine.scene.features import Capabilities, Capability
+from ghostball.reference_adapters.base import EngineSettings
+from ghostball.reference_adapters.stepping.plane import fastest
+from ghostball.reference_adapters.stepping.plane_engine import (
+    default_capabilities,
+    tuned_capabilities,
+)
+from ghostball.reference_adapters.stepping.space import OwnClothSettings, SpaceEngine
+
+if TYPE_CHECKING:
+    from ghostball.reference_adapters.dart.world import World
+
+FASTEST_REBOUND = 100.0
+"""Rebounds faster than this are cut to it [units/s]."""
+
+
+class DartSettings(OwnClothSettings):
+    """Settings of the DART adapter.
+
+    `dt` is 1e-3 s, as DART's own; 0.02 s landed. There are no `iterations`: DART solves directly.
+
+    Attributes
+    ----------
+    scale : float or None [1/m]
+        Units of DART in a metre. None is as many as the scene's fastest ball allows, at most 10; 1
+        in the default configuration.
+    """
+
+    DEFAULT_DT: ClassVar[float] = 1e-3
+
+    scale: Annotated[float, Field(gt=0.0, le=1e4)] | None = None
+
+    def units(self, scene: Scene) -> float:
+        """Return the units in a metre for a scene [1/m]."""
+        if self.scale is not None:
+            return self.scale
+        if self.config == "default":
+            return 1.0
+        # Two balls that share all energy meet at sqrt(2) times what one has with it.
+        return min(10.0, FASTEST_REBOUND / max(1.5 * fastest(scene), 1e-9))
+
+
+_HITS = Capability(
+    "approximate",
+    "rebounds slower than 0.1 unit/s are plastic, but what overlaps is pushed apart by up to as "
+    "much: 1 cm/s with `scale` = 10; constraint force mixing of 1e-5, which nobody can set, takes "
+    "1e-5 of each impulse",
+)
+_RUBS = Capability(
+    "approximate",
+    "DART's own friction at the contact, a pyramid: along each of two directions, one of them "
+    "upright, it has the whole coefficient, so that slip along both gets up to 41 % too much; the "
+    "adapter keeps the balls in the plane",
+)
+_MULTIPLIED = Capability(
+    "approximate",
+    "rebounds slower than 0.1 m/s are plastic, and DART multiplies the restitutions of the two",
+)
+
+_TUNED: Capabilities = tuned_capabilities("DART", _HITS, _RUBS)
+
+
+class DartEngine(SpaceEngine):
+    """DART behind the protocol; see the module."""
+
+    name: ClassVar[str] = "dart"
+    PACKAGE: ClassVar[str] = "dartpy"
+    Settings: ClassVar[type[EngineSettings]] = DartSettings
+    TITLE: ClassVar[str] = "DART"
+    FLIES: ClassVar[Capability] = Capability(
+        "approximate",
+        "in space, one ball on a cloth without cushions; a landing is seen up to a step late, and "
+        "one slower than 0.1 unit/s doesn't bounce",
+    )
+    TUNED: ClassVar[Capabilities] = _TUNED
+    DEFAULT: ClassVar[Capabilities] = default_capabilities(_TUNED, "DART", _MULTIPLIED)
+
+    def lacks(self, scene: Scene) -> tuple[str, ...]:
+        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
+        settings: DartSettings = self.settings
+        sentences = [*super().lacks(scene)]
+        most = FASTEST_REBOUND / settings.units(scene)
+        if fastest(scene) > most:
+            sentences.append(
+                f"no speeds above {most:.3g} m/s with `scale` = {settings.units(scene):g} (DART "
+                "cuts rebounds to 100 units/s)"
+            )
+        if self.own_cloth(scene) and len(scene.balls) > 1:
+            sentences.append(
+                "no hits between balls with `cloth` = own (DART takes the smaller of two "
+                "coefficients of friction, so balls that rub on the cloth rub on each other)"
+            )
+        return tuple(sentences)
+
+    def world(self, scene: Scene) -> World:
+        """Load DART and build the scene in it."""
+        from ghostball.reference_adapters.dart.world import World  # noqa: PLC0415
+
+        return World(scene, self.settings, own_cloth=self.own_cloth(scene))

@@ -1,0 +1,196 @@
+"""A scene as a DART world: spheres in the plane of the table, or on a plane under gravity.
+
+DART multiplies the restitutions of two bodies and takes the smaller of their frictions; so the
+factors are split between them. Lengths are in a unit of the adapter's; see `dart.engine`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import dartpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import CUSHIONS, Scene
+from ghostball.reference_adapters.dart.engine import DartSettings
+from ghostball.reference_adapters.stepping.contact_world import DOUBLE, ContactWorld
+from ghostball.reference_adapters.stepping.plane import (
+    INWARD,
+    Collision,
+    ball_friction,
+    cushion_friction,
+    cushion_restitution,
+    multiplied_restitutions,
+    rubs,
+)
+
+FloatArray = NDArray[np.float64]
+
+_CLOTH = "cloth"
+
+
+class World(ContactWorld):
+    """A world with its balls in the scene's order, and the collisions of its last step.
+
+    Attributes
+    ----------
+    on_cloth
+        As `SpaceWorld` has it.
+    """
+
+    iterations = 0  # it solves directly
+
+    def __init__(self, scene: Scene, settings: DartSettings, *, own_cloth: bool) -> None:
+        self._units = settings.units(scene)
+        super().__init__(scene, noise=DOUBLE * self._units, rubs=rubs(scene) or own_cloth)
+        self._names: dict[str, tuple[int, bool]] = {}
+        self.on_cloth: set[int] = set()
+        physics, multiplied = scene.physics, settings.config == "default"
+        self._world = dartpy.simulation.World()
+        self._world.setGravity([0.0, 0.0, -physics.gravity * self._units if own_cloth else 0.0])
+        ball_factor, wall_factor = (
+            (physics.ball_restitution, cushion_restitution(physics))
+            if multiplied
+            else multiplied_restitutions(physics)
+        )
+        friction = ball_friction(scene)
+        # The smaller of two: a ball's is what all its contacts have at most.
+        most = max(friction, cushion_friction(physics), float(np.max(scene.sliding_frictions)))
+        rub = most if len(scene.balls) == 1 else friction
+        self._bodies = [
+            self._ball(i, ball_factor, rub, own_cloth=own_cloth) for i in range(len(scene.balls))
+        ]
+        for name in () if scene.table is None else scene.table.cushions:
+            self._cushion(CUSHIONS.index(name), wall_factor, cushion_friction(physics))
+        if own_cloth:
+            bounce = physics.table_restitution / ball_factor if physics.airborne else 0.0
+            self._plane(_CLOTH, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), bounce, most)
+
+    def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
+        """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
+        self._given = velocities
+        if spins is None:
+            for (joint, _), velocity in zip(self._bodies, velocities * self._units, strict=True):
+                joint.setVelocities(velocity)
+            return velocities
+        self._start = spins
+        spatial = np.zeros((len(velocities), 3))
+        spatial[:, :2] = velocities
+        centres, _, _ = self.motion()
+        centres[:, 2] = 0.0  # in the plane
+        self._set_motion(centres, spatial, spins)
+        return velocities
+
+    def step(self, dt: float) -> None:
+        """Let DART step by `dt` [s]: it finds contacts, solves velocities, then moves."""
+        if dt != self._world.getTimeStep():
+            self._world.setTimeStep(dt)
+        self._world.step()
+        pushing: set[Collision] = set()
+        self.on_cloth = set()
+        for contact in self._world.getLastCollisionResult().getContacts():
+            if not np.linalg.norm(contact.force) * dt > self._noise:
+                continue
+            parts = self._parts(contact)
+            if len(parts) == 1:
+                self.on_cloth.add(parts[0][0])
+            else:
+                one, other = sorted(parts, key=lambda part: part[::-1])
+                pushing.add(Collision(one[0], other[0], other[1]))
+        self._note(pushing)
+
+    def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
+        """Return the centres [m] and velocities [m/s], two arrays (n, 2) float64."""
+        if self.rubs:
+            centres, velocities, _ = self.motion()
+            centres, velocities = centres[:, :2], velocities[:, :2]
+        else:
+            centres = np.array([joint.getPositions() for joint, _ in self._bodies]) / self._units
+            motions = np.array([joint.getVelocities() for joint, _ in self._bodies])
+            velocities = motions / self._units
+        return centres, self._kept(velocities)
+
+    def turns(self) -> FloatArray:
+        """Return what the step's contacts added to the spins, (n, 3) [rad/s]."""
+        return self._turned(self.motion()[2])
+
+    def motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return centres [m], velocities [m/s] and spins [rad/s], three arrays (n, 3)."""
+        centres = np.array([joint.getPositions()[3:] for joint, _ in self._bodies]) / self._units
+        velocities = np.array([body.getLinearVelocity() for _, body in self._bodies])
+        spins = np.array([body.getAngularVelocity() for _, body in self._bodies])
+        return centres, velocities / self._units, spins
+
+    def set_motion(self, velocities: FloatArray, spins: FloatArray) -> None:
+        """Set the velocities [m/s] and spins [rad/s], two arrays (n, 3)."""
+        self._set_motion(self.motion()[0], velocities, spins)
+
+    def _set_motion(self, centres: FloatArray, velocities: FloatArray, spins: FloatArray) -> None:
+        """Set what each ball does, unturned: DART has velocities in the frame of the ball."""
+        places = np.hstack([np.zeros_like(centres), centres * self._units])
+        motions = np.hstack([spins, velocities * self._units])
+        for (joint, _), place, motion in zip(self._bodies, places, motions, strict=True):
+            joint.setPositions(place)
+            joint.setVelocities(motion)
+
+    def _parts(self, contact: Any) -> list[tuple[int, bool]]:
+        """Return which balls and cushions a contact is of; the cloth isn't named."""
+        sides = (contact.collisionObject1, contact.collisionObject2)
+        names = (side.getShapeFrame().getName() for side in sides)
+        return [self._names[name] for name in names if name != _CLOTH]
+
+    def _ball(self, i: int, restitution: float, friction: float, *, own_cloth: bool) -> Any:
+        ball, units = self._scene.balls[i], self._units
+        skeleton = dartpy.dynamics.Skeleton(f"ball {i}")
+        if self.rubs:
+            joint, body = skeleton.createFreeJointAndBodyNodePair()
+        else:
+            joint, body = skeleton.createTranslationalJoint2DAndBodyNodePair()
+        radius = units * ball.radius
+        self._shape(body, dartpy.dynamics.SphereShape(radius), f"ball {i}", restitution, friction)
+        self._names[f"ball {i}"] = i, False
+        moment = 0.4 * ball.mass * radius**2
+        body.setInertia(dartpy.dynamics.Inertia(ball.mass, np.zeros(3), moment * np.eye(3)))
+        x, y, height = units * np.array(ball.position)
+        if not own_cloth:
+            height = 0.0
+        joint.setPositions(
+            np.array([0.0, 0.0, 0.0, x, y, height]) if self.rubs else np.array([x, y])
+        )
+        self._world.addSkeleton(skeleton)
+        return joint, body
+
+    def _cushion(self, cushion: int, restitution: float, friction: float) -> None:
+        table = self._scene.table
+        assert table is not None
+        far = CUSHIONS[cushion] in ("right", "top")
+        point = (table.length, table.width, 0.0) if far else (0.0, 0.0, 0.0)
+        self._names[f"cushion {cushion}"] = cushion, True
+        self._plane(f"cushion {cushion}", (*INWARD[cushion], 0.0), point, restitution, friction)
+
+    def _plane(
+        self,
+        name: str,
+        normal: tuple[float, float, float],
+        point: tuple[float, float, float],
+        restitution: float,
+        friction: float,
+    ) -> None:
+        offset = self._units * float(np.dot(normal, point))
+        skeleton = dartpy.dynamics.Skeleton(name)
+        _, body = skeleton.createWeldJointAndBodyNodePair()
+        plane = dartpy.dynamics.PlaneShape(np.array(normal), offset)
+        self._shape(body, plane, name, restitution, friction)
+        skeleton.setMobile(False)
+        self._world.addSkeleton(skeleton)
+
+    @staticmethod
+    def _shape(body: Any, shape: Any, name: str, restitution: float, friction: float) -> None:
+        node = body.createShapeNode(shape)
+        node.setName(name)
+        node.createCollisionAspect()
+        aspect = node.createDynamicsAspect()
+        aspect = node.getDynamicsAspect() if aspect is None else aspect
+        aspect.setRestitutionCoeff(restitution)
+        aspect.setFrictionCoeff(friction)

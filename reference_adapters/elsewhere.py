@@ -1,0 +1,249 @@
+"""Runs made elsewhere, by an engine in any language: one documented JSON object, and a `Result`.
+
+A run is an object with these keys, in SI units; balls are in the order of the scene's:
+
+    engine              the engine's name
+    scene               the scene's name, where it is a shipped one, or the scene itself
+    status              "rest" (all balls rest), "t-max" (`t_max` was reached) or "failed"
+    rest_time           when the last ball came to rest, or the run ended [s]
+    rest_positions      [[x, y, z], ...], centres then [m]
+    events              [{"t", "kind", "a", "b"}, ...] in order of time; kinds "ball-ball",
+                        "ball-cushion", "slide-to-roll", "roll-to-rest"; a and b are indices of
+                        balls, b is the cushion's name ("left", ...) or null where it is none
+    samples             {"t": [...], "positions": [...], "velocities": [...],
+                        "angular_velocities": [...]}: of each instant, of each ball, three numbers.
+                        From t = 0 to `rest_time`; just before and just after each collision is
+                        best, since between two samples the motion is interpolated
+    settings, wall_time, version, reason, resolution
+                        as wanted: how the engine was set; its run time [s]; its version; why it
+                        stopped early; how far off a ball may be when it collides [m]
+
+`ghostball run --format json` prints the same keys, but the samples.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ghostball.engine import (
+    CUSHIONS,
+    EVENT_DTYPE,
+    EventKind,
+    Record,
+    Result,
+    SampledTrajectory,
+    Samples,
+    Scene,
+    Status,
+)
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.engine.scene.features import Capabilities, Capability, Feature
+from ghostball.reference_adapters.base import (
+    EngineBase,
+    EngineError,
+    EngineSettings,
+    ReferenceEngine,
+)
+
+FloatArray = NDArray[np.float64]
+Triple = tuple[float, float, float]
+Plain = str | float | int | bool | None
+
+_KINDS = {kind.label: kind for kind in EventKind}
+_STATUSES = {"rest": Status.REST, "t-max": Status.T_MAX, "failed": Status.FAILED}
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+
+class RunEvent(_Part):
+    """One event of a run."""
+
+    t: Annotated[float, Field(ge=0.0)]
+    kind: str
+    a: Annotated[int, Field(ge=0)]
+    b: int | str | None = None
+
+
+class RunSamples(_Part):
+    """The motion of a run at instants: arrays (k,), (k, n, 3)."""
+
+    t: list[float]
+    positions: list[list[Triple]]
+    velocities: list[list[Triple]]
+    angular_velocities: list[list[Triple]]
+
+
+class Run(_Part):
+    """One run that was made elsewhere; see the module."""
+
+    engine: Annotated[str, Field(min_length=1, pattern=r"^[^:,=]+$")]
+    scene: str | dict[str, Any]
+    status: Literal["rest", "t-max", "failed"]
+    rest_time: float
+    rest_positions: list[Triple]
+    events: list[RunEvent]
+    samples: RunSamples | None = None
+    settings: dict[str, Plain] = Field(default_factory=dict)
+    wall_time: float = 0.0
+    version: str = ""
+    reason: str = ""
+    resolution: Annotated[float, Field(ge=0.0)] = 0.0
+
+    @classmethod
+    def load(cls, path: Path) -> tuple[Run, ...]:
+        """Read a file: one run, a list of runs, or one run a line.
+
+        Raises
+        ------
+        EngineError
+            Where it can't be read, or isn't such an object; the message says what is wrong where.
+        """
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise EngineError(f"{path} can't be read: {error}") from None
+        try:
+            values = json.loads(text)
+        except json.JSONDecodeError:
+            try:
+                values = [json.loads(line) for line in text.splitlines() if line.strip()]
+            except json.JSONDecodeError as error:
+                raise EngineError(f"{path} isn't JSON: {error}") from None
+        listed = values if isinstance(values, list) else [values]
+        return tuple(cls.parse(value, f"{path}, run {k}") for k, value in enumerate(listed, 1))
+
+    @classmethod
+    def parse(cls, value: object, where: str) -> Run:
+        """Return the run that plain values describe.
+
+        Raises
+        ------
+        EngineError
+        """
+        try:
+            return cls.model_validate(value)
+        except ValidationError as error:
+            first = error.errors()[0]
+            key = ".".join(map(str, first["loc"])) or "the object"
+            raise EngineError(
+                f"`{key}` of {where} is refused: {first['msg']}, got {str(first['input'])[:80]!r}"
+            ) from None
+
+    def result(self, scene: Scene, *, record: Record = "trajectory") -> Result:
+        """Return it as a `Result`, of which everything else is checked where engines are run.
+
+        Raises
+        ------
+        EngineError
+            Where a kind or a cushion is none, or arrays have another shape than the scene's.
+        """
+        n, name = len(scene.balls), f'run of `{self.engine}` in scene "{scene.name}"'
+        if len(self.rest_positions) != n:
+            raise EngineError(
+                f"`rest_positions` of the {name} must have {n} balls, got "
+                f"{len(self.rest_positions)}"
+            )
+        events = np.array([self._event(event, name) for event in self.events], dtype=EVENT_DTYPE)
+        counts = Counter(event.kind for event in self.events)
+        centres = np.array(self.rest_positions)[np.newaxis]
+        still = np.zeros_like(centres)
+        final, trajectory = Samples(centres, still, still), None
+        if self.samples is not None:
+            trajectory = self._motion(self.samples, n, name)
+            last = trajectory.sample(np.array([self.rest_time]))
+            final = Samples(centres, last.velocities, last.angular_velocities)
+        elif record == "trajectory":
+            raise EngineError(f"the {name} has no `samples`, from which its motion is graded")
+        return Result(
+            engine=self.engine,
+            settings=self.settings,
+            scene=scene,
+            status=_STATUSES[self.status],
+            final_state=final,
+            rest_time=self.rest_time,
+            collision_counts={kind.label: counts[kind.label] for kind in COLLISION_KINDS},
+            work={"events": len(events)},
+            wall_time=self.wall_time,
+            events=None if record == "rest" else events,
+            trajectory=trajectory if record == "trajectory" else None,
+            reason=self.reason,
+        )
+
+    @staticmethod
+    def _event(event: RunEvent, name: str) -> tuple[float, int, int, int]:
+        kind = _KINDS.get(event.kind)
+        if kind is None:
+            raise EngineError(
+                f"`kind` of an event of the {name} must be one of {', '.join(_KINDS)}, got "
+                f"{event.kind!r}"
+            )
+        b = -1 if event.b is None else event.b
+        if isinstance(b, str):
+            if b not in CUSHIONS:
+                raise EngineError(
+                    f"`b` of an event of the {name} must be one of {', '.join(CUSHIONS)} where it "
+                    f"is a cushion, got {b!r}"
+                )
+            b = CUSHIONS.index(b)
+        a = event.a
+        if kind is EventKind.BALL_BALL and b < a:
+            a, b = b, a
+        return event.t, int(kind), a, b
+
+    @staticmethod
+    def _motion(samples: RunSamples, n: int, name: str) -> SampledTrajectory:
+        t = np.array(samples.t)
+        parts: Mapping[str, FloatArray] = {
+            "positions": np.array(samples.positions, dtype=np.float64),
+            "velocities": np.array(samples.velocities, dtype=np.float64),
+            "angular_velocities": np.array(samples.angular_velocities, dtype=np.float64),
+        }
+        for key, part in parts.items():
+            if part.shape != (len(t), n, 3):
+                raise EngineError(
+                    f"`samples.{key}` of the {name} must have the shape {(len(t), n, 3)}, got "
+                    f"{part.shape}"
+                )
+        if len(t) == 0 or np.any(np.diff(t) < 0.0):
+            raise EngineError(f"`samples.t` of the {name} must be instants in order of time")
+        return SampledTrajectory(t, *parts.values())
+
+
+def recorded_engine(run: Run) -> ReferenceEngine:
+    """Return an engine whose run was made elsewhere: it hands that out, and has no other."""
+
+    class Recorded(_RecordedEngine):
+        name: ClassVar[str] = run.engine
+
+    return Recorded(run)
+
+
+class _RecordedEngine(EngineBase):
+    Settings: ClassVar[type[EngineSettings]] = EngineSettings
+
+    def __init__(self, run: Run) -> None:
+        super().__init__()
+        self._run = run
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """Nobody said: what was run is taken to be represented."""
+        return dict.fromkeys(Feature, Capability("approximate", "as the run made elsewhere has it"))
+
+    def resolution(self, scene: Scene) -> float:  # noqa: ARG002
+        """Return what the run says of it [m]."""
+        return self._run.resolution
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        """Return the run."""
+        return self._run.result(scene, record=record)

@@ -1,0 +1,212 @@
+"""A scene as a MuJoCo model: balls are spheres in the plane of the table, cushions are planes.
+
+MuJoCo's contacts are soft, and it has no restitution. What makes a contact hard is a pure damper
+without a spring, `solref` = "0 -b" with b = (1 + e) / dt: in one step it turns the approach speed v
+into -e v, for any e [MuJoCo 4.0's documentation, "Solver parameters"]. So a change of the step
+changes the coefficients of the contacts, too.
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import CUSHIONS, Scene
+from ghostball.reference_adapters.mujoco.engine import MujocoEngine
+from ghostball.reference_adapters.stepping.contact_world import DOUBLE, ContactWorld
+from ghostball.reference_adapters.stepping.plane import (
+    INWARD,
+    Collision,
+    ball_friction,
+    cushion_friction,
+    cushion_restitution,
+    rubs,
+)
+
+FloatArray = NDArray[np.float64]
+
+MARGIN = 1e-9
+"""Gap at which balls touch [m]. With 0, frozen balls that just touch would not be hit together."""
+
+HARDEST = 0.9999
+"""Impedance of a contact, MuJoCo's cap: what it leaves out is how far impulses are off [1]."""
+
+_SAME_IMPEDANCE = (HARDEST, HARDEST, 0.001, 0.5, 2.0)  # whatever the depth
+
+
+class World(ContactWorld):
+    """A model with its balls in the scene's order, and the collisions of its last step.
+
+    Parameters
+    ----------
+    tuned : bool
+        Whether contacts are dampers; else as MuJoCo has them where nobody says anything.
+    iterations : int or None
+        Most iterations of the contact solver in each step; None is MuJoCo's own 100.
+
+    Where contacts rub a ball has six degrees of freedom, else two.
+    """
+
+    landing = MujocoEngine.LANDING
+
+    def __init__(self, scene: Scene, *, tuned: bool, iterations: int | None) -> None:
+        super().__init__(scene, noise=DOUBLE, rubs=rubs(scene))
+        self._tuned = tuned
+        self._n = len(scene.balls)
+        physics = scene.physics
+        self._cushions = (
+            [] if scene.table is None else list(map(CUSHIONS.index, scene.table.cushions))
+        )
+        self._ball_bounce = 1.0 + physics.ball_restitution
+        self._cushion_bounce = 1.0 + cushion_restitution(physics)
+        self._model = self._compile(scene, iterations)
+        self._data = mujoco.MjData(self._model)
+        width = 7 if self.rubs else 2
+        self._places = self._data.qpos.reshape(self._n, width)
+        self._motions = self._data.qvel.reshape(self._n, 6 if self.rubs else 2)
+        self._places[:, :2] = scene.positions[:, :2]
+        self._force = np.zeros(6)  # of a contact, along its normal first
+        self._dt = 0.0
+
+    @property
+    def iterations(self) -> int:
+        """Most iterations of the contact solver in each step."""
+        return int(self._model.opt.iterations)
+
+    def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
+        """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
+        self._motions[:, :2] = velocities
+        if spins is not None:
+            # In the plane and unturned: MuJoCo has angular velocities in the frame of the ball.
+            self._places[:, 2:] = 0.0, 1.0, 0.0, 0.0, 0.0
+            self._motions[:, 2] = 0.0
+            self._motions[:, 3:] = spins
+            self._start = spins
+        return velocities
+
+    def step(self, dt: float) -> None:
+        """Let MuJoCo step by `dt` [s]: it finds contacts, solves velocities, then moves."""
+        if dt != self._dt:
+            self._model.opt.timestep = self._dt = dt
+            if self._tuned:
+                self._set_dampers(dt)
+        mujoco.mj_step(self._model, self._data)
+        self._note(self._pushed(dt))
+
+    def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
+        """Return the centres [m] and velocities [m/s], two arrays (n, 2) float64."""
+        return self._places[:, :2].copy(), self._motions[:, :2].copy()
+
+    def turns(self) -> FloatArray:
+        """Return what the step's contacts added to the spins, (n, 3) [rad/s]."""
+        # The frame of the ball has turned with it by half a step's mean spin at most; the spin that
+        # a contact gave it at the step's start is turned back with it.
+        spins = np.empty((self._n, 3))
+        for i in range(self._n):
+            mujoco.mju_rotVecQuat(spins[i], self._motions[i, 3:], self._places[i, 3:])
+        return self._turned(spins)
+
+    def _pushed(self, dt: float) -> set[Collision]:
+        """Return which contacts of the step pushed."""
+        pushing: set[Collision] = set()
+        for k, (a, b) in enumerate(self._data.contact.geom.tolist()):
+            mujoco.mj_contactForce(self._model, self._data, k, self._force)
+            if self._force[0] * dt > self._noise:
+                pushing.add(self._collision(max(a, b), min(a, b)))
+        return pushing
+
+    def _collision(self, later: int, earlier: int) -> Collision:
+        """Return the collision of two geometries: cushions, the world's own, are the first."""
+        first = len(self._cushions)
+        if earlier < first:
+            return Collision(later - first, self._cushions[earlier], cushion=True)
+        return Collision(earlier - first, later - first, cushion=False)
+
+    def _set_dampers(self, dt: float) -> None:
+        model = self._model
+        first = len(self._cushions)
+        model.geom_solref[:first, 1] = -self._cushion_bounce / dt
+        model.geom_solref[first:, 1] = -self._ball_bounce / dt
+        if self.rubs:
+            between = int(self._n * (self._n - 1) / 2)
+            model.pair_solref[:between, 1] = -self._ball_bounce / dt
+            model.pair_solref[between:, 1] = -self._cushion_bounce / dt
+            # Friction stops the slip. Without this, the damper would turn it round, too.
+            model.pair_solreffriction[:, 1] = -1.0 / dt
+
+    def _compile(self, scene: Scene, iterations: int | None) -> mujoco.MjModel:
+        spec = mujoco.MjSpec()
+        spec.option.gravity = [0.0, 0.0, 0.0]
+        if self._tuned:
+            spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+            spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+            spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+            spec.option.iterations = 200
+            spec.option.tolerance = 1e-14
+            spec.option.ls_tolerance = 1e-6
+        if iterations is not None:
+            spec.option.iterations = iterations
+        for cushion in self._cushions:
+            self._add_cushion(spec, cushion, scene)
+        for i in range(self._n):
+            self._add_ball(spec, i, scene)
+        if self._tuned and self.rubs:
+            self._add_pairs(spec, scene)
+        return spec.compile()
+
+    def _add_ball(self, spec: mujoco.MjSpec, i: int, scene: Scene) -> None:
+        ball = scene.balls[i]
+        body = spec.worldbody.add_body()
+        if self.rubs:
+            body.add_freejoint()
+        else:
+            for axis in ([1, 0, 0], [0, 1, 0]):
+                body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+        geom = body.add_geom(
+            name=f"ball {i}",
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=[ball.radius, 0, 0],
+            mass=ball.mass,
+            friction=[ball_friction(scene), 0.0, 0.0],
+        )
+        self._harden(geom)
+
+    def _add_cushion(self, spec: mujoco.MjSpec, cushion: int, scene: Scene) -> None:
+        table = scene.table
+        assert table is not None
+        far = CUSHIONS[cushion] in ("right", "top")
+        geom = spec.worldbody.add_geom(
+            name=f"cushion {cushion}",
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            size=[1, 1, 1],  # for drawing: a plane has no end
+            pos=[table.length, table.width, 0.0] if far else [0.0, 0.0, 0.0],
+            quat=[1.0, -INWARD[cushion][1], INWARD[cushion][0], 0.0],  # turns z inward
+            friction=[cushion_friction(scene.physics), 0.0, 0.0],
+        )
+        # Of two priorities, MuJoCo takes the coefficients of the higher one, and mixes none.
+        geom.priority = 1
+        self._harden(geom)
+
+    def _harden(self, geom: mujoco.MjsGeom) -> None:
+        if self._tuned:
+            geom.condim = 1
+            geom.margin = MARGIN
+            geom.solref = [0.0, -1.0]
+            geom.solimp = _SAME_IMPEDANCE
+
+    def _add_pairs(self, spec: mujoco.MjSpec, scene: Scene) -> None:
+        """Name every pair, as only pairs have a damper of their own for friction."""
+        balls = [f"ball {i}" for i in range(self._n)]
+        friction = ball_friction(scene)
+        pairs = [(a, b, friction) for i, a in enumerate(balls) for b in balls[i + 1 :]]
+        mu = cushion_friction(scene.physics)
+        pairs += [(ball, f"cushion {b}", mu) for ball in balls for b in self._cushions]
+        for one, other, coefficient in pairs:
+            pair = spec.add_pair(geomname1=one, geomname2=other)
+            pair.condim = 3 if coefficient > 0.0 else 1
+            pair.friction = [coefficient, coefficient, 0.0, 0.0, 0.0]
+            pair.margin = MARGIN
+            pair.solref = [0.0, -1.0]
+            pair.solreffriction = [0.0, -1.0]
+            pair.solimp = _SAME_IMPEDANCE

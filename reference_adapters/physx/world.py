@@ -1,0 +1,231 @@
+"""A scene as a PhysX scene: spheres in the plane of the table, or on a plane under gravity.
+
+PhysX takes the mean of the coefficients of two shapes. So a tuned ball has three shapes in one
+place, for other balls, cushions and cloth, each with the coefficients of what it alone touches.
+SAPIEN's configuration is of the whole process, and read as a
+scene and its bodies are made; so it is set for each.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import CUSHIONS, Scene
+from ghostball.reference_adapters.physx.engine import PhysxEngine, PhysxSettings
+from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld
+from ghostball.reference_adapters.stepping.plane import (
+    INWARD,
+    Collision,
+    ball_friction,
+    cushion_friction,
+    cushion_restitution,
+    rubs,
+)
+from ghostball.reference_adapters.stepping.space import slowest_bounce
+
+# It warns that there is no graphics driver, and that its own types lack something.
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")
+    import sapien
+
+FloatArray = NDArray[np.float64]
+
+_BALLS, _CUSHIONS, _CLOTH = 1, 2, 4
+"""What a shape of a ball touches."""
+
+FASTEST_SPIN = 1e6
+"""Bound on spins [rad/s]; PhysX's own of 100 would clamp a pool ball that rolls at 2.86 m/s."""
+
+
+class World(ContactWorld):
+    """A scene with its balls in the scene's order, and the collisions of its last step.
+
+    Attributes
+    ----------
+    on_cloth
+        As `SpaceWorld` has it.
+    """
+
+    landing = PhysxEngine.LANDING
+
+    def __init__(self, scene: Scene, settings: PhysxSettings, *, own_cloth: bool) -> None:
+        super().__init__(scene, noise=SINGLE, rubs=rubs(scene) or own_cloth)
+        self._tuned = settings.config == "tuned"
+        self._own_cloth = own_cloth
+        self._parts: dict[Any, tuple[int, bool]] = {}
+        self.on_cloth: set[int] = set()
+        self._cloth: Any = None
+        self._configure(settings)
+        self._scene_of = sapien.Scene([sapien.physx.PhysxCpuSystem()])
+        self._dt = math.nan
+        self._add_bodies()
+
+    @property
+    def iterations(self) -> int:
+        """Iterations over the positions in each step."""
+        return self._iterations
+
+    def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
+        """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
+        for body, (x, y) in zip(self._bodies, velocities.tolist(), strict=True):
+            body.set_linear_velocity([x, y, 0.0])
+        self._given = self._linear()[:, :2]
+        if spins is not None:
+            for body, spin in zip(self._bodies, spins.tolist(), strict=True):
+                body.set_angular_velocity(spin)
+                x, y, z = body.entity_pose.p
+                if z != 0.0:  # in the plane
+                    body.set_entity_pose(sapien.Pose([x, y, 0.0]))
+            self._start = self._angular()
+        return self._given
+
+    def step(self, dt: float) -> None:
+        """Let PhysX step by `dt` [s]: it finds contacts, solves velocities, then moves."""
+        if dt != self._dt:
+            self._scene_of.set_timestep(dt)
+            self._dt = dt
+        self._scene_of.step()
+        pushing: set[Collision] = set()
+        near: set[Collision] = set()
+        self.on_cloth = set()
+        for contact in self._scene_of.get_contacts():
+            impulse = sum(float(np.linalg.norm(point.impulse)) for point in contact.points)
+            entities = [body.entity for body in contact.bodies]
+            parts = [self._parts[entity] for entity in entities if entity != self._cloth]
+            if len(parts) == 2:
+                one, other = sorted(parts, key=lambda part: part[::-1])
+                (pushing if impulse > self._noise else near).add(Collision(one[0], *other))
+            elif impulse > self._noise:
+                self.on_cloth.add(parts[0][0])
+        self._note(pushing, near)
+
+    def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
+        """Return the centres [m] and velocities [m/s], two arrays (n, 2) float64."""
+        return self._centres()[:, :2], self._kept(self._linear()[:, :2])
+
+    def turns(self) -> FloatArray:
+        """Return what the step's contacts added to the spins, (n, 3) [rad/s]."""
+        return self._turned(self._angular())
+
+    def motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return centres [m], velocities [m/s] and spins [rad/s], three arrays (n, 3)."""
+        return self._centres(), self._linear(), self._angular()
+
+    def set_motion(self, velocities: FloatArray, spins: FloatArray) -> None:
+        """Set the velocities [m/s] and spins [rad/s], two arrays (n, 3)."""
+        for body, velocity, spin in zip(
+            self._bodies, velocities.tolist(), spins.tolist(), strict=True
+        ):
+            body.set_linear_velocity(velocity)
+            body.set_angular_velocity(spin)
+
+    def _centres(self) -> FloatArray:
+        return np.array([body.entity_pose.p for body in self._bodies], dtype=np.float64)
+
+    def _linear(self) -> FloatArray:
+        return np.array([body.linear_velocity for body in self._bodies], dtype=np.float64)
+
+    def _angular(self) -> FloatArray:
+        return np.array([body.angular_velocity for body in self._bodies], dtype=np.float64)
+
+    def _configure(self, settings: PhysxSettings) -> None:
+        physx = sapien.physx
+        scene, shape, body = (
+            physx.PhysxSceneConfig(),
+            physx.PhysxShapeConfig(),
+            physx.PhysxBodyConfig(),
+        )
+        scene.gravity = [0.0, 0.0, -self._scene.physics.gravity if self._own_cloth else 0.0]
+        scene.enable_tgs = settings.temporal
+        if self._tuned:
+            slowest = slowest_bounce(self._scene, settings.step)
+            scene.bounce_threshold = slowest if self._scene.physics.airborne else 1e-4
+            shape.contact_offset = (
+                1e-7  # what is nearer would be stopped at the contact, without bouncing
+            )
+            shape.rest_offset = 0.0
+            body.sleep_threshold = 0.0
+        if settings.iterations is not None:
+            body.solver_position_iterations = settings.iterations
+        self._iterations = int(body.solver_position_iterations)
+        physx.set_scene_config(scene)
+        physx.set_shape_config(shape)
+        physx.set_body_config(body)
+
+    def _add_bodies(self) -> None:
+        physics, table = self._scene.physics, self._scene.table
+        friction = ball_friction(self._scene)
+        physx = sapien.physx
+        materials = {
+            touched: physx.PhysxMaterial(mu, mu, e)
+            for touched, mu, e in (
+                (_BALLS, friction, physics.ball_restitution),
+                (_CUSHIONS, cushion_friction(physics), cushion_restitution(physics)),
+                (
+                    _CLOTH,
+                    float(self._scene.sliding_frictions[0]),
+                    physics.table_restitution if physics.airborne else 0.0,
+                ),
+            )
+        }
+        self._bodies = [self._ball(i, materials) for i in range(len(self._scene.balls))]
+        for name in () if table is None else table.cushions:
+            assert table is not None
+            i = CUSHIONS.index(name)
+            far = (table.length, table.width, 0.0) if name in ("right", "top") else (0, 0, 0)
+            entity = self._plane((*INWARD[i], 0.0), far, materials[_CUSHIONS], _CUSHIONS)
+            self._parts[entity] = i, True
+        if self._own_cloth:
+            self._cloth = self._plane((0.0, 0.0, 1.0), (0, 0, 0), materials[_CLOTH], _CLOTH)
+
+    def _ball(self, i: int, materials: dict[int, Any]) -> Any:
+        ball = self._scene.balls[i]
+        body = sapien.physx.PhysxRigidDynamicComponent()
+        for touched, material in materials.items() if self._tuned else ((0, materials[_BALLS]),):
+            shape = sapien.physx.PhysxCollisionShapeSphere(ball.radius, material)
+            if self._tuned:
+                # Two shapes touch where the first number of one has a bit of the other's second.
+                shape.set_collision_groups([touched, 1 if touched == _BALLS else 8, 0, 0])
+            body.attach(shape)
+        body.set_mass(ball.mass)
+        body.set_inertia([0.4 * ball.mass * ball.radius**2] * 3)
+        if self._tuned:
+            body.set_linear_damping(0.0)
+            body.set_angular_damping(0.0)
+            body.set_max_angular_velocity(FASTEST_SPIN)
+        x, y, z = ball.position
+        entity = self._add(body, [x, y, z if self._own_cloth else 0.0])
+        if not self.rubs:
+            body.set_locked_motion_axes([False, False, True, True, True, True])
+        self._parts[entity] = i, False
+        return body
+
+    def _plane(
+        self,
+        normal: tuple[float, float, float],
+        point: tuple[float, float, float],
+        material: Any,
+        touched: int,
+    ) -> Any:
+        """Add a plane; PhysX's own has its normal along x."""
+        turned = np.array([1.0 + normal[0], 0.0, -normal[2], normal[1]])
+        if normal[0] == -1.0:
+            turned = np.array([0.0, 0.0, 0.0, 1.0])
+        body = sapien.physx.PhysxRigidStaticComponent()
+        shape = sapien.physx.PhysxCollisionShapePlane(material)
+        if self._tuned:
+            shape.set_collision_groups([16, touched, 0, 0])
+        body.attach(shape)
+        return self._add(body, point, turned / np.linalg.norm(turned))
+
+    def _add(self, body: Any, place: Any, turned: Any = (1.0, 0.0, 0.0, 0.0)) -> Any:
+        entity = sapien.Entity()
+        entity.add_component(body)
+        entity.set_pose(sapien.Pose(place, turned))
+        self._scene_of.add_entity(entity)
+        return entity

@@ -1,0 +1,77 @@
+"""What the worlds of foreign engines share: which contacts push, and which of them are new."""
+
+from __future__ import annotations
+
+from collections.abc import Set
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import Scene
+from ghostball.reference_adapters.stepping.plane import (
+    Collision,
+    Landing,
+    largest_momenta,
+    untouched,
+)
+
+FloatArray = NDArray[np.float64]
+
+SINGLE = 16.0 * float(np.finfo(np.float32).eps)
+"""Share of the largest momentum below which an impulse of single precision is rounding."""
+
+DOUBLE = 1e-12
+"""The same of double precision, and of what a solver leaves."""
+
+
+class ContactWorld:
+    """Part of a `PlaneWorld`: its steps find contacts, solve velocities, then move.
+
+    Parameters
+    ----------
+    scene : Scene
+    noise : float
+        Impulse that is none, over the largest momentum that a ball may have.
+    rubs : bool
+        Whether contacts may turn balls.
+
+    Attributes
+    ----------
+    collisions, contacts_solved, rubs
+        As `PlaneWorld` has them.
+    """
+
+    collides_first = True
+    landing = Landing()
+
+    def __init__(self, scene: Scene, *, noise: float, rubs: bool) -> None:
+        self.collisions: list[Collision] = []
+        self.contacts_solved = 0
+        self.rubs = rubs
+        self._scene = scene
+        self._noise = noise * float(np.max(largest_momenta(scene)))
+        self._pushing: Set[Collision] = set()
+        self._lasting: Set[Collision] = set()
+        self._given, self._start = scene.velocities[:, :2], scene.angular_velocities
+
+    def _note(self, pushing: Set[Collision], near: Set[Collision] = frozenset()) -> None:
+        """Take the contacts that pushed in a step: those that did not push before are collisions.
+
+        One that stops pushing for a step, but stays `near`, is still the same collision.
+        """
+        self.contacts_solved += len(pushing)
+        self.collisions = sorted(pushing - self._lasting)
+        self._lasting = pushing | (self._lasting & near)
+        self._pushing = pushing
+
+    def _kept(self, velocities: FloatArray) -> FloatArray:
+        """Return the velocities, (n, 2) [m/s], of balls that nothing pushed as they were given."""
+        free = untouched(len(velocities), self._pushing)
+        velocities[free] = self._given[free]
+        return velocities
+
+    def _turned(self, spins: FloatArray) -> FloatArray:
+        """Return what contacts added to the spins, (n, 3) [rad/s]."""
+        turns = spins - self._start
+        turns[untouched(len(turns), self._pushing)] = 0.0
+        return turns

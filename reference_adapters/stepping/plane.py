@@ -1,0 +1,424 @@
+"""Balls of a foreign engine in the plane of the table, with the cloth applied between its steps.
+
+The engine finds and resolves the contacts and moves the balls; what the cloth does to them is the
+closed form of `stepping.cloth`. Each ball is given its mean velocity over the coming step, so that
+the engine takes it where the cloth would; what the engine changes of that velocity is what contacts
+did. So any engine that can be given velocities plays rolling and sliding balls, in steps that know
+nothing of contacts (`Native`) or that end where something touches (`Landed`).
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Set
+from typing import Any, Literal, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import CUSHIONS, EventKind, Record, Result, Samples, Scene
+from ghostball.engine.result import initial_state
+from ghostball.engine.scene import Physics
+from ghostball.engine.trajectory import energy_of
+from ghostball.reference_adapters.base import resolution_of_step
+from ghostball.reference_adapters.recording import Recorder
+from ghostball.reference_adapters.stepping import cloth, landing
+from ghostball.reference_adapters.stepping.clock import Clock
+from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
+from ghostball.reference_adapters.stepping.ending import end_of, ending_of
+from ghostball.reference_adapters.stepping.landing import time_to_contact
+from ghostball.reference_adapters.stepping.settings import SteppingSettings
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+INWARD = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+"""Unit normal into the table of each cushion, in the order of `CUSHIONS`."""
+
+
+LEAST_RESTITUTION = 2.0**-52
+"""Restitution of balls that stands for 0, so that cushions can have another [1].
+
+A ball then leaves at 2e-16 of its approach speed: rounding.
+"""
+
+
+class Collision(NamedTuple):
+    """A collision of the last step.
+
+    Attributes
+    ----------
+    a : int
+        A ball.
+    b : int
+        The other ball, or the index of the cushion.
+    cushion : bool
+        Which of the two `b` is.
+    """
+
+    a: int
+    b: int
+    cushion: bool
+
+
+class Landing(NamedTuple):
+    """How an engine's steps land on contacts.
+
+    Attributes
+    ----------
+    gap : float [m]
+        Gap at which a step ends; larger than what rounding leaves of the engine's coordinates.
+    shortest : float [s]
+        Shortest step: an engine may work with accelerations, and bound them.
+    """
+
+    gap: float = landing.LANDING_GAP
+    shortest: float = 0.0
+
+
+class PlaneWorld(Protocol):
+    """A foreign engine's world, as far as a stepper needs it.
+
+    Attributes
+    ----------
+    collisions : list of Collision
+        Of the last step.
+    contacts_solved : int
+        How many contacts the solver has worked on, one for each step that a contact lasts.
+    """
+
+    collisions: list[Collision]
+    contacts_solved: int
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the contact solver in each step."""
+        ...
+
+    @property
+    def landing(self) -> Landing:
+        """How the engine's steps land on contacts."""
+        ...
+
+    @property
+    def rubs(self) -> bool:
+        """Whether contacts may turn balls: then it is given the spins and asked for `turns`."""
+        ...
+
+    @property
+    def collides_first(self) -> bool:
+        """Whether a step finds contacts at its start and then moves the balls, or the reverse.
+
+        So events get the instant at which the engine saw them.
+        """
+        ...
+
+    def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
+        """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step.
+
+        Returns
+        -------
+        (n, 2) float64 [m/s]
+            The velocities as the engine has them, rounded where it works in single precision.
+        """
+        ...
+
+    def step(self, dt: float) -> None:
+        """Let the engine step by `dt` [s]."""
+        ...
+
+    def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
+        """Return the centres [m] and velocities [m/s], two arrays (n, 2) float64."""
+        ...
+
+    def turns(self) -> FloatArray:
+        """Return what the step's contacts added to the spins, (n, 3) [rad/s]; asked if `rubs`."""
+        ...
+
+
+def resolution_in_plane(scene: Scene, settings: SteppingSettings, landed: Landing) -> float:
+    """Return how far off a ball may be when it collides [m]; see `EngineBase.resolution`."""
+    if settings.mode == "landed":
+        return max(landed.gap, resolution_of_step(landed.shortest, scene))
+    return resolution_of_step(settings.step, scene)
+
+
+def largest_momenta(scene: Scene) -> FloatArray:
+    """Return the momentum that each ball would have with all the energy, (n,) [kg m/s].
+
+    A spin counts: sliding can turn it into speed.
+    """
+    energy = float(energy_of(scene, initial_state(scene)).total[0])
+    momenta: FloatArray = np.sqrt(2.0 * energy * scene.masses)
+    return momenta
+
+
+def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
+    """Return which of n balls none of the contacts that pushed is of, (n,) bool.
+
+    What an engine's own frames of reference leave of their velocities is rounding, and no hit.
+    """
+    free = np.ones(n, dtype=bool)
+    for a, b, cushion in pushing:
+        free[[a] if cushion else [a, b]] = False
+    return free
+
+
+def cushion_restitution(physics: Physics) -> float:
+    """Return the normal restitution of cushions [1]."""
+    return 1.0 if physics.cushion == "mirror" else physics.cushion_restitution
+
+
+def ball_friction(scene: Scene) -> float:
+    """Return the friction between balls [1]; 0 where one is alone, whatever the law."""
+    friction = scene.physics.ball_friction if len(scene.balls) > 1 else 0.0
+    assert not isinstance(friction, str)  # the engine's check refuses a law
+    return friction
+
+
+def multiplied_restitutions(physics: Physics) -> tuple[float, float]:
+    """Return factors of balls and of cushions, for an engine that takes the product of two [1]."""
+    ball = math.sqrt(max(physics.ball_restitution, LEAST_RESTITUTION))
+    return ball, cushion_restitution(physics) / ball
+
+
+def cushion_friction(physics: Physics) -> float:
+    """Return the friction of cushions [1]."""
+    return physics.cushion_friction if physics.cushion == "frictional" else 0.0
+
+
+def reach_beyond(scene: Scene) -> float:
+    """Return how far outside an open table a ball can get [m]; 0 where it is closed.
+
+    A cushion is an infinite line; one ball can't have more than all the energy.
+    """
+    table = scene.table
+    if table is None or len(table.cushions) == len(CUSHIONS):
+        return 0.0
+    speed = fastest(scene)
+    frictions = [scene.rolling_frictions]
+    if scene.physics.motion == "sliding":
+        frictions.append(scene.sliding_frictions)
+    deceleration = float(np.min(frictions)) * scene.physics.gravity
+    distances = [speed**2 / (2.0 * deceleration)] if deceleration > 0.0 else []
+    distances += [speed * scene.t_max] if scene.t_max is not None else []
+    outside = float(np.max(np.abs(scene.positions)))  # open sides: a ball may start anywhere
+    return outside + min(distances, default=0.0)
+
+
+def fastest(scene: Scene) -> float:
+    """Return the speed of the lightest ball if it had all the energy [m/s]."""
+    return float(np.max(largest_momenta(scene) / scene.masses))
+
+
+def tangential_restitution(physics: Physics) -> float:
+    """Return what cushions leave of the velocity along them [1]."""
+    return physics.cushion_tangential_restitution if physics.cushion == "restitution" else 1.0
+
+
+def rubs(scene: Scene) -> bool:
+    """Whether a contact of the scene has friction, so that it may turn balls."""
+    between_balls = scene.physics.ball_friction != 0.0 and len(scene.balls) > 1
+    return between_balls or (scene.physics.cushion == "frictional" and scene.table is not None)
+
+
+class Stepper(ABC):
+    """Moves the balls of a world, a step at a time.
+
+    Attributes
+    ----------
+    t : float
+        Now [s].
+    seen_at : float
+        When the engine saw the collisions of the last step [s].
+    changes : list of (EventKind, int)
+        Which balls began to roll or came to rest in the last step.
+    keep_frame : bool
+        Whether the state now belongs in a recorded trajectory whatever its spacing.
+    """
+
+    def __init__(self, scene: Scene, world: PlaneWorld) -> None:
+        self.t = 0.0
+        self.seen_at = 0.0
+        self.changes: list[tuple[EventKind, int]] = []
+        self.keep_frame = False
+        self._radii = scene.radii
+        self._positions, _ = world.positions_and_velocities()
+
+    @property
+    @abstractmethod
+    def resting(self) -> BoolArray:
+        """Which balls are at rest, (n,) bool."""
+
+    @abstractmethod
+    def state(self) -> Samples:
+        """Return the state now, arrays (1, n, 3)."""
+
+    @abstractmethod
+    def record(self, recorder: Recorder, *, force: bool = False) -> None:
+        """Hand the state now to a recorder, as `Recorder.frame` takes it."""
+
+    @abstractmethod
+    def step(self) -> None:
+        """Make one step."""
+
+
+class _ClosedForm(Stepper):
+    """Steps in which the engine moves the balls as the closed form says; see the module."""
+
+    def __init__(self, scene: Scene, world: PlaneWorld) -> None:
+        super().__init__(scene, world)
+        cloth.warm_up()
+        self._world = world
+        self._cloth = ClosedFormCloth(scene)
+        self._along = tangential_restitution(scene.physics)
+
+    @property
+    def resting(self) -> BoolArray:
+        """Which balls neither move nor spin, (n,) bool."""
+        return self._cloth.resting
+
+    def state(self) -> Samples:
+        """Return the state now, arrays (1, n, 3)."""
+        return self._cloth.state(self._positions)
+
+    def record(self, recorder: Recorder, *, force: bool = False) -> None:
+        """Hand the state now to a recorder."""
+        recorder.frame(self.t, self.state(), force=force)
+
+    def _advance(self, dt: float, t: float) -> None:
+        """Step by `dt`, to the instant `t` [s]."""
+        world = self._world
+        displacements, self.changes = self._cloth.advance(dt)
+        spins = self._cloth.angular_velocities if world.rubs else None
+        given = world.start(displacements / dt, spins)
+        world.step(dt)
+        self._positions, velocities = world.positions_and_velocities()
+        if self._along != 1.0:
+            scale_along_cushions(velocities, world.collisions, self._along)
+        self._cloth.kick(velocities - given, world.turns() if world.rubs else None, dt)
+        self.seen_at = self.t if world.collides_first else t
+        self.t = t
+
+
+class Native(_ClosedForm):
+    """Fixed steps that know nothing of contacts: the engine sees them where it does."""
+
+    def __init__(self, scene: Scene, world: PlaneWorld, dt: float, t_end: float) -> None:
+        super().__init__(scene, world)
+        self._clock = Clock(dt, t_end)
+
+    def step(self) -> None:
+        """Step by dt."""
+        self._advance(self._clock.dt, self._clock.tick())
+
+
+class Landed(_ClosedForm):
+    """Steps that end where something touches, or a ball stops sliding, rolling or spinning.
+
+    A contact takes two: to a gap of 1e-10 m, and to as much overlap, which the engine resolves; or
+    one more, where it sees in a step only what overlaps as that begins.
+    """
+
+    def __init__(self, scene: Scene, world: PlaneWorld, dt: float, t_end: float) -> None:
+        super().__init__(scene, world)
+        landing.warm_up()
+        self._longest = dt
+        self._t_end = t_end
+        self._table = scene.table
+        self._gap, self._shortest = world.landing
+
+    def step(self) -> None:
+        """Step to the next contact, the next change of motion, `dt` or the end."""
+        left = self._t_end - self.t
+        horizon = min(self._longest, left, self._cloth.time_to_change())
+        to_contact = time_to_contact(
+            self._positions,
+            self._cloth.velocities,
+            self._cloth.accelerations(),
+            self._radii,
+            self._table,
+            gap=self._gap,
+            horizon=horizon,
+        )
+        dt = max(min(horizon, to_contact), self._shortest)
+        if left - dt < self._shortest:
+            dt = left
+        self._advance(dt, self._t_end if dt == left else self.t + dt)
+        self.keep_frame = to_contact <= horizon
+
+
+def make_stepper(
+    scene: Scene, world: PlaneWorld, mode: Literal["native", "landed"], dt: float, t_end: float
+) -> Stepper:
+    """Return the stepper for `mode`, with steps of at most `dt` [s] that end on `t_end` [s]."""
+    return (Landed if mode == "landed" else Native)(scene, world, dt, t_end)
+
+
+def run(
+    scene: Scene,
+    record: Record,
+    engine: str,
+    settings: SteppingSettings,
+    world: PlaneWorld,
+    stepper: Stepper,
+) -> Result:
+    """Step until every ball rests, to `t_max`, or to a limit of the settings; return the result.
+
+    Parameters
+    ----------
+    engine : str
+        The name that the result gets.
+    """
+    t_end = end_of(scene, settings)
+    recorder = Recorder(scene, record)
+    steps = 0
+    # Else a recorded motion would turn a ball within the step after the one in which it turned.
+    jumps = record == "trajectory" and world.collides_first
+
+    recorder.start()
+    stepper.record(recorder)
+    while not stepper.resting.all() and stepper.t < t_end and steps < settings.max_steps:
+        before = stepper.state() if jumps else None
+        stepper.step()
+        steps += 1
+        if before is not None and world.collisions:
+            after = stepper.state()
+            recorder.frame(stepper.seen_at, before, force=True)
+            jumped = after._replace(positions=before.positions)
+            recorder.frame(stepper.seen_at, jumped, force=True)
+        for contact in world.collisions:
+            kind = EventKind.BALL_CUSHION if contact.cushion else EventKind.BALL_BALL
+            recorder.event(stepper.seen_at, kind, contact.a, contact.b)
+        for changed, ball in stepper.changes:
+            recorder.event(stepper.t, changed, ball)
+        if stepper.keep_frame or recorder.wants_frame(stepper.t):
+            stepper.record(recorder, force=stepper.keep_frame)
+    state = stepper.state()
+    at_rest = bool(stepper.resting.all())
+    status, reason = ending_of(scene, settings, stepper.t, state, at_rest=at_rest)
+    return recorder.result(
+        engine=engine,
+        settings=settings_as_used(settings, world),
+        status=status,
+        final_state=state,
+        rest_time=stepper.t,
+        work={"steps": steps, "contacts_solved": world.contacts_solved},
+        reason=reason,
+    )
+
+
+def settings_as_used(settings: SteppingSettings, world: PlaneWorld) -> dict[str, Any]:
+    """Return the settings with what None stood for."""
+    return settings.model_dump() | {"dt": settings.step, "iterations": world.iterations}
+
+
+def scale_along_cushions(
+    velocities: FloatArray, collisions: list[Collision], factor: float
+) -> None:
+    """Multiply the velocities, (n, 2) [m/s], of balls that hit a cushion along it by a factor."""
+    for contact in collisions:
+        if contact.cushion:
+            across = CUSHIONS[contact.b] in ("left", "right")
+            velocities[contact.a, 1 if across else 0] *= factor

@@ -1,0 +1,152 @@
+"""What engines share whose balls move in the plane with the cloth applied between their steps."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import ClassVar
+
+from ghostball.engine import Record, Result, Scene
+from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
+from ghostball.reference_adapters.base import EngineBase, lacks_sequence
+from ghostball.reference_adapters.optional import why_not_installed
+from ghostball.reference_adapters.stepping.ending import end_of
+from ghostball.reference_adapters.stepping.plane import (
+    Landing,
+    PlaneWorld,
+    Stepper,
+    make_stepper,
+    resolution_in_plane,
+    run,
+)
+
+
+class PlaneEngine(EngineBase):
+    """An engine that a `PlaneWorld` stands for, with `SteppingSettings`."""
+
+    TUNED: ClassVar[Capabilities]
+    DEFAULT: ClassVar[Capabilities]
+    LANDING: ClassVar[Landing] = Landing()
+    PACKAGE: ClassVar[str]
+    """What is imported; the extra that brings it has the engine's name."""
+
+    @classmethod
+    def unavailable(cls) -> str | None:
+        """Return how to get the engine where it isn't installed, or None."""
+        return why_not_installed(cls.PACKAGE, extra=cls.name)
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """How each feature of a scene is represented with these settings."""
+        return self.TUNED if self.settings.config == "tuned" else self.DEFAULT
+
+    def lacks(self, scene: Scene) -> tuple[str, ...]:
+        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
+        return lacks_sequence(scene)
+
+    def resolution(self, scene: Scene) -> float:
+        """Return how far a ball goes in a step [m]; landed, how far from touching it stops."""
+        return resolution_in_plane(scene, self.settings, self.LANDING)
+
+    @abstractmethod
+    def world(self, scene: Scene) -> PlaneWorld:
+        """Load the engine, which a list of engines doesn't, and build the scene in it."""
+
+    def step(self, scene: Scene) -> float:  # noqa: ARG002
+        """Return the step for a scene [s]; landed, the longest."""
+        step: float = self.settings.step
+        return step
+
+    def stepper(self, scene: Scene, world: PlaneWorld) -> Stepper:
+        """Return what moves the balls on, of the settings' mode."""
+        settings = self.settings
+        t_end = end_of(scene, settings)
+        return make_stepper(scene, world, settings.mode, self.step(scene), t_end)
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        """Run to rest, to `t_max`, or to `max_time` or `max_steps`.
+
+        Raises
+        ------
+        UnsupportedSceneError
+            Where the scene needs a feature that these settings lack.
+        """
+        self.check(scene)
+        world = self.world(scene)
+        return run(scene, record, self.name, self.settings, world, self.stepper(scene, world))
+
+
+def none(how: str) -> Capability:
+    """Return the capability of what isn't represented, and why not."""
+    return Capability("none", how)
+
+
+def tuned_capabilities(title: str, hits: Capability, rubs: Capability) -> Capabilities:
+    """Return what an engine represents in the plane.
+
+    Parameters
+    ----------
+    title : str
+        The engine's name as its users write it.
+    hits, rubs : Capability
+        How it represents restitution, and friction at contacts.
+    """
+    between = Capability(
+        "approximate", f"the adapter applies the cloth between {title}'s steps, in closed form"
+    )
+    flat = none(f"{title}'s cushion is a vertical plane: it has no nose above the ball's centre")
+    return {
+        Feature.ROLLING: EXACT,
+        Feature.SLIDING: between,
+        Feature.FRICTIONLESS_CLOTH: EXACT,
+        Feature.VERTICAL_SPIN: between,
+        Feature.BALL_RESTITUTION: hits,
+        Feature.BALL_FRICTION: rubs,
+        Feature.SPEED_DEPENDENT_FRICTION: none(
+            f"{title}'s friction is one number for two bodies, whatever their slip"
+        ),
+        Feature.MATHAVAN_BALL: none(
+            "the cloth takes part in this impact, and the adapter applies it between the steps"
+        ),
+        Feature.UNEQUAL_MASSES: EXACT,
+        Feature.UNEQUAL_RADII: EXACT,
+        Feature.PER_BALL_FRICTION: EXACT,
+        Feature.UNBOUNDED_CLOTH: EXACT,
+        Feature.OPEN_SIDES: EXACT,
+        Feature.MIRROR_CUSHION: hits,
+        Feature.CUSHION_RESTITUTION: hits,
+        Feature.CUSHION_TANGENTIAL: Capability(
+            "approximate",
+            f"{title} has none: the adapter scales the velocity along the cushion after the step",
+        ),
+        Feature.FRICTIONAL_CUSHION: rubs,
+        Feature.HAN_CUSHION: flat,
+        Feature.MATHAVAN_CUSHION: flat,
+        Feature.AIR_DRAG: none(f"{title} has no drag of k |v| v"),
+        Feature.QUADRATIC_ROLLING: none("the cloth slows a ball by one force, whatever the speed"),
+        Feature.FLIGHT: none("the adapter keeps the balls in the plane"),
+    }
+
+
+def frictionless_capabilities(title: str, hits: Capability) -> Capabilities:
+    """Return what an engine represents in the plane whose contacts are driven without friction."""
+    flat = none(f"{title} is driven here without friction at contacts")
+    tuned = tuned_capabilities(title, hits, flat)
+    return {**tuned, Feature.SPEED_DEPENDENT_FRICTION: flat}
+
+
+def default_capabilities(tuned: Capabilities, title: str, hits: Capability) -> Capabilities:
+    """Return what an engine represents as a newcomer has it: without the adapter's own cloth."""
+    cloth = none("the cloth of balls that slide is the adapter's own, of `config=tuned`")
+    spin = none("balls that don't slide have no spin to rub with")
+    return {
+        **tuned,
+        Feature.SLIDING: cloth,
+        Feature.VERTICAL_SPIN: cloth,
+        Feature.BALL_FRICTION: spin,
+        Feature.SPEED_DEPENDENT_FRICTION: spin,
+        Feature.FRICTIONAL_CUSHION: spin,
+        Feature.BALL_RESTITUTION: hits,
+        Feature.MIRROR_CUSHION: hits,
+        Feature.CUSHION_RESTITUTION: hits,
+        Feature.CUSHION_TANGENTIAL: none(f"{title} has no such law; `config=tuned` adds one"),
+    }

@@ -1,0 +1,237 @@
+"""Balls of a foreign engine on its own cloth: a plane under gravity, with the engine's friction.
+
+The engine has Coulomb friction, which turns sliding into rolling, but neither rolling resistance
+nor any of a spin about the vertical: these the adapter applies after each step, in closed form, to
+the balls that roll.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from typing import ClassVar, Literal, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import model_validator
+
+from ghostball.engine import EventKind, Record, Result, Samples, Scene
+from ghostball.engine.scene.features import Capabilities, Capability, Feature
+from ghostball.reference_adapters.recording import Recorder
+from ghostball.reference_adapters.stepping.clock import Clock
+from ghostball.reference_adapters.stepping.ending import end_of
+from ghostball.reference_adapters.stepping.plane import PlaneWorld, Stepper, run
+from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
+from ghostball.reference_adapters.stepping.settings import SteppingSettings
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+REST_SPEED = 1e-5
+"""Speed of centre and surface below which a ball rests [m/s]."""
+
+
+class OwnClothSettings(SteppingSettings):
+    """Settings of an engine in space that may have a cloth of its own.
+
+    Attributes
+    ----------
+    cloth : "closed-form" or "own"
+        Where balls slide: the adapter applies the cloth between the steps; or they lie on a plane
+        under gravity, and the engine's friction slows them.
+    """
+
+    cloth: Literal["closed-form", "own"] = "closed-form"
+
+    @model_validator(mode="after")
+    def _own_cloth_is_native(self) -> Self:
+        if self.cloth == "own" and (self.mode, self.config) != ("native", "tuned"):
+            raise ValueError(
+                "`cloth` = own needs `mode` = native and `config` = tuned: a plane under gravity "
+                "needs steady steps. Set one of them otherwise"
+            )
+        return self
+
+
+class SpaceWorld(PlaneWorld, Protocol):
+    """A world that can also have a plane under gravity.
+
+    Attributes
+    ----------
+    on_cloth : set of int
+        Balls that this plane pushed in the last step.
+    """
+
+    on_cloth: set[int]
+
+    def motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return centres [m], velocities [m/s] and spins [rad/s], three arrays (n, 3)."""
+        ...
+
+    def set_motion(self, velocities: FloatArray, spins: FloatArray) -> None:
+        """Set the velocities [m/s] and spins [rad/s], two arrays (n, 3)."""
+        ...
+
+
+class OnItsOwnCloth(Stepper):
+    """Fixed steps of an engine whose balls lie on a plane under gravity, or fly over it.
+
+    What falls slowly doesn't bounce, see `slowest_bounce`: so a ball flies that is higher than it
+    could then hop, or that moves up or down faster.
+    """
+
+    def __init__(self, scene: Scene, world: SpaceWorld, dt: float, t_end: float) -> None:
+        super().__init__(scene, world)
+        self._world = world
+        self._clock = Clock(dt, t_end)
+        self._slows_by = scene.rolling_frictions * scene.physics.gravity * self._clock.dt
+        # Slip that a step's friction would more than end: what is left of it is the solver's.
+        self._no_slip = scene.sliding_frictions * scene.physics.gravity * self._clock.dt
+        self._spins_by = scene.spinning_friction_rates * self._clock.dt
+        self._slowest_fall = slowest_bounce(scene, self._clock.dt)
+        self._lowest_hop = self._slowest_fall * self._clock.dt
+        self._touching: set[int] = set()
+        world.set_motion(scene.velocities, scene.angular_velocities)
+        self._centres, self._velocities, self._spins = world.motion()
+        self._rolling = self._rolls()
+
+    @property
+    def resting(self) -> BoolArray:
+        """Which balls neither move nor turn, (n,) bool; a spin that nothing slows doesn't count."""
+        surfaces = self._radii[:, np.newaxis] * self._spins
+        surfaces[self._spins_by == 0.0, 2] = 0.0
+        # What lies on the cloth may tremble.
+        fastest = np.maximum(
+            np.linalg.norm(self._velocities[:, :2], axis=1), np.linalg.norm(surfaces, axis=1)
+        )
+        resting: BoolArray = (fastest < REST_SPEED) & self._lies()
+        return resting
+
+    def state(self) -> Samples:
+        """Return the state now, arrays (1, n, 3)."""
+        return Samples(
+            self._centres[np.newaxis], self._velocities[np.newaxis], self._spins[np.newaxis]
+        )
+
+    def record(self, recorder: Recorder, *, force: bool = False) -> None:
+        """Hand the state now to a recorder."""
+        recorder.frame(self.t, self.state(), force=force)
+
+    def step(self) -> None:
+        """Let the engine step by dt; then slow the balls that roll."""
+        rested, falls = self.resting, -self._velocities[:, 2]
+        self.seen_at = self.t
+        self._world.step(self._clock.dt)
+        self.t = self._clock.tick()
+        self._centres, self._velocities, self._spins = self._world.motion()
+        on_cloth = self._world.on_cloth
+        lands = [i for i in on_cloth - self._touching if falls[i] > self._slowest_fall]
+        self._touching = on_cloth
+        rolling = self._rolls()
+        self._slow(rolling)
+        rests = self.resting
+        grips = rolling & ~self._rolling & ~rests
+        self.changes = [(EventKind.BALL_CLOTH, i) for i in sorted(lands)]
+        self.changes += [(EventKind.SLIDE_TO_ROLL, i) for i in np.flatnonzero(grips).tolist()]
+        stops = np.flatnonzero(rests & ~rested).tolist()
+        self.changes += [(EventKind.ROLL_TO_REST, i) for i in stops]
+        self._rolling = rolling
+
+    def _slow(self, rolling: BoolArray) -> None:
+        if np.any(self._slows_by) or np.any(self._spins_by):
+            speeds = np.linalg.norm(self._velocities[:, :2], axis=1)
+            factors = np.where(
+                speeds > self._slows_by, 1.0 - self._slows_by / np.maximum(speeds, 1e-300), 0.0
+            )
+            vertical = self._spins[:, 2]
+            slower = np.sign(vertical) * np.maximum(np.abs(vertical) - self._spins_by, 0.0)
+            lies = self._lies()
+            # Both, so that a ball that rolls rolls on.
+            self._velocities[rolling, :2] *= factors[rolling, np.newaxis]
+            self._spins[rolling, :2] *= factors[rolling, np.newaxis]
+            self._spins[lies, 2] = slower[lies]
+            self._world.set_motion(self._velocities, self._spins)
+
+    def _rolls(self) -> BoolArray:
+        """Whether each ball's contact point is at rest: slip = v + w x (-R z)."""
+        slip_x = self._velocities[:, 0] - self._radii * self._spins[:, 1]
+        slip_y = self._velocities[:, 1] + self._radii * self._spins[:, 0]
+        rolls: BoolArray = (np.hypot(slip_x, slip_y) < self._no_slip) & self._lies()
+        return rolls
+
+    def _lies(self) -> BoolArray:
+        """Whether each ball is on the cloth; all are, where none may leave it."""
+        heights = self._centres[:, 2] - self._radii
+        lies: BoolArray = (heights <= self._lowest_hop) & (
+            np.abs(self._velocities[:, 2]) <= self._slowest_fall
+        )
+        return lies
+
+
+def slowest_bounce(scene: Scene, dt: float) -> float:
+    """Return the speed below which no ball bounces off the cloth [m/s]; inf where none leaves it.
+
+    Gravity adds g dt to a fall that is seen a step late, so that one at g dt / (1 - e) bounces as
+    high for ever. This is g dt more; of a table that returns all, whose bounces never end, 2 g dt.
+    """
+    physics = scene.physics
+    if not physics.airborne:
+        return math.inf
+    loss = 1.0 - physics.table_restitution
+    return physics.gravity * dt * (1.0 + (1.0 / loss if loss > 0.0 else 1.0))
+
+
+class SpaceEngine(PlaneEngine):
+    """An engine with `OwnClothSettings`, whose world is a `SpaceWorld`."""
+
+    TITLE: ClassVar[str]
+    FLIES: ClassVar[Capability]
+    """How balls leave its own cloth."""
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """How each feature of a scene is represented with these settings."""
+        capabilities = super().capabilities
+        if self.settings.cloth == "closed-form":
+            return capabilities
+        own = Capability("approximate", f"{self.TITLE}'s own Coulomb friction on a plane")
+        return {**capabilities, Feature.SLIDING: own, Feature.FLIGHT: self.FLIES}
+
+    def lacks(self, scene: Scene) -> tuple[str, ...]:
+        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
+        sentences = [*super().lacks(scene)]
+        if self.own_cloth(scene):
+            if len({ball.radius for ball in scene.balls}) > 1:
+                sentences.append(
+                    "no balls of different radius with `cloth` = own (in space they touch along a "
+                    "line that isn't level)"
+                )
+            if scene.physics.airborne and scene.table is not None and scene.table.cushions:
+                sentences.append(
+                    f"no cushions where balls may fly ({self.TITLE}'s are planes without a top: no "
+                    "ball would hop from a nose, nor leave the table)"
+                )
+            if len(set(scene.sliding_frictions.tolist())) > 1:
+                sentences.append(
+                    "no balls that slide by different coefficients with `cloth` = own (they lie on "
+                    "one plane)"
+                )
+        return tuple(sentences)
+
+    def own_cloth(self, scene: Scene) -> bool:
+        """Whether balls lie on a plane of the engine's own."""
+        own: bool = self.settings.cloth == "own" and scene.physics.motion == "sliding"
+        return own
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        """Run the scene; see `PlaneEngine.simulate`."""
+        if not self.own_cloth(scene):
+            return super().simulate(scene, record=record)
+        self.check(scene)
+        world = self.world(scene)
+        stepper = OnItsOwnCloth(scene, world, self.step(scene), end_of(scene, self.settings))
+        return run(scene, record, self.name, self.settings, world, stepper)
+
+    @abstractmethod
+    def world(self, scene: Scene) -> SpaceWorld:
+        """Load the engine, which a list of engines doesn't, and build the scene in it."""

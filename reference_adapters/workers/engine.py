@@ -1,0 +1,189 @@
+"""Engines whose shots are played by a worker process: pooltool and python-billiards.
+
+`make peers` makes their interpreter, with both; the variable `GHOSTBALL_PEERS_PYTHON` names
+another one. A process serves all shots of one of ours, and ends with it.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+from functools import cache
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import platformdirs
+
+from ghostball.engine import Record, Result, Scene, UnsupportedSceneError
+from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
+from ghostball.reference_adapters.base import EngineBase, EngineSettings
+from ghostball.reference_adapters.elsewhere import Run
+from ghostball.reference_adapters.registry import EngineUnavailableError
+from ghostball.reference_adapters.workers.process import (
+    PYTHON,
+    SCRIPTS,
+    Worker,
+    WorkerAbsentError,
+    interpreter,
+)
+
+LONGEST = 600.0
+"""Time after which a worker that hasn't answered is given up [s]; callers have limits of their own.
+"""
+
+
+@cache
+def _worker(module: str, python: Path) -> Worker:
+    # pooltool reads its default physics from, and writes them to, the home of its user: no run may
+    # depend on that. Numba keeps what it compiled beside the sources, and so finds it again.
+    home = Path(platformdirs.user_cache_dir("ghostball")) / "workers" / module
+    home.mkdir(parents=True, exist_ok=True)
+    environment = os.environ | {"HOME": str(home), "XDG_CONFIG_HOME": str(home / "config")}
+    # Without PYTHONPATH and the user's packages, which are another interpreter's.
+    command = [str(python), "-E", "-s", str(SCRIPTS / "serve.py"), module]
+    worker = Worker(command, environment)
+    atexit.register(worker.close)
+    return worker
+
+
+class WorkerEngine(EngineBase):
+    """An engine that a script in `scripts/` drives in another interpreter."""
+
+    MODULE: ClassVar[str]
+
+    @classmethod
+    def unavailable(cls) -> str | None:
+        """Return how to get the interpreter, where it isn't there, or None."""
+        if interpreter().is_file():
+            return None
+        return (
+            "it runs in an interpreter of its own, which isn't there. Run `make peers` in a "
+            f"checkout, or name one that has it: {PYTHON}=/path/to/python"
+        )
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        """Have the worker play the scene."""
+        self.check(scene)
+        try:
+            answer = _worker(self.MODULE, interpreter()).play(scene, record, LONGEST)
+        except WorkerAbsentError as error:
+            raise EngineUnavailableError(f"engine `{self.name}` can't start: {error}") from None
+        if "cannot" in answer:
+            raise UnsupportedSceneError(self.name, (str(answer["cannot"]),))
+        values: dict[str, Any] = answer | {"engine": self.name, "scene": scene.name}
+        return Run.parse(values, f"the answer of `{self.name}`").result(scene, record=record)
+
+
+def _none(how: str) -> Capability:
+    return Capability("none", how)
+
+
+_ONE_AFTER_ANOTHER = (
+    'no impacts = "simultaneous" where balls touch (it resolves one contact after another)'
+)
+
+
+def _frozen(scene: Scene) -> bool:
+    """Whether two balls of a scene touch as it begins."""
+    n = len(scene.balls)
+    apart = np.linalg.norm(scene.positions[:, np.newaxis] - scene.positions, axis=2)
+    gaps = apart - (scene.radii[:, np.newaxis] + scene.radii)
+    return bool(np.any(gaps[np.triu_indices(n, 1)] < 1e-9))
+
+
+class PooltoolEngine(WorkerEngine):
+    """pooltool: slide, roll, spin and rest, from event to event."""
+
+    name: ClassVar[str] = "pooltool"
+    Settings: ClassVar[type[EngineSettings]] = EngineSettings
+    MODULE: ClassVar[str] = "pooltool_peer"
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """How each feature of a scene is represented."""
+        apart = Capability(
+            "approximate", "exact, but that balls are moved 1 um apart at each impact"
+        )
+        one = _none("pooltool has one number of each kind for all balls here")
+        no_law = _none("driven here with mirrors and Han's cushions alone")
+        return {
+            Feature.ROLLING: EXACT,
+            Feature.SLIDING: EXACT,
+            Feature.FRICTIONLESS_CLOTH: Capability(
+                "approximate", "its frictions must be more than 0: 1e-9 stands for none"
+            ),
+            Feature.VERTICAL_SPIN: EXACT,
+            Feature.BALL_RESTITUTION: apart,
+            Feature.BALL_FRICTION: apart,
+            Feature.SPEED_DEPENDENT_FRICTION: apart,
+            Feature.MATHAVAN_BALL: _none("driven here with its frictional, inelastic impacts"),
+            Feature.UNEQUAL_MASSES: one,
+            Feature.UNEQUAL_RADII: one,
+            Feature.PER_BALL_FRICTION: one,
+            Feature.UNBOUNDED_CLOTH: Capability("approximate", "on a table of 1 km"),
+            Feature.OPEN_SIDES: _none("its tables have all four cushions here"),
+            Feature.MIRROR_CUSHION: apart,
+            Feature.CUSHION_RESTITUTION: no_law,
+            Feature.CUSHION_TANGENTIAL: no_law,
+            Feature.FRICTIONAL_CUSHION: no_law,
+            Feature.HAN_CUSHION: apart,
+            Feature.MATHAVAN_CUSHION: no_law,
+            Feature.AIR_DRAG: _none("pooltool has no air"),
+            Feature.QUADRATIC_ROLLING: _none("pooltool's rolling friction is one at any speed"),
+            Feature.FLIGHT: _none("pooltool's balls never leave the cloth"),
+        }
+
+    def lacks(self, scene: Scene) -> tuple[str, ...]:
+        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
+        sentences = []
+        if scene.physics.motion == "rolling":
+            sentences.append("no balls that always roll (its balls slide before they roll)")
+        if scene.physics.impacts == "simultaneous" and _frozen(scene):
+            sentences.append(_ONE_AFTER_ANOTHER)
+        return tuple(sentences)
+
+    def resolution(self, scene: Scene) -> float:  # noqa: ARG002
+        """Return how far it moves balls at an impact [m]."""
+        return 1e-6
+
+
+class BilliardsEngine(WorkerEngine):
+    """python-billiards: elastic discs without friction, from collision to collision."""
+
+    name: ClassVar[str] = "billiards"
+    Settings: ClassVar[type[EngineSettings]] = EngineSettings
+    MODULE: ClassVar[str] = "billiards_peer"
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """How each feature of a scene is represented."""
+        elastic = _none("its impacts are elastic, and without friction")
+        cloth = _none("it has no cloth: its balls are never slowed")
+        return {
+            **dict.fromkeys(Feature, elastic),
+            Feature.ROLLING: Capability("approximate", "where nothing slows them"),
+            Feature.SLIDING: cloth,
+            Feature.FRICTIONLESS_CLOTH: EXACT,
+            Feature.VERTICAL_SPIN: cloth,
+            Feature.UNEQUAL_MASSES: EXACT,
+            Feature.UNEQUAL_RADII: EXACT,
+            Feature.PER_BALL_FRICTION: cloth,
+            Feature.UNBOUNDED_CLOTH: EXACT,
+            Feature.OPEN_SIDES: EXACT,
+            Feature.MIRROR_CUSHION: EXACT,
+            Feature.AIR_DRAG: cloth,
+            Feature.QUADRATIC_ROLLING: cloth,
+            Feature.FLIGHT: cloth,
+        }
+
+    def lacks(self, scene: Scene) -> tuple[str, ...]:
+        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
+        sentences = []
+        if np.any(scene.rolling_frictions != 0.0):
+            sentences.append("no friction of the cloth (its balls are never slowed)")
+        if scene.t_max is None:
+            sentences.append("no shots to rest (its balls are never slowed: set `t_max`)")
+        if scene.physics.impacts == "simultaneous" and _frozen(scene):
+            sentences.append(_ONE_AFTER_ANOTHER)
+        return tuple(sentences)

@@ -1,0 +1,190 @@
+"""A process that plays scenes: a line of JSON in, a line of JSON out, in any language.
+
+It begins with a line {"version": "1.2"}, or {"absent": why} and its end. Then it is sent lines
+
+    {"scene": {...}, "record": "rest" | "events" | "trajectory"}
+
+a scene as `ghostball scenes --export` writes them, and answers each with a run as
+`reference_adapters.elsewhere` describes, whose `samples` are of its end at least; or with
+{"cannot": why} where it can't represent the scene, or {"error": what}.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import tempfile
+import threading
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import IO, Any
+
+from ghostball.engine import Record, Scene
+
+SCRIPTS = Path(__file__).resolve().parent / "scripts"
+
+PYTHON = "GHOSTBALL_PEERS_PYTHON"
+"""The variable of the environment that names the interpreter."""
+
+PEERS_VENV = Path(__file__).resolve().parents[2] / ".venv-peers"
+"""Made by `make peers`, with the engines whose requirements clash with ours."""
+
+DISTRIBUTIONS = ("pooltool-billiards", "billiards")
+"""What the engines of the workers are installed as."""
+
+_LIST = (
+    "import json, platform; from importlib.metadata import distributions; "
+    "found = {one.metadata['Name']: one.version for one in distributions()}; "
+    "print(json.dumps(found | {'Python': platform.python_version()}))"
+)
+
+
+def interpreter() -> Path:
+    """Return the interpreter of the workers, which need not be there."""
+    return Path(os.environ.get(PYTHON) or PEERS_VENV / "bin" / "python")
+
+
+def installed() -> Mapping[str, str]:
+    """Return the versions of all that the workers' interpreter has; nothing where there is none.
+
+    Whatever lies beneath an engine there may change its numbers.
+    """
+    python = interpreter()
+    try:
+        changed = (
+            python.stat().st_mtime_ns,
+            *(path.stat().st_mtime_ns for path in python.parent.parent.glob("lib/*/site-packages")),
+        )
+    except OSError:
+        return {}
+    return _installed(python, changed)
+
+
+@cache
+def _installed(python: Path, changed: tuple[int, ...]) -> Mapping[str, str]:  # noqa: ARG001 - key
+    done = subprocess.run(
+        [str(python), "-I", "-c", _LIST], capture_output=True, text=True, check=False
+    )
+    if done.returncode:  # no Python: its engines say so where they are asked to play
+        return {}
+    found: dict[str, str] = json.loads(done.stdout)
+    return found
+
+
+class WorkerAbsentError(Exception):
+    """A worker that can't start: its interpreter, or its engine, isn't there."""
+
+
+class WorkerFailedError(Exception):
+    """A worker that ended or went on for too long without an answer, or answered with an error."""
+
+
+class Worker:
+    """One such process; it starts when the first scene is sent, and anew after it failed.
+
+    Parameters
+    ----------
+    command : sequence of str
+        What starts it.
+    environment : mapping of str to str or None
+        Of the process; None is ours.
+
+    Attributes
+    ----------
+    version : str
+        As the process said it; "" before it started.
+    """
+
+    def __init__(self, command: list[str], environment: Mapping[str, str] | None = None) -> None:
+        self.version = ""
+        self._command = command
+        self._environment = environment
+        self._process: subprocess.Popen[str] | None = None
+        self._messages: IO[str] | None = None
+
+    def play(self, scene: Scene, record: Record, longest: float) -> dict[str, Any]:
+        """Send a scene and return the answer.
+
+        Parameters
+        ----------
+        longest : float [s]
+            How long to wait for it, and for the start of the process.
+
+        Raises
+        ------
+        WorkerAbsentError, WorkerFailedError
+        """
+        if self._process is None:
+            self._start(longest)
+        values = scene.model_dump(mode="json", by_alias=True)
+        answer = self._ask(json.dumps({"scene": values, "record": record}), longest)
+        if "error" in answer:
+            raise WorkerFailedError(str(answer["error"]))
+        return answer
+
+    def close(self) -> None:
+        """End the process."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
+            for stream in (process.stdin, process.stdout, self._messages):
+                if stream is not None:
+                    stream.close()
+
+    def _start(self, longest: float) -> None:
+        self._messages = tempfile.TemporaryFile(mode="w+")  # noqa: SIM115 - `close` closes it
+        try:
+            self._process = subprocess.Popen(
+                self._command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=self._messages,
+                env=self._environment,
+                text=True,
+            )
+        except OSError as error:
+            self._messages.close()
+            raise WorkerAbsentError(str(error)) from None
+        hello = self._ask(None, longest)
+        if "absent" in hello:
+            self.close()
+            raise WorkerAbsentError(str(hello["absent"]))
+        self.version = str(hello["version"])
+
+    def _ask(self, line: str | None, longest: float) -> dict[str, Any]:
+        """Send a line, or nothing, and read the answer."""
+        process = self._process
+        assert process is not None
+        assert process.stdin is not None
+        assert process.stdout is not None
+        late = threading.Event()
+
+        def give_up() -> None:
+            late.set()
+            process.kill()
+
+        watch = threading.Timer(longest, give_up)
+        watch.start()
+        try:
+            if line is not None:
+                process.stdin.write(line + "\n")
+                process.stdin.flush()
+            answer: dict[str, Any] = json.loads(process.stdout.readline())
+        except (OSError, ValueError):
+            said = f"over {longest:.0f} s" if late.is_set() else self._last_message()
+            self.close()
+            raise WorkerFailedError(f"its process ended without an answer: {said}") from None
+        except KeyboardInterrupt:
+            self.close()
+            raise
+        finally:
+            watch.cancel()
+        return answer
+
+    def _last_message(self) -> str:
+        assert self._messages is not None
+        self._messages.seek(0)
+        return "".join(self._messages.read().strip().splitlines()[-1:])

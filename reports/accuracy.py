@@ -1,0 +1,218 @@
+"""How right a run is, in words, as every table and picture says it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from statistics import median
+from typing import Final
+
+from ghostball.reports import style
+from ghostball.validation.checks.verdict import Verdict, is_own_measure, verdict_of
+from ghostball.validation.results.records import INDEPENDENT, Accuracy, AccuracyKind, CaseRecord
+from ghostball.validation.results.store import Results
+
+
+@dataclass(frozen=True)
+class ClassLook:
+    """How a class is shown.
+
+    Attributes
+    ----------
+    short : str
+        Heading of its column.
+    meaning : str
+    slug : str
+        Of its colours on the page.
+    terminal : str
+        Its colour in terminals.
+    """
+
+    short: str
+    meaning: str
+    slug: str
+    terminal: str
+
+
+CLASSES: Final[Mapping[AccuracyKind, ClassLook]] = {
+    "exact": ClassLook("exact", "right up to rounding", "exact", "green"),
+    "nanometres": ClassLook("nm", "less than 1 µm off where the balls end", "nm", "cyan"),
+    "micrometres": ClassLook("µm", "less than 1 mm off", "um", "blue"),
+    "millimetres": ClassLook("mm", "less than 1 cm off", "mm", "yellow"),
+    "centimetres": ClassLook("cm", "1 cm off or more", "cm", "dark_orange3"),
+    "another shot": ClassLook("other shot", "other collisions than the true ones", "other", "red"),
+    "broken": ClassLook(
+        "broken",
+        "energy made, balls through each other, not finite, or given up",
+        "broken",
+        "bold magenta",
+    ),
+}
+"""The classes, the best first."""
+
+CLASSES_KEY: Final = "; ".join(f"{look.short}: {look.meaning}" for look in CLASSES.values())
+"""What the classes mean, in one line."""
+
+MARKS: Final = {
+    Verdict.PASS: "✓",
+    Verdict.FAIL: "✗",
+    Verdict.LIMITS_HOLD: "≈",
+}
+"""What stands beside a class: is this what the engine's step allows?"""
+
+MARKS_KEY: Final = (
+    "✓ as the engine's step lets one expect; ✗ worse than that, or a limit is broken; "
+    "≈ keeps its limits, of which none is on how the shot ends; no mark: no limit"
+)
+
+
+def accuracy_text(case: CaseRecord | None) -> str:
+    """Return how right a case is, as a cell says it: "exact", "3.67 mm", "other shot from 1.21 s".
+
+    "" where the case never ran or its engine can't play it.
+    """
+    if case is None:
+        return ""
+    if case.outcome == "failed":
+        return "did not finish"
+    if case.outcome != "ran":
+        return ""
+    found = case.accuracy
+    if found is None:
+        return _own_text(case) if is_own_measure(case) else "nothing to compare with"
+    if found.kind == "broken":
+        return f"broken: {_broken_text(found)}"
+    if found.kind == "another shot":
+        since = "" if found.at is None else f" from {style.format_time(found.at)}"
+        return f"other shot{since} ({_agree_text(found)})"
+    shown = "exact" if found.kind == "exact" else style.format_length(found.error)
+    return shown if found.at is None else f"{shown} at {style.format_time(found.at)}"
+
+
+def meaning_text(case: CaseRecord | None) -> str:
+    """Return what the class of a case says of it, one sentence without a full stop."""
+    found = None if case is None else case.accuracy
+    if case is None or found is None:
+        return ""
+    whose = "" if case.truth in INDEPENDENT else " as our engine plays it, which nothing proves"
+    if found.kind == "broken":
+        return f"broken: {_broken_text(found)}"
+    if found.kind == "another shot":
+        since = "" if found.at is None else f" from t = {style.format_time(found.at)} on"
+        return (
+            f"another shot: other collisions{since} than the true ones{whose}; "
+            f"{_agree_text(found)} agree"
+        )
+    off = f"the farthest ball is {style.format_length(found.error)} from where it should be{whose}"
+    if found.at is not None:
+        off += (
+            f", at t = {style.format_time(found.at)}: rounding alone makes another shot "
+            "of what comes later"
+        )
+    return f"{'exact up to rounding' if found.kind == 'exact' else found.kind}: {off}"
+
+
+def cell_text(case: CaseRecord | None) -> str:
+    """Return what a table of engines and scenes shows of a case: how right, and the mark."""
+    verdict = verdict_of(case)
+    if verdict is Verdict.MISSING:
+        return ""
+    if verdict in (Verdict.NOT_REPRESENTABLE, Verdict.UNAVAILABLE):
+        return verdict.symbol
+    return f"{accuracy_text(case)} {MARKS.get(verdict, '')}".strip()
+
+
+@dataclass(frozen=True)
+class Tally:
+    """One engine over all scenes of a run.
+
+    Attributes
+    ----------
+    label : str
+    counts : dict of AccuracyKind to int
+        Scenes of each class that has any, the best first.
+    expected, worse : int
+        Scenes as its step lets one expect, and worse.
+    unable, crashed : int
+        Scenes that it can't play, and that it didn't finish.
+    compared_with : int
+        Scenes in which it is what the others are compared with, for want of a truth.
+    typical : float or None [m]
+        Median of its errors where collisions are the true ones.
+    seconds : float or None
+        Median run time.
+    """
+
+    label: str
+    counts: Mapping[AccuracyKind, int]
+    expected: int
+    worse: int
+    unable: int
+    crashed: int
+    compared_with: int
+    typical: float | None
+    seconds: float | None
+
+    @property
+    def played(self) -> int:
+        """Scenes that have a class."""
+        return sum(self.counts.values())
+
+    @property
+    def middle(self) -> AccuracyKind | None:
+        """The class that half of the scenes reach or pass; None where none has a class."""
+        half, sofar = self.played / 2.0, 0
+        for kind, count in self.counts.items():
+            sofar += count
+            if sofar >= half:
+                return kind
+        return None
+
+
+def tally(results: Results, label: str) -> Tally:
+    """Return what an engine's classes come to."""
+    cases = [case for case in results.cases if case.label == label]
+    verdicts = [verdict_of(case) for case in cases]
+    found = [case.accuracy for case in cases if case.accuracy is not None]
+    kinds = Counter(one.kind for one in found)
+    errors = [one.error for one in found if one.error is not None]
+    times = [case.wall_time for case in cases if case.wall_time is not None]
+    return Tally(
+        label,
+        {kind: kinds[kind] for kind in CLASSES if kinds[kind]},
+        verdicts.count(Verdict.PASS),
+        verdicts.count(Verdict.FAIL),
+        verdicts.count(Verdict.NOT_REPRESENTABLE) + verdicts.count(Verdict.UNAVAILABLE),
+        sum(case.outcome == "failed" for case in cases),
+        sum(case.accuracy is None and is_own_measure(case) for case in cases),
+        median(errors) if errors else None,
+        median(times) if times else None,
+    )
+
+
+def kinds_of(cases: Iterable[CaseRecord]) -> tuple[AccuracyKind, ...]:
+    """Return the classes that there are among cases, the best first."""
+    present = {case.accuracy.kind for case in cases if case.accuracy is not None}
+    return tuple(kind for kind in CLASSES if kind in present)
+
+
+def _own_text(case: CaseRecord) -> str:
+    until = case.metrics.get("graded_until")
+    if until is None:
+        return "is compared with"
+    return f"proved to {style.format_time(float(until))}"
+
+
+def _agree_text(found: Accuracy) -> str:
+    more = ", then more" if found.agree == found.of else ""
+    return f"{found.agree} of {found.of}{more}"
+
+
+def _broken_text(found: Accuracy) -> str:
+    if found.cause == "energy":
+        made = found.amount or 0.0
+        return f"energy +{100.0 * made:.2g} %" if made < 100.0 else "makes energy"
+    if found.cause == "overlap":
+        return f"balls {style.format_length(found.amount)} inside each other"
+    return "gave up early" if found.cause == "stopped" else "not finite"

@@ -1,0 +1,278 @@
+"""One sheet for each scene: all engines over each other, in four ways.
+
+Where the balls rest, how many collisions there were by each instant, how the energy falls, and how
+far the balls are from our engine's as time goes on; and a row of numbers for each engine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.reports import style
+from ghostball.reports.accuracy import cell_text
+from ghostball.reports.figures._phases import draw_motion
+from ghostball.reports.figures._table import View, draw_discs, draw_scale_bar, draw_table
+from ghostball.reports.figures.heights import draw_heights, flying
+from ghostball.reports.figures.paths import (
+    draw_against_time,
+    is_collinear,
+    label_balls,
+    line_of,
+    view_shown,
+)
+from ghostball.reports.motions import (
+    ERROR_FLOOR,
+    collision_times,
+    distance_from,
+    energy_scale,
+    largest,
+    motion_of_run,
+)
+from ghostball.reports.shots import Run, Shot, legend_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+
+WIDTH, HEIGHT = 13.0, 7.0
+"""Size of a sheet [inch]; where engines are many, it is higher by a row for each."""
+
+MARGIN, TITLE, FOOT = 0.3, 0.66, 0.3
+"""Left of the left column, above and beneath everything [inch]."""
+
+TABLE_WIDTH, TABLE_HEIGHT = 6.6, 3.45
+"""Room for the table with its balls [inch]."""
+
+TIME_LEFT, TIME_WIDTH = 8.15, 4.7
+"""Where the panels against time begin, and how wide they are [inch]."""
+
+ROW = 0.215
+"""Height of an engine's row of numbers [inch]."""
+
+ROWS = 9
+"""Rows that there is room for at the usual height."""
+
+DPI = 110
+"""Pixels to an inch of a sheet as PNG: 1430 across."""
+
+SAMPLE = (0.3, 0.75)
+"""From where to where an engine's line is shown beside its numbers [inch]."""
+
+COLUMNS = (0.87, 2.35, 5.3, 6.3)
+"""Where name, how right it is and both counts begin [inch]."""
+
+LETTERS = 118
+"""How many fit into a line beneath the numbers."""
+
+WRONG = "#A84300"
+"""Colour of a count that isn't the true one: 5.7 : 1 against white."""
+
+
+def draw_sheet(shot: Shot) -> Figure | None:
+    """Draw the sheet of a scene; None where no engine has a motion."""
+    if not shot.drawn:
+        return None
+    notes = _notes(shot)
+    height = HEIGHT + ROW * max(0, len(shot.drawn) + len(notes) - ROWS)
+    figure = style.new_figure(WIDTH, height, laid_out=False)
+    figure.dpi = DPI
+
+    def place(left: float, top: float, width: float, high: float) -> Axes:
+        """Return axes at a distance from the left and the upper edge [inch]."""
+        box = (left / WIDTH, 1.0 - (top + high) / height, width / WIDTH, high / height)
+        return figure.add_axes(box)
+
+    title = f"{shot.scene.name}: {shot.scene.title}"
+    figure.text(0.25 / WIDTH, 1.0 - 0.27 / height, title, fontsize=12, fontweight="bold")
+    _draw_cloth(place, shot)
+    _draw_numbers(figure, shot, TITLE + TABLE_HEIGHT + 0.3, notes)
+    flies = bool(flying(shot).any())
+    # Below the last panel against time stand its numbers, and so they do below that of heights.
+    room = (height - TITLE - FOOT - 0.2 * flies) / (3.0 + flies)
+    end = 1.02 * _median_end(shot)
+    panels = (_draw_collisions, _draw_energy, _draw_errors)
+    for row, draw in enumerate(panels):
+        axes = place(TIME_LEFT, TITLE + row * room, TIME_WIDTH, room - 0.42)
+        draw(axes, shot)
+        axes.set_xlim(0.0, end)
+        axes.grid(visible=True)
+        axes.tick_params(labelbottom=row == len(panels) - 1)
+    axes.set_xlabel("time [s]")
+    if flies:
+        axes = place(TIME_LEFT, TITLE + 0.2 + 3.0 * room, TIME_WIDTH, room - 0.42)
+        draw_heights(axes, shot, lambda run, _: _thin(run, shot.drawn.index(run)))
+        _set_title(axes, "How high balls fly [mm], until all stay on the cloth [s]")
+    return figure
+
+
+def _draw_cloth(place: Any, shot: Shot) -> None:
+    """Draw where the balls start, go and rest; of balls on one line also x against time."""
+    collinear = is_collinear(shot)
+    view = view_shown(shot, collinear)
+    room = 0.9 if collinear else TABLE_HEIGHT
+    axes = place(MARGIN, TITLE, TABLE_WIDTH, room)
+    draw_table(axes, shot.scene, view, ticks=False)
+    axes.set_anchor("NW")
+    draw_scale_bar(axes, view, *_scale(view))
+    metres_to_a_point = max((view[1] - view[0]) / TABLE_WIDTH, (view[3] - view[2]) / room) / 72.0
+    radii, starts, truth = shot.scene.radii, shot.scene.positions, shot.truth_positions
+    draw_discs(axes, starts, radii, facecolors=style.FAINT, edgecolors=style.GREY, zorder=1.5)
+    if truth is not None:
+        draw_discs(axes, truth, radii, facecolors="none", edgecolors=style.BLACK, zorder=3)
+    for order, run in enumerate(shot.drawn):
+        if not shot.crowded:
+            draw_motion(axes, run, zorder=2 + 0.01 * order, **line_of(run))
+        rest = None if run.case is None else run.case.rest_positions
+        if rest is not None and not (run.style.ours and truth is not None):
+            axes.plot(rest[:, 0], rest[:, 1], zorder=4 + 0.01 * order, **_marker(run))
+    if not shot.crowded:
+        names = zip((ball.id for ball in shot.scene.balls), starts, radii, strict=True)
+        label_balls(axes, list(names), metres_to_a_point, motion_of_run(shot.drawn[0]).positions)
+    where = "rest" if shot.end == "rest" else "are at the end"
+    _set_title(axes, f"Where the balls {where} (ring: in truth; grey disc: at the start)")
+    if collinear:
+        beneath = place(
+            MARGIN + 0.3, TITLE + room + 0.3, TABLE_WIDTH - 0.3, TABLE_HEIGHT - room - 0.6
+        )
+        draw_against_time(beneath, shot)
+
+
+def _draw_collisions(axes: Axes, shot: Shot) -> None:
+    from matplotlib.ticker import MaxNLocator  # noqa: PLC0415
+
+    most = 0
+    for order, run in enumerate(shot.drawn):
+        times = collision_times(motion_of_run(run))
+        most = max(most, len(times))
+        steps = np.concatenate(([0.0], times, [motion_of_run(run).times[-1]]))
+        counts = np.minimum(np.arange(len(steps)), len(times))
+        axes.step(steps, counts, where="post", **_thin(run, order))
+    if shot.truth_counts is not None:
+        true = sum(shot.truth_counts.values())
+        most = max(most, true)
+        axes.axhline(true, color=style.BLACK, linestyle=(0.0, (1.0, 2.0)), linewidth=1.0, zorder=3)
+    axes.set_ylim(0.0, 1.08 * max(most, 1))
+    axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
+    dotted = "" if shot.truth_counts is None else " (dotted: all in truth)"
+    _set_title(axes, f"Collisions until then{dotted}")
+
+
+def _draw_energy(axes: Axes, shot: Shot) -> None:
+    unit, name, highest = energy_scale(shot)
+    for order, run in enumerate(shot.drawn):
+        motion = motion_of_run(run)
+        axes.plot(motion.times, motion.energy / unit, **_thin(run, order))
+    axes.set_ylim(0.0, 1.05 * highest / unit or 1.0)
+    _set_title(axes, f"Energy of all balls [{name}]")
+
+
+def _draw_errors(axes: Axes, shot: Shot) -> None:
+    """Draw the largest distance of a ball from where it is in our engine's motion."""
+    others = [run for run in shot.drawn if run is not shot.ours]
+    _set_title(axes, "Largest distance of a ball from our engine's motion")
+    if shot.ours is None or not others:
+        axes.text(0.5, 0.5, "one engine alone", transform=axes.transAxes, ha="center")
+        axes.set_yticks([])
+        return
+    most = 10.0 * ERROR_FLOOR
+    for order, run in enumerate(others):
+        motion = motion_of_run(run)
+        apart = distance_from(motion_of_run(shot.ours), motion)
+        most = max(most, largest(apart))
+        axes.plot(motion.times, np.maximum(apart, ERROR_FLOOR), **_thin(run, order))
+    axes.set_yscale("log")
+    top = min(2.0 * most, 1e3)
+    axes.set_ylim(0.7 * ERROR_FLOOR, top)
+    exponents = range(-5, 1 + int(np.log10(top)))
+    axes.set_yticks(
+        [10.0**e for e in exponents], [style.format_length(float(f"1e{e}")) for e in exponents]
+    )
+    axes.minorticks_off()
+
+
+def _draw_numbers(figure: Figure, shot: Shot, top: float, notes: Sequence[str]) -> None:
+    """Write a row for each engine that has a motion: its line, and what was measured of it.
+
+    On the figure itself, `top` inches beneath its edge: axes would take longer than all they hold.
+    """
+    from matplotlib.lines import Line2D  # noqa: PLC0415
+
+    high = figure.get_figheight()
+    true = shot.truth_counts
+    heads = ("how right it is", "ball-ball", "ball-cushion")
+
+    def write(x: float, row: int, text: str, colour: str = style.BLACK) -> None:
+        y = 1.0 - (top + ROW * row) / high
+        figure.text(x / WIDTH, y, text, va="center", fontsize=8.5, color=colour)
+
+    for x, head in zip(COLUMNS[1:], heads, strict=True):
+        write(x, 0, head, style.GREY)
+    for row, run in enumerate(shot.drawn, start=1):
+        y = 1.0 - (top + ROW * row) / high
+        sample = [x / WIDTH for x in SAMPLE]
+        figure.add_artist(Line2D(sample, [y, y], **line_of(run)))
+        if not run.style.ours:
+            figure.add_artist(Line2D([0.5 * sum(sample)], [y], **_marker(run)))
+        write(COLUMNS[0], row, run.style.name)
+        write(COLUMNS[1], row, cell_text(run.case))
+        for x, kind in zip(COLUMNS[2:], heads[1:], strict=True):
+            count = 0 if run.case is None else run.case.collision_counts.get(kind, 0)
+            right = None if true is None else true.get(kind, 0)
+            if right is None or count == right:
+                write(x, row, f"{count}" if right is None else f"{count} of {right}")
+            else:
+                write(x, row, f"{count} of {right} ≠", WRONG)
+    for row, note in enumerate(notes, start=len(shot.drawn) + 1):
+        write(SAMPLE[0], row, note, style.GREY)
+
+
+def _notes(shot: Shot) -> list[str]:
+    """Say what the signs mean, what the truth is, and which engines have no motion, and why."""
+    slides = "Lines are thick where a ball slides. " * (shot.slides and not shot.crowded)
+    signs = legend_text(run.verdict for run in shot.drawn)
+    said = [f"Truth: {shot.truth or 'none'}. {slides}{signs}."]
+    reasons: dict[str, list[str]] = {}
+    for run in shot.runs:
+        if run.motion is None:
+            reasons.setdefault(run.verdict.words, []).append(run.style.name)
+    said += [f"{why}: {'; '.join(names)}" for why, names in reasons.items()]
+    return [line for one in said for line in wrap(one, LETTERS, break_on_hyphens=False)]
+
+
+def _scale(view: View) -> tuple[float, str]:
+    """Return a length that suits a picture [m], and its name."""
+    length = 10.0 ** np.floor(np.log10(0.4 * (view[1] - view[0])))
+    return float(length), style.format_length(float(length))
+
+
+def _set_title(axes: Axes, text: str) -> None:
+    """Write a title at a height that is given: to look for one takes as long as to draw a panel."""
+    axes.set_title(text, y=1.0)
+
+
+def _thin(run: Run, order: int) -> dict[str, Any]:
+    """Return the look of a curve: ours is a band beneath the others."""
+    return line_of(run) | {"zorder": 2 + 0.01 * order}
+
+
+def _marker(run: Run) -> dict[str, Any]:
+    return {
+        "linestyle": "none",
+        "marker": run.style.marker,
+        "markersize": 5.5,
+        "markerfacecolor": "none",
+        "markeredgecolor": run.style.colour,
+        "markeredgewidth": 1.2,
+    }
+
+
+def _median_end(shot: Shot) -> float:
+    """Return when the middle one of the runs ends [s]: one that never rests squeezes no other."""
+    return float(np.median([motion_of_run(run).times[-1] for run in shot.drawn])) or 1.0

@@ -1,0 +1,73 @@
+"use strict";
+// What the signs and lines of a replay mean, its keys, and how exact it is.
+globalThis.Ghostball ??= {};
+
+(() => {
+  const { PHASE, css, drawKind, lengthWords, make } = Ghostball;
+  const KIND_WORDS = ["balls collide", "cushion", "starts to roll", "comes to rest", "lands"];
+  const KEYS = [
+    ["Space", "play or pause"],
+    ["← →", "a hundredth of the run back, on; with Shift a thousandth"],
+    ["Home End", "start, end"],
+    ["p n", "event before, next event"],
+    ["d", "first divergence"],
+    ["[ ]", "slower, faster"],
+    ["+ - 0", "closer, farther, whole table"],
+    ["b", "look at the chosen ball"],
+    ["drag, wheel, pinch", "move and zoom; the wheel once the replay has the focus"],
+  ];
+
+  /** The list of signs, and what draws each: [canvas, paint]. As many kinds of events as lanes. */
+  function legend(engines, truth, lanes) {
+    const signs = [];
+    const list = make("ul", { className: "gb-legend" });
+    const add = (draw, text) => {
+      const sign = make("canvas", { className: "gb-sign" });
+      sign.setAttribute("aria-hidden", "true");
+      signs.push([sign, draw]);
+      list.append(make("li", {}, sign, text));
+    };
+    KIND_WORDS.slice(0, lanes).forEach((text, lane) => add((context) => drawKind(context, lane, 14, 8), text));
+    const slides = (track) => track.phase.includes(PHASE.SLIDING);
+    if (engines.some((engine) => engine.tracks.some(slides))) {
+      const stroke = (width, alpha) => (context, theme) => {
+        context.strokeStyle = css(theme.ink, alpha);
+        context.lineWidth = width;
+        context.beginPath();
+        context.moveTo(2, 8);
+        context.lineTo(26, 8);
+        context.stroke();
+      };
+      add(stroke(4.5, 0.3), "rolls (ours)");
+      add(stroke(7, 0.6), "slides (ours)");
+    }
+    if (truth) {
+      add((context, theme) => {
+        context.strokeStyle = css(theme.accent);
+        context.lineWidth = 1.5;
+        context.beginPath();
+        context.moveTo(8, 8);
+        context.lineTo(20, 8);
+        context.moveTo(14, 2);
+        context.lineTo(14, 14);
+        context.stroke();
+      }, `end in truth (${truth.kind})`);
+    }
+    return { list, signs };
+  }
+
+  function help(scene) {
+    const list = make("dl");
+    for (const [key, what] of KEYS) {
+      list.append(make("div", {}, make("dt", { textContent: key }), make("dd", { textContent: what })));
+    }
+    return make("fieldset", { className: "gb-help" },
+      make("legend", { textContent: "Keys, and how exact this is" }), list,
+      make("p", { textContent:
+        `Paths run within ${lengthWords(scene.tolerance)} of the stored samples; between them ` +
+        "they are drawn, not computed. " +
+        "Times of events and positions at the end are exact. Stripes turn as the stored spins say." }));
+  }
+
+  Object.assign(Ghostball, { help, legend });
+})();

@@ -1,0 +1,71 @@
+"""The picture of the first screen: which engine is how right, and how fast."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from ghostball.reports import style
+from ghostball.reports.accuracy import CLASSES, Tally, accuracy_text, kinds_of, tally
+from ghostball.reports.markdown_parts import many
+from ghostball.reports.page.rendering import render
+from ghostball.validation.results.store import Results
+
+VARIANTS = {
+    "mode=landed": (
+        "landed",
+        "its steps are made to end where balls touch, so that only its solver can err",
+    ),
+    "config=default": ("default", "set up as a newcomer types it, at 60 steps a second"),
+}
+"""What is said of the settings in an engine's name."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of an engine's bar: scenes of one class, and what is written on it."""
+
+    slug: str
+    count: int
+    words: str
+    text: str
+
+
+def engines_html(results: Results) -> Markup:
+    """Return a bar for each engine of how right it is, its typical error and its run time."""
+    tallies = [tally(results, label) for label in results.labels]
+    labels = " ".join(results.labels)
+    return render(
+        "engines.html",
+        scenes=many(len(results.scene_names), "scene"),
+        rows=[(one, style.engine_name(one.label), _parts(results, one)) for one in tallies],
+        legend=[CLASSES[kind] for kind in kinds_of(results.cases)],
+        own=any(one.compared_with for one in tallies),
+        crashed=any(one.crashed for one in tallies),
+        unplayed=any(one.unable for one in tallies),
+        judged=any(one.expected or one.worse for one in tallies),
+        length=style.format_length,
+        variants=[said for setting, said in VARIANTS.items() if setting in labels],
+    )
+
+
+def _parts(results: Results, one: Tally) -> list[Part]:
+    alone = ""
+    if len(results.scene_names) == 1:  # what became of it says more than that it is one
+        alone = accuracy_text(results.case(results.scene_names[0], one.label))
+    counted = [
+        (look.slug, one.counts[kind], look.meaning)
+        for kind, look in CLASSES.items()
+        if kind in one.counts
+    ]
+    if one.compared_with:
+        counted.append(("own", one.compared_with, "without a truth, others are compared with it"))
+    if one.crashed:
+        counted.append(("crashed", one.crashed, "did not finish"))
+    if one.unable:
+        counted.append(("unplayed", one.unable, "not played"))
+    return [
+        Part(slug, count, f"{many(count, 'scene')}: {meaning}", alone or str(count))
+        for slug, count, meaning in counted
+    ]

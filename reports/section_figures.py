@@ -1,0 +1,286 @@
+"""What the paper's section 6 wished for, from stored motions: each wish a shot, on every engine.
+
+6.1: how balls turn, with the paper's own rule beside the quaternion. 6.2: balls that slip. 6.3: air
+and restitution. 6.4: balls that fly. Below each, what every engine makes of the shot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from textwrap import shorten
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import SampledTrajectory
+from ghostball.reference_adapters.paper.rotation import turned_by_frames
+from ghostball.reports import style
+from ghostball.reports.accuracy import accuracy_text
+from ghostball.reports.figures.heights import draw_side, part_in_flight
+from ghostball.reports.motions import motion_of_run
+from ghostball.reports.shots import Run, Shot, load_shot
+from ghostball.validation.results.store import Motion, Results
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+
+TURNING = ("wall-bounce", "masse")
+SLIPPING = "sliding-swerve"
+AIR, RESTITUTION = "air-rolls", "restitution-bounce"
+FLIGHT = "flight-jump"
+
+ABOUT = {AIR: "no air drag", RESTITUTION: "restitution", FLIGHT: "leave the cloth"}
+"""What a scene is about: of several reasons why an engine can't play it, that is said."""
+
+FRAME = 0.02
+"""The paper's frame [s]."""
+
+RULES: dict[str, dict[str, Any]] = {
+    "the paper's rule, r = v × k": {"color": style.BLACK, "linestyle": (0.0, (1.0, 1.0))},
+    "the same about k × v": {"color": style.BROWN, "linestyle": (0.0, (4.0, 2.0))},
+}
+"""The paper's rule as it is printed, which turns balls backwards, and about the other axis."""
+
+SMALLEST_TURN = 1e-9
+"""Where the axis of angles begins [rad]."""
+
+WIDTH, HEIGHT, ROW = 10.0, 3.4, 0.19
+"""Of a figure, of its panels, and of an engine's row beneath them [inch]."""
+
+
+def draw_turning(results: Results) -> Figure | None:
+    """Draw how far the paper's rule, and each engine's spins, turn a ball off; None if not stored.
+
+    Against our own motion, whose orientation is exact to rounding.
+    """
+    shots = [_shot(results, name) for name in TURNING]
+    if any(shot is None for shot in shots):
+        return None
+    turns = [_turned_off(shot) for shot in shots]
+    ends = [{label: float(off[-1]) for label, (_, off) in turn.items()} for turn in turns]
+    figure, panels = _new_figure("6.1: how balls turn", shots, 2, ends)
+    for axes, shot, turn in zip(panels, shots, turns, strict=True):
+        looks = {run.label: _look(run) for run in shot.drawn} | RULES
+        for label, (times, off) in turn.items():
+            look = {"label": label, **looks[label]}
+            axes.plot(times, np.maximum(off, SMALLEST_TURN), **look)
+        axes.set(yscale="log", xlabel="time [s]", ylim=(SMALLEST_TURN, 6.0))
+        axes.set_title(f"{shot.scene.name}: its first ball, off our quaternion", fontsize=9)
+        axes.grid(visible=True)
+    panels[0].set_ylabel("turned off by [rad]")
+    panels[0].legend(fontsize=7.0, loc="center right")
+    return figure
+
+
+def _turned_off(shot: Shot) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Return when [s] and how far [rad] the first ball is turned off, by engine and by rule.
+
+    Against our own motion, whose spins are straight lines between its stored instants.
+    """
+    assert shot.ours is not None
+    ours = motion_of_run(shot.ours)
+    times = np.linspace(0.0, ours.times[-1], 301)[1:]
+    right = _orientation(ours, times)
+    found = {
+        run.label: (times, _angle(_orientation(motion_of_run(run), times), right))
+        for run in shot.drawn
+        if not run.style.ours
+    }
+    frames = np.arange(FRAME, ours.times[-1], FRAME)  # the first one ends there
+    velocities = _recorded(ours).sample(frames).velocities[:, :1]
+    at_frames = _orientation(ours, frames)
+    for label, sign in zip(RULES, (1.0, -1.0), strict=True):
+        by_rule = turned_by_frames(sign * velocities, shot.scene.radii[:1], FRAME)[:, 0]
+        found[label] = frames, _angle(by_rule, at_frames)
+    return found
+
+
+def draw_slipping(results: Results) -> Figure | None:
+    """Draw a ball that slips along its parabola, and its slip; None where it isn't stored."""
+    shot = _shot(results, SLIPPING)
+    if shot is None:
+        return None
+    figure, (path, slip) = _new_figure("6.2: a ball that slips", [shot], 2)
+    radius = float(shot.scene.radii[0])
+    for run in shot.drawn:
+        motion = motion_of_run(run)
+        x, y = motion.positions[:, 0, :2].T
+        path.plot(x, y, **_look(run))
+        (vx, vy), (wx, wy) = motion.velocities[:, 0, :2].T, motion.angular_velocities[:, 0, :2].T
+        size = np.hypot(vx - radius * wy, vy + radius * wx)
+        slip.plot(motion.times, size, **_look(run))
+    start, velocity = shot.scene.positions[0], shot.scene.velocities[0]
+    way = float(velocity @ velocity) / (2.0 * shot.scene.physics.rolling_friction * 9.81)
+    end = start + way * velocity / np.linalg.norm(velocity)
+    path.plot(*zip(start[:2], end[:2], strict=True), color=style.GREY, ls=":", label="the paper's")
+    path.set(xlabel="x [m]", ylabel="y [m]")
+    path.set_title("its path; dotted: a ball that always rolls, as the paper's", fontsize=9)
+    slip.set(xlabel="time [s]", xlim=(0.0, 1.0))
+    slip.set_title("how fast its lowest point slips [m/s]", fontsize=9)
+    path.legend(fontsize=7.5)
+    return figure
+
+
+def draw_air(results: Results) -> Figure | None:
+    """Draw how much less far balls roll in air, and a bounce that loses speed; None if missing."""
+    rolls, bounce = _shot(results, AIR), _shot(results, RESTITUTION)
+    if rolls is None or bounce is None:
+        return None
+    figure, (ways, speeds) = _new_figure("6.3: air, and restitution", [rolls, bounce], 2)
+    physics = rolls.scene.physics
+    a, b = physics.rolling_friction * physics.gravity, 5.0 / 7.0 * physics.air_drag
+    v = np.linspace(0.7, 11.0, 300)
+    ways.plot(v, v**2 / (2.0 * a), color=style.GREY, ls="--", label="without air, v² / (2 μ g)")
+    ways.plot(v, np.log1p(b * v**2 / a) / (2.0 * b), color=style.BLACK, label="closed form in air")
+    for run in rolls.drawn:
+        motion = motion_of_run(run)
+        gone = np.linalg.norm(motion.positions[-1] - motion.positions[0], axis=1)
+        at = np.linalg.norm(motion.velocities[0], axis=1)
+        ways.plot(at, gone, **_look(run) | {"linestyle": "none", "marker": run.style.marker})
+    ways.set(xlabel="speed at the start [m/s]", ylabel="rolls [m]", yscale="log", xscale="log")
+    ways.set_title("how far a ball rolls with k = 0.0041 / m", fontsize=9)
+    ways.legend(fontsize=7.5)
+    for run in bounce.drawn:
+        motion = motion_of_run(run)
+        speeds.plot(motion.times, np.linalg.norm(motion.velocities[:, 0], axis=1), **_look(run))
+    speeds.set(xlabel="time [s]", ylabel="speed [m/s]")
+    speeds.set_title("a cushion that takes speed: restitution-bounce", fontsize=9)
+    return figure
+
+
+def draw_flight(results: Results) -> Figure | None:
+    """Draw a jump shot from the side on every engine that plays it; None where it isn't stored."""
+    shot = _shot(results, FLIGHT)
+    if shot is None:
+        return None
+    figure, (side, off) = _new_figure("6.4: a ball that flies", [shot], 2)
+    draw_side(side, shot, _look)
+    side.legend(fontsize=7.5, loc="upper right")
+    ours = motion_of_run(shot.ours)
+    end = part_in_flight(shot)
+    for run in shot.drawn:
+        if run.style.ours:
+            continue
+        motion = motion_of_run(run)
+        place = _recorded(ours).sample(motion.times).positions
+        apart = np.linalg.norm(motion.positions - place, axis=2).max(axis=1)
+        off.plot(motion.times, np.maximum(apart, 1e-7), **_look(run))
+    off.set(yscale="log", xlabel="time [s]", ylabel="from ours, in space [m]")
+    off.axvspan(0.0, end, color=style.FAINT, alpha=0.5)
+    off.set_title("largest distance of a ball; grey: while one flies", fontsize=9)
+    return figure
+
+
+SECTION_FIGURES: Mapping[str, Callable[[Results], Figure | None]] = {
+    "paper-section-6-1": draw_turning,
+    "paper-section-6-2": draw_slipping,
+    "paper-section-6-3": draw_air,
+    "paper-section-6-4": draw_flight,
+}
+
+
+def _shot(results: Results, name: str) -> Any:
+    """Return a scene where it is stored with our engine's motion; None where it isn't."""
+    if name not in results.scene_names:
+        return None
+    shot = load_shot(results, name)
+    return shot if shot.ours is not None else None
+
+
+def _new_figure(
+    title: str, shots: Any, columns: int, turned: Sequence[Mapping[str, float]] = ()
+) -> tuple[Figure, Any]:
+    """Return a figure with its panels, and a row for each engine beneath them.
+
+    `turned` says, shot by shot, how far each engine and rule is turned off at the end [rad].
+    """
+    rows = _rows(shots, turned)
+    beneath = ROW * (len(rows) + 1)
+    figure = style.new_figure(WIDTH, HEIGHT + beneath)
+    parts: Any = figure.subfigures(2, 1, height_ratios=[HEIGHT, beneath])
+    upper, lower = parts
+    style.set_title(upper, f"The paper's section {title}")
+    axes = lower.subplots()
+    axes.set_axis_off()
+    places = [0.0, 0.24, *(0.24 + 0.38 * k for k in range(1, len(shots)))]
+    heads = ["engine", *(shot.scene.name for shot in shots)]
+    for k, row in enumerate([heads, *rows]):
+        for x, text in zip(places, row, strict=True):
+            axes.text(
+                x,
+                1.0 - (k + 0.5) / (len(rows) + 1),
+                text,
+                transform=axes.transAxes,
+                fontsize=7.5,
+                va="center",
+                fontweight="bold" if k == 0 else "normal",
+            )
+    return figure, upper.subplots(1, columns)
+
+
+def _rows(shots: list[Shot], turned: Sequence[Mapping[str, float]]) -> list[list[str]]:
+    """Return for each engine its name, and what it makes of each shot."""
+    labels = list(dict.fromkeys(run.label for shot in shots for run in shot.runs))
+    wide = 120 if len(shots) == 1 else 62
+    rows = []
+    for label in [*labels, *RULES] if turned else labels:
+        row = [label if label in RULES else style.engine_style(label).name]
+        for k, shot in enumerate(shots):
+            run = next((run for run in shot.runs if run.label == label), None)
+            text = "" if label in RULES else _verdict(run, ABOUT.get(shot.scene.name, ""))
+            if turned and label in turned[k]:
+                text += f"{', ' if text else ''}turned off by {turned[k][label]:.2g} rad"
+            row.append(shorten(text, wide, placeholder=" ..."))
+        rows.append(row)
+    return rows
+
+
+def _verdict(run: Run | None, about: str) -> str:
+    if run is None or run.case is None:
+        return "not asked for"
+    if run.case.outcome == "ran":
+        return accuracy_text(run.case)
+    reasons = run.case.reason.split("; no ")
+    said = next((reason for reason in reasons if about in f"no {reason}"), reasons[0])
+    return f"{run.case.outcome.replace('-', ' ')}: no {said.removeprefix('no ')}"
+
+
+def _look(run: Run) -> dict[str, Any]:
+    look = run.style
+    width = 2.6 if look.ours else 1.2
+    alpha = 0.45 if look.ours else 1.0
+    return {
+        "color": look.colour,
+        "linestyle": look.line,
+        "linewidth": width,
+        "alpha": alpha,
+        "label": look.name,
+    }
+
+
+def _recorded(motion: Motion) -> SampledTrajectory:
+    return SampledTrajectory(
+        motion.times, motion.positions, motion.velocities, motion.angular_velocities
+    )
+
+
+def _orientation(motion: Motion, times: FloatArray) -> FloatArray:
+    """Return how the first ball is turned, (k, 4): stored spins are straight between instants."""
+    first = SampledTrajectory(
+        motion.times,
+        motion.positions[:, :1],
+        motion.velocities[:, :1],
+        motion.angular_velocities[:, :1],
+    )
+    return first.orientation(times)[:, 0]
+
+
+def _angle(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return by how much one orientation is turned off another, (k,) [rad]."""
+    # From the difference: the cosine says nothing of small angles.
+    near = np.minimum(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))
+    angle: FloatArray = 4.0 * np.arcsin(np.minimum(0.5 * near, 1.0))
+    return angle

@@ -1,0 +1,94 @@
+"""Fails where a ladder has wrong steps, loses a setting, or a shot begins at another place."""
+
+import itertools
+
+import pytest
+from toy_engines import ToyEngine, ToySettings, roll
+
+from benchmarks.precision._ladders import (
+    WIDE,
+    Extent,
+    ladder_of,
+    part_of_step,
+    start_of,
+    work_of,
+)
+from benchmarks.precision._phases import begun_earlier
+from ghostball.engine import Ball, Scene
+from ghostball.reference_adapters import make_engine
+
+
+def steps_of(label, duration=4.0, extent=WIDE):
+    return [rung.step for rung in ladder_of(label, make_engine(label), duration, extent)]
+
+
+@pytest.mark.parametrize(
+    ("label", "own"),
+    [
+        ("pymunk", 1e-3),
+        ("pymunk:mode=landed", 0.02),
+        ("pybullet:config=default", 1 / 240),
+        ("paper-discrete", 0.02),
+        ("paper-continuous", 0.02),
+        ("paper-discrete:dt=0.05", 0.05),
+        ("paper-discrete:dt=1e-5", 1e-5),
+    ],
+)
+def test_steps_are_halved_from_the_longest_and_the_own_one_is_among_them(label, own):
+    if label.startswith("pybullet"):
+        pytest.importorskip("pybullet")
+    steps = steps_of(label)
+    assert own in steps
+    assert all(a == 2.0 * b for a, b in itertools.pairwise(steps))
+    assert 0.01 < steps[0] <= max(0.02, own)
+    assert steps[-1] == own or 4.0 / steps[-1] <= WIDE.most_steps
+
+
+def test_a_ladder_ends_where_it_may():
+    assert steps_of("paper-discrete", extent=Extent(most_steps=400)) == [0.02, 0.01]
+    assert steps_of("paper-discrete", extent=Extent(most_levels=1)) == [0.02]
+
+
+def test_an_engine_without_a_step_is_a_point():
+    (rung,) = ladder_of("ghostball", make_engine("ghostball"), 4.0, WIDE)
+    assert (rung.step, rung.label) == (None, "ghostball")
+
+
+@pytest.mark.parametrize(
+    "label", ["pymunk:mode=landed,iterations=3", "paper-continuous:frame=0.01"]
+)
+def test_labels_make_the_engine_of_the_rung(label):
+    for rung in ladder_of(label, make_engine(label), 4.0, WIDE):
+        assert rung.family == label
+        assert make_engine(rung.label).settings == rung.engine.settings
+
+
+def test_phases_are_evenly_spread_at_each_power_of_two():
+    assert [part_of_step(turn) for turn in range(4)] == [0.0, 0.5, 0.25, 0.75]
+    for count in (1, 2, 4, 8, 16):
+        assert sorted(map(part_of_step, range(count))) == [k / count for k in range(count)]
+
+
+def test_each_turn_begins_the_shot_a_part_of_a_step_earlier():
+    scene = roll()
+    (rung, *_) = ladder_of("toy", ToyEngine(ToySettings(dt=0.02)), 4.0, WIDE)
+    assert start_of(scene, rung, 0) is scene
+    assert start_of(scene, rung, 2) == begun_earlier(scene, 0.005)
+    (point,) = ladder_of("ghostball", make_engine("ghostball"), 4.0, WIDE)
+    assert start_of(scene, point, 3) is scene
+
+
+def test_a_shot_whose_ball_has_just_been_struck_cannot_begin_earlier():
+    balls = [
+        Ball(id="a", position=(0.5, 0.5), velocity=(-1.0, 0.0)),
+        Ball(id="b", position=(0.56, 0.5), velocity=(1.0, 0.0)),
+    ]
+    (rung, *_) = ladder_of("toy", ToyEngine(ToySettings(dt=0.02)), 4.0, WIDE)
+    assert start_of(Scene(name="apart", balls=balls), rung, 1) is None
+
+
+def test_work_is_steps_else_events():
+    stepped = make_engine("paper-discrete").simulate(roll())
+    assert work_of(stepped) == ("steps", stepped.work["steps"])
+    exact = make_engine("ghostball").simulate(roll())
+    assert work_of(exact) == ("events", 1)

@@ -1,0 +1,49 @@
+"""The same shot begun earlier."""
+
+import numpy as np
+import pytest
+from toy_engines import cut, roll
+
+from benchmarks.precision._phases import begun_earlier
+from ghostball.engine import Ball, Scene, Table, simulate
+from ghostball.validation import find_scene
+
+
+@pytest.mark.parametrize("name", ["half-ball-cut", "sliding-swerve", "masse", "throw-by-spin"])
+def test_it_comes_by_the_scene_and_ends_as_it_does(name):
+    scene, dt = find_scene(name), 3e-3
+    earlier = begun_earlier(scene, dt)
+    there = simulate(earlier.model_copy(update={"t_max": dt})).final_state
+    np.testing.assert_allclose(there.positions[0], scene.positions, atol=1e-14)
+    np.testing.assert_allclose(there.velocities[0], scene.velocities, atol=1e-14)
+    np.testing.assert_allclose(there.angular_velocities[0], scene.angular_velocities, atol=1e-11)
+    now, then = simulate(scene), simulate(earlier)
+    np.testing.assert_allclose(then.rest_positions, now.rest_positions, atol=1e-12)
+    assert then.rest_time == pytest.approx(now.rest_time + dt, abs=1e-12)
+
+
+def test_the_end_of_a_scene_with_one_moves_too():
+    assert begun_earlier(roll(t_max=2.0), 0.25).t_max == 2.25
+
+
+def test_nothing_earlier_is_the_scene_itself():
+    scene = cut()
+    assert begun_earlier(scene, 0.0) is scene
+
+
+def test_a_ball_that_just_left_a_cushion_or_a_ball_has_no_such_start():
+    leaving = Scene(
+        name="leaving",
+        table=Table(length=2.0, width=1.0),
+        balls=[Ball(id="cue", position=(0.03, 0.5), velocity=(1.0, 0.0))],
+    )
+    assert begun_earlier(leaving, 0.01) is None
+    parting = Scene(
+        name="parting",
+        balls=[
+            Ball(id="a", position=(0.0, 0.0), velocity=(-1.0, 0.0)),
+            Ball(id="b", position=(0.06, 0.0)),
+        ],
+    )
+    assert begun_earlier(parting, 0.01) is None
+    assert begun_earlier(parting, 0.001) is not None

@@ -1,0 +1,112 @@
+"""Measured accuracy: what is counted, what is kept of a shot, and what our engine comes to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import benchmarks.accuracy
+from benchmarks import measurements
+from benchmarks.accuracy import AccuracyMeasurement, Distribution, measure_accuracy
+from benchmarks.running import BenchError
+from ghostball.engine import Scene, simulate
+from ghostball.validation.scenes.random_shots import random_shot
+
+SCENES = Path(__file__).parents[1] / "support" / "scenes"
+
+
+@pytest.fixture(scope="module")
+def in_one_process() -> tuple[AccuracyMeasurement, list[tuple[int, int, str]]]:
+    """Return what one process measures, and the progress that it told."""
+    seen: list[tuple[int, int, str]] = []
+    measured = measure_accuracy(25, jobs=1, progress=lambda *told: seen.append(told))
+    return measured, seen
+
+
+def test_shots_are_graded_and_counted(
+    in_one_process: tuple[AccuracyMeasurement, list[tuple[int, int, str]]],
+) -> None:
+    measured, seen = in_one_process
+    assert seen == [(done, 25, f"shot {done - 1}") for done in range(1, 26)]
+    assert measured.shots == 25
+    assert sum(measured.endings.values()) == sum(measured.extents.values()) == 25
+    assert (measured.missing, measured.invented, measured.faulty) == (0, 0, ())
+    assert measured.events == measured.time_error_ulps.count > 100
+    assert measured.quality_factor.greatest is not None
+    assert measured.quality_factor.greatest < 32
+    assert measured.worst[0].quality_factor == measured.quality_factor.greatest
+    number = measured.worst[0].number
+    assert measured.worst[0].again == f"python -m benchmarks accuracy --first {number} --shots 1"
+    again = measure_accuracy(1, first=number, jobs=1)
+    assert again.worst == measured.worst[:1]
+    assert Scene.model_validate(measured.worst[0].scene) == random_shot(number)
+
+
+def test_two_processes_find_what_one_finds(
+    in_one_process: tuple[AccuracyMeasurement, list[tuple[int, int, str]]], tmp_path: Path
+) -> None:
+    one, two = in_one_process[0], measure_accuracy(25, jobs=2)
+    assert two.model_copy(update={"environment": one.environment}) == one
+    path = tmp_path / "accuracy.json"
+    measurements.save(two, path, "--out")
+    assert measurements.load(path, AccuracyMeasurement) == two
+
+
+def test_an_interrupt_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(done: int, of: int, last: str) -> None:
+        if done == 20:
+            raise KeyboardInterrupt
+
+    measured = measure_accuracy(200, jobs=1, progress=interrupt)
+    assert measured.interrupted
+    assert measured.shots == 20
+    assert measured.anything
+
+
+def test_a_shot_that_breaks_a_limit_is_named_with_its_scene(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def short(scene: Scene, **options: Any) -> Any:
+        return simulate(scene, **options | {"max_events": 1})
+
+    monkeypatch.setattr(benchmarks.accuracy, "simulate", short)
+    measured = measure_accuracy(20, jobs=1)
+    assert measured.faulty
+    assert measured.missing > 0
+    row = measured.faulty[0]
+    assert any("events_missing" in fault for fault in row.faults)
+    assert any("stopped early" in fault for fault in row.faults)
+    assert Scene.model_validate(row.scene) == random_shot(row.number)
+
+
+@pytest.mark.parametrize("wrong", [{"shots": 0}, {"first": -1}, {"jobs": 0}])
+def test_wrong_numbers_are_refused(wrong: dict[str, int]) -> None:
+    with pytest.raises(BenchError, match=f"`{next(iter(wrong))}` must be at least"):
+        measure_accuracy(**{"shots": 1} | wrong)
+
+
+def test_a_distribution_is_of_values_that_occur() -> None:
+    values = np.arange(1.0, 1001.0)
+    spread = Distribution.of(values.tolist())
+    assert (spread.count, spread.median, spread.p99, spread.greatest) == (1000, 500, 990, 1000)
+    assert Distribution.of([]) == Distribution(count=0)
+
+
+@pytest.mark.slow
+def test_hundreds_of_random_shots_are_exact() -> None:
+    measured = measure_accuracy(500)
+    assert (measured.missing, measured.invented, measured.faulty) == (0, 0, ())
+    assert measured.endings["proved"] > 400
+    assert measured.quality_factor.median is not None
+    assert measured.quality_factor.median < 1.0
+
+
+def test_a_ball_squeezed_in_a_corner_comes_to_an_end() -> None:
+    # What speed the corner leaves the ball is rounding; without rolling friction it needs no
+    # direction. Asked to keep one, every step was too long, and the run went on for ever.
+    result = simulate(Scene.load(SCENES / "squeezed-in-a-corner.toml"), max_events=5_000)
+    assert result.status.complete
+    assert result.work["unsolved_contact_steps"] == 0

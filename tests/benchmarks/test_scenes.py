@@ -1,0 +1,100 @@
+"""Fails where a generated scene is not what its description says, or would be refused as a file."""
+
+import math
+
+import numpy as np
+import pytest
+
+from benchmarks import scenes
+from benchmarks.scenes import ROLLING
+from ghostball.engine import SceneError
+from ghostball.engine.scene import POOL_BALL_RADIUS as R
+from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, packed_gas
+from ghostball.validation.scenes.library import find_scene
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_rack_has_its_gaps_and_its_speed(seed):
+    scene = scenes.racked_break(seed, FULL_CLOTH)
+    assert len(scene.balls) == 16
+    assert 8.0 <= scene.balls[0].speed <= 10.0
+    assert 1e-5 * 0.999 <= gaps_of(scene)[0] <= 1e-4 * 1.001
+    assert scene.balls[0].angular_velocity == (0.0, 0.0, 0.0)
+
+
+def test_the_same_seed_is_the_same_rack_and_physics_change_nothing_else():
+    one, again = (scenes.racked_break(3, ROLLING) for _ in range(2))
+    assert one == again
+    assert one != scenes.racked_break(4, ROLLING)
+    pool = scenes.racked_break(3, FULL_CLOTH)
+    assert np.array_equal(pool.positions, one.positions)
+    assert np.array_equal(pool.velocities, one.velocities)
+
+
+NEIGHBOURS = 30
+
+
+def gaps_of(scene):
+    """Return the gaps of all pairs of the scene's racked balls, the narrowest first [m]."""
+    racked = scene.positions[1:, :2]
+    apart = np.linalg.norm(racked[:, None] - racked[None], axis=2)[np.triu_indices(15, 1)]
+    return np.sort(apart - 2 * R)
+
+
+@pytest.mark.parametrize("number", range(20))
+def test_random_racks_are_loose_and_frozen_by_turns(number):
+    scene = scenes.random_rack(number)
+    assert scene == scenes.random_rack(number)
+    assert len(scene.balls) == 16
+    assert scene.physics == scenes.racked_break(0, FULL_CLOTH).physics
+    assert 4.0 <= scene.balls[0].speed <= 12.0
+    gaps = gaps_of(scene)
+    assert gaps[NEIGHBOURS] > 0.7 * 2 * R  # of the others
+    if number % 2:
+        assert np.all(np.abs(gaps[:NEIGHBOURS]) < 1e-15)
+    else:
+        assert 0.0 < gaps[0] <= 1e-3
+        assert np.ptp(gaps[:NEIGHBOURS]) < 1e-15
+
+
+def test_loose_racks_have_gaps_of_all_sizes():
+    gaps = [gaps_of(scenes.random_rack(number))[0] for number in range(0, 100, 2)]
+    assert min(gaps) < 1e-4
+    assert max(gaps) > 9e-4
+
+
+def test_frozen_racks_touch_as_the_shipped_one_does_to_the_bit():
+    shipped = find_scene("frozen-break")
+    frozen = scenes.random_rack(1)
+    assert np.array_equal(frozen.positions[1:], shipped.positions[1:])
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 16])
+@pytest.mark.parametrize("packing", [0.1, 0.6, 0.75])
+def test_a_packed_gas_has_its_packing(count, packing):
+    scene = packed_gas(count, packing, FRICTIONLESS, t_max=1.0)
+    columns = math.ceil(math.sqrt(count))
+    places = columns * math.ceil(count / columns)
+    covered = places * math.pi * R**2 / (scene.table.length * scene.table.width)
+    assert covered == pytest.approx(packing)
+    assert len(scene.balls) == count
+
+
+def test_a_gas_on_a_table_has_its_balls_and_is_slowed_by_nothing():
+    scene = scenes.table_gas(16, 5.0)
+    assert (len(scene.balls), scene.t_max) == (16, 5.0)
+    assert np.all(scene.rolling_frictions == 0.0)
+
+
+def test_too_dense_a_lattice_is_refused():
+    with pytest.raises(SceneError, match=r"overlap|cushion"):
+        packed_gas(4, 0.8, FRICTIONLESS, t_max=1.0)
+
+
+def test_later_moves_the_balls_and_keeps_the_rest():
+    scene = packed_gas(4, 0.3, FRICTIONLESS, t_max=1.0)
+    places, speeds = scene.positions + np.array([1e-3, 1e-3, 0.0]), -scene.velocities
+    moved = scenes.later(scene, places, speeds)
+    assert np.array_equal(moved.positions, places)
+    assert np.array_equal(moved.velocities, speeds)
+    assert (moved.table, moved.physics, moved.t_max) == (scene.table, scene.physics, scene.t_max)

@@ -1,0 +1,354 @@
+"""Motion in air, against closed forms and against a solution of its equations to 40 digits."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+from shots import POOL_TABLE, R, ball, random_shot, scene_of
+
+from ghostball.engine import EventKind, Scene, Status, Table, simulate
+from ghostball.engine.core.kernel import COMPILED
+from ghostball.engine.core.tolerances import EPS
+from ghostball.engine.trajectory import Phase
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.stress.scaling import differences, scaled
+
+K = 0.0041
+G = 9.81
+POOL = {"preset": "pool", "air_drag": K}
+
+
+def played(velocity, spin=None, t_max=None, **physics):
+    scene = scene_of(
+        ball((0.0, 0.0), velocity, angular_velocity=spin), t_max=t_max, **(POOL | physics)
+    )
+    return simulate(scene, record="trajectory")
+
+
+# --- published numbers: computed at 30 digits elsewhere
+
+
+@pytest.mark.parametrize(
+    ("speed", "physics", "time", "distance"),
+    [
+        (2.0, {}, 19.629465424815389, 19.259093295102175),
+        (8.0, {}, 55.723414139105355, 182.40202751261116),
+        (2.0, {"preset": "paper"}, 9.9231021048020829, 9.7899900947054689),
+    ],
+    ids=["2 m/s", "8 m/s", "the paper's point"],
+)
+def test_a_roll_stops_after_its_time_and_way(speed, physics, time, distance):
+    """Breaks where the cloth's grip doesn't take its 2/7, or takes it in the paper's model."""
+    result = played((speed, 0.0), **physics)
+    assert result.rest_time == pytest.approx(time, rel=4 * EPS)
+    assert result.rest_positions[0, 0] == pytest.approx(distance, rel=8 * EPS)
+
+
+def test_a_roll_is_where_the_closed_form_says():
+    result = played((2.0, 0.0))
+    states = result.sample([5.0, 5.9521690053140506])
+    assert states.velocities[0, 0, 0] == pytest.approx(1.4653067196992342, rel=4 * EPS)
+    assert states.positions[:, 0, 0] == pytest.approx([8.6519743223088194, 10.0], rel=4 * EPS)
+
+
+def test_a_stunned_ball_slides_along_a_line():
+    result = played((3.0, 0.0), (0.0, 0.0, 0.0))
+    end = result.events["t"][0]
+    assert end == pytest.approx(0.43514440820822335, rel=4 * EPS)
+    state = result.sample([end])
+    assert state.positions[0, 0, 0] == pytest.approx(1.1168116256280046, rel=4 * EPS)
+    assert state.velocities[0, 0, 0] == pytest.approx(2.1343833222613356, rel=4 * EPS)
+
+
+def test_a_slide_with_side_turns():
+    result = played((3.0, 0.0), (-50.0, 60.0, 0.0))
+    assert result.events["kind"][0] == EventKind.SLIDE_TO_ROLL
+    end = result.events["t"][0]
+    assert end == pytest.approx(0.27906760072226945, rel=4 * EPS)
+    state = result.sample([end])
+    place = [0.78488866111409261, 0.056830779037561494]
+    assert state.positions[0, 0, :2] == pytest.approx(place, abs=8e-16)
+    velocity = [2.6262173230896689, 0.40775401791915694]
+    assert state.velocities[0, 0, :2] == pytest.approx(velocity, abs=8e-16)
+    # It rolls from there on: by the spin that it had until then, too.
+    before = result.sample([end * (1 - 1e-12)])
+    rolling = np.array([-velocity[1], velocity[0]]) / R
+    assert before.angular_velocities[0, 0, :2] == pytest.approx(rolling, rel=1e-11)
+
+
+def test_rolling_friction_that_grows_with_the_speed_is_beside_the_air():
+    """a = mu g + b v^2 stops after ln(1 + b v^2 / a) / 2b; with 5/7 of the air, the same."""
+    a, v = 0.01 * G, 2.0
+    for physics, b in (
+        ({"rolling_friction_quadratic": 0.0088}, 0.0088),
+        ({"rolling_friction_quadratic": 0.0088, "air_drag": K}, 0.0088 + 5 * K / 7),
+        ({"rolling_friction_quadratic": 0.02, "rolling_friction": 0.01, "preset": "paper"}, 0.02),
+    ):
+        result = played((v, 0.0), **({"air_drag": 0.0} | physics))
+        assert result.rest_positions[0, 0] == pytest.approx(math.log1p(b * v * v / a) / (2 * b))
+
+
+# --- what a piece leaves out
+
+
+@cache
+def collocation(stages=14):
+    """Return the nodes of Gauss and Legendre on [0, 1], and the integrals up to each, and to 1."""
+    with mp.workdps(60):
+        rough = np.polynomial.legendre.leggauss(stages)[0]
+        roots = [mp.findroot(lambda x: mp.legendre(stages, x), mpf(float(x))) for x in rough]
+        nodes = [(1 + x) / 2 for x in roots]
+        powers = mp.matrix(stages, stages)
+        for i, j in np.ndindex(stages, stages):
+            powers[i, j] = nodes[j] ** i
+        inverse = powers**-1
+        return [
+            [
+                sum(inverse[j, i] * c ** (i + 1) / (i + 1) for i in range(stages))
+                for j in range(stages)
+            ]
+            for c in [*nodes, mpf(1)]
+        ]
+
+
+def true_motion(knot, friction, drag, times, steps=6):
+    """Solve a slide in air from a knot on; x, y, vx, vy at `times` after it, (k, 4) of mpf.
+
+    By collocation of order 28, in steps: independent of any power series.
+    """
+    upto = collocation()
+    with mp.workdps(35):
+        x, y, vx, vy = (mpf(float(c)) for c in knot[1:5])
+        wx, wy = (mpf(float(c)) for c in knot[7:9])
+        mu, k, r = (mpf(float(c)) for c in (friction, drag, R))
+
+        def rates(s):
+            _, _, vx, vy, ux, uy = s
+            slip, speed = mp.hypot(ux, uy), mp.hypot(vx, vy)
+            fx, fy = -mu * ux / slip, -mu * uy / slip
+            dx, dy = k * speed * vx, k * speed * vy
+            return [vx, vy, fx - dx, fy - dy, 7 * fx / 2 - dx, 7 * fy / 2 - dy]
+
+        state, found, reached = [x, y, vx, vy, vx - r * wy, vy + r * wx], [], mpf(0)
+        for t in times:
+            h = (mpf(float(t)) - reached) / steps
+            for _ in range(steps):
+                slopes = [rates(state)] * (len(upto) - 1)
+                for _ in range(40):
+                    stages = [
+                        [
+                            a + h * sum(w * s[n] for w, s in zip(row, slopes, strict=True))
+                            for n, a in enumerate(state)
+                        ]
+                        for row in upto
+                    ]
+                    before, slopes = slopes, [rates(stage) for stage in stages[:-1]]
+                    change = max(
+                        abs(p - q)
+                        for a, b in zip(before, slopes, strict=True)
+                        for p, q in zip(a, b, strict=True)
+                    )
+                    if change < mpf(10) ** -28:
+                        break
+                state = stages[-1]
+            reached = mpf(float(t))
+            found.append(state[:4])
+        return found
+
+
+def in_digits(knot, powers, s):
+    """Evaluate a piece's polynomial with 40 digits: x, y, vx, vy after s seconds."""
+    with mp.workdps(40):
+        s = mpf(float(s))
+        found = []
+        for axis in range(2):
+            c = [mpf(float(knot[1 + axis])), mpf(float(knot[3 + axis]))]
+            c += [mpf(float(knot[5 + axis])) / 2, *(mpf(float(p)) for p in powers[axis::2])]
+            found.append(
+                (
+                    sum(a * s**n for n, a in enumerate(c)),
+                    sum(n * a * s ** (n - 1) for n, a in enumerate(c) if n),
+                )
+            )
+        (x, vx), (y, vy) = found
+        return [x, y, vx, vy]
+
+
+SLIDES = {
+    "draw with side": ((3.0, 0.4), (-50.0, -60.0, 30.0)),
+    "follow with side": ((1.0, 0.2), (30.0, 90.0, 0.0)),
+    "nearly stun": ((2.0, 0.001), (0.0, 1.0, 0.0)),
+    "nearly along the slip": ((2.0, 0.0), (1e-9, 10.0, 0.0)),
+    "from nearly rest": ((1e-3, 1e-4), (0.0, 80.0, 0.0)),
+}
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", SLIDES)
+def test_a_piece_leaves_out_less_than_a_tenth_of_the_rounding_of_the_state(name):
+    """Each piece against the true motion from its own first state: places, and velocities, too.
+
+    Breaks where a series is cut too soon, a piece is too long, or a coefficient is wrong.
+    """
+    velocity, spin = SLIDES[name]
+    scene = scene_of(ball((1.0, 0.5), velocity, angular_velocity=spin), **POOL)
+    result = simulate(scene, record="trajectory")
+    (knots,) = result.trajectory.knots
+    slides = np.flatnonzero(knots[:, 13] == Phase.SLIDING)
+    assert len(slides) > 4
+    for row in slides[:-1][:: max(len(slides) // 3, 1)]:
+        knot, duration = knots[row], knots[row + 1, 0] - knots[row, 0]
+        powers, _ = result.trajectory.powers(knots[row : row + 1])
+        times = duration * np.array([0.5, 1.0])
+        size = np.repeat([np.abs(knot[1:3]).sum(), np.abs(knot[3:5]).sum()], 2)
+        size[2:] += R * np.abs(knot[7:9]).sum()
+        for s, true in zip(times, true_motion(knot, 0.2 * G, K, times), strict=True):
+            found = in_digits(knot, powers[:, 0], s)
+            off = [float(abs(a - b)) for a, b in zip(found, true, strict=True)]
+            # Beside the rounding of the second coefficient, which any motion has.
+            rounding = 0.5 * EPS * np.hypot(*knot[5:7]) * np.repeat([s * s / 2, s], 2)
+            assert np.all(off <= 0.1 * 0.5 * EPS * size + rounding)
+
+
+def test_what_the_last_piece_of_a_slide_leaves_out_is_gone_at_its_end():
+    """It is a parabola whose end is exact: against the true motion to where the slip is 1e-18."""
+    for velocity, spin in SLIDES.values():
+        result = played(velocity, spin)
+        (knots,) = result.trajectory.knots
+        last = np.flatnonzero(knots[:, 13] == Phase.SLIDING)[-1]
+        duration = knots[last + 1, 0] - knots[last, 0]
+        near = duration * (1.0 - 1e-9)
+        (true,) = true_motion(knots[last], 0.2 * G, K, [near])
+        found = in_digits(knots[last], [], near)
+        off = [float(abs(a - b)) for a, b in zip(found, true, strict=True)]
+        assert max(off[:2]) < 2e-18
+        assert max(off[2:]) < 1e-9
+
+
+# --- contacts
+
+
+def test_a_resting_ball_is_hit_when_the_way_is_gone():
+    """v(x)^2 = (v0^2 + a/b) exp(-2 b x) - a/b, t = (atan(q) - atan(v sqrt(b/a))) / sqrt(a b)."""
+    scene = scene_of(ball((0.0, 0.0), (2.0, 0.0)), ball((10.0 + 2 * R, 0.0)), **POOL)
+    result = simulate(scene, record="events")
+    assert result.events["t"][0] == pytest.approx(5.9521690053140506, rel=8 * EPS)
+
+
+@pytest.mark.parametrize("v", [0.5, 3.0, 8.0])
+def test_a_cushion_is_met_when_the_way_is_gone(v):
+    a, b = mpf(0.01) * mpf(G), 5 * mpf(K) / 7
+    way = mpf(1.2) - mpf(R)
+    left = mp.sqrt((v * v + a / b) * mp.exp(-2 * b * way) - a / b)
+    t = (mp.atan(v * mp.sqrt(b / a)) - mp.atan(left * mp.sqrt(b / a))) / mp.sqrt(a * b)
+    table = Table(length=1.2, width=1.0, cushions=("right",))
+    scene = scene_of(ball((0.0, 0.5), (v, 0.0)), table=table, **POOL)
+    result = simulate(scene, record="events")
+    assert result.events["kind"][0] == EventKind.BALL_CUSHION
+    assert result.events["t"][0] == pytest.approx(float(t), rel=8 * EPS)
+
+
+@pytest.mark.parametrize("seed", [1, 3, *([5, 7, 9, 11, 13] if COMPILED else [])])
+def test_no_contact_is_missed_and_energy_never_rises(seed):
+    """Balls never overlap by more than rounding, whatever happens; every shot comes to rest."""
+    scene = random_shot(seed, 6, **POOL)
+    result = simulate(scene, record="trajectory")
+    assert result.status is Status.REST
+    times = np.linspace(0.0, result.rest_time, 1000)
+    places, radii = result.sample(times).positions, scene.radii
+    for i in range(6):
+        for j in range(i):
+            distance = np.linalg.norm(places[:, i, :2] - places[:, j, :2], axis=1)
+            assert np.all(distance >= (radii[i] + radii[j]) * (1 - 1e-12))
+    energy = result.energy(times).total
+    assert np.all(np.diff(energy) <= 1e-13 * energy[0])
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_it_has_no_scale_of_its_own(seed):
+    """In units that are powers of two smaller or larger, the same bits: k goes with 1 / length."""
+    scene = random_shot(seed, 4, preset="pool", ball_friction=0.06, air_drag=K)
+    one = simulate(scene, record="events")
+    assert differences(one, simulate(scaled(scene, 3, -2, 1), record="events"), 3, -2) == []
+
+
+@pytest.mark.skipif(COMPILED, reason="kernels that no other test runs would be compiled for it")
+def test_many_balls_come_to_the_same_bits_as_few(monkeypatch):
+    from ghostball.engine.running import skips
+
+    scene = random_shot(3, 8, **POOL)
+    few = simulate(scene, record="events")
+    monkeypatch.setattr(skips, "MOST_PAIRED", 0)
+    many = simulate(Scene.model_validate(scene.model_dump()), record="events")
+    assert many.work["cell_moves"] > 0
+    assert np.array_equal(few.events, many.events)
+    assert np.array_equal(few.rest_positions, many.rest_positions)
+
+
+def test_air_that_hardly_is_hardly_matters():
+    """As k goes to 0 the shot comes to what it is without air, in proportion to k."""
+
+    def rests(k):
+        scene = scene_of(
+            ball((0.6, 0.6), (2.0, 0.3), angular_velocity=(5.0, -20.0, 30.0)),
+            ball((1.2, 0.7)),
+            table=POOL_TABLE,
+            **(POOL | {"air_drag": k}),
+        )
+        return simulate(scene).rest_positions
+
+    off = [np.abs(rests(k) - rests(0.0)).max() for k in (1e-6, 1e-8, 1e-10)]
+    assert off[0] == pytest.approx(100 * off[1], rel=1e-3)
+    assert off[1] == pytest.approx(100 * off[2], rel=1e-3)
+
+
+def test_without_friction_only_the_air_slows():
+    """v = v0 / (1 + k v0 t), and it never stops: it needs `t_max`."""
+    scene = scene_of(
+        ball((0.0, 0.0), (3.0, 0.0), angular_velocity=(0.0, 0.0, 0.0)),
+        ball((0.0, 1.0), (3.0, 0.0)),
+        t_max=30.0,
+        **(POOL | {"rolling_friction": 0.0, "sliding_friction": 0.0}),
+    )
+    result = simulate(scene, record="trajectory")
+    assert result.status is Status.T_MAX
+    for i, k in ((0, K), (1, 5 * K / 7)):
+        v = 3.0 / (1.0 + k * 3.0 * 30.0)
+        x = math.log1p(k * 3.0 * 30.0) / k
+        assert result.final_state.velocities[0, i, 0] == pytest.approx(v, rel=1e-14)
+        assert result.rest_positions[i, 0] == pytest.approx(x, rel=1e-14)
+
+
+def test_orientation_follows_the_angular_velocity_through_a_slide_and_a_roll():
+    result = played((3.0, 0.4), (-50.0, -60.0, 30.0))
+    times = np.array([0.1, 0.3, 0.5, 2.0, 4.0])
+    h = 1e-5
+    before, q, after = (result.orientation(times + s)[:, 0] for s in (-h, 0.0, h))
+    w = result.sample(times).angular_velocities[:, 0]
+    for a, here, b, spin in zip(before, q, after, w, strict=True):
+        x, y, z = spin
+        matrix = np.array([[0, -x, -y, -z], [x, 0, -z, y], [y, z, 0, -x], [z, -y, x, 0]])
+        assert (b - a) / (2 * h) == pytest.approx(
+            0.5 * matrix @ here, abs=2e-5 * max(1, abs(spin).max())
+        )
+
+
+@pytest.mark.parametrize("name", [pytest.param("push", marks=pytest.mark.compiled), "push-line"])
+def test_balls_that_press_each_other_feel_the_air_too(name):
+    """Breaks where a contact step leaves the air out."""
+    scene = find_scene(name)
+    ends = []
+    for k in (0.0, 1e-6, 1e-5):
+        physics = scene.physics.model_copy(update={"air_drag": k})
+        shot = Scene.model_validate(scene.model_copy(update={"physics": physics}).model_dump())
+        result = simulate(shot)
+        assert result.work["contact_steps"] > 0
+        assert result.work["unsolved_contact_steps"] == 0
+        ends.append(result.rest_positions)
+    little, more = (np.abs(end - ends[0]).max() for end in ends[1:])
+    assert more == pytest.approx(10 * little, rel=0.02)
+    assert little > 1e-9

@@ -1,0 +1,296 @@
+"""Balls in flight: when they land, how their bounces end, when they meet others."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from shots import POOL_TABLE, R, ball, rack, scene_of
+
+from ghostball.engine import EventKind, Scene, Status, Table, simulate
+from ghostball.engine.core.kernel import COMPILED
+from ghostball.engine.core.tolerances import EPS
+from ghostball.engine.running import skips
+from ghostball.engine.trajectory import Phase
+
+G = 9.81
+FLIES = {
+    "motion": "sliding",
+    "airborne": True,
+    "table_restitution": 0.5,
+    "sliding_friction": 0.2,
+    "rolling_friction": 0.01,
+}
+JUST_ABOVE = R * (1 + 4 * EPS)
+
+
+def landings(result):
+    return result.events["t"][result.events["kind"] == EventKind.BALL_CLOTH]
+
+
+def test_a_ball_flies_along_a_parabola_and_lands():
+    spin = (3.0, -40.0, 70.0)
+    scene = scene_of(ball((0, 0), (2, 0.5, 1.5), angular_velocity=spin), **FLIES)
+    result = simulate(scene, record="trajectory")
+    first = landings(result)[0]
+    assert first == pytest.approx(2 * 1.5 / G, rel=2 * EPS)
+    t = np.linspace(0, first * (1 - 1e-12), 7)
+    states = result.sample(t)
+    assert states.positions[:, 0, 2] == pytest.approx(R + 1.5 * t - G * t**2 / 2, abs=1e-15)
+    assert states.positions[:, 0, :2] == pytest.approx(np.outer(t, [2, 0.5]), abs=1e-15)
+    assert np.all(states.angular_velocities[:, 0] == spin)  # no cloth slows any of it
+    assert np.all(result.phases(t) == Phase.FLYING)
+    energy = result.energy(t)
+    assert energy.total == pytest.approx(energy.total[0], rel=4 * EPS)
+    assert energy.height[3] > 0.0
+
+
+# --- the end of bouncing, in closed form
+
+
+def test_a_dropped_ball_comes_to_rest_after_its_series():
+    """Ends sqrt(2 h / g)(1 + e)/(1 - e) after it is let go: no bounce is cut short."""
+    h, e = 0.1, 0.6
+    scene = scene_of(ball((0, 0, R + h)), **(FLIES | {"table_restitution": e}))
+    result = simulate(scene, record="trajectory")
+    times = landings(result)
+    assert times[0] == pytest.approx(0.14278431229270645, rel=4 * EPS)
+    assert times[-1] == pytest.approx(0.57113724917082579, rel=8 * EPS)
+    assert result.rest_time == pytest.approx(0.57113724917082579, rel=8 * EPS)
+    ratios = np.diff(times)[1:-1] / np.diff(times)[:-2]
+    assert ratios == pytest.approx(e, abs=1e-9)
+    assert len(times) == 18
+    assert result.rest_positions.tolist() == [[0.0, 0.0, R]]
+
+
+@pytest.mark.parametrize(
+    ("v", "ends", "way", "rests"),
+    [
+        (3.0, 0.20387359836901121, 0.53007135575942915, 24.231625371861283),
+        (1.5, 0.20387359836901121, 0.23154215814766273, 6.0825063970542345),
+    ],
+    ids=["never sticks", "sticks at the second"],
+)
+def test_bounces_with_friction_end_where_their_series_says(v, ends, way, rests):
+    scene = scene_of(ball((0, 0, JUST_ABOVE), (v, 0, -1), angular_velocity=(0, 0, 0)), **FLIES)
+    result = simulate(scene, record="trajectory")
+    last = landings(result)[-1]
+    assert last == pytest.approx(ends, rel=1e-14)
+    assert result.sample([last]).positions[0, 0, 0] == pytest.approx(way, rel=1e-13)
+    assert result.rest_positions[0, 0] == pytest.approx(rests, rel=1e-13)
+    if v == 3.0:
+        after = result.sample([last])
+        assert after.velocities[0, 0, 0] == pytest.approx(2.4, rel=1e-13)
+        rolls = result.events["t"][result.events["kind"] == EventKind.SLIDE_TO_ROLL]
+        assert rolls[0] == pytest.approx(0.33493519732051842, rel=1e-13)
+        assert result.sample(rolls).velocities[0, 0, 0] == pytest.approx(15 / 7, rel=1e-13)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3, 0.9, 0.99])
+def test_however_it_bounces_it_rolls_at_the_same_speed(e):
+    """v0 - (2/7) u0: neither the table nor the number of bounces matter."""
+    scene = scene_of(
+        ball((0, 0, JUST_ABOVE), (2, 1, -0.7), angular_velocity=(10, -60, 5)),
+        **(FLIES | {"table_restitution": e}),
+    )
+    result = simulate(scene, record="trajectory")
+    assert result.status is Status.REST
+    rolls = result.events["t"][result.events["kind"] == EventKind.SLIDE_TO_ROLL]
+    t = max([*rolls, landings(result)[-1]])
+    assert result.phases([t])[0, 0] == Phase.ROLLING
+    rolling = np.array([2, 1]) - 2 / 7 * np.array([2 + R * 60, 1 + R * 10])
+    assert result.sample([t]).velocities[0, 0, :2] == pytest.approx(rolling, abs=1e-12)
+
+
+def test_a_table_that_returns_all_lets_a_ball_bounce_for_ever():
+    scene = scene_of(ball((0, 0, R + 0.05)), t_max=20.0, **(FLIES | {"table_restitution": 1.0}))
+    result = simulate(scene, record="trajectory")
+    assert result.status is Status.T_MAX
+    period = 2 * math.sqrt(2 * 0.05 / G)
+    times = landings(result)
+    assert times == pytest.approx(period * (np.arange(len(times)) + 0.5), rel=1e-13)
+    energy = result.energy(np.linspace(0, 20, 50)).total
+    assert energy == pytest.approx(energy[0], rel=1e-13)
+
+
+# --- in space
+
+
+def first_entry(r, v, a, reach):
+    """Return when |r + v s + a s^2 / 2| first falls to `reach` [s], by the roots of numpy."""
+    parts = [np.array([a[k] / 2, v[k], r[k]]) for k in range(3)]
+    square = np.zeros(5)
+    for part in parts:
+        square = np.polyadd(square, np.polymul(part, part))
+    roots = np.roots(np.polyadd(square, [-reach * reach]))
+    real = np.sort(roots[np.abs(roots.imag) < 1e-9].real)
+    falls = real[(real > 0) & (np.polyval(np.polyder(square), real) < 0.0)]
+    return falls[0] if len(falls) else math.inf
+
+
+MEET = {0, 1, 2, 3, 6, 8, 11}
+"""Of the shots below, those in which they do; of each kind at least one."""
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_two_balls_of_which_one_flies_meet_at_the_root_of_their_quartic(seed):
+    """A jump against a ball that rolls, slides, flies or rests: none missed, none invented."""
+    chance = np.random.default_rng(seed)
+    up, kind = chance.uniform(0.5, 1.5), seed % 4
+    lands = 2 * up / G
+    # Aimed so that they come together about half way through the flight.
+    at = chance.uniform(0.2, 0.9) * lands
+    v = np.array([chance.uniform(0.5, 2.5), chance.uniform(-0.2, 0.2), up])
+    other_v = np.array([chance.uniform(-1.5, 0.2), chance.uniform(-0.5, 0.5), 0.0])
+    spin = None
+    if kind == 0:
+        other_v[:] = 0.0
+    if kind == 2:
+        spin = (20.0, -40.0, 0.0)
+    if kind == 3:
+        other_v[2] = chance.uniform(0.5, 1.5)
+    off = np.array([*chance.uniform(-0.8, 0.8, size=2) * R, 0.0])
+    start = (v - other_v) * at * [1, 1, 0] + off
+    scene = scene_of(
+        ball((0, 0), v.tolist(), angular_velocity=(0, 0, 0)),
+        ball(start[:2].tolist(), other_v.tolist(), angular_velocity=spin),
+        **FLIES,
+    )
+    result = simulate(scene, record="trajectory")
+    knot = result.trajectory.knots[1][0]
+    falls = [0.0, 0.0, -G]
+    a = np.array([*knot[5:7], -G if kind == 3 else 0.0]) - falls
+    r = np.array([*start[:2], 0.0])
+    expected = first_entry(r, other_v - v, a, 2 * R)
+    others = result.events[result.events["kind"] != EventKind.BALL_BALL]["t"]
+    hits = result.events[result.events["kind"] == EventKind.BALL_BALL]["t"]
+    until = min(others, default=math.inf)
+    assert (expected < until) == (seed in MEET)
+    if seed in MEET:
+        assert hits[0] == pytest.approx(expected, rel=1e-9)
+    else:
+        assert len(hits) == 0 or hits[0] >= until
+
+
+@pytest.mark.parametrize("above", [1e-6, 1e-9, -1e-9, -1e-6])
+def test_a_jump_clears_a_ball_or_clips_its_top(above):
+    """The least distance of the flight from the ball, by a bound on which the jump is aimed."""
+
+    def least(up):
+        x, z = np.array([-1.5, 0.3]), np.array([-G / 2, up, 0.0])
+        square = np.polyadd(np.polymul(x, x), np.polymul(z, z))
+        turns = np.roots(np.polyder(square))
+        real = turns[np.abs(turns.imag) < 1e-9].real
+        inside = real[(real > 0) & (real < 2 * up / G)]
+        return math.sqrt(min(np.polyval(square, [*inside, 0.0, 2 * up / G])))
+
+    low, high = 0.5, 2.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if least(middle) > 2 * R else (middle, high)
+    scene = scene_of(
+        ball((0, 0), (1.5, 0, high + above), angular_velocity=(0, 0, 0)), ball((0.3, 0)), **FLIES
+    )
+    result = simulate(scene, record="events")
+    hit = EventKind.BALL_BALL in result.events["kind"][result.events["t"] < 2 * high / G]
+    assert hit == (above < 0)
+
+
+def test_a_ball_dropped_on_another_bounces_off_and_both_come_to_rest():
+    scene = scene_of(
+        ball((0.001, 0.0005, 0.2)), ball((0, 0)), ball_restitution=0.9, ball_friction=0.05, **FLIES
+    )
+    result = simulate(scene, record="trajectory")
+    assert result.status is Status.REST
+    hits = result.events[result.events["kind"] == EventKind.BALL_BALL]
+    assert len(hits) > 2
+    assert np.all(result.rest_positions[:, 2] == R)
+    times = np.linspace(0, result.rest_time, 3000)
+    places = result.sample(times).positions
+    assert np.min(np.linalg.norm(places[:, 0] - places[:, 1], axis=1)) > 2 * R * (1 - 1e-12)
+    energy = result.energy(np.sort([*times, *result.events["t"]])).total
+    assert np.all(np.diff(energy) <= 1e-13 * energy[0])
+
+
+def test_a_ball_dropped_exactly_on_another_falls_off():
+    """Nothing decides to which side; without a rule of its own it would bounce there for ever."""
+    scene = scene_of(ball((0, 0, 0.1)), ball((0, 0)), ball_restitution=0.5, **FLIES)
+    result = simulate(scene, record="events", max_events=50_000)
+    assert result.status is Status.REST
+    assert np.all(result.rest_positions[:, 2] == R)
+    assert result.rest_positions[0, 1] == 0.0
+
+
+def test_two_landings_at_one_instant_are_two_events():
+    scene = scene_of(ball((0, 0), (1, 0, 1)), ball((0, 1), (-1, 0, 1)), **FLIES)
+    result = simulate(scene, record="events")
+    first = result.events[:2]
+    assert first["t"][0] == first["t"][1]
+    assert sorted(first["a"].tolist()) == [0, 1]
+    alone = simulate(scene_of(ball((0, 1), (-1, 0, 1)), **FLIES), record="events")
+    assert np.array_equal(alone.rest_positions[0], result.rest_positions[1])
+
+
+@pytest.mark.parametrize("seed", range(6 if COMPILED else 2))
+def test_a_break_with_flight_keeps_to_the_table_and_to_its_energy(seed):
+    chance = np.random.default_rng(seed)
+    gap = [0.0, 1e-4][seed % 2]
+    scene = scene_of(
+        ball((0.6, 0.635 + 0.01 * chance.normal()), (7.0, 0.0), angular_velocity=(0, 100, 0)),
+        *rack(10, (1.8, 0.635), gap),
+        table=POOL_TABLE,
+        preset="pool",
+        airborne=True,
+    )
+    result = simulate(scene, record="trajectory")
+    assert result.status is Status.REST
+    assert EventKind.BALL_CLOTH in result.events["kind"]
+    times = np.unique([*np.linspace(0, result.rest_time, 500), *result.events["t"]])
+    states, gone = result.sample(times), result.phases(times) == Phase.GONE
+    assert np.min(states.positions[:, :, 2]) >= R - 1e-15
+    for i in range(len(scene.balls)):
+        for j in range(i):
+            apart = np.linalg.norm(states.positions[:, i] - states.positions[:, j], axis=1)
+            assert np.all((apart > 2 * R * (1 - 1e-11)) | gone[:, i] | gone[:, j])
+        x, y, z = states.positions[~gone[:, i], i].T
+        for away in (x, 2.54 - x, y, 1.27 - y):
+            assert np.min(np.hypot(away, z - 0.0357)) > R * (1 - 1e-11)
+            assert np.min(away) >= 0.0
+    energy = result.energy(times).total
+    assert np.all(np.diff(energy) <= 1e-13 * energy[0])
+
+
+@pytest.mark.skipif(COMPILED, reason="kernels that no other test runs would be compiled for it")
+def test_many_balls_come_to_the_same_bits_as_few(monkeypatch):
+    scene = scene_of(
+        ball((0.6, 0.64), (5.0, 0.0, 0.5), angular_velocity=(0, 50, 0)),
+        *rack(6, (1.8, 0.635), 1e-4),
+        table=POOL_TABLE,
+        preset="pool",
+        airborne=True,
+    )
+    few = simulate(scene, record="events")
+    monkeypatch.setattr(skips, "MOST_PAIRED", 0)
+    many = simulate(Scene.model_validate(scene.model_dump()), record="events")
+    assert many.work["cell_moves"] > 0
+    assert np.array_equal(few.events, many.events)
+    assert np.array_equal(few.rest_positions, many.rest_positions)
+
+
+def test_a_ball_over_an_open_side_comes_down_on_the_cloth_that_goes_on():
+    table = Table(length=2.0, width=1.0, cushions=("left", "bottom", "top"))
+    scene = scene_of(ball((1.8, 0.5), (3, 0, 1.5)), table=table, **FLIES)
+    result = simulate(scene, record="events")
+    assert result.status is Status.REST
+    assert EventKind.LEAVES_TABLE not in result.events["kind"]
+    assert result.rest_positions[0, 0] > 2.0
+
+
+def test_where_nothing_lifts_a_ball_it_stays_down():
+    """A straight roll with `airborne`: no event but rest, and to rounding as without."""
+    for airborne in (True, False):
+        physics = FLIES | {"airborne": airborne, "table_restitution": 0.5}
+        result = simulate(scene_of(ball((0, 0), (1, 0.5)), **physics), record="events")
+        assert result.events["kind"].tolist() == [EventKind.ROLL_TO_REST]
+        assert result.rest_time == pytest.approx(math.hypot(1, 0.5) / (0.01 * G))

@@ -1,0 +1,44 @@
+"""A contact of two balls that lasts, against an independent integration of the constrained motion.
+
+Of a ball and a cushion, the family "held" of the stress suite does that.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from constrained_motion import Touch, pressed_motion
+
+from ghostball.engine import Ball, Physics, Scene, simulate
+
+R = 0.028575
+
+
+def test_a_ball_that_slides_and_pushes_another_follows_the_constrained_motion():
+    x = [(0.0, 0.0, 0.0), (2.0 * R, 0.0, 0.0)]
+    v = [(0.3, 0.1, 0.0), (0.3, -0.02, 0.0)]
+    w = [(4.0, 60.0, 8.0), (-30.0, -20.0, -5.0)]
+    t = 0.04
+    scene = Scene(
+        name="pushed",
+        physics=Physics(
+            motion="sliding",
+            sliding_friction=0.2,
+            spinning_friction_rate=10.0,
+            ball_friction=0.06,
+            ball_restitution=0.5,
+        ),
+        balls=[
+            Ball(id=f"b{k}", radius=R, position=x[k][:2], velocity=v[k][:2], angular_velocity=w[k])
+            for k in range(2)
+        ],
+        t_max=t,
+    )
+    result = simulate(scene, record="events")
+    assert result.work["contact_steps"] > 0
+    expected = pressed_motion(scene, [Touch(0, 1)], 200)
+    assert np.max(np.abs(expected - pressed_motion(scene, [Touch(0, 1)], 100))) < 1e-9
+    end = result.sample([t])
+    assert end.positions[0, :, :2] == pytest.approx(expected[0, :, :2], abs=1e-8)
+    assert end.velocities[0] == pytest.approx(expected[1], abs=1e-7)
+    assert R * end.angular_velocities[0] == pytest.approx(R * expected[2], abs=1e-6)

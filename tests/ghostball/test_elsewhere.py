@@ -1,0 +1,150 @@
+"""Engines in any language: scenes go out as JSON, runs come back and are judged as any engine's."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from ghostball.cli import app
+from ghostball.engine import Scene, simulate
+from ghostball.reference_adapters.base import EngineError
+from ghostball.reference_adapters.elsewhere import Run
+from ghostball.validation.scenes.library import find_scene, scene_names
+
+EXAMPLES = Path(__file__).parents[2] / "validation" / "examples"
+
+
+def made_elsewhere(name: str) -> dict:
+    """Return our own run of a scene as another program would write it."""
+    result = simulate(find_scene(name), record="trajectory")
+    assert result.events is not None
+    near = [t + side for t in result.events["t"] for side in (-1e-9, 1e-9)]
+    times = np.unique([0.0, *near, *np.arange(0.0, result.rest_time, 0.002), result.rest_time])
+    times = times[times >= 0.0]
+    positions, velocities, spins = result.sample(times)
+    return result.to_dict() | {
+        "engine": "elsewhere",
+        "samples": {
+            "t": times.tolist(),
+            "positions": positions.tolist(),
+            "velocities": velocities.tolist(),
+            "angular_velocities": spins.tolist(),
+        },
+    }
+
+
+def graded(tmp_path: Path, *runs: dict, worst: str = "centimetres") -> tuple[int, str]:
+    path = tmp_path / "runs.jsonl"
+    path.write_text("\n".join(json.dumps(run) for run in runs))
+    done = CliRunner().invoke(app, ["grade", str(path), "--worst", worst])
+    return done.exit_code, done.output
+
+
+def test_scenes_come_back_the_same(tmp_path: Path) -> None:
+    done = CliRunner().invoke(app, ["scenes", "--export", str(tmp_path)])
+    assert done.exit_code == 0
+    for name in scene_names():
+        scene = Scene.model_validate(json.loads((tmp_path / f"{name}.json").read_text()))
+        assert scene.physics == find_scene(name).physics
+        np.testing.assert_array_equal(scene.angular_velocities, find_scene(name).angular_velocities)
+
+
+def test_a_right_run_passes_and_a_wrong_one_fails(tmp_path: Path) -> None:
+    right = [made_elsewhere(name) for name in ("half-ball-cut", "wall-bounce", "draw-shot")]
+    status, shown = graded(tmp_path, *right, worst="nanometres")
+    assert status == 0, shown
+    # Planted errors: a ball that rests elsewhere, a collision that nobody saw.
+    off, blind = made_elsewhere("half-ball-cut"), made_elsewhere("half-ball-cut")
+    off["rest_positions"][0][0] += 0.002
+    assert graded(tmp_path, off)[0] == 0
+    assert graded(tmp_path, off, worst="micrometres")[0] == 1
+    blind["events"] = blind["events"][1:]
+    status, shown = graded(tmp_path, blind)
+    assert status == 1
+    assert "1 of 1 runs are worse than centimetres" in shown
+    assert graded(tmp_path, off, worst="perfect")[0] == 2
+
+
+def test_a_whole_scene_may_stand_in_a_run(tmp_path: Path) -> None:
+    run = made_elsewhere("half-ball-cut")
+    run["scene"] = find_scene("half-ball-cut").model_dump(mode="json", by_alias=True)
+    assert graded(tmp_path, run)[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"status": "done"}, "`status` of .* is refused"),
+        ({"rest_positions": [[0, 0]]}, "`rest_positions.0.2` of .* is refused"),
+        ({"events": [{"t": -1, "kind": "ball-ball", "a": 0}]}, "`events.0.t` of .* is refused"),
+    ],
+)
+def test_what_is_no_run_is_refused_with_its_place(change: dict, says: str) -> None:
+    with pytest.raises(EngineError, match=says):
+        Run.parse(made_elsewhere("stop") | change, "a file, run 1")
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"rest_positions": []}, "must have 1 balls, got 0"),
+        ({"samples": None}, "has no `samples`"),
+        ({"events": [{"t": 0.0, "kind": "bang", "a": 0}]}, "must be one of ball-ball"),
+        ({"events": [{"t": 0.0, "kind": "ball-cushion", "a": 0, "b": "up"}]}, "left, right"),
+        (
+            {"samples": {"t": [0], "positions": [], "velocities": [], "angular_velocities": []}},
+            "must have the shape",
+        ),
+    ],
+)
+def test_what_does_not_fit_its_scene_is_refused(change: dict, says: str) -> None:
+    run = Run.parse(made_elsewhere("stop") | change, "a file, run 1")
+    with pytest.raises(EngineError, match=says):
+        run.result(find_scene("stop"))
+
+
+def played(tmp_path: Path, *command: str) -> int:
+    """Have a program play exported scenes, and return the status with which they are graded."""
+    CliRunner().invoke(app, ["scenes", "--export", str(tmp_path)])
+    scenes = [str(tmp_path / f"{name}.json") for name in ("half-ball-cut", "wall-bounce")]
+    done = subprocess.run([*command, *scenes], check=True, capture_output=True, text=True)
+    (tmp_path / "out.jsonl").write_text(done.stdout)
+    return CliRunner().invoke(app, ["grade", str(tmp_path / "out.jsonl")]).exit_code
+
+
+@pytest.mark.slow
+@pytest.mark.checkout
+def test_the_example_in_cpp_plays(tmp_path: Path) -> None:
+    compile_it = ["c++", "-std=c++17", "-O2", str(EXAMPLES / "stepper.cpp"), "-o"]
+    if shutil.which("c++") is None:
+        pytest.skip("there is no C++ compiler")
+    header = subprocess.run(
+        ["c++", "-E", "-x", "c++", "-"],
+        input="#include <nlohmann/json.hpp>",
+        text=True,
+        check=False,
+        capture_output=True,
+    )
+    if header.returncode:
+        pytest.skip("nlohmann-json3-dev isn't installed")
+    program = str(tmp_path / "stepper")
+    subprocess.run([*compile_it, program], check=True)
+    assert played(tmp_path, program) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.checkout
+def test_the_example_in_javascript_plays(tmp_path: Path) -> None:
+    if shutil.which("npm") is None:
+        pytest.skip("npm isn't installed")
+    shutil.copy(EXAMPLES / "planck.mjs", tmp_path)
+    install = ["npm", "install", "--silent", "--prefix", str(tmp_path), "planck@1.4"]
+    if subprocess.run(install, check=False, capture_output=True).returncode:
+        pytest.skip("npm can't install planck here")
+    assert played(tmp_path, "node", str(tmp_path / "planck.mjs")) == 0

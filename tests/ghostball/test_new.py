@@ -1,0 +1,107 @@
+"""`ghostball init`, `new`: what they write runs, and nothing is overwritten."""
+
+from __future__ import annotations
+
+import sys
+import tomllib
+
+import pytest
+from typer.testing import CliRunner
+
+from ghostball.cli import app
+from ghostball.engine import Scene
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch, in_this_process):
+    monkeypatch.chdir(tmp_path)
+    yield tmp_path
+    for name in ("my_engine", "faster"):
+        sys.modules.pop(name, None)
+
+
+def cli(*arguments):
+    return CliRunner().invoke(app, [*map(str, arguments)])
+
+
+def test_a_project_begins_with_two_files(here):
+    result = cli("init")
+    assert result.exit_code == 0, result.output
+    assert result.stdout.split() == ["my_engine.py", "pyproject.toml"]
+    assert "ghostball regress" in result.stderr
+    table = tomllib.loads((here / "pyproject.toml").read_text("utf-8"))["tool"]["ghostball"]
+    assert table["engines"] == ["my_engine:MyEngine"]
+    assert cli("run", "stop", "-e", "my_engine:MyEngine").exit_code == 0
+
+
+def test_what_a_project_has_stays(here):
+    (here / "pyproject.toml").write_text('[project]\nname = "mine"\n', "utf-8")
+    assert cli("init", "-e", "pymunk").exit_code == 0
+    plain = tomllib.loads((here / "pyproject.toml").read_text("utf-8"))
+    assert plain["project"] == {"name": "mine"}
+    assert plain["tool"]["ghostball"]["engines"] == ["pymunk"]
+    assert not (here / "my_engine.py").exists()
+    before = (here / "pyproject.toml").read_bytes()
+    again = cli("init")
+    assert again.exit_code == 2
+    assert "has `[tool.ghostball]` already" in again.stderr
+    assert (here / "pyproject.toml").read_bytes() == before
+
+
+def test_a_file_that_is_there_is_not_overwritten(here):
+    (here / "my_engine.py").write_text("mine = 1\n", "utf-8")
+    result = cli("init")
+    assert result.exit_code == 2
+    assert "my_engine.py: is there already" in result.stderr
+    assert (here / "my_engine.py").read_text("utf-8") == "mine = 1\n"
+    assert not (here / "pyproject.toml").exists()
+
+
+def test_an_engine_that_is_not_there_is_refused(here):
+    assert "pymonk" in cli("init", "-e", "pymonk").stderr
+    assert list(here.iterdir()) == []
+
+
+def test_a_new_scene_is_run_and_judged(here):
+    assert cli("new", "scene", "my-shot").exit_code == 0
+    assert Scene.load(here / "my-shot.toml").name == "my-shot"
+    result = cli("validate", "my-shot.toml", "-e", "pymunk", "--no-report")
+    assert result.exit_code == 0, result.output
+    assert "my-shot was compared with its closed form" in result.stdout
+    assert "is there already" in cli("new", "scene", "my-shot").stderr
+    assert "lower-case words" in cli("new", "scene", "My Shot").stderr
+
+
+def test_a_new_engine_runs_under_its_own_name(here):
+    assert cli("new", "engine", "faster").exit_code == 0
+    result = cli("run", "stop", "-e", "faster:Faster", "--format", "json")
+    assert result.exit_code == 0, result.output
+    assert '"engine":"faster"' in result.stdout.replace(" ", "")
+    assert "Python module" in cli("new", "engine", "my-engine").stderr
+
+
+def test_lists_are_for_programs_too(here):
+    for command in ("scenes", "metrics"):
+        assert cli(command, "--format", "json").stdout.startswith(f'{{"{command}": ')
+    assert cli("scenes", "stop").stdout.startswith("schema = 1\n")
+    assert "half-ball-cut" in cli("scenes", "smoke").stdout
+    assert "around-the-table" not in cli("scenes", "smoke").stdout
+    assert "rest_error_max" in cli("metrics").stdout
+    assert "pymunk  available" in cli("engines", "pymunk").stdout
+    assert "paper-discrete" not in cli("engines", "pymunk").stdout
+
+
+@pytest.mark.parametrize(("text", "jobs"), [("auto", 7), ("3", 3)])
+def test_jobs_are_a_number_or_all_processors(monkeypatch, text, jobs):
+    from ghostball._options import processors
+
+    monkeypatch.setattr("ghostball._options.processor_count", lambda: 7)
+    assert processors(text) == jobs
+
+
+def test_the_shell_completes_scenes_tags_and_engines():
+    from ghostball._options import complete_engine, complete_scene
+
+    assert complete_scene("half-ball-c") == ["half-ball-cut"]
+    assert "smoke" in complete_scene("smo")
+    assert complete_engine("pym") == ["pymunk"]

@@ -1,0 +1,348 @@
+"""Sliding in air, proved: against worked numbers, another solver, and our engine."""
+
+import math
+
+import numpy as np
+import pytest
+from flint import arb, arb_poly
+from mpmath import mp, mpf
+from shots import POOL_TABLE, R, ball, rack, random_cloth_shot, scene_of
+
+from ghostball.engine import EventKind, Scene, UnsupportedSceneError, simulate
+from ghostball.reference_adapters.certified import CertifiedSettings, certify
+from ghostball.reference_adapters.certified.arithmetic import (
+    UndecidedError,
+    enclosure_of,
+    working_precision,
+)
+from ghostball.reference_adapters.certified.slide import Slide
+from ghostball.reference_adapters.certified.slide_piece import (
+    State,
+    _failure,
+    _series,
+    next_piece,
+)
+
+K = 0.0041
+POOL = {"preset": "pool", "air_drag": K, "gravity": 9.81, "sliding_friction": 0.2}
+A = 0.2 * 9.81
+
+
+def in_air(scene: Scene, drag: float) -> Scene:
+    physics = scene.physics.model_dump(exclude_unset=True) | {"air_drag": drag}
+    return Scene.model_validate({**scene.model_dump(by_alias=True), "physics": physics})
+
+
+def slide_of(v, u, friction=A, drag=K) -> Slide:
+    return Slide((arb(v[0]), arb(v[1])), (arb(u[0]), arb(u[1])), arb(friction), arb(drag))
+
+
+def holds(ball: arb, value: mpf, room: float = 0.0) -> bool:
+    found = enclosure_of(ball)
+    middle = mpf(found.mid.numerator) / found.mid.denominator
+    radius = mpf(found.rad.numerator) / found.rad.denominator
+    return abs(middle - value) <= radius + mpf(room)
+
+
+# -- worked numbers ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("spin", "time", "place", "velocity"),
+    [
+        ((0.0, 0.0), 0.43514440820822335, (1.1168116256280046, 0.0), (2.1343833222613356, 0.0)),
+        (
+            (-50.0, 60.0),
+            0.27906760072226945,
+            (0.78488866111409261, 0.056830779037561494),
+            (2.6262173230896689, 0.40775401791915693),
+        ),
+    ],
+)
+def test_a_slide_ends_where_worked_numbers_say(spin, time, place, velocity) -> None:
+    with working_precision(106):
+        wx, wy = spin
+        radius = arb(R)
+        slide = Slide(
+            (arb(3), arb(0)),
+            (3 - radius * wy, radius * wx),
+            arb("0.2") * arb("9.81"),
+            arb("0.0041"),
+        )
+        found = (slide.duration, *slide.end, *slide.final_velocity)
+        for enclosure, worked in zip(found, (time, *place, *velocity), strict=True):
+            assert float(enclosure) == pytest.approx(worked, rel=1e-15)
+            assert enclosure.rad() < 1e-27
+
+
+def test_the_end_of_a_slide_is_an_event_of_its_shot() -> None:
+    scene = scene_of(ball((0, 0), (3.0, 0.0), angular_velocity=(-50.0, 60.0, 0.0)), **POOL)
+    certificate = certify(scene, cached=False)
+    assert certificate.proved
+    assert [e.kind for e in certificate.events] == [
+        EventKind.SLIDE_TO_ROLL,
+        EventKind.ROLL_TO_REST,
+    ]
+    assert float(certificate.events[0].t) == pytest.approx(0.27906760072226945, rel=1e-15)
+
+
+# -- another solver ------------------------------------------------------------------------------
+
+
+def rates(t, y):
+    _, _, vx, vy, qx, qy = y
+    ux, uy = vx + qx, vy + qy
+    slip, drag = mp.hypot(ux, uy), mpf(K) * mp.hypot(vx, vy)
+    fx, fy = -mpf(A) * ux / slip, -mpf(A) * uy / slip
+    return [vx, vy, fx - drag * vx, fy - drag * vy, 5 * fx / 2, 5 * fy / 2]
+
+
+def test_a_slide_holds_what_another_solver_finds() -> None:
+    """By Taylor steps of mpmath, without a proof: its own tolerance is far below 1e-18 here."""
+    v, u = (2.0, 0.25), (1.5, -1.75)
+    with mp.workdps(25), working_precision(106):
+        slide = slide_of(v, u)
+        start = [
+            mpf(0),
+            mpf(0),
+            *map(mpf, v),
+            *(mpf(b) - mpf(a) for a, b in zip(v, u, strict=True)),
+        ]
+        solved = mp.odefun(rates, 0, start)
+        for t in (0.0625, 0.25):
+            x, y, vx, vy, qx, qy = solved(mpf(t))
+            found = (*slide.way(arb(t)), *slide.velocity(arb(t)), *slide.slip(arb(t)))
+            for enclosure, value in zip(found, (x, y, vx, vy, vx + qx, vy + qy), strict=True):
+                assert enclosure.rad() < 1e-26
+                assert holds(enclosure, value, 1e-19)
+
+
+@pytest.mark.parametrize(
+    ("v", "u", "drag"),
+    [
+        ((2.0, 0.25), (1.5, -1.75), K),
+        ((1.5, 0.0), (6.9, 0.0), K),  # drawn back along a line: it stands still for an instant
+        ((0.0, 0.0), (-3.0, 1.0), K),  # from rest
+        ((1.0, 1e-9), (5.0, 0.0), K),  # nearly back on its way
+        ((3.0, 1.0), (2.0, -3.0), 10.0),  # the air slows it more than the cloth
+    ],
+)
+def test_more_precision_lies_within_less(v, u, drag) -> None:
+    with working_precision(53):
+        wide = slide_of(v, u, drag=drag)
+    with working_precision(159):
+        narrow = slide_of(v, u, drag=drag)
+        pairs = [
+            (wide.duration, narrow.duration),
+            *zip(wide.end, narrow.end, strict=True),
+            *zip(wide.final_velocity, narrow.final_velocity, strict=True),
+        ]
+        for part in ("0.0", "0.3", "0.77", "0.99", "0.9999999"):
+            s = (arb(part) * narrow.duration).mid()
+            for name in ("way", "velocity", "slip"):
+                pairs += zip(getattr(wide, name)(s), getattr(narrow, name)(s), strict=True)
+        for outer, inner in pairs:
+            assert outer.contains(inner)
+            assert outer.rad() < 1e-7
+            assert inner.rad() < 1e-20
+
+
+# -- enclosures ----------------------------------------------------------------------------------
+
+
+def test_a_slide_that_begins_in_balls_holds_all_that_begin_in_them() -> None:
+    """Nothing is magnified: an error at the start is one in the end."""
+    v, u, width = (2.0, 0.25), (1.5, -1.75), 1e-6
+    with working_precision(106):
+        wide = Slide(
+            (arb(v[0], width), arb(v[1], width)), (arb(u[0], width), arb(u[1], width)),
+            arb(A), arb(K),
+        )  # fmt: skip
+        assert wide.final_velocity[0].rad() < 12 * width
+        for signs in np.ndindex(2, 2, 2, 2):
+            vx, vy, ux, uy = (
+                x + (2 * s - 1) * 0.99 * width for x, s in zip((*v, *u), signs, strict=True)
+            )
+            one = slide_of((vx, vy), (ux, uy))
+            assert wide.duration.contains(one.duration)
+            for name in ("end", "final_velocity"):
+                for outer, inner in zip(getattr(wide, name), getattr(one, name), strict=True):
+                    assert outer.contains(inner)
+            s = arb(one.duration.mid() / 2)
+            for outer, inner in zip(wide.way(s), one.way(s), strict=True):
+                assert outer.contains(inner)
+
+
+def test_what_is_exactly_along_an_axis_stays_so() -> None:
+    with working_precision(106):
+        slide = slide_of((3.0, 0.0), (2.0, 0.0))
+        for s in (arb(0), arb("0.1"), slide.duration, slide.duration + 1, arb("0.1").union(arb(1))):
+            across = (slide.way(s)[1], slide.velocity(s)[1], slide.slip(s)[1])
+            assert all(part.is_zero() for part in across)
+            assert slide.acceleration(s)[1].is_zero()
+
+
+def test_ranges_of_a_slide_hold_its_values() -> None:
+    with working_precision(106):
+        slide = slide_of((2.0, 0.25), (1.5, -1.75))
+        end = slide.duration.mid()
+        marks = [
+            (end * arb(part)).mid() for part in ("0", "0.2", "0.5", "0.999", "0.99999999", "1.2")
+        ]
+        for i, low in enumerate(marks):
+            for high in marks[i + 1 :]:
+                span = low.union(high)
+                for part in ("0", "0.21", "0.5", "0.83", "1"):
+                    s = (low + (high - low) * arb(part)).mid()
+                    for name in ("way", "velocity", "slip"):
+                        ranges, values = getattr(slide, name)(span), getattr(slide, name)(s)
+                        for outer, inner in zip(ranges, values, strict=True):
+                            assert outer.contains(inner.mid())
+        beyond = (end + 1).mid()
+        assert slide.velocity(beyond)[0].overlaps(slide.final_velocity[0])
+        assert slide.slip(beyond)[0].is_zero()
+
+
+def test_a_piece_that_is_wrong_is_found_out() -> None:
+    """A wrong coefficient of any series shows in the bound: the proof is not in how it was made."""
+    with working_precision(106):
+        state = State.of((arb(2), arb("0.25")), (arb("1.5"), arb("-1.75")))
+        friction, drag, noise, h = arb(A), arb(K), arb((1, -106)), arb((1, -5))
+        *series, found = _series(state, h, friction, drag, noise)
+
+        def failure(series, found) -> float:
+            v, q = map(arb_poly, series[:2]), map(arb_poly, series[2:])
+            v, q = tuple(v), tuple(q)
+            u = (v[0] + q[0], v[1] + q[1])
+            return float(_failure(v, q, u, found, h, friction, drag)[0])
+
+        assert failure(series, found) < 1e-28
+        for k in range(4):
+            for power in (1, 2, 5):
+                wrong = [list(part) for part in series]
+                wrong[k][power] += arb("1e-12")
+                assert failure(wrong, found) > 0.9e-12 * power * 2.0 ** (-5 * (power - 1)) * 0.6
+        for k in range(4):
+            parts = [list(part) for part in found]
+            parts[k][1] += arb("1e-12")
+            assert failure(series, type(found)(*parts)) > 1e-16
+
+
+def test_a_slip_that_may_be_nothing_is_not_told() -> None:
+    with pytest.raises(UndecidedError, match="whether it slides or rolls"):
+        Slide((arb(1), arb(0)), (arb("1e-9", 1e-9), arb(0)), arb(A), arb(K))
+    state = State.of((arb(1), arb(0)), (arb(0, 1e-9), arb("1e-9")))
+    with pytest.raises(UndecidedError, match="whether it slides or rolls"):
+        next_piece(state, arb(A), arb(K), arb(1e-20))
+
+
+# -- shots ---------------------------------------------------------------------------------------
+
+
+def assert_engine_agrees(scene: Scene, count: int | None = None) -> None:
+    settings = CertifiedSettings() if count is None else CertifiedSettings(max_events=count)
+    certificate, run = certify(scene, settings, cached=False), simulate(scene, record="events")
+    assert run.events is not None
+    if count is None:
+        assert certificate.proved
+        assert len(certificate.events) == len(run.events)
+        rest = np.array([[float(x) for x in place] for place in certificate.positions])
+        assert np.abs(rest - run.rest_positions[:, :2]).max() < 1e-10
+    else:
+        assert len(certificate.events) == count
+    found = run.events[: len(certificate.events)]
+    for proved, event in zip(certificate.events, found, strict=True):
+        assert (proved.kind, proved.a, proved.b) == (event["kind"], event["a"], event["b"])
+        assert float(proved.t) == pytest.approx(event["t"], abs=1e-10)
+
+
+@pytest.mark.parametrize(("seed", "drag"), [(1, 0.0041), (3, 0.05), (7, 0.3), (12, 1.0)])
+def test_our_engine_plays_every_proved_event(seed: int, drag: float) -> None:
+    """Sliding balls, with spin about any axis, meet balls and cushions and each other."""
+    assert_engine_agrees(in_air(random_cloth_shot(seed), drag))
+
+
+def test_our_engine_breaks_a_small_rack_in_air() -> None:
+    scene = scene_of(
+        ball((0.6, 0.635), (6.0, 0.05), angular_velocity=(10.0, 40.0, 5.0)),
+        *rack(3, (1.9, 0.635), 1e-3),
+        table=POOL_TABLE,
+        **POOL,
+    )
+    assert_engine_agrees(scene, 12)
+
+
+def test_a_slide_without_friction_goes_straight_on() -> None:
+    scene = scene_of(
+        ball((0, 0), (2.0, 0.0), angular_velocity=(10.0, 0.0, 0.0)), ball((0, 1)),
+        **POOL | {"sliding_friction": 0.0, "air_drag": 0.5}, t_max=3.0,
+    )  # fmt: skip
+    certificate = certify(scene, cached=False)
+    assert certificate.proved
+    assert float(certificate.positions[0][0]) == pytest.approx(math.log(4.0) / 0.5, rel=1e-15)
+    assert float(certificate.velocities[0][0]) == pytest.approx(0.5, rel=1e-15)
+    assert float(certificate.spins[0][0]) == pytest.approx(10.0, rel=1e-15)
+
+
+# -- contact -------------------------------------------------------------------------------------
+
+
+def on_cushion(spin: float, vx: float = 0.0) -> Scene:
+    return scene_of(
+        ball((0.5, R), (vx, 0.0), angular_velocity=(spin, 0.0, 0.0)), table=POOL_TABLE, **POOL
+    )
+
+
+def test_friction_presses_a_ball_into_a_cushion_in_air() -> None:
+    certificate = certify(on_cushion(50.0), cached=False)
+    assert certificate.ending == "sustained contact"
+    assert "pressed together" in certificate.reason
+
+
+def test_friction_takes_a_ball_off_a_cushion_in_air() -> None:
+    """Its rate is 0 at first: only its acceleration says that it leaves."""
+    certificate = certify(on_cushion(-50.0), cached=False)
+    assert certificate.proved
+    assert [e.kind for e in certificate.events] == [
+        EventKind.SLIDE_TO_ROLL,
+        EventKind.ROLL_TO_REST,
+    ]
+
+
+def test_a_ball_slides_along_a_cushion_in_air() -> None:
+    certificate = certify(on_cushion(0.0, 0.5), cached=False)
+    assert certificate.proved
+    assert len(certificate.events) == 2
+
+
+# -- limits --------------------------------------------------------------------------------------
+
+
+def test_a_slide_at_a_speed_that_hardly_changes_is_refused_by_name() -> None:
+    """On a cloth so slippery, in air so thick, it takes years, at its terminal speed."""
+    slippery = ball((0, 0), (2.0, 1.0), angular_velocity=(0.0, 700.0, 0.0))
+    scene = scene_of(slippery, **POOL | {"air_drag": 0.01, "gravity": 1e-6})
+    with pytest.raises(UnsupportedSceneError, match="whose slide in air takes more than"):
+        certify(scene, cached=False)
+
+
+def test_a_slip_that_ends_at_a_speed_too_high_to_roll_at_is_refused_by_name() -> None:
+    """The air slows it by 100 m/s^2: what the cloth can take of that is less than it has to."""
+    scene = scene_of(
+        ball((0, 0), (100.0, 0.0), angular_velocity=(0.0, 99.0 / R, 0.0)),
+        **POOL | {"air_drag": 0.01},
+    )
+    with pytest.raises(UnsupportedSceneError, match="by more than it can roll with"):
+        certify(scene, cached=False)
+
+
+def test_the_time_limit_ends_a_proof_between_pieces() -> None:
+    """An exact tie goes on to the last precision, where one slide would take an hour."""
+    scene = scene_of(
+        ball((0.5, 0.5), (-1.0, -1.0), angular_velocity=(0.0, 0.0, 0.0)),
+        table=POOL_TABLE.model_copy(update={"width": 2.54}),
+        **POOL,
+    )
+    certificate = certify(scene, CertifiedSettings(time_limit=0.5), cached=False)
+    assert certificate.ending == "time limit"
+    assert certificate.precision < CertifiedSettings().max_precision

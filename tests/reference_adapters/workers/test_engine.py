@@ -1,0 +1,189 @@
+"""Engines in a process of their own: their runs come back as any engine's, where they are there."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pytest
+from engine_facts import needs, play
+
+from ghostball.engine import UnsupportedSceneError, simulate
+from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
+from ghostball.reference_adapters.workers import engine as workers
+from ghostball.reference_adapters.workers.process import (
+    PYTHON,
+    SCRIPTS,
+    Worker,
+    WorkerFailedError,
+    installed,
+)
+from ghostball.validation.board.shots import rack
+from ghostball.validation.parallel.sources import versions
+from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.unchanged import code_hash
+
+ECHO = """
+import json, sys
+print(json.dumps({"version": "1"}), flush=True)
+for line in sys.stdin:
+    print(json.dumps(ANSWER), flush=True)
+"""
+
+
+def worker(tmp_path: Path, answer: dict) -> Worker:
+    script = tmp_path / "echo.py"
+    script.write_text(ECHO.replace("ANSWER", repr(answer)))
+    return Worker([sys.executable, str(script)])
+
+
+def test_a_worker_in_any_language_is_asked_and_answers(tmp_path: Path) -> None:
+    one = worker(tmp_path, {"status": "rest"})
+    assert one.play(find_scene("stop"), "rest", 20.0) == {"status": "rest"}
+    assert one.version == "1"
+    one.close()
+
+
+def test_a_workers_error_is_its_own(tmp_path: Path) -> None:
+    one = worker(tmp_path, {"error": "no chalk"})
+    with pytest.raises(WorkerFailedError, match="no chalk"):
+        one.play(find_scene("stop"), "rest", 20.0)
+    one.close()
+
+
+SERVED = """
+import os, sys
+def version():
+    return "9.1"
+def simulate(scene, record):
+    print("chatter of the engine")
+    name = scene["name"]
+    if name == "bad":
+        raise ValueError("bad scene")
+    if name == "crash":
+        sys.stderr.write("out of chalk\\n")
+        sys.stderr.flush()
+        os._exit(3)
+    if name == "hang":
+        import time
+        time.sleep(60)
+    return {"rest_time": 0.25}
+"""
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[Callable[..., dict]]:
+    """Play a scene of some name on an engine of Python, which `serve.py` serves."""
+    shutil.copy(SCRIPTS / "serve.py", tmp_path)
+    (tmp_path / "mine.py").write_text(SERVED)
+    one = Worker([sys.executable, str(tmp_path / "serve.py"), "mine"])
+
+    def play(name: str = "stop", longest: float = 20.0) -> dict:
+        scene = find_scene("stop").model_copy(update={"name": name})
+        return one.play(scene, "rest", longest)
+
+    yield play
+    one.close()
+
+
+def test_a_crash_is_told_with_its_last_words_and_the_next_scene_starts_anew(served) -> None:
+    assert served() == {"rest_time": 0.25}
+    with pytest.raises(WorkerFailedError, match="ended without an answer: out of chalk"):
+        served("crash")
+    with pytest.raises(WorkerFailedError, match="ValueError: bad scene"):
+        served("bad")
+    assert served() == {"rest_time": 0.25}
+
+
+def test_a_worker_that_hangs_is_given_up(served) -> None:
+    served()
+    with pytest.raises(WorkerFailedError, match="without an answer: over 0 s"):
+        served("hang", longest=0.2)
+
+
+def test_an_interpreter_without_the_engine_is_absent_and_says_why(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = tmp_path / "none.py"
+    script.write_text("import json; print(json.dumps({'absent': 'no chalk'}))")
+    one = Worker([sys.executable, str(script)])
+    monkeypatch.setattr(workers, "_worker", lambda *_: one)
+    monkeypatch.setenv(PYTHON, sys.executable)
+    with pytest.raises(EngineUnavailableError, match="no chalk"):
+        make_engine("billiards").simulate(find_scene("galperin-1"))
+
+
+def test_all_that_the_workers_have_is_in_the_hash_of_the_code(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(PYTHON, sys.executable)
+    assert installed()["pydantic"] == version("pydantic")
+    assert versions()["pydantic of the workers"] == version("pydantic")
+    with_them = code_hash()
+    monkeypatch.setenv(PYTHON, str(tmp_path / "nowhere"))
+    assert installed() == {}
+    assert code_hash() != with_them
+
+
+def test_a_run_that_is_none_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = worker(tmp_path, {"status": "rest", "rest_time": "soon"})
+    monkeypatch.setattr(workers, "_worker", lambda *_: one)
+    monkeypatch.setenv(PYTHON, sys.executable)
+    with pytest.raises(Exception, match="`rest_time` of the answer of `billiards` is refused"):
+        make_engine("billiards").simulate(find_scene("galperin-1"))
+    one.close()
+
+
+def test_an_interpreter_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(PYTHON, "/nowhere/python")
+    for name in ("pooltool", "billiards"):
+        with pytest.raises(EngineUnavailableError, match="make peers"):
+            make_engine(name)
+
+
+@needs("billiards")
+def test_billiards_is_exact() -> None:
+    scene = find_scene("galperin-1")
+    result = run_engine(make_engine("billiards"), scene)
+    truth = simulate(scene, record="events")
+    assert np.abs(result.rest_positions - truth.rest_positions).max() < 1e-12
+    assert result.collision_counts == truth.collision_counts
+    energy = run_engine(make_engine("billiards"), rack()).energy(np.linspace(0, 1, 101)).total
+    assert energy == pytest.approx(energy[0], rel=1e-12)
+    with pytest.raises(UnsupportedSceneError, match="never slowed"):
+        play("billiards", find_scene("draw-shot"))
+
+
+@needs("pooltool")
+@pytest.mark.slow
+def test_pooltool_parts_balls_by_a_micrometre() -> None:
+    for name in ("follow-shot", "sliding-swerve", "han-check"):
+        scene = find_scene(name)
+        result = run_engine(make_engine("pooltool"), scene)
+        truth = simulate(scene, record="events")
+        assert np.abs(result.rest_positions - truth.rest_positions).max() < 2e-6, name
+        assert result.collision_counts == truth.collision_counts
+    with pytest.raises(UnsupportedSceneError, match="slide before they roll"):
+        play("pooltool", find_scene("half-ball-cut"))
+
+
+def test_what_is_sent_is_a_scene(tmp_path: Path) -> None:
+    script = tmp_path / "keep.py"
+    kept = tmp_path / "kept"
+    script.write_text(
+        'import sys\nprint(\'{"version": "1"}\', flush=True)\n'
+        f"open({str(kept)!r}, 'w').write(sys.stdin.readline())\nprint('{{}}', flush=True)\n"
+    )
+    one = Worker([sys.executable, str(script)])
+    scene = find_scene("draw-shot")
+    one.play(scene, "events", 20.0)
+    one.close()
+    sent = json.loads(kept.read_text())
+    assert sent["record"] == "events"
+    assert type(scene).model_validate(sent["scene"]) == scene

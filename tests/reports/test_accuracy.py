@@ -1,0 +1,86 @@
+"""Fails where a class is said in words that it does not mean, or a bar leaves a scene out."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from ghostball.reports.accuracy import (
+    CLASSES,
+    accuracy_text,
+    cell_text,
+    meaning_text,
+    tally,
+)
+from ghostball.reports.page.engines import engines_html
+from ghostball.validation.results.records import Accuracy
+from ghostball.validation.results.store import Results
+
+
+@pytest.fixture(scope="module")
+def results(results_folder):
+    return Results.open(results_folder)
+
+
+@pytest.fixture(scope="module")
+def case(results):
+    return results.case("stop", "pymunk")
+
+
+@pytest.mark.parametrize(
+    ("found", "text"),
+    [
+        (Accuracy("exact", error=3e-16), "exact"),
+        (Accuracy("exact", error=3e-9, at=5.45), "exact at 5.45 s"),
+        (Accuracy("nanometres", error=1.6e-10), "160 pm"),
+        (Accuracy("millimetres", error=3.67e-3), "3.67 mm"),
+        (Accuracy("centimetres", error=0.785), "785 mm"),
+        (Accuracy("another shot", at=1.21195, agree=4, of=7), "other shot from 1.21 s (4 of 7)"),
+        (
+            Accuracy("another shot", at=1.21195, agree=7, of=7),
+            "other shot from 1.21 s (7 of 7, then more)",
+        ),
+        (Accuracy("another shot", agree=0, of=1), "other shot (0 of 1)"),
+        (Accuracy("broken", cause="energy", amount=0.088), "broken: energy +8.8 %"),
+        (
+            Accuracy("broken", cause="overlap", amount=0.0541),
+            "broken: balls 54.1 mm inside each other",
+        ),
+        (Accuracy("broken", cause="not finite"), "broken: not finite"),
+        (Accuracy("broken", cause="stopped"), "broken: gave up early"),
+    ],
+)
+def test_a_cell_says_what_a_reader_wants(case, found, text):
+    shown = replace(case, accuracy=found)
+    assert accuracy_text(shown) == text
+    assert cell_text(shown) == f"{text} ✓"
+    assert meaning_text(shown).startswith(("exact", found.kind))
+
+
+def test_what_nothing_proves_is_said_to_be_a_comparison(case):
+    shown = replace(case, truth="our engine (not independent)")
+    assert "as our engine plays it, which nothing proves" in meaning_text(shown)
+
+
+def test_the_mark_is_no_part_of_the_class(case):
+    # A class stays what it is whatever the limits say of it.
+    failed = replace(case, checks=tuple(replace(check, passed=False) for check in case.checks))
+    assert cell_text(failed) == "2 mm ✗"
+    assert cell_text(replace(case, checks=())) == "2 mm"
+    assert accuracy_text(failed) == accuracy_text(case)
+
+
+def test_every_scene_of_an_engine_is_in_its_bar(results):
+    html = str(engines_html(results))
+    rows = re.findall(r'<tr><th scope="row">(.*?)<td class="bars">(.*?)</div>', html, re.DOTALL)
+    assert len(rows) == len(results.labels)
+    for label, (_, bar) in zip(results.labels, rows, strict=True):
+        assert sum(map(int, re.findall(r"flex-grow:(\d+)", bar))) == len(results.scene_names), label
+
+
+def test_a_tally_counts_each_case_once(results):
+    for label in results.labels:
+        found = tally(results, label)
+        classless = found.unable + found.crashed + found.compared_with
+        assert found.played + classless == len(results.scene_names)
+        assert list(found.counts) == [kind for kind in CLASSES if kind in found.counts]

@@ -1,0 +1,37 @@
+"""The pictures of the README, made by `python -m benchmarks gallery`."""
+
+import pytest
+
+from benchmarks import gallery
+from benchmarks.gallery import write_gallery
+from ghostball.engine import GhostballError
+from ghostball.reports import style
+
+
+def test_the_gallery_is_complete(results_folder, tmp_path, monkeypatch):
+    # How a figure is written is tested with figures; drawing all of these takes seconds.
+    monkeypatch.setattr(style, "lay_out", lambda _: None)
+    monkeypatch.setattr(style, "save_one", lambda figure, path, _: path.write_text(str(figure)))
+    folder = tmp_path / "new" / "gallery"
+    written = write_gallery(results_folder, folder)
+    assert sorted(written) == sorted(folder.iterdir())
+    names = {path.stem for path in written}
+    assert {path.suffix for path in written} == {".png"}
+    assert all(path.read_text().startswith("Figure(") for path in written)
+    assert {"hero", "paper-figure-2"} <= names
+    assert {"physics-deflection", "physics-throw"} <= names
+
+
+def test_the_gallery_has_room_for_pictures_of_others(small_folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(gallery, "GALLERY", {})
+    more = {"mine": lambda: style.new_figure(1.0, 1.0), "nothing": lambda: None}
+    names = {path.name for path in write_gallery(small_folder, tmp_path, more)}
+    assert "mine.png" in names
+    assert {name.rpartition(".")[2] for name in names} == {"png"}
+    assert "nothing.png" not in names
+
+
+def test_a_gallery_without_its_scenes_is_an_error(small_folder, tmp_path):
+    with pytest.raises(GhostballError, match='"hero" needs scenes'):
+        write_gallery(small_folder, tmp_path / "gallery")
+    assert not (tmp_path / "gallery").exists()

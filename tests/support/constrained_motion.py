@@ -1,0 +1,148 @@
+"""How balls move that press each other, and a cushion: an independent integration.
+
+The normal forces keep the gaps' second derivatives at 0. The friction of a contact acts against the
+slip of its surfaces, by Coulomb's law, or keeps that at 0 where the contact sticks; and so does the
+cloth's, where a ball slides or rolls. Nothing here is shared with the engine: vectors of three
+dimensions, and one system of linear equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import Scene
+
+G = 9.81
+UP = np.array([0.0, 0.0, 1.0])
+OUTWARD = {"right": np.array([1.0, 0.0, 0.0]), "top": np.array([0.0, 1.0, 0.0])}
+
+Numbers = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A contact of ball a with ball b, or with the table's only cushion where b is None.
+
+    `sticks` says that its surfaces don't slip.
+    """
+
+    a: int
+    b: int | None
+    sticks: bool = False
+
+
+def pressed_motion(scene: Scene, touches: Sequence[Touch], steps: int) -> Numbers:
+    """Return positions, velocities and angular velocities at `t_max`, by Runge and Kutta's method.
+
+    All balls have one radius, and go on to slide or to roll; every contact presses all the time,
+    and goes on to slip or to stick.
+    """
+    z = np.array([scene.positions, scene.velocities, scene.angular_velocities])
+    h = scene.t_max / steps
+    for _ in range(steps):
+        k1 = _rates(scene, touches, z)
+        k2 = _rates(scene, touches, z + h / 2 * k1)
+        k3 = _rates(scene, touches, z + h / 2 * k2)
+        k4 = _rates(scene, touches, z + h * k3)
+        z = z + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    return z
+
+
+def _rates(scene: Scene, touches: Sequence[Touch], z: Numbers) -> Numbers:
+    x, v, w = z
+    radius, masses = scene.radii[0], scene.masses
+    slips = v - radius * np.cross(w, UP)
+    slips[:, 2] = 0.0
+    rolls = np.linalg.norm(slips, axis=1) < 1e-9
+    against = np.where(rolls[:, None], v, slips)
+    push = -np.where(rolls, scene.rolling_frictions, scene.sliding_frictions)[:, None] * G * against
+    push /= np.linalg.norm(against, axis=1)[:, None]
+    turn = 2.5 / radius  # m R / I
+    # What resists rolling leaves a ball rolling.
+    pull = np.where(rolls, 1.0 / radius, -turn)[:, None] * np.cross(UP, push)
+    pull[:, 2] -= scene.spinning_friction_rates * np.sign(w[:, 2])
+    columns, equations, known, limits = [], [], [], []
+    for touch in touches:
+        n, p, change = _normal(scene, touch, x, v)
+        slip = _relative(touch, v, 1.0) + radius * np.cross(_relative(touch, w, -1.0), p)
+        slip -= np.dot(slip, p) * p
+        along, up = np.cross(UP, n), np.cross(p, np.cross(UP, n))
+        friction = scene.physics.ball_friction
+        if touch.b is None:
+            friction = scene.physics.cushion_friction
+        # A gap of two balls closes along n; dn/dt is across that.
+        sizes = [(p, np.zeros(3))]
+        equations.append((touch, n, None, None))
+        known.append(-np.dot(change, _relative(touch, v, 1.0)))
+        if touch.sticks:
+            assert np.linalg.norm(slip) < 1e-6
+            for d in (along, up):
+                sizes.append((d, np.cross(p, d)))
+                equations.append((touch, d, p, radius))
+                known.append(-np.dot(d, radius * np.cross(_relative(touch, w, -1.0), change)))
+            limits.append((friction, len(columns)))
+        else:
+            d = friction * slip / np.linalg.norm(slip)
+            sizes[0] = (p + d, np.cross(p, d))
+            limits.append((0.0, len(columns)))
+        columns += [(touch, force, twist) for force, twist in sizes]
+
+    def respond(touch, force, twist):
+        """Return accelerations by a unit of a contact's force, and what of it the cloth does."""
+        a, b = np.zeros_like(v), np.zeros_like(w)
+        flat = force * [1.0, 1.0, 0.0]
+        a[touch.a] -= flat / masses[touch.a]
+        b[touch.a] -= turn * twist / masses[touch.a]
+        if touch.b is not None:
+            a[touch.b] += flat / masses[touch.b]
+            b[touch.b] -= turn * twist / masses[touch.b]
+        # What the cloth does so that a ball goes on rolling.
+        hold = -(a - radius * np.cross(b, UP)) * [1.0, 1.0, 0.0] / 3.5
+        hold[~rolls] = 0.0
+        return a + hold, b - turn * np.cross(UP, hold), hold
+
+    def measure(equation, a, b):
+        """Return how fast a gap's rate changes, or a slip, by these accelerations."""
+        touch, d, p, size = equation
+        found = np.dot(d, _relative(touch, a, 1.0))
+        if p is not None:
+            found += size * np.dot(d, np.cross(_relative(touch, b, -1.0), p))
+        return found
+
+    answers = [respond(*column) for column in columns]
+    matrix = [[measure(one, *answer[:2]) for answer in answers] for one in equations]
+    right = [value - measure(one, push, pull) for one, value in zip(equations, known, strict=True)]
+    forces = np.linalg.solve(matrix, right)
+    for touch, (friction, at) in zip(touches, limits, strict=True):
+        assert forces[at] > 0.0
+        if touch.sticks:
+            assert np.hypot(*forces[at + 1 : at + 3]) < friction * forces[at]
+    a, b, hold = (
+        sum(force * answer[part] for force, answer in zip(forces, answers, strict=True))
+        for part in range(3)
+    )
+    assert np.all(np.linalg.norm(hold, axis=1) <= scene.sliding_frictions * G)
+    return np.array([v, push + a, pull + b])
+
+
+def _normal(scene: Scene, touch: Touch, x: Numbers, v: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+    """Return the normal in the plane, the direction to where it touches, how that changes."""
+    if touch.b is None:
+        radius = scene.radii[0]
+        sine = (scene.physics.cushion_height - radius) / radius
+        assert scene.table is not None
+        n = OUTWARD[scene.table.cushions[0]]
+        return n, np.sqrt(1.0 - sine**2) * n + sine * UP, np.zeros(3)
+    apart = x[touch.b] - x[touch.a]
+    n = apart / np.linalg.norm(apart)
+    change = v[touch.b] - v[touch.a]
+    return n, n, (change - np.dot(change, n) * n) / np.linalg.norm(apart)
+
+
+def _relative(touch: Touch, of: Numbers, sign: float) -> Numbers:
+    """Return ball a's less, times the sign, ball b's: for velocities 1, for spins -1."""
+    return of[touch.a] if touch.b is None else of[touch.a] - sign * of[touch.b]

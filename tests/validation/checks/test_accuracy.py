@@ -1,0 +1,167 @@
+"""Fails where a class depends on whose run it is, or a broken shot is called by its error."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from toy_engines import ToyEngine, cut
+
+from ghostball.engine import EventKind, Result, Scene, simulate
+from ghostball.reference_adapters import make_engine
+from ghostball.validation.checks.accuracy import ENERGY_MADE, accuracy_of, kind_of
+from ghostball.validation.results.records import AccuracyKind
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.case import Case, run_case
+from ghostball.validation.truth.scene_truth import Truth, truth_of
+
+
+@pytest.fixture(scope="module")
+def truth() -> Truth:
+    return truth_of(cut())
+
+
+def displaced(by: float, scene: Scene | None = None) -> Result:
+    engine = ToyEngine(ToyEngine.Settings(model=by))
+    result: Result = engine.simulate(scene or cut(), record="trajectory")
+    return result
+
+
+@pytest.mark.parametrize(
+    ("by", "kind"),
+    [
+        (0.0, "exact"),
+        (1e-15, "exact"),
+        (1e-12, "nanometres"),
+        (0.9e-6, "nanometres"),
+        (1.1e-6, "micrometres"),
+        (0.9e-3, "micrometres"),
+        (1.1e-3, "millimetres"),
+        (1.1e-2, "centimetres"),
+        (3.0, "centimetres"),
+    ],
+)
+def test_the_class_is_that_of_the_farthest_ball(truth: Truth, by: float, kind: str) -> None:
+    found = accuracy_of(displaced(by), truth)
+    assert found is not None
+    assert found.kind == kind
+    assert found.error == pytest.approx(by, abs=1e-14)
+
+
+def test_a_class_ends_where_the_next_begins() -> None:
+    kinds: list[AccuracyKind] = [kind_of(error) for error in (0.0, 1e-6, 1e-3, 1e-2, 1e9)]
+    assert kinds == ["nanometres", "micrometres", "millimetres", "centimetres", "centimetres"]
+
+
+def test_rounding_is_what_it_makes_of_this_shot() -> None:
+    # 3e-10 m are nothing but rounding after 31415 collisions, and no rounding on a straight roll.
+    scene = find_scene("galperin-3")
+    result, truth = simulate(scene, record="trajectory"), truth_of(scene)
+    found = accuracy_of(result, truth)
+    assert found is not None
+    assert found.kind == "exact"
+    assert found.error is not None
+    assert found.error > 1e-13
+    positions = result.final_state.positions + np.array([1e-9, 0.0, 0.0])
+    moved = result.final_state._replace(positions=positions)
+    off = accuracy_of(replace(result, final_state=moved), truth)
+    assert off is not None
+    assert off.kind == "nanometres"
+
+
+def test_other_collisions_are_another_shot_wherever_the_balls_end(truth: Truth) -> None:
+    result = displaced(0.0)
+    assert result.events is not None
+    without = replace(result, events=result.events[result.events["kind"] != EventKind.BALL_BALL])
+    found = accuracy_of(without, truth)
+    assert found is not None
+    assert (found.kind, found.agree, found.of, found.error) == ("another shot", 0, 1, None)
+    assert found.at == pytest.approx(float(truth.collision_times[0]))
+
+
+def test_the_same_scale_holds_for_every_engine() -> None:
+    scene = find_scene("half-ball-cut")
+    kinds = {}
+    truth = truth_of(scene)
+    for label in ("ghostball", "pymunk", "pymunk:mode=landed", "pymunk:config=default"):
+        result = make_engine(label).simulate(scene, record="trajectory")
+        found = accuracy_of(result, truth)
+        assert found is not None
+        kinds[label] = found.kind
+    assert kinds == {
+        "ghostball": "exact",
+        "pymunk": "millimetres",
+        "pymunk:mode=landed": "nanometres",
+        "pymunk:config=default": "centimetres",
+    }
+
+
+def test_where_rounding_decides_the_balls_are_compared_before_that() -> None:
+    scene = find_scene("chaos-a")
+    truth = truth_of(scene)
+    found = accuracy_of(simulate(scene, record="trajectory"), truth)
+    assert found is not None
+    assert found.kind == "exact"
+    assert truth.graded is not None
+    assert found.at == truth.graded.until
+    stepped = make_engine("paper-discrete").simulate(scene, record="trajectory")
+    other = accuracy_of(stepped, truth)
+    assert other is not None
+    assert other.kind in ("another shot", "broken")
+
+
+def test_energy_out_of_nothing_is_broken() -> None:
+    scene = cut()
+    result = make_engine("pymunk").simulate(scene, record="trajectory")
+    frames: Any = result.trajectory
+    late = frames.times > 0.5 * frames.times[-1]
+    for factor, kind in ((1.0, None), (3.0, "broken")):
+        velocities = frames.velocities.copy()
+        velocities[late] *= factor
+        made = replace(result, trajectory=replace(frames, velocities=velocities))
+        found = accuracy_of(made, truth_of(scene), resolution=1e-3)
+        assert found is not None
+        assert (found.kind == "broken") == (kind == "broken")
+        if kind == "broken":
+            assert found.cause == "energy"
+            assert found.amount is not None
+            assert found.amount > ENERGY_MADE
+
+
+def test_balls_through_each_other_and_nan_are_broken() -> None:
+    scene = cut()
+    result = make_engine("pymunk").simulate(scene, record="trajectory")
+    frames: Any = result.trajectory
+    positions = frames.positions.copy()
+    middle = len(positions) // 2
+    positions[middle, 1] = positions[middle, 0] + [0.5 * scene.balls[0].radius, 0.0, 0.0]
+    through = replace(result, trajectory=replace(frames, positions=positions))
+    found = accuracy_of(through, truth_of(scene), resolution=1e-3)
+    assert found is not None
+    assert (found.kind, found.cause) == ("broken", "overlap")
+    velocities = frames.velocities.copy()
+    velocities[middle] = np.nan
+    nowhere = replace(result, trajectory=replace(frames, velocities=velocities))
+    with np.errstate(invalid="ignore"):
+        found = accuracy_of(nowhere, truth_of(scene), resolution=1e-3)
+    assert found is not None
+    assert (found.kind, found.cause) == ("broken", "not finite")
+
+
+def test_in_a_contact_that_lasts_collisions_are_not_counted() -> None:
+    # Nothing moves there; whether an engine calls it a collision or not, its balls are in place.
+    scene = find_scene("wedged")
+    for label in ("pymunk", "pymunk:mode=landed"):
+        result = make_engine(label).simulate(scene, record="trajectory")
+        assert sum(result.collision_counts.values()) > 0
+        found = accuracy_of(result, truth_of(scene), resolution=1e-3)
+        assert found is not None
+        assert found.kind == "micrometres"
+
+
+def test_our_engine_has_no_class_where_it_is_the_truth() -> None:
+    scene = find_scene("push-line")
+    record, _ = run_case(Case(scene, "ghostball", truth_of(scene)))
+    assert record.accuracy is None

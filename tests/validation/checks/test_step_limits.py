@@ -1,0 +1,180 @@
+"""Fails where an engine that is worse than its step would pass, or one that isn't would fail."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from step_rules import criteria_of_step, limit_of_step
+
+from ghostball.engine import Record, Result, Scene
+from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.pymunk.engine import PymunkEngine
+from ghostball.validation.checks.criteria import Criteria, common_criteria
+from ghostball.validation.checks.criterion import StepRule
+from ghostball.validation.checks.verdict import Verdict, verdict_of
+from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.case import Case, plain_settings, run_case
+from ghostball.validation.truth.scene_truth import truth_of
+
+pytest.importorskip("pymunk")
+
+
+def with_settings(engine: PymunkEngine, **changes: Any) -> PymunkEngine:
+    values = {**engine.settings.model_dump(), **changes}
+    return PymunkEngine(PymunkEngine.Settings.model_validate(values))
+
+
+class CoarserEngine(PymunkEngine):
+    """Steps ten times more coarsely than it says."""
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        coarse = with_settings(self, dt=10.0 * self.settings.step)
+        return coarse.simulate(scene, record=record)
+
+
+class NativeEngine(PymunkEngine):
+    """Says that it ends its steps where balls touch, and doesn't."""
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        return with_settings(self, mode="native", dt=1e-3).simulate(scene, record=record)
+
+
+class WrongSignEngine(PymunkEngine):
+    """Rubs the wrong way: against the spin that balls don't have."""
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        balls = tuple(
+            ball.model_copy(update={"angular_velocity": spin and tuple(-w for w in spin)})
+            for ball in scene.balls
+            for spin in [ball.angular_velocity]
+        )
+        wrong = scene.model_copy(update={"balls": balls})
+        return replace(super().simulate(wrong, record=record), scene=scene)
+
+
+def judged(scene_name: str, engine: PymunkEngine) -> CaseRecord:
+    """Run a scene on an engine, judged by its step alone."""
+    scene = find_scene(scene_name)
+    rule = Criteria().step_rule(engine.name, plain_settings(engine), common_criteria())
+    case = Case(scene, "pymunk", truth_of(scene), rule=rule)
+    record, _ = run_case(case, lambda _: engine)
+    assert record.outcome == "ran", record.reason
+    return record
+
+
+def broken(record: CaseRecord) -> set[str]:
+    return {check.metric for check in record.checks if check.passed is False}
+
+
+@pytest.mark.parametrize(
+    "name", ["half-ball-cut", "thin-cut", "moving-moving", "throw-stick", "wall-bounce"]
+)
+def test_a_step_ten_times_coarser_than_declared_is_seen(name: str) -> None:
+    honest = judged(name, PymunkEngine())
+    assert verdict_of(honest) is Verdict.PASS
+    lying = judged(name, CoarserEngine())
+    assert verdict_of(lying) is Verdict.FAIL
+    assert "rest_error_max" in broken(lying)
+
+
+@pytest.mark.parametrize("name", ["head-on", "rail-into", "thin-cut", "catch-up", "break-7"])
+def test_who_says_that_it_lands_must(name: str) -> None:
+    landed = PymunkEngine.Settings(mode="landed")
+    assert verdict_of(judged(name, PymunkEngine(landed))) is Verdict.PASS
+    assert "rest_error_max" in broken(judged(name, NativeEngine(landed)))
+
+
+@pytest.mark.parametrize("name", ["gearing", "draw-shot", "throw-slip", "english-running"])
+def test_friction_of_the_wrong_sign_is_seen(name: str) -> None:
+    assert verdict_of(judged(name, PymunkEngine())) is Verdict.PASS
+    assert "rest_error_max" in broken(judged(name, WrongSignEngine()))
+
+
+def test_the_limit_goes_with_the_step() -> None:
+    scene = find_scene("half-ball-cut")
+    limits = [limit_of_step(scene, f"pymunk:dt={dt}") for dt in ("1e-3", "1e-4", "1e-5")]
+    coarse, middle, fine = (limit for limit in limits if limit is not None)
+    # To first order, and a little more for coarse steps.
+    assert coarse / middle == pytest.approx(10.0, rel=0.02)
+    assert middle / fine == pytest.approx(10.0, rel=0.002)
+
+
+def test_an_amplifying_shot_is_allowed_more() -> None:
+    gentle, thin = (limit_of_step(find_scene(name), "pymunk") for name in ("head-on", "thin-cut"))
+    assert gentle is not None
+    assert thin is not None
+    assert thin > 5 * gentle
+
+
+@pytest.mark.parametrize(
+    ("name", "label", "why"),
+    [
+        ("galperin-2", "pymunk", "a step holds many collisions of a ball"),
+        ("unbounded-cut", "paper-discrete", "in a step balls go more than a radius"),
+        ("break-7", "pymunk", "the engine's errors take the shot another course"),
+        ("three-ball-symmetric", "pymunk", "two collisions of one instant have no derivative"),
+        ("push", "pybullet", "a contact that lasts isn't proved"),
+    ],
+)
+def test_nothing_is_said_of_the_end_where_the_sum_is_not_the_whole_story(
+    name: str, label: str, why: str
+) -> None:
+    assert limit_of_step(find_scene(name), label) is None, why
+
+
+def test_collisions_of_different_balls_within_a_step_have_no_order() -> None:
+    scene = find_scene("throw-by-angle")
+    native = {one.metric for one in criteria_of_step(scene, make_engine("pymunk"))}
+    assert "ball_ball_count_error" in native
+    assert "matching_events" not in native
+    landed = criteria_of_step(scene, make_engine("pymunk:mode=landed"))
+    assert "matching_events" in {one.metric for one in landed}
+
+
+def test_what_an_engine_does_in_time_costs_nothing() -> None:
+    # Slides that end in time, and balls that are found in time, add nothing to the limit.
+    scene = find_scene("draw-shot")
+    both, collisions = (
+        StepRule(engines=("pymunk",), late=late, energy_noise=1e-9, reason="by hand")
+        for late in (("ball-ball", "slide-to-roll"), ("ball-ball",))
+    )
+    limits = []
+    for rule in (both, collisions):
+        record, _ = run_case(Case(scene, "pymunk", truth_of(scene), rule=rule))
+        limits += [check.limit for check in record.checks if check.metric == "rest_error_max"]
+    assert limits[0] > 1.5 * limits[1]
+
+
+def test_what_is_stated_replaces_what_is_computed() -> None:
+    scene = find_scene("head-on")
+    rule = Criteria().step_rule("pymunk", plain_settings(PymunkEngine()), common_criteria())
+    stated = Criteria.model_validate(
+        {
+            "criteria": [
+                {
+                    "engines": ["pymunk"],
+                    "metric": "rest_error_max",
+                    "at_most": 1e-9,
+                    "reason": "stricter than its step",
+                }
+            ]
+        }
+    )
+    record, _ = run_case(Case(scene, "pymunk", truth_of(scene), stated.criteria, rule=rule))
+    limits = [check.limit for check in record.checks if check.metric == "rest_error_max"]
+    assert limits == [1e-9]
+    assert broken(record) == {"rest_error_max"}
+
+
+def test_a_scene_may_say_that_an_engine_errs_by_more_than_its_step() -> None:
+    own = Criteria.model_validate(
+        {"beyond_step": [{"engines": ["pymunk"], "reason": "it has no such law"}]}
+    )
+    native = plain_settings(PymunkEngine())
+    assert own.step_rule("pymunk", native, common_criteria()) is None
+    assert Criteria().step_rule("pymunk", native, common_criteria()) is not None
+    newcomer = {**native, "config": "default"}
+    assert Criteria().step_rule("pymunk", newcomer, common_criteria()) is None

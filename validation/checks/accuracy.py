@@ -1,0 +1,149 @@
+"""How right a run is: one of seven classes, by the same scale for every engine.
+
+    >>> accuracy_of(result, truth).kind
+    'millimetres'
+
+A class asks nothing of the engine's step: that is another question, which limits answer
+(`step_limits`). What is compared is where the balls end, with where they should; where rounding
+alone makes of the shot another one before its end, where they are at the last instant before that.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import Result
+from ghostball.validation.checks.energy_gain import largest_gain
+from ghostball.validation.checks.metrics import EPSILON, ball_errors
+from ghostball.validation.grading.grading import Gradable, position_errors
+from ghostball.validation.grading.sequences import TIE, matching_collisions
+from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
+from ghostball.validation.results.records import CERTIFIED, Accuracy, AccuracyKind, BrokenBy
+from ghostball.validation.runs.sampling import deepest_overlap, energy_series, events_of
+from ghostball.validation.truth.bifurcations import extent_of
+from ghostball.validation.truth.scene_truth import Truth, collisions_of
+
+FloatArray = NDArray[np.float64]
+
+UP_TO: Final[Mapping[AccuracyKind, float]] = {
+    "nanometres": 1e-6,
+    "micrometres": 1e-3,
+    "millimetres": 1e-2,
+    "centimetres": math.inf,
+}
+"""The largest error of a class [m]: a shot that is right to nanometres is less than 1 um off."""
+
+ENERGY_MADE: Final = 1e-2
+"""Share of its first energy that a shot may gain before it counts as broken.
+
+A ball with 1 % more energy rolls 1 % farther, which shows in where it rests; more is made of
+nothing.
+"""
+
+THROUGH: Final = 1.0
+"""Overlap, in radii of the smallest ball, from which on balls went through each other.
+
+The centres are then as near as the surface of a ball is to its own.
+"""
+
+
+def accuracy_of(result: Result, truth: Truth, *, resolution: float | None = 0.0) -> Accuracy | None:
+    """Return how right a run is, or None where there is nothing to compare it with.
+
+    Parameters
+    ----------
+    result : Result
+        Recorded with `record="trajectory"`.
+    truth : Truth
+    resolution : float [m] or None
+        Of the engine: `reference_adapters.base.resolution_of`.
+    """
+    if broken := _broken(result, resolution):
+        return Accuracy("broken", cause=broken[0], amount=broken[1])
+    if truth.rest_positions is None or truth.collisions is None:
+        return None
+    within = truth.graded if truth.kind == CERTIFIED else None
+    predictable = within.until if within is not None and within.extent == "horizon" else math.inf
+    found, times = collisions_of(events_of(result))
+    agree = matching_collisions(found, times, truth.collisions, truth.collision_times)
+    if agree < max(len(found), len(truth.collisions)):
+        parts_at = _parts_at(agree, times, truth.collision_times)
+        if parts_at is None or (parts_at <= predictable and parts_at < _counted_until(truth)):
+            return Accuracy("another shot", at=parts_at, agree=agree, of=len(truth.collisions))
+    if within is not None and math.isfinite(predictable):
+        return _at_the_horizon(result, truth, within)
+    errors = ball_errors(result, truth)
+    return Accuracy(_kind(errors, _rounding(result, truth, within)), error=float(np.max(errors)))
+
+
+def kind_of(error: float) -> AccuracyKind:
+    """Return the class of an error [m] that is no rounding."""
+    return next(kind for kind, most in UP_TO.items() if error < most or math.isinf(most))
+
+
+def _at_the_horizon(result: Result, truth: Truth, within: Gradable) -> Accuracy:
+    """Compare where the balls are just before rounding makes another shot of it."""
+    assert truth.certificate is not None
+    t, errors = position_errors(result, truth.certificate, within)
+    sizes = within.sizes
+    assert sizes is not None
+    kind = _kind(errors, UNIT_ROUNDOFF * np.where(np.isfinite(sizes), sizes, 0.0))
+    return Accuracy(kind, error=float(np.max(errors)), at=t)
+
+
+def _kind(errors: FloatArray, rounding: FloatArray) -> AccuracyKind:
+    if np.all(errors <= ROUNDINGS * rounding):
+        return "exact"
+    return kind_of(float(np.max(errors)))
+
+
+def _rounding(result: Result, truth: Truth, within: Gradable | None) -> FloatArray:
+    """Return what one rounding of the scene, or of each event, makes of the end, (n,) [m]."""
+    scene = result.scene
+    rounding = np.full(len(scene.balls), EPSILON * extent_of(scene))
+    if truth.conditioning is not None:
+        rounding = EPSILON * truth.conditioning
+    elif within is not None and within.extent == "whole" and within.sizes is not None:
+        known = np.isfinite(within.sizes)
+        rounding[known] = np.maximum(rounding[known], UNIT_ROUNDOFF * within.sizes[known])
+    return rounding
+
+
+def _parts_at(agree: int, times: FloatArray, true_times: FloatArray) -> float | None:
+    """Return when the first collision comes that doesn't agree [s]; None where nobody says."""
+    differing = [float(log[agree]) for log in (times, true_times) if agree < len(log)]
+    return min(differing) if differing else None
+
+
+def _counted_until(truth: Truth) -> float:
+    """Return until when collisions can be counted [s]: in a contact that lasts they mean nothing.
+
+    There one engine pushes, and another one bounces a hundred times: where the balls end says how
+    right either is.
+    """
+    proof = truth.certificate
+    if proof is None or proof.ending != "sustained contact":
+        return math.inf
+    return float(proof.t_end) * (1.0 - TIE)
+
+
+def _broken(result: Result, resolution: float | None) -> tuple[BrokenBy, float | None] | None:
+    """Return what no physics allows in a run, and how much of it."""
+    if not result.status.complete:
+        return "stopped", None
+    energy = energy_series(result)
+    if not (np.all(np.isfinite(energy)) and np.all(np.isfinite(result.rest_positions))):
+        return "not finite", None
+    gain = largest_gain(result, resolution)
+    if gain > ENERGY_MADE * float(energy[0]):
+        return "energy", gain / float(energy[0]) if energy[0] > 0.0 else math.inf
+    if len(result.scene.balls) > 1:
+        overlap = deepest_overlap(result)
+        if overlap > THROUGH * float(np.min(result.scene.radii)):
+            return "overlap", overlap
+    return None

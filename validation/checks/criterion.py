@@ -1,0 +1,224 @@
+"""One limit on one metric, one rule by which limits are computed, and whom they hold for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import (
+    AfterValidator,
+    AllowInfNan,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    Strict,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from ghostball.engine import EventKind, GhostballError
+from ghostball.reference_adapters.base import EngineError
+from ghostball.reference_adapters.registry import parse_spec, spec_of
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.results.records import Check, LimitKind
+
+LIMIT_KINDS: tuple[LimitKind, ...] = ("at_most", "at_least", "equals")
+
+
+class CriteriaError(GhostballError, ValueError):
+    """A criteria file that breaks a rule, or criteria that contradict each other."""
+
+
+class Selector(BaseModel):
+    """Which engines a criterion covers: a name, and settings that must have these values."""
+
+    model_config = ConfigDict(frozen=True)
+
+    engine: str
+    settings: tuple[tuple[str, str], ...] = ()
+
+    @classmethod
+    def parse(cls, text: object) -> Selector:
+        """Read `NAME` or `NAME:key=value,...`."""
+        if isinstance(text, Selector):
+            return text
+        if not isinstance(text, str):
+            raise PydanticCustomError("selector", "must be an engine's name in quotes")
+        try:
+            name, settings = parse_spec(text)
+        except EngineError as error:
+            raise PydanticCustomError("selector", "{why}", {"why": str(error)}) from None
+        return cls(engine=name, settings=tuple(sorted(settings.items())))
+
+    def __str__(self) -> str:
+        return spec_of(self.engine, dict(self.settings))
+
+    def covers(self, engine: str, settings: Mapping[str, Any]) -> bool:
+        """Whether an engine with these effective settings is meant.
+
+        Raises
+        ------
+        CriteriaError
+            Where the engine has no such setting: the selector could never match.
+        """
+        if engine != self.engine:
+            return False
+        for key, _ in self.settings:
+            if key not in settings:
+                raise CriteriaError(
+                    f"`engines`: `{self}` names the setting `{key}`, which engine `{engine}` "
+                    f"lacks. Its settings: {', '.join(settings) or 'none'}"
+                )
+        return all(_same(settings[key], text) for key, text in self.settings)
+
+
+def _known_metric(name: str) -> str:
+    if name not in METRICS:
+        close = get_close_matches(name, METRICS, n=1)
+        hint = f"Did you mean `{close[0]}`?" if close else f"Known metrics: {', '.join(METRICS)}"
+        raise PydanticCustomError(
+            "metric", "must be a known metric, got '{name}'. {hint}", {"name": name, "hint": hint}
+        )
+    return name
+
+
+Number = Annotated[int, Strict()] | Annotated[float, Strict(), AllowInfNan(False)]
+Sentence = Annotated[str, Strict(), Field(pattern=r"\S")]
+
+
+class ForEngines(BaseModel):
+    """What is said of some engines, and why."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    engines: Annotated[
+        tuple[Annotated[Selector, BeforeValidator(Selector.parse)], ...], Field(min_length=1)
+    ]
+    reason: Sentence
+
+
+class Criterion(ForEngines):
+    """One limit on one metric for the engines that it covers.
+
+    `if_measured` criteria are judged only where the metric has a value; where it has none, the
+    record says why, and nothing passes; but a run that stops early, or whose value isn't finite,
+    fails them. Without it, no value is a failure. A `past_horizon` criterion judges
+    how a shot ends also where the engine can't be expected to predict that.
+    """
+
+    metric: Annotated[str, Strict(), AfterValidator(_known_metric)]
+    at_most: Number | None = None
+    at_least: Number | None = None
+    equals: Number | None = None
+    if_measured: Annotated[bool, Strict()] = False
+    past_horizon: Annotated[bool, Strict()] = False
+
+    @model_validator(mode="after")
+    def _one_limit(self) -> Self:
+        given = [kind for kind in LIMIT_KINDS if getattr(self, kind) is not None]
+        if len(given) != 1:
+            raise PydanticCustomError(
+                "limit",
+                "must give exactly one of `at_most`, `at_least` and `equals`, got {given}",
+                {"given": " and ".join(f"`{kind}`" for kind in given) or "none of them"},
+            )
+        return self
+
+    @property
+    def limit_kind(self) -> LimitKind:
+        """Which of the three limits is given."""
+        return next(kind for kind in LIMIT_KINDS if getattr(self, kind) is not None)
+
+    @property
+    def limit(self) -> int | float:
+        """The limit, in the unit of the metric."""
+        limit: int | float = getattr(self, self.limit_kind)
+        return limit
+
+    def allows(self, value: int | float) -> bool:
+        """Whether `value` keeps the limit; nan never does."""
+        if self.limit_kind == "at_most":
+            return value <= self.limit
+        if self.limit_kind == "at_least":
+            return value >= self.limit
+        return value == self.limit
+
+    def check(self, value: int | float | None, note: str = "", *, reference: bool = False) -> Check:
+        """Judge a measured value.
+
+        A value that could not be computed fails: a criterion that nothing can violate guards
+        nothing. With `reference` there is no verdict, for the value compares truth with itself.
+        """
+        passed: bool | None = value is not None and self.allows(value)
+        if reference:
+            passed, note = None, "our engine is the truth here: compared with itself"
+        return Check(
+            metric=self.metric,
+            value=value,
+            limit_kind=self.limit_kind,
+            limit=self.limit,
+            unit=METRICS[self.metric].unit,
+            passed=passed,
+            reason=self.reason,
+            note=note,
+        )
+
+
+class SharedCriterion(Criterion):
+    """One limit that several shipped scenes have."""
+
+    scenes: Annotated[tuple[Annotated[str, Strict()], ...], Field(min_length=2)]
+
+    def alone(self) -> Criterion:
+        """Return the limit as one scene has it."""
+        return Criterion(**{name: getattr(self, name) for name in Criterion.model_fields})
+
+
+class StepRule(ForEngines):
+    """Engines whose limits are computed from their step; see `step_limits`.
+
+    Attributes
+    ----------
+    engines : tuple of Selector
+    late : tuple of str
+        The events that they see up to a step late: "ball-ball", "ball-cushion", "slide-to-roll".
+    energy_noise : float
+        What they may make of energy, over the first.
+    drifts : bool
+        Whether their motion between contacts errs by up to v dt, also where contacts are in time.
+    reason : str
+    """
+
+    late: tuple[Literal["ball-ball", "ball-cushion", "slide-to-roll"], ...]
+    energy_noise: Annotated[float, Strict(), Field(gt=0.0, lt=1.0)]
+    drifts: Annotated[bool, Strict()] = False
+
+    @property
+    def kinds(self) -> tuple[EventKind, ...]:
+        """The kinds of the events that they see late."""
+        return tuple(kind for kind in EventKind if kind.label in self.late)
+
+
+class BeyondStep(ForEngines):
+    """Engines of which no limit is computed in a scene: they err there by more than a step.
+
+    Attributes
+    ----------
+    engines : tuple of Selector
+    reason : str
+        What else they get wrong.
+    """
+
+
+def _same(value: Any, text: str) -> bool:
+    """Whether a setting's value is what `text` spells: 0.001 is "1e-3", True is "true"."""
+    if isinstance(value, bool):
+        return text.lower() == str(value).lower()
+    if isinstance(value, int | float):
+        try:
+            return float(text) == float(value)
+        except ValueError:
+            return False
+    return text == str(value)

@@ -1,0 +1,256 @@
+"""What an engine's step allows: limits that are computed, shot by shot.
+
+An engine that steps sees an event late, by up to its step: balls have overlapped by then, a ball is
+past the cushion, a slide has gone on. To first order that moves the end of the shot by
+
+    sum over its events k of |dX / d delay_k| delay_k,     0 <= delay_k <= dt,
+
+X where a ball ends. The derivatives are those of the proved motion (`CertifiedGrowth.lateness`), so
+that nothing of the engine that is judged is in its limit but its step. An engine that stops its
+steps where balls touch is late by its resolution r, over the speed of approach; it may end a step r
+short of the contact and see it r deep: delay_k <= 2 r / approach_k, and never more than the step.
+
+A contact that is seen r deep turns the line of centres by r / 2R more than its derivative says,
+which adds about this share of itself to the sum. The motion between contacts adds r once, which is
+v dt for an engine that steps; and so much for one that finds contacts in time, but drifts. So, R
+the radius of the smallest ball,
+
+    rest error <= r + (1 + r / 2R) sum_k |dX / d delay_k| delay_k.
+
+An engine that is worse than this breaks a law, or steps more coarsely than it says.
+
+Nothing is said where the sum isn't the whole story: where a ball may collide twice within a step,
+so that the second collision is another one; where balls may pass through each other between two
+steps, or go more than a radius in one; past ties, which have no derivative; past the horizon of the
+engine, where its errors may have taken the shot another course; and where the shot isn't proved to
+its end.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import EventKind, Scene
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.reference_adapters.base import ReferenceEngine, resolution_of, resolution_of_step
+from ghostball.validation.checks.criterion import Criterion, Selector, StepRule
+from ghostball.validation.grading.certified_growth import Lateness
+from ghostball.validation.grading.sequences import TIE
+from ghostball.validation.runs.steps import step_of
+from ghostball.validation.truth.scene_truth import Truth
+
+FloatArray = NDArray[np.float64]
+
+STEP_METRICS = frozenset(
+    {
+        "rest_error_max",
+        "ball_ball_count_error",
+        "ball_cushion_count_error",
+        "matching_events",
+        "energy_rise",
+        "overlap_max",
+    }
+)
+"""Metrics on which a limit may be computed."""
+
+ANY_STEP = StepRule(
+    engines=(Selector(engine="any"),),
+    late=("ball-ball", "ball-cushion", "slide-to-roll"),
+    energy_noise=1e-6,
+    drifts=True,
+    reason="Nothing else is known of this engine but what it states in `resolution`.",
+)
+"""The widest rule: of an engine that no file of criteria names, and that states a `resolution`."""
+
+LEAST = 1e-12
+"""Error that is allowed whatever the step [m], [s]: roundings of some thousand steps."""
+
+SLIDING_NOISE = 1e-6
+"""Energy that may be made where balls slide, over the first: a table contact in space is noisy."""
+
+DEEPER = 10.0
+"""Overlap, in resolutions, that a landed contact may come to: its engine steps on from the touch.
+
+The last step must be long enough for the engine to see the contact, which takes some resolutions.
+"""
+
+
+@dataclass(frozen=True)
+class _Step:
+    """How late an engine sees the events of a shot.
+
+    Attributes
+    ----------
+    resolution : float [m]
+    longest : float [s]
+        The step; inf for an engine that states none.
+    delays : (events,) float64 [s]
+    """
+
+    resolution: float
+    longest: float
+    delays: FloatArray
+
+
+def step_criteria(
+    rule: StepRule, engine: ReferenceEngine, scene: Scene, truth: Truth
+) -> tuple[Criterion, ...]:
+    """Return the limits that an engine's step sets in a scene.
+
+    Parameters
+    ----------
+    rule : StepRule
+        Which events the engine sees late, and what noise its energy has.
+    engine : ReferenceEngine
+    scene : Scene
+    truth : Truth
+        Of that scene, with its part "proof".
+    """
+    resolution = resolution_of(engine, scene)
+    if not resolution:
+        return ()
+    step = step_of(engine)
+    longest = math.inf if step is None else step
+    selector = Selector(engine=engine.name)
+    return tuple(
+        Criterion(engines=(selector,), metric=metric, reason=reason, **limit)
+        for metric, limit, reason in (
+            *_outcome(rule, scene, truth, resolution, longest),
+            *_of_motion(rule, scene, resolution, longest),
+        )
+    )
+
+
+_Limit = tuple[str, dict[str, float], str]
+"""A metric, its limit by kind, and why."""
+
+
+def _outcome(
+    rule: StepRule, scene: Scene, truth: Truth, resolution: float, longest: float
+) -> Iterator[_Limit]:
+    """Yield what judges how the shot ends."""
+    lateness = truth.lateness
+    if lateness is None or truth.rest_time is None or truth.collisions is None:
+        return
+    if truth.horizon_of(resolution) < truth.rest_time:
+        return
+    step = _step_of(rule, scene, lateness, resolution, longest)
+    smallest = float(np.min(scene.radii))
+    apart = _apart(lateness, step, smallest)
+    if apart is None:
+        return
+    own, all_apart = apart
+    more = 1.0 + resolution / (2.0 * smallest)
+    late = _spoken(step)
+    moved = float(np.max(step.delays @ lateness.places))
+    if math.isfinite(moved):
+        drifts = rule.drifts and math.isfinite(longest)
+        between = resolution_of_step(longest, scene) if drifts else resolution
+        yield (
+            "rest_error_max",
+            {"at_most": LEAST + between + more * moved},
+            f"{late}, which moves the end of this shot by at most {more * moved:.3g} m; "
+            f"{between:.3g} m for the motion between.",
+        )
+    if own:
+        reason = f"{late}: no collision of this shot can be missed, or come twice, by that."
+        yield "ball_ball_count_error", {"equals": 0}, reason
+        yield "ball_cushion_count_error", {"equals": 0}, reason
+    if all_apart:
+        reason = f"{late}: the collisions of this shot are farther apart than that."
+        yield "matching_events", {"equals": len(truth.collisions)}, reason
+
+
+def _of_motion(rule: StepRule, scene: Scene, resolution: float, longest: float) -> Iterator[_Limit]:
+    """Yield what must hold wherever the balls go."""
+    noise = rule.energy_noise
+    if scene.physics.motion == "sliding":
+        noise = max(noise, SLIDING_NOISE)
+    yield (
+        "energy_rise",
+        {"at_most": noise},
+        "Impacts keep energy or lose it, and the cloth only takes: what is more is noise.",
+    )
+    if len(scene.balls) == 1 or EventKind.BALL_BALL not in rule.kinds:
+        return
+    closing = _closing(scene)
+    deepest = longest * closing
+    reason = f"Balls close in at no more than {closing:.3g} m/s, for one step."
+    if 2.0 * resolution < longest * resolution_of_step(1.0, scene):
+        deepest = DEEPER * resolution
+        reason = f"Steps end within {resolution:.3g} m of touching, and the next one goes on."
+    if deepest < float(np.min(scene.radii)):
+        yield "overlap_max", {"at_most": deepest}, reason
+
+
+def _step_of(
+    rule: StepRule, scene: Scene, lateness: Lateness, resolution: float, longest: float
+) -> _Step:
+    fastest = resolution_of_step(1.0, scene)
+    least = 2.0 * resolution / fastest if fastest > 0.0 else 0.0
+    with np.errstate(divide="ignore"):
+        delays = np.maximum(2.0 * resolution / lateness.approach, least)
+    collides = np.isin(lateness.kinds, COLLISION_KINDS)
+    delays = np.minimum(np.where(collides, delays, least), longest)
+    seen_late = np.isin(lateness.kinds, rule.kinds)
+    return _Step(resolution, longest, np.where(seen_late, delays, 0.0))
+
+
+def _apart(lateness: Lateness, step: _Step, smallest: float) -> tuple[bool, bool] | None:
+    """Return whether a ball's collisions, and whether all collisions, come one at a time.
+
+    None where a step may hold what makes another shot of it: a second collision of a ball that
+    follows from the first, the whole of an overlap, or more than the `smallest` radius [m].
+    """
+    meet = np.isfinite(lateness.lasts)
+    if np.any(step.delays[meet] > 0.0) and step.resolution >= smallest:
+        return None
+    if np.any(step.delays > lateness.lasts):
+        return None
+    own, all_apart = True, True
+    before: dict[int, int] = {}
+    last: int | None = None
+    for k in np.flatnonzero(np.isin(lateness.kinds, COLLISION_KINDS)).tolist():
+        t, delay = float(lateness.times[k]), float(step.delays[k])
+        previous = {before[ball] for ball in lateness.balls[k] if ball in before}
+        for one in previous:
+            between = t - float(lateness.times[one])
+            if between <= TIE * t:
+                own = False
+            elif between <= max(delay, float(step.delays[one])) and not (
+                lateness.kinds[k] is lateness.kinds[one] is EventKind.BALL_CUSHION
+            ):
+                return None
+        if last is not None and t - float(lateness.times[last]) <= delay and last not in previous:
+            all_apart = False
+        before |= dict.fromkeys(lateness.balls[k], k)
+        last = k
+    return own, own and all_apart
+
+
+def _closing(scene: Scene) -> float:
+    """Return the speed at which two balls approach at most [m/s].
+
+    Of two like balls, the sum of their speeds; else, where all the energy is in the lightest two.
+    """
+    speeds = [
+        resolution_of_step(1.0, scene.model_copy(update={"balls": (ball,)})) for ball in scene.balls
+    ]
+    if len(speeds) == 2 and scene.masses[0] == scene.masses[1]:
+        return sum(speeds)
+    lightest = np.sort(scene.masses)[:2]
+    return math.sqrt(float(np.sum(scene.masses * np.square(speeds))) * float(np.sum(1 / lightest)))
+
+
+def _spoken(step: _Step) -> str:
+    late = float(np.max(step.delays, initial=0.0))
+    if late == 0.0:
+        return "Contacts are found in time"
+    if late < step.longest:
+        return f"Steps end within {step.resolution:.3g} m of touching"
+    return f"Contacts are seen up to a step of {1e3 * step.longest:.3g} ms late"

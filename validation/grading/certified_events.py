@@ -1,0 +1,201 @@
+"""What each event of a proved shot does to small changes of its balls; see `certified_growth`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import EventKind, Scene
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.reference_adapters.certified import Certificate
+from ghostball.reference_adapters.certified.gaps import SIDES
+from ghostball.reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
+from ghostball.reference_adapters.certified.problem import problem_of
+from ghostball.validation.grading.certified_flow import PARTS, PLACE, SLIP, VELOCITY, ProvedBall
+from ghostball.validation.grading.slope import Slope
+
+FloatArray = NDArray[np.float64]
+
+
+class EventChange(NamedTuple):
+    """What an event does to changes of its balls, and how rounding of it adds to them."""
+
+    kind: EventKind
+    t: float
+    balls: tuple[int, ...]
+    knots: tuple[int, ...]  # that each ball comes to
+    matrix: FloatArray | None  # (7 b, 7 b), from those at the knots before; None: no derivative
+    later: FloatArray | None  # (7 b,) by how much later the event comes, likewise
+    late: FloatArray | None  # (7 b,) what seeing it late changes of the balls, per second
+    approach: float  # [m/s] along the line of contact; 0 where nothing collides
+    lasts: float  # [s] for which what collides would overlap if it went on; inf of no two balls
+    noise: tuple[FloatArray, ...]  # (7, 7) of each ball: covariance of one rounding of its state
+
+
+def event_changes(
+    scene: Scene, certificate: Certificate, balls: tuple[ProvedBall, ...]
+) -> Iterator[EventChange]:
+    """Yield what each event does; nothing is known from a ball's second collision at an instant."""
+    laws = Laws(problem_of(scene))
+    at = [0] * len(balls)
+    times = [float(event.t) for event in certificate.events]
+    due: dict[tuple[int, float], int] = {}
+    for event, t in zip(certificate.events, times, strict=True):
+        if event.kind in COLLISION_KINDS:
+            for ball in _involved(event.kind, event.a, event.b):
+                due[ball, t] = due.get((ball, t), 0) + 1
+    for event, t in zip(certificate.events, times, strict=True):
+        involved = _involved(event.kind, event.a, event.b)
+        mine = tuple(balls[i] for i in involved)
+        before = tuple(at[i] for i in involved)
+        for i in involved:
+            at[i] += 1
+        after = tuple(at[i] for i in involved)
+        if event.kind in COLLISION_KINDS and any(due[i, t] > 1 for i in involved):
+            yield EventChange(event.kind, t, involved, after, None, None, None, 0.0, math.inf, ())
+            continue
+        passes = _Passage(mine, before, after, t, slides=scene.physics.motion == "sliding")
+        if event.kind is EventKind.BALL_BALL:
+            passes.collide(laws, event.a, event.b)
+        elif event.kind is EventKind.BALL_CUSHION:
+            passes.bounce(laws, event.a, event.b)
+        else:
+            passes.end_phase()
+        noise = tuple(ball.noise(k, passes.states) for ball, k in zip(mine, after, strict=True))
+        # One column more than balls have numbers: a change by which the event comes 1 s later.
+        matrix, late = passes.change[:, :-1].copy(), passes.change[:, -1].copy()
+        later = passes.later[:-1].copy()
+        yield EventChange(
+            event.kind,
+            t,
+            involved,
+            after,
+            matrix,
+            later,
+            late,
+            passes.approach,
+            passes.lasts,
+            noise,
+        )
+
+
+def _involved(kind: EventKind, a: int, b: int) -> tuple[int, ...]:
+    return (a, b) if kind is EventKind.BALL_BALL else (a,)
+
+
+class _Passage:
+    """Changes of the balls of one event, carried from their knots before it to those after it.
+
+    Attributes
+    ----------
+    states : tuple of (7,) float64
+        Of the balls, just before.
+    change : (7 b, 7 b + 1) float64
+        Of the balls by those at the knots before; the last column, by seeing the event late.
+    later : (7 b + 1,) float64
+        By how much later the event comes.
+    approach : float [m/s]
+        At which speed what collides meets.
+    lasts : float [s]
+        For how long two balls that collide would overlap if they went on as before; else inf.
+    """
+
+    def __init__(
+        self,
+        balls: tuple[ProvedBall, ...],
+        before: tuple[int, ...],
+        after: tuple[int, ...],
+        t: float,
+        *,
+        slides: bool,
+    ) -> None:
+        self._balls, self._before, self._after, self._slides = balls, before, after, slides
+        spans = [t - ball.knots[k, 0] for ball, k in zip(balls, before, strict=True)]
+        moving = [ball.rates(k, s) for ball, k, s in zip(balls, before, spans, strict=True)]
+        self.states = tuple(state for state, _ in moving)
+        self._rates = tuple(rate for _, rate in moving)
+        size = PARTS * len(balls)
+        self.change = np.zeros((size, size + 1))
+        self.later = np.zeros(size + 1)
+        self.approach, self.lasts = 0.0, math.inf
+        for m, (ball, k, s) in enumerate(zip(balls, before, spans, strict=True)):
+            here = slice(PARTS * m, PARTS * (m + 1))
+            self.change[here, here] = ball.flow(k, s)
+
+    def collide(self, laws: Laws, a: int, b: int) -> None:
+        """Pass an impact of two balls."""
+        apart = self.states[1][PLACE] - self.states[0][PLACE]
+        normal = apart / np.hypot(*apart)
+        parting = self.states[1][VELOCITY] - self.states[0][VELOCITY]
+        opening = float(normal @ parting)
+        gap = normal @ (self.change[PARTS : PARTS + 2] - self.change[PLACE])
+        self.approach = -opening
+        self.lasts = 2.0 * float(np.hypot(*apart)) * self.approach / float(parting @ parting)
+        self._come_later(-gap / opening)
+        first, second = self._slopes(0), self._slopes(1)
+        x, y = (q - p for p, q in zip(first[:2], second[:2], strict=True))
+        size = (x * x + y * y).sqrt()
+        n = (x / size, y / size)
+        seen = [self._seen(n, slopes, m) for m, slopes in enumerate((first, second))]
+        for m, one in enumerate(laws.collide(a, b, *seen)):
+            self._send_off(m, n, one)
+        self._leave()
+
+    def bounce(self, laws: Laws, ball: int, cushion: int) -> None:
+        """Pass an impact of a ball with a cushion."""
+        inward = np.array(SIDES[cushion], dtype=np.float64)
+        opening = float(inward @ self.states[0][VELOCITY])
+        self.approach = -opening
+        self._come_later(-(inward @ self.change[PLACE]) / opening)
+        n = (-float(inward[0]), -float(inward[1]))
+        self._send_off(0, n, laws.bounce(ball, self._seen(n, self._slopes(0), 0)))
+        self._leave()
+
+    def end_phase(self) -> None:
+        """Pass the end of a slide, of |u| / (7/2 mu_s g), or of a roll, of |v| / (mu_r g)."""
+        ball, k = self._balls[0], self._before[0]
+        of, slowing = (SLIP, 3.5 * ball.slides_by) if ball.slides(k) else (VELOCITY, ball.rolls_by)
+        # Against the way of the acceleration: doubles may leave nothing of a slip of rounding size.
+        pull = np.array(ball.pull(k))
+        later = np.zeros(PARTS + 1)
+        later[of] = -pull / (slowing * np.hypot(*pull))
+        self._come_later(later)
+        # Who sees the end of a slide late lets the ball roll from there on, at the speed it has.
+        self.change[SLIP, -1] = 0.0
+        self._leave()
+
+    def _come_later(self, later: FloatArray) -> None:
+        """Bring changes from the event's instant to where the event is for each."""
+        later[-1] = 1.0
+        self.later = later
+        self.change += np.outer(np.concatenate(self._rates), later)
+
+    def _slopes(self, m: int) -> list[Slope]:
+        rows = self.change[PARTS * m : PARTS * (m + 1)]
+        return [Slope(float(v), row) for v, row in zip(self.states[m], rows, strict=True)]
+
+    def _seen(self, n: Any, slopes: list[Slope], m: int) -> Seen:
+        velocity, slip = (slopes[2], slopes[3]), (slopes[4], slopes[5])
+        radius: Any = self._balls[m].radius
+        return seen_along(n, velocity, slip, slopes[6], radius)  # type: ignore[arg-type]
+
+    def _send_off(self, m: int, n: Any, seen: Seen) -> None:
+        velocity, slip = seen_from_table(n, seen)
+        for part, one in enumerate((*velocity, *slip, seen.wz)):
+            slope: Any = one
+            row = slope.slope if isinstance(slope, Slope) else 0.0
+            self.change[PARTS * m + 2 + part] = row
+
+    def _leave(self) -> None:
+        """Bring changes back to the event's instant, on the motion after it."""
+        for m, (ball, k) in enumerate(zip(self._balls, self._after, strict=True)):
+            rows = self.change[PARTS * m : PARTS * (m + 1)]
+            if not self._slides:  # a ball that always rolls has the spin of its velocity
+                rows[SLIP] = 0.0
+            ball.hold(k, rows)
+            _, rate = ball.rates(k, 0.0)
+            rows -= np.outer(rate, self.later)

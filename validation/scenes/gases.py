@@ -1,0 +1,89 @@
+"""Scenes that are measured but no data files: gases of any number of balls."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.engine.scene import POOL_BALL_RADIUS
+
+FRICTIONLESS: dict[str, Any] = {"preset": "paper", "rolling_friction": 0.0}
+"""Physics of an elastic gas: nothing slows a ball, cushions are mirrors."""
+
+FULL_CLOTH: dict[str, Any] = {"preset": "pool"}
+"""Physics of the whole game: sliding, spin, throw, restitution, Han's cushions."""
+
+
+def packed_gas(
+    count: int,
+    packing: float,
+    physics: dict[str, Any],
+    t_max: float | None = None,
+    seed: int = 0,
+) -> Scene:
+    """Return balls that fill `packing` of a square of their own, with random velocities.
+
+    Parameters
+    ----------
+    count : int
+    packing : float
+        The part of the area that balls cover, up to 0.75; a square lattice holds pi / 4.
+    physics : dict
+        Fields of `Physics`.
+    t_max : float or None
+        Where to stop [s]; needed where nothing slows a ball.
+    seed : int
+        Of the velocities: each component normal, with 1 m/s.
+
+    Notes
+    -----
+    A lattice at the start: only what has moved for a while is a gas. The table is as
+    large as the lattice's cells, so that it is a little wider than high where `count` is no square.
+    """
+    columns = math.ceil(math.sqrt(count))
+    rows = math.ceil(count / columns)
+    spacing = POOL_BALL_RADIUS * math.sqrt(math.pi / packing)
+    table = Table(length=columns * spacing, width=rows * spacing)
+    steps = np.array([spacing, spacing])
+    return lattice_of(f"gas-{count}", count, columns, steps, table, physics, t_max, seed)
+
+
+def many_balls() -> tuple[Scene, ...]:
+    """Return scenes of so many balls that cells schedule them: the shipped ones have fewer."""
+    gas = packed_gas(256, 0.4, FRICTIONLESS, t_max=0.5)
+    cloth = packed_gas(256, 0.3, FULL_CLOTH)
+    return (
+        gas.model_copy(update={"name": "gas-256"}),
+        cloth.model_copy(update={"name": "cloth-256"}),
+    )
+
+
+def lattice_of(
+    name: str,
+    count: int,
+    columns: int,
+    steps: Any,
+    table: Table,
+    physics: dict[str, Any],
+    t_max: float | None,
+    seed: int,
+) -> Scene:
+    """Return balls in the middles of the cells of a lattice, row by row."""
+    velocities = np.random.default_rng(seed).normal(size=(count, 2)).tolist()
+    balls = [
+        ball_at(
+            str(k),
+            ((k % columns + 0.5) * steps[0], (k // columns + 0.5) * steps[1], POOL_BALL_RADIUS),
+            (*velocities[k], 0.0),
+        )
+        for k in range(count)
+    ]
+    return Scene(name=name, balls=balls, table=table, physics=Physics(**physics), t_max=t_max)
+
+
+def ball_at(name: str, position: tuple[float, ...], velocity: tuple[float, ...]) -> Ball:
+    """Return a pool ball at a place [m] with a velocity [m/s]."""
+    return Ball(id=name, position=tuple(map(float, position)), velocity=velocity)

@@ -1,0 +1,212 @@
+"""Held: balls that topspin pins to a cushion, against the limit of the cushion's own impact law."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import Ball, EventKind, Physics, Result, Scene, Table
+from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.rows import Spin
+from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, Verdict
+
+R, G = 0.028575, 9.81
+SLIDING, SPINNING = 0.2, 10.0
+"""Friction of the cloth, and what it takes of a spin about the vertical [rad/s^2]."""
+
+RESTITUTION, FRICTION = 0.85, 0.2
+"""Of the cushion."""
+
+PERMITTED = 5e-7
+"""Error of the velocity along the cushion, in units of the first one, and of the spin about the
+vertical in units of the first spin's largest component. Not of the last ones: where friction takes
+nine tenths of a velocity, what is left has ten times its part of the error."""
+
+HELD_BELOW = 1e-7
+"""Speed of a rebound [m/s] from which on the rebounds are taken for a force."""
+
+Numbers = NDArray[np.float64]
+
+TABLE = (
+    (0.05, 0.3, (0.0, 80.0, 40.0), 0.0357),
+    (0.02, 0.1, (0.0, 60.0, 0.0), 0.0357),
+    (0.1, 0.2, (10.0, 100.0, -30.0), 0.0357),
+    (0.05, 0.3, (0.0, 80.0, 40.0), R),
+    (0.02, 0.1, (0.0, 60.0, 0.0), R),
+)
+"""Speeds into the cushion and along it [m/s], spins [rad/s], heights of the nose [m] of shots that
+once left the cushion up to 13 % too fast."""
+
+
+class HeldToCushion:
+    """A ball that its topspin drives into a cushion: Han's impacts down to none, then their limit.
+
+    Rebounds so small that they last for ever shorter are a force, with the friction of the
+    impulses. n points into the cushion, t along it; a state is vt, wn, wt, wz. It shares no formula
+    with the engine, and is integrated by the classical method of Runge and Kutta.
+    """
+
+    def __init__(self, height: float) -> None:
+        self.sine = (height - R) / R
+        self.cosine = math.sqrt(1.0 - self.sine**2)
+        self.sense = 0.0
+
+    def velocities_when_it_rolls(self, vn: float, vt: float, spin: Spin) -> tuple[float, float]:
+        """Return vt [m/s] and wz [rad/s] when the slip on the cloth ends."""
+        state = np.array([vt, *spin], dtype=float)
+        while True:
+            vn, state = self._bounce(vn, state)
+            if -vn < HELD_BELOW:
+                break
+            an, at, _ = self._cloth(vn, state)
+            dt = -2.0 * vn / an
+            wz = math.copysign(max(abs(state[3]) - SPINNING * dt, 0.0), state[3])
+            state += dt * np.array([at, 2.5 * at / R, -2.5 * an / R, 0.0])
+            state[3], vn = wz, vn + an * dt
+        self._choose_sense(state)
+        while True:
+            size = self._rates(state)[2]
+            if size < 1e-11:
+                return float(state[0]), float(state[3])
+            dt = min(2e-4, 0.02 * size / (3.5 * SLIDING * G))
+            after = self._step(state, dt)
+            if self.sense and after[3] * self.sense < 0.0:
+                while abs(after[3]) > 1e-13:
+                    dt *= state[3] / (state[3] - after[3])
+                    after = self._step(state, dt)
+                after[3] = 0.0
+            if after[3] == 0.0:
+                self._choose_sense(after)
+            state = after
+
+    def _cloth(self, vn: float, state: Numbers) -> tuple[float, float, float]:
+        """Return the acceleration by the cloth along n and t [m/s^2], and the slip [m/s]."""
+        vt, wn, wt, _ = state.tolist()
+        un, ut = vn - R * wt, vt + R * wn
+        size = math.hypot(un, ut)
+        return -SLIDING * G * un / size, -SLIDING * G * ut / size, size
+
+    def _bounce(self, vn: float, state: Numbers) -> tuple[float, Numbers]:
+        vt, wn, wt, wz = state.tolist()
+        down = vn * self.sine + R * wt
+        along = vt + R * (wz * self.cosine - wn * self.sine)
+        most = FRICTION * (1.0 + RESTITUTION) * self.cosine * vn
+        share = min(2.0 / 7.0, most / math.hypot(down, along))
+        down, along = -share * down, -share * along
+        turn = 2.5 / R
+        vn = vn * (self.sine**2 - RESTITUTION * self.cosine**2) + down * self.sine
+        wn, wt = wn - turn * along * self.sine, wt + turn * down
+        return vn, np.array([vt + along, wn, wt, wz + turn * along * self.cosine])
+
+    def _rates(self, state: Numbers) -> tuple[Numbers, float, float]:
+        """Return how fast the state changes, what the cushion turns of it, and the slip."""
+        vt, wn, wt, wz = state.tolist()
+        an, at, size = self._cloth(0.0, state)
+        down, along = R * wt, vt + R * (wz * self.cosine - wn * self.sine)
+        slip = math.hypot(down, along)
+        push = an / (self.cosine + FRICTION * self.sine * down / slip)
+        down, along = -FRICTION * push * down / slip, -FRICTION * push * along / slip
+        turn = 2.5 / R
+        twist = turn * along * self.cosine
+        change = [
+            at + along,
+            2.5 * at / R - turn * along * self.sine,
+            -2.5 * an / R + turn * down,
+            twist - SPINNING * self.sense if self.sense else 0.0,
+        ]
+        return np.array(change), twist, size
+
+    def _step(self, state: Numbers, dt: float) -> Numbers:
+        k1 = self._rates(state)[0]
+        k2 = self._rates(state + 0.5 * dt * k1)[0]
+        k3 = self._rates(state + 0.5 * dt * k2)[0]
+        k4 = self._rates(state + dt * k3)[0]
+        return state + dt / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+    def _choose_sense(self, state: Numbers) -> None:
+        self.sense = float(np.sign(state[3]))
+        twist = self._rates(state)[1]
+        if state[3] == 0.0:
+            self.sense = float(np.sign(twist)) if abs(twist) > SPINNING else 0.0
+
+
+@dataclass(frozen=True)
+class AsInTheLimit:
+    """Whether a ball leaves the cushion, rolling, as the limit of its impacts has it."""
+
+    vn: float
+    vt: float
+    spin: Spin
+    height: float
+
+    def __call__(self, result: Result) -> Verdict:
+        """Judge a run by how it moves where it begins to roll for the last time."""
+        assert result.events is not None
+        rolls = result.events["t"][result.events["kind"] == EventKind.SLIDE_TO_ROLL]
+        if not len(rolls):
+            return Verdict.of(result.scene, ["it never rolls"])
+        state = result.sample(rolls[-1:])
+        limit = HeldToCushion(self.height)
+        speed, turn = limit.velocities_when_it_rolls(self.vn, self.vt, self.spin)
+        off = {
+            "its velocity along the cushion": (state.velocities[0, 0, 1] - speed) / self.vt,
+            "its spin about the vertical": (state.angular_velocities[0, 0, 2] - turn)
+            / max(map(abs, self.spin)),
+        }
+        wrong = {what: part for what, part in off.items() if not abs(part) <= PERMITTED}
+        faults = [f"{what} is off by {part:.3g}" for what, part in wrong.items()]
+        if unsolved := result.work.get("unsolved_contact_steps", 0):
+            faults.append(f"{unsolved} contact steps are left unsolved")
+        worst = max(abs(float(part)) for part in off.values())
+        return Verdict.of(result.scene, faults, worst / PERMITTED, {"error": worst})
+
+
+def held(vn: float, vt: float, spin: Spin, height: float) -> Trial:
+    """Return a trial of a ball that meets the cushion with these velocities."""
+    name = f"held-{vn:g}-{vt:g}-spin-{'-'.join(f'{w:g}' for w in spin)}-height-{height:g}"
+    scene = Scene(
+        name=name,
+        table=Table(length=2.0, width=20.0, cushions=("right",)),
+        physics=Physics(
+            motion="sliding",
+            rolling_friction=0.01,
+            sliding_friction=SLIDING,
+            spinning_friction_rate=SPINNING,
+            cushion="han2005",
+            cushion_restitution=RESTITUTION,
+            cushion_friction=FRICTION,
+            cushion_height=height,
+        ),
+        balls=[
+            Ball(
+                id="b", position=(2.0 - R, 5.0), velocity=(vn, vt), angular_velocity=spin, radius=R
+            )
+        ],
+        t_max=1.0,
+    )
+    return SceneTrial(name, scene, AsInTheLimit(vn, vt, spin, height))
+
+
+def _trials(suite: Suite) -> Iterator[Trial]:
+    for shot in TABLE:
+        yield held(*shot)
+    if suite == "full":
+        spins = ((0.0, 70.0, 0.0), (0.0, 90.0, 30.0), (10.0, 120.0, -20.0), (-5.0, 80.0, 10.0))
+        heights = (R, 0.032, 0.0357)
+        for vn, vt, spin, height in product((0.01, 0.02, 0.04), (0.15, 0.35), spins, heights):
+            yield held(vn, vt, spin, height)
+
+
+FAMILY = Family(
+    "held",
+    "Held to a cushion",
+    "A ball that topspin pins to a cushion leaves along it as rebounds of vanishing speed make it: "
+    f"when it rolls, its velocity and spin about the vertical are off by {PERMITTED:g} at most.",
+    _trials,
+    ours_alone=True,
+)
