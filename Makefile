@@ -44,18 +44,18 @@ $(READY): pyproject.toml
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@
 
-smoke: $(READY)  ## a first result within a minute: three scenes, three engines, a picture, the page
+smoke: $(READY)  ## a first result, within a minute once installed: three scenes, three engines, a picture, the page
 	$(BIN)/ghostball validate half-ball-cut thin-cut break-7 -e ghostball -e pymunk -e paper-discrete \
 		--jobs $(JOBS) --out $(OUT)/smoke
 	$(BIN)/ghostball run break-7 --plot $(OUT)/smoke/break-7.png
 
-engines: $(READY)  ## install the optional engines to compare with, 160 MB
+engines: $(READY)  ## install the optional engines to compare with, some 500 MB
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[engines]'
 
-validate: $(READY)  ## run every scene on every engine, write the report, print the verdicts
+validate: $(READY)  ## run every scene on the default engines, write the report, print the verdicts
 	$(BIN)/ghostball validate $(SCENES) --jobs $(JOBS) --out $(OUT)$(VALIDATE_MORE)
 
-stress: $(READY)  ## try to break every engine: what CI has time for
+stress: $(READY)  ## try to break the default engines: what CI has time for
 	$(BIN)/ghostball stress --jobs $(JOBS) --out $(OUT)/stress-quick
 
 regress: $(READY)  ## compare our engine with its accepted baselines

@@ -36,7 +36,7 @@ def regress(
         str | None,
         typer.Option(
             metavar="REV",
-            help="Compare with another revision instead of the baselines: both run by turns, so "
+            help="Compare with another revision instead of the baselines: both run interleaved, so "
             "that run times are compared too.",
         ),
     ] = None,
@@ -47,7 +47,7 @@ def regress(
     rerun: Rerun = False,
     time_limit: TimeLimit = 600.0,
     times: Annotated[
-        bool, typer.Option(help="With --against: time the scenes too, both sides by turns.")
+        bool, typer.Option(help="With --against: time the scenes too, both sides interleaved.")
     ] = True,
 ) -> None:
     """Say what changed in an engine since its baselines were accepted.

@@ -79,7 +79,9 @@ def validate(
     scenes: SceneNames = None,
     engine: Annotated[
         list[str] | None,
-        engines_option("all that are shipped, pymunk and pybullet in three ways each"),
+        engines_option(
+            "ghostball, pymunk and pybullet in three ways each, and the paper's two algorithms"
+        ),
     ] = None,
     out: Annotated[
         Path | None,
@@ -217,7 +219,9 @@ def stress(
     ] = None,
     engine: Annotated[
         list[str] | None,
-        engines_option("all that are shipped, pymunk and pybullet in two ways each"),
+        engines_option(
+            "ghostball, pymunk and pybullet in two ways each, and the paper's two algorithms"
+        ),
     ] = None,
     full: Annotated[
         bool, typer.Option("--full", help="All trials, not only what a CI has time for.")
@@ -295,10 +299,13 @@ def leaderboard(
     ] = False,
     column: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Column; give it once for each (default: all)."),
+        typer.Option(
+            metavar="NAME",
+            help="Column; give it once for each (default: all but those of --reported).",
+        ),
     ] = None,
     reported: Annotated[
-        bool, typer.Option("--reported", help="Columns: the faults that people reported.")
+        bool, typer.Option("--reported", help="Show the columns of faults that people reported.")
     ] = False,
     sort: Annotated[
         str | None, typer.Option(metavar="NAME", help="Sort the rows by a column.")
@@ -313,7 +320,7 @@ def leaderboard(
 ) -> None:
     """Put engines on one board: how right each is in what tells engines apart, and how fast.
 
-    What earlier runs measured with the same code is taken over. An engine that crashes or hangs
+    What earlier runs measured with the same code is reused. An engine that crashes or hangs
     costs its own cells; exit status 1 where one did.
     """
     from ghostball._leaderboard import run as measure  # noqa: PLC0415
@@ -341,7 +348,10 @@ def leaderboard(
 def grade(
     files: Annotated[
         list[Path],
-        typer.Argument(metavar="FILE...", help="Runs made elsewhere, as JSON; see `--help`."),
+        typer.Argument(
+            metavar="FILE...",
+            help="Files of runs made elsewhere, as JSON: one run, a list, or one a line.",
+        ),
     ],
     worst: Annotated[
         str,

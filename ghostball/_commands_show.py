@@ -93,7 +93,8 @@ def scenes(
         list[str] | None,
         typer.Argument(
             metavar="NAME|TAG",
-            help="Only these, as of `validate` (default: all that are shipped).",
+            help="Only these: names, tags or files, as for `validate` (default: all that are "
+            "shipped).",
             autocompletion=complete_scene,
         ),
     ] = None,

@@ -134,7 +134,7 @@ def run(
     # What was measured is said before anything is made of it: whatever may yet fail or be
     # interrupted, the verdicts are there.
     console = tables(form)
-    console.print(verdict_tables(results, console))
+    console.print(verdict_tables(results, console), crop=False)
     for line in _truths(results, criteria):
         console.print(line, soft_wrap=True)
     console.print(_headline(outcome, time.perf_counter() - started), soft_wrap=True)

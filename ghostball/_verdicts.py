@@ -52,7 +52,10 @@ def verdict_tables(results: Results, console: Console) -> RenderableType:
     unlimited = console.options.update_width(UNLIMITED)
     if Measurement.get(console, unlimited, matrix).maximum <= console.width:
         parts.append(matrix)
-    return Group(*parts, _engines(results), KEY, *_failures(results.cases))
+    engines = _engines(results)
+    # What is cut short says nothing: a narrow window breaks its lines instead.
+    engines.width = Measurement.get(console, unlimited, engines).maximum
+    return Group(*parts, engines, KEY, *_failures(results.cases))
 
 
 def colour_of(case: CaseRecord) -> str:

@@ -117,9 +117,13 @@ WORK = (
 )
 started = []
 
+COMMAND = [sys.executable, "-c", WORK]
+if {of_a_child}:
+    COMMAND = ["sh", "-c", '"$0" "$@"; true', *COMMAND]
+
 def test_begins():
     pipe = subprocess.PIPE
-    started.append(subprocess.Popen([sys.executable, "-c", WORK], stdin=pipe, stdout=pipe))
+    started.append(subprocess.Popen(COMMAND, stdin=pipe, stdout=pipe))
     started[0].stdout.readline()
 
 def test_ends():
@@ -128,12 +132,17 @@ def test_ends():
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="the system doesn't tell")
-def test_what_a_process_did_before_a_test_costs_that_test_nothing(pytester, monkeypatch, request):
+@pytest.mark.parametrize("of_a_child", [False, True], ids=["a child", "a child's child"])
+def test_what_a_process_did_before_a_test_costs_that_test_nothing(
+    pytester, monkeypatch, request, of_a_child
+):
     monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     monkeypatch.setenv("PYTHONPATH", str(request.config.rootpath / "tests" / "support"))
     pytester.makeini("[pytest]")
-    pytester.makepyfile(LATE)
+    pytester.makepyfile(LATE.replace("{of_a_child}", str(of_a_child)))
     plugins = ("-p", "no:hypothesispytest", "-p", "cpu_time", "-n", "0")
     result = pytester.runpytest_subprocess(*plugins, "--cpu-limit=0.5")
     result.assert_outcomes(passed=2)
-    assert result.ret == pytest.ExitCode.OK
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines(["*::test_begins took *"])
+    result.stdout.no_fnmatch_line("*::test_ends took *")

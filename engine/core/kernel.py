@@ -341,7 +341,8 @@ def _announced(variant: str) -> Iterator[None]:
     time.
     """
     logger.warning(
-        "compiling the engine's kernels (%s) for this machine, once: 10 to 30 s ...", variant
+        "compiling the engine's kernels (%s) for this machine, once; it may take half a minute ...",
+        variant,
     )
     collected = gc.isenabled()
     gc.disable()

@@ -46,7 +46,7 @@ from ghostball.engine.core.tolerances import (
 )
 from ghostball.engine.impacts.impact import bounce, collide_balls
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
-from ghostball.engine.motion.geometry import obstacle_in_contact
+from ghostball.engine.motion.geometry import obstacle_in_contact, reduced_mass
 from ghostball.engine.motion.next_piece import loosen
 from ghostball.engine.motion.obstacles import facing
 
@@ -84,7 +84,7 @@ def collide_in_space(height: FloatArray, balls: Balls, i: int, j: int, laws: Law
         return
     set_free(balls, i)
     set_free(balls, j)
-    reduced = a.mass * (b.mass / (a.mass + b.mass))
+    reduced = reduced_mass(a.mass, b.mass)
     returned = max(laws.ball_restitution * speed, slow if free else 0.0)
     normal = (speed + returned) * reduced
     # The slip of a's surface over b's: what of the velocity is across, and (R_a w_a + R_b w_b) x n.
@@ -135,14 +135,13 @@ def _part_slowly(
     Where they overlap by `depth` [m], and would come less than half out again, they part fast
     enough to come out, and higher by `LOWEST_HOP`. Other balls that they hit meanwhile take energy
     from their hops, which would sink ever deeper; so what is missing for that comes from the slip.
-    The impulse along it is some 10 000th of the normal one, as of a friction that small, and no
-    energy comes in.
+    The impulse along it acts as a friction does, and no energy comes in.
     """
     vx, vy = balls.state[i].vx - balls.state[j].vx, balls.state[i].vy - balls.state[j].vy
     vz = height[i, UP_SPEED] - height[j, UP_SPEED]
     level = math.sqrt(nx * nx + ny * ny)
     if level < _ASIDE:
-        lean_x = _ASIDE * (nx / level) if level > 0.0 else _ASIDE
+        lean_x = _ASIDE * (nx / level) if level > 0.0 else math.copysign(_ASIDE, nz)
         lean_y = _ASIDE * (ny / level) if level > 0.0 else 0.0
         lean_z = math.copysign(math.sqrt(1.0 - _ASIDE * _ASIDE), nz)
         approach = vx * lean_x + vy * lean_y + vz * lean_z

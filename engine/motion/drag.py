@@ -14,6 +14,9 @@ converges no farther than to its end, and pieces get shorter towards it (`_SHARE
 begins where all that its turning could still do to the place is below rounding: there the slip ends
 as it would by a constant drag, whose time has a closed form, and v takes what the cloth and the air
 then take: its end is exact, between it is a parabola.
+
+A ball rolls on in whatever air: the cloth isn't asked whether its friction can turn the ball so
+fast, (2/7) k v^2 <= mu_s g. For k and mu_s of a pool ball that holds up to 40 m/s.
 """
 
 from __future__ import annotations
@@ -35,33 +38,36 @@ from ghostball.engine.core.state import (
     Laws,
 )
 from ghostball.engine.core.tolerances import EPS
+from ghostball.engine.motion.geometry import speed_of
 
 _STRAIGHT_DEGREE = 14
 """Degree of the speed in a piece that goes straight on."""
 
 _STRAIGHT_PART = 2.0**-4
-"""How long such a piece is, in units of a time within which its speed, of a complex instant, stays
-below twice what it is bounded by. By Cauchy's estimate the power n of the series is then at most
-that times 16^-n: what is left out is below 2^-59 of the speed."""
+"""Length of such a piece, in units of a time T: at every complex instant nearer than T the speed is
+at most twice its bound. By Cauchy's estimate the power n of the series is then at most that times
+16^-n, so that what is left out is below 2^-59 of the speed."""
 
 _DEGREE = 24
 """Largest degree of the velocity in a piece that turns."""
 
 _SHARE = 0.75
-"""Longest piece that turns, in units of the time to the nearest instant, real or complex, at which
-the slip or the velocity vanishes: there the power series stops to converge."""
+"""Longest piece that turns, in units of an estimate of the time until the slip or the velocity
+vanishes, at a real or complex instant: there the power series stops to converge. It is but the
+length that is tried: the last coefficients found say how long the piece may be."""
 
 _LEFT_OUT = EPS / 64.0
 """What the series of a piece may leave out, in units of the speeds; or of a place, of that."""
 
 _STILL = 2.0**-18
-"""Speed, in units of the slip, below which air does nothing that a double could tell."""
+"""Speed, in units of the slip, below which air does nothing that a double could tell, as long as it
+would not slow a ball as fast as the slip by much more than friction does."""
 
 _ALONG = 4.0 * EPS
 """Sine of the angle between slip and velocity that is but their rounding."""
 
 _OVER = np.append(0.0, 1.0 / np.arange(1.0, _DEGREE + 2.0))
-"""1 / n, by n: a quarter of the time of a piece went into dividing."""
+"""1 / n, by n: a product takes less time than a quotient."""
 
 # Rows of `Air.series`, each by power of the time: velocity, slip, its size, its direction, speed.
 _VX, _VY, _UX, _UY, _SLIP, _EX, _EY, _SPEED = 0, 1, 2, 3, 4, 5, 6, 7
@@ -69,7 +75,10 @@ _VX, _VY, _UX, _UY, _SLIP, _EX, _EY, _SPEED = 0, 1, 2, 3, 4, 5, 6, 7
 
 @kernel(inline=True)
 def in_air(air: Air | None, laws: Laws) -> bool:
-    """Whether something slows balls by more the faster they are; not whether one flies."""
+    """Whether something slows balls by more the faster they are.
+
+    It doesn't say whether one flies.
+    """
     if air is None:
         return False
     return bool(laws.air_drag > 0.0 or laws.roll_quadratic > 0.0)
@@ -87,7 +96,7 @@ def slide_piece(balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: fl
     ball = balls.state[i]
     friction = ball.slide_slowing
     ex, ey = ux / size, uy / size
-    speed = math.sqrt(ball.vx * ball.vx + ball.vy * ball.vy)
+    speed = speed_of(ball.vx, ball.vy)
     balls.own_kind[i] = OWN_PIECE
     if friction == 0.0:
         if speed == 0.0:
@@ -113,7 +122,7 @@ def roll_piece(balls: Balls, i: int, laws: Laws) -> float:
     if higher is None or air is None:
         return math.inf
     ball = balls.state[i]
-    speed = math.sqrt(ball.vx * ball.vx + ball.vy * ball.vy)
+    speed = speed_of(ball.vx, ball.vy)
     dx, dy = ball.vx / speed, ball.vy / speed
     drag = laws.roll_quadratic + _felt(laws) * laws.air_drag
     duration = _go_straight(higher, air, balls, i, dx, dy, speed, ball.roll_slowing, drag)
@@ -146,7 +155,7 @@ def slowed_by_air(
 def rolling_deceleration(
     air: Air | None, laws: Laws, slowing: float, vx: float, vy: float
 ) -> float:
-    """Return what rolling friction is over the mass [m/s^2], of which `slowing` is mu g."""
+    """Return the deceleration by rolling friction [m/s^2]; `slowing` is its constant part, mu g."""
     if in_air(air, laws):
         slowing += laws.roll_quadratic * (vx * vx + vy * vy)
     return slowing
@@ -191,9 +200,9 @@ def _go_straight(
     duration = math.inf
     if b != 0.0:
         # Where the majorant P' = a + b P^2 has come to twice p + a t: b (p + a t) t = 1/2.
-        size = abs(b)
-        most = abs(speed) + math.sqrt(speed * speed + 2.0 * a / size)
-        duration = _STRAIGHT_PART / (size * most)
+        # Nothing is divided by b, which may be so small that the quotient overflows.
+        fast = abs(b) * abs(speed)
+        duration = _STRAIGHT_PART / (fast + math.sqrt(fast * fast + 2.0 * a * abs(b)))
     ball = balls.state[i]
     ball.ax, ball.ay = p[1] * dx, p[1] * dy
     for n in range(2, _STRAIGHT_DEGREE + 1):
@@ -242,13 +251,14 @@ def _slide_straight(
 
 @kernel
 def _first_zero(p: FloatArray, duration: float) -> float:
-    """Return when a speed that falls ever less, p, comes to 0 within a duration [s]; or inf.
+    """Return when a speed p, which falls all the time, comes to 0 within a duration [s]; or inf.
 
-    By Newton's steps, which never go too far.
+    By Newton's steps: of one that falls ever less they never go too far; of one that falls ever
+    faster only the first, from where the next ones come back. None goes beyond the duration.
     """
-    s = -p[0] / p[1] if p[1] < 0.0 else math.inf
-    if not s <= duration:
+    if not p[1] < 0.0:
         return math.inf
+    s: float = min(-p[0] / p[1], duration)
     for _ in range(64):
         value, slope = 0.0, 0.0
         for n in range(_STRAIGHT_DEGREE, -1, -1):
@@ -259,8 +269,10 @@ def _first_zero(p: FloatArray, duration: float) -> float:
         step = -value / slope
         later: float = s + step
         if not later <= duration:
-            return math.inf
-        if abs(step) <= 2.0 * EPS * later:
+            if s == duration:
+                return math.inf
+            later = duration
+        elif abs(step) <= 2.0 * EPS * later:
             return later
         s = later
     return s

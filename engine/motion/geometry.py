@@ -1,6 +1,7 @@
 """Which balls are near each other, at rest, or in contact at an instant; which gaps are closed.
 
-Nothing is moved. What a gap may be off by, in tolerances and rounding, is here, too.
+Nothing is moved. What a gap may be off by, in tolerances and rounding, is here, too, and so are a
+length and a reduced mass that are right for numbers of any size.
 """
 
 from __future__ import annotations
@@ -38,6 +39,16 @@ from ghostball.engine.motion.position import pair_reach, relative_motion
 def reduced_mass(a: float, b: float) -> float:
     """Return a b / (a + b) [kg]: the same bits for (b, a), and neither over- nor underflow."""
     return min(a, b) * (max(a, b) / (a + b))
+
+
+@kernel
+def speed_of(vx: float, vy: float) -> float:
+    """Length of a velocity [m/s], scaled so that no square under- or overflows."""
+    largest = max(abs(vx), abs(vy))
+    if largest == 0.0:
+        return 0.0
+    ux, uy = vx / largest, vy / largest
+    return largest * math.sqrt(ux * ux + uy * uy)
 
 
 @kernel

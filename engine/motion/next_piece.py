@@ -28,6 +28,7 @@ from ghostball.engine.core.state import (
 from ghostball.engine.core.tolerances import SLIP_ROUNDING, TIME_ROUNDING
 from ghostball.engine.motion.drag import in_air, roll_piece, slide_piece, trim_piece
 from ghostball.engine.motion.flight import bounce_on, fly
+from ghostball.engine.motion.geometry import speed_of
 from ghostball.engine.motion.obstacles import time_to_obstacle
 from ghostball.engine.motion.position import advance, straighten, turn_about_vertical
 
@@ -119,16 +120,6 @@ def loosen(balls: Balls, i: int) -> None:
         balls.state[i].wx = -balls.state[i].vy / balls.state[i].radius
         balls.state[i].wy = balls.state[i].vx / balls.state[i].radius
         balls.state[i].phase = SLIDING
-
-
-@kernel
-def speed_of(vx: float, vy: float) -> float:
-    """Length of a velocity [m/s], scaled so that no square under- or overflows."""
-    largest = max(abs(vx), abs(vy))
-    if largest == 0.0:
-        return 0.0
-    ux, uy = vx / largest, vy / largest
-    return largest * math.sqrt(ux * ux + uy * uy)
 
 
 @kernel

@@ -3,8 +3,8 @@
 A piece is its motion over the cloth, as a polynomial of the time, from its `epoch` until its own
 next event; how high it is, is in `motion.flight`. Everybody else asks here. What a piece is made of
 is in `core.state.BallRow`, the polynomial in `motion.polynomial`. A piece may be of any degree
-(`core.state.Balls.higher`). Bounds of contact times take it for a quadratic whose acceleration is
-known but for its `bend`: by how much it may differ, until the piece ends, from what it is now.
+(`core.state.Balls.higher`). Bounds of contact times take it for a quadratic, and add what its
+`jerk` could change: how fast its acceleration changes at most, until the piece ends.
 Where no piece of a run is of a degree above 2, `higher` is None, and the compiler leaves out all
 that is for those.
 """
@@ -79,21 +79,21 @@ def _with_tail(
 
 
 @kernel(inline=True)
-def bend(balls: Balls, i: int, duration: float, nx: float, ny: float) -> float:
+def bend(balls: Balls, i: int, duration: float) -> tuple[float, float]:
     """Return by how much ball i's acceleration changes within a duration [s] at most [m/s^2].
 
-    Along (nx, ny); 0 for a quadratic.
+    Along x and along y; 0 for a quadratic.
     """
-    return _bend(balls.higher, i, duration, nx, ny)
+    return _bend(balls.higher, i, duration)
 
 
 @kernel(inline=True)
-def _bend(higher: FloatArray | None, i: int, duration: float, nx: float, ny: float) -> float:
-    if higher is None:
-        return 0.0
-    rate: float = abs(nx) * higher[i, 0] + abs(ny) * higher[i, 1]
+def _bend(higher: FloatArray | None, i: int, duration: float) -> tuple[float, float]:
     # A piece of higher degree ends; another may last for ever.
-    return rate * max(duration, 0.0) if rate > 0.0 else 0.0
+    if higher is None or higher[i, 0] + higher[i, 1] == 0.0:
+        return 0.0, 0.0
+    lasts = max(duration, 0.0)
+    return higher[i, 0] * lasts, higher[i, 1] * lasts
 
 
 @kernel(inline=True)

@@ -30,8 +30,8 @@ from ghostball.engine.motion.geometry import (
     contact_tolerance,
     grip,
     negligible_hop,
+    speed_of,
 )
-from ghostball.engine.motion.next_piece import speed_of
 from ghostball.engine.resting_contact.cloth_response import answering_mass
 from ghostball.engine.resting_contact.gaps import gap_now
 

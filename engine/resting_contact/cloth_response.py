@@ -36,9 +36,10 @@ from ghostball.engine.motion.geometry import (
     contact_tolerance,
     grip,
     negligible_hop,
+    speed_of,
     stop_way,
 )
-from ghostball.engine.motion.next_piece import friction_against, slip, speed_of
+from ghostball.engine.motion.next_piece import friction_against, slip
 
 _LEFT_OPEN = 0.125
 """What forces may leave of a gap, in units of its tolerance."""

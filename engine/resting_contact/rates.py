@@ -57,8 +57,7 @@ from ghostball.engine.core.state import (
 from ghostball.engine.impacts.laws.dispatch import nose_sine
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.motion.drag import slowed_by_air, slowed_by_grip
-from ghostball.engine.motion.geometry import grip
-from ghostball.engine.motion.next_piece import speed_of
+from ghostball.engine.motion.geometry import grip, speed_of
 from ghostball.engine.motion.obstacles import facing
 
 _DEPENDENT = 2.0**-40

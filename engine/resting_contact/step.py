@@ -53,13 +53,12 @@ from ghostball.engine.core.state import (
     Laws,
 )
 from ghostball.engine.core.tolerances import EPS
-from ghostball.engine.motion.geometry import at_rest, stands_before
+from ghostball.engine.motion.geometry import at_rest, speed_of, stands_before
 from ghostball.engine.motion.next_piece import (
     loosen,
     mark,
     predict_again,
     predict_obstacles,
-    speed_of,
 )
 from ghostball.engine.motion.position import advance, straighten
 from ghostball.engine.resting_contact.capture import stop_approach

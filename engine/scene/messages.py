@@ -46,8 +46,8 @@ _RULES = {
 _HINTS = {
     "radius": "Give it in metres; a pool ball has 0.028575",
     "mass": "Give it in kilograms; a pool ball has 0.170097",
-    "position": "Give the centre as [x, y] in metres",
-    "velocity": "Give it as [x, y] in metres per second",
+    "position": "Give the centre as [x, y] or [x, y, z] in metres",
+    "velocity": "Give it as [x, y] or [x, y, z] in metres per second",
     "schema": "This version of ghostball reads schema 1",
 }
 

@@ -6,7 +6,8 @@ costs one quadratic; only when its bound becomes the earliest of all is the step
 instant (conservative advancement), which converges to the true root quadratically and from outside,
 so that no contact is passed over. Each pair stands once, in the row of the ball that was recomputed
 last; a bound beyond either ball's own next event is dropped, since the motion changes there and the
-row is computed again.
+row is computed again. Where a motion is no parabola, its jerk makes the bound sooner; where nothing
+slows balls, the quadratic's root is the contact itself.
 
 `scheduling.broad_phase` is the other scheduler; `scheduling.scheduler` is what the loop uses of
 either.
@@ -131,10 +132,10 @@ def _bound_row(
 ) -> None:
     """Put in row i when, at the soonest, ball i touches each of the others after the instant t."""
     n = len(balls.own_kind)
-    radius, own_time = balls.state[i].radius, meets_until(balls, i)
     if height is not None:
         _bound_each(balls, laws, pairs, i, t)
         return
+    radius, own_time = balls.state[i].radius, meets_until(balls, i)
     (x, y), (vx, vy) = place(balls, i, t), velocity(balls, i, t)
     ax, ay = balls.state[i].ax, balls.state[i].ay
     for block in range(0, n, LANES):
@@ -151,7 +152,7 @@ def _bound_row(
 
 @kernel
 def _bound_each(balls: Balls, laws: Laws, pairs: Pairs, i: int, t: float) -> None:
-    """`_bound_row` where a motion may be no parabola on the cloth."""
+    """`_bound_row` where balls may leave the cloth."""
     n = len(balls.own_kind)
     for j in range(n):
         if j != i:
@@ -367,7 +368,7 @@ def list_due(balls: Balls, pairs: Pairs, i: int, t: float) -> int:
 
 @kernel
 def _list_several(balls: Balls, pairs: Pairs, i: int, t: float) -> int:
-    """`list_due`, where there is another than one."""
+    """`list_due`, where not exactly one pair is due."""
     count, n = 0, len(pairs.least)
     for j in range(n):
         if pairs.bound[i * n + j] <= t:

@@ -87,7 +87,7 @@ def time_in_cell(balls: Balls, cells: Cells, i: int, t: float) -> float:
     x, y = x - cells.frame[0], y - cells.frame[1]
     ax, ay = acceleration(balls, i, t)
     left = balls.state[i].own_time - t
-    bx, by = bend(balls, i, left, 1.0, 0.0), bend(balls, i, left, 0.0, 1.0)
+    bx, by = bend(balls, i, left)
     # Where the motion bends, it is a bound: of a side a little farther away, so that the ball gets
     # there in a few looks, and is beyond its own side when it leaves.
     nearer = -_LATE * side if bx + by > 0.0 else 0.0

@@ -2,10 +2,10 @@
 
 `--cpu-limit 5` prints the ten tests that take the most time of the processor, and makes the run
 fail if one that isn't marked `slow` takes more than 5 s and more than 1.5 % of what all tests took.
-What counts is the processor's time, of this process and of those that ended meanwhile; of one that
-an earlier test started, only what it took since then. A busy machine makes a test last longer and
-costs it little more; a slow machine makes all tests dearer, so that a share of them says the same
-on each. What a test sets up counts as its own, also what later tests share.
+What counts is the processor's time that passes while a test runs, of this process and of all that
+it started, directly or not. A busy machine makes a test last longer and costs it little more; a
+slow machine makes all tests dearer, so that a share of them says the same on each. What a test sets
+up counts as its own, also what later tests share.
 """
 
 from __future__ import annotations
@@ -46,18 +46,27 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def used() -> float:
-    """Return the processor's time of this process and of its children that have ended [s]."""
-    children = os.times()
-    return time.process_time() + children.children_user + children.children_system
+    """Return the processor's time of this process and of all that it started, ended or not [s]."""
+    while True:
+        ended = _of_ended()
+        total = time.process_time() + ended + _of_living("self")
+        if _of_ended() == ended:  # none has ended meanwhile, and been left out or counted twice
+            return total
 
 
-def living() -> dict[str, float]:
-    """Return the processor's time of each child that lives, and of its own that have ended [s].
+def _of_ended() -> float:
+    """Return what those took that this process started, and that ended [s]."""
+    times = os.times()
+    return times.children_user + times.children_system
 
-    Where the system doesn't tell, of none.
+
+def _of_living(process: str) -> float:
+    """Return what those took that `process` started, and that live, and what they started [s].
+
+    Where the system doesn't tell, nothing.
     """
-    found: dict[str, float] = {}
-    for tasks in Path("/proc/self/task").glob("*/children"):
+    total = 0.0
+    for tasks in Path(f"/proc/{process}/task").glob("*/children"):
         try:
             children = tasks.read_text().split()
         except OSError:  # the thread has ended
@@ -67,9 +76,9 @@ def living() -> dict[str, float]:
                 stat = Path(f"/proc/{child}/stat").read_text()
             except OSError:  # the process has ended
                 continue
-            ticks = stat.rpartition(")")[2].split()[11:15]  # user and system, its own and theirs
-            found[child] = sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
-    return found
+            ticks = stat.rpartition(")")[2].split()[11:15]  # its own, and of its own that ended
+            total += sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK") + _of_living(child)
+    return total
 
 
 class Meter:
@@ -77,19 +86,16 @@ class Meter:
 
     def __init__(self) -> None:
         self.before = 0.0  # what had been used when the phase began [s]
-        self.lived: dict[str, float] = {}  # what each child had used then that lived [s]
 
     def pytest_runtest_logstart(self) -> None:
-        self.before, self.lived = used(), living()
+        self.before = used()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self) -> Iterator[None]:
         report = yield
-        # What a child had used before counts as used once it has ended: a pool of an earlier test.
-        now, lives = used(), living()
-        earlier = sum(time for child, time in self.lived.items() if child not in lives)
-        report.cpu_seconds = now - self.before - earlier
-        self.before, self.lived = now, lives
+        now = used()
+        report.cpu_seconds = now - self.before
+        self.before = now
         return report
 
 

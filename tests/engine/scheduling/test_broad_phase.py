@@ -72,8 +72,8 @@ def both(scene, monkeypatch):
         Scene.load(FOLDER / "elastic-gas.toml"),
         crowd(80, 0.3, speed=2.0),
         crowd(80, 0.3, speed=3.0, preset="pool"),
-        # Without restitution balls press on each other for most of a run, for which large islands
-        # take steps of a millisecond: 40 balls are followed for a while, 24 to the end.
+        # Without restitution balls press on each other for most of a run, which takes many contact
+        # steps: 40 balls are followed for a while, 24 to the end.
         crowd(40, 0.5, t_max=0.2, speed=2.0, preset="pool", ball_restitution=0.0),
         crowd(24, 0.5, speed=2.0, preset="pool", ball_restitution=0.0),
         *PLAIN_BREAKS,
@@ -85,6 +85,8 @@ def test_cells_give_the_same_bits(scene, monkeypatch):
     paired, celled = both(scene, monkeypatch)
     assert len(paired.events) > 5
     if scene.physics.ball_restitution == 0.0:
+        # A floor below what either crowd takes, so that the bits that are compared come of
+        # sustained contact and not of impacts alone.
         assert paired.work["contact_steps"] > 9_000
     assert fingerprint(paired) == fingerprint(celled)
     for kind in ("joint_impacts", "contact_steps", "unsolved_contact_steps"):

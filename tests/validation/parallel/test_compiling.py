@@ -3,28 +3,13 @@
 import os
 
 import pytest
+from pool_tasks import Part
 
 from ghostball.engine import GhostballError
 from ghostball.validation.parallel import compiling
 from ghostball.validation.scenes.library import find_scene
 
 SCENES = [find_scene(name) for name in ("stop", "half-ball-cut", "mathavan-cut")]
-
-
-class Part:
-    """Stands for variants of the kernels: says where it is compiled, or ends its process."""
-
-    contacts = False
-
-    def __init__(self, name, note, *, compiled=False, dies=False):
-        self.names, self.note, self.dies = [name], note, dies
-        self.are_compiled = compiled
-
-    def compile(self):
-        if self.dies:
-            os._exit(7)
-        with open(self.note, "a") as file:
-            file.write(f"{self.names[0]} {os.getpid()}\n")
 
 
 @pytest.fixture

@@ -11,57 +11,16 @@ import threading
 import time
 from contextlib import closing
 from itertools import count
-from multiprocessing import resource_tracker
 from pathlib import Path
 
 import pytest
 from pebble import CONSTS
+from pool_tasks import died, hangs, never, say, wait_a_second, work
 
 import ghostball.validation.parallel.pool
 from ghostball.validation.parallel.pool import limit_of, run_tasks
 
 LIMIT = limit_of(30.0)
-
-
-def work(task: str) -> str:
-    """Do what the task says."""
-    word, _, rest = task.partition(" ")
-    if word == "die":
-        os._exit(int(rest))
-    if word == "sleep":
-        time.sleep(float(rest))
-    if word == "native":  # code that lets no handler of a signal run
-        sum(range(10**13))
-    if word == "deaf":
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        time.sleep(600.0)
-    if word == "later":  # dies once it is idle
-        signal.signal(signal.SIGALRM, lambda *_: os._exit(9))
-        signal.setitimer(signal.ITIMER_REAL, 0.05)
-    if word == "raise":
-        raise ValueError(rest)
-    if word == "half":  # is killed in the midst of its answer
-        os.write(_answers(), b"\x00\x00\x10\x00half")
-        os._exit(3)
-    return f"done {task}"
-
-
-def _answers() -> int:
-    """Return the pipe that this process answers through: the only one of its own to write into."""
-    import fcntl
-
-    return next(
-        fd
-        for fd in range(3, 64)
-        if os.path.exists(f"/proc/self/fd/{fd}")
-        and os.readlink(f"/proc/self/fd/{fd}").startswith("pipe:")
-        and fcntl.fcntl(fd, fcntl.F_GETFL) & os.O_ACCMODE == os.O_WRONLY
-        and fd != resource_tracker.getfd()
-    )
-
-
-def died(task: str, reason: str) -> str:
-    return f"{task}: {reason}"
 
 
 def results(tasks, jobs=1, limit=LIMIT, printed=None) -> list[str]:
@@ -155,7 +114,7 @@ def test_a_process_that_dies_in_the_midst_of_its_answer_costs_its_task():
 
 
 def test_a_process_that_cannot_start_costs_a_task_each(monkeypatch):
-    monkeypatch.setattr(ghostball.validation.parallel.pool, "_begin", _never)
+    monkeypatch.setattr(ghostball.validation.parallel.pool, "_begin", never)
     assert results(["a", "b"]) == [
         "a: the process running it died (exit code 5)",
         "b: the process running it died (exit code 5)",
@@ -163,17 +122,9 @@ def test_a_process_that_cannot_start_costs_a_task_each(monkeypatch):
 
 
 def test_a_process_that_never_starts_is_given_up(monkeypatch):
-    monkeypatch.setattr(ghostball.validation.parallel.pool, "_begin", _hangs)
+    monkeypatch.setattr(ghostball.validation.parallel.pool, "_begin", hangs)
     monkeypatch.setattr(ghostball.validation.parallel.pool, "START_LIMIT", 0.3)
     assert results(["a"]) == ["a: its process did not start within 0.3 s"]
-
-
-def _never(*_):
-    os._exit(5)
-
-
-def _hangs(*_):
-    time.sleep(600.0)
 
 
 def test_closing_ends_what_runs():
@@ -343,13 +294,6 @@ if __name__ == "__main__":
 """
 
 
-def say(task: str) -> str:
-    """Print, and do what the task says."""
-    print(f"said {task}")
-    os.write(2, b"and more\n")
-    return work(task)
-
-
 @pytest.mark.parametrize("limit", [LIMIT, None], ids=["other process", "this process"])
 def test_what_a_task_prints_is_told_with_it_and_goes_nowhere_else(capfd, limit):
     heard: list[tuple[str, str]] = []
@@ -365,11 +309,6 @@ def test_what_a_task_prints_is_told_with_it_and_goes_nowhere_else(capfd, limit):
     seen = capfd.readouterr()
     assert seen.out == ""
     assert ("and more" in seen.err) is (limit is None)  # our own messages may be on their way there
-
-
-def wait_a_second() -> None:
-    """Take longer than a task may."""
-    time.sleep(1.0)
 
 
 def test_what_a_process_does_first_is_in_no_limit_of_a_task():

@@ -1,12 +1,18 @@
 """The family of flight: its judges see what they are for."""
 
-from ghostball.engine import simulate
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ghostball.engine import Ball, Physics, Result, Scene, Table, simulate
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.stress.families import flight
 from ghostball.validation.stress.families.flight import (
     FAMILY,
     Jumps,
     Lands,
+    R,
     SoundInSpace,
     endless,
     on_top,
@@ -19,7 +25,7 @@ def test_a_clip_of_the_top_is_told_from_a_miss():
         result = simulate(over_the_top(depth, 0.3), record="trajectory")
         assert SoundInSpace(meets=depth > 0.0)(result).faults == ()
         fault = SoundInSpace(meets=depth < 0.0)(result).faults[0]
-        assert ("that don't" if depth > 0.0 else "pass through") in fault
+        assert ("that don't" if depth > 0.0 else "goes through") in fault
 
 
 def test_what_overlaps_in_space_is_seen(monkeypatch):
@@ -29,12 +35,52 @@ def test_what_overlaps_in_space_is_seen(monkeypatch):
     assert "overlap of balls" in SoundInSpace()(result).faults[0]
 
 
+@pytest.mark.parametrize(
+    ("name", "raised"),
+    [
+        ("depth in the table", (0, 0, -1e-6)),
+        ("height of a ball at rest", (0, 0, 1e-6)),
+        ("overlap of ball and nose", (-1e-6, 0, 0)),
+    ],
+)
+def test_what_is_in_the_table_over_it_or_in_a_nose_is_seen(monkeypatch, name, raised):
+    """The ball leans on the left nose at the end."""
+    scene = Scene(
+        name="leans",
+        table=Table(length=1.0, width=1.0),
+        physics=Physics(preset="pool", airborne=True, cushion_height=R),
+        balls=[Ball(id="cue", position=(R, 0.5))],
+    )
+    result = simulate(scene, record="trajectory")
+    assert SoundInSpace()(result).faults == ()
+    sample = Result.sample
+
+    def moved(self, times):
+        states = sample(self, times)
+        return states._replace(positions=states.positions + np.array(raised))
+
+    monkeypatch.setattr(Result, "sample", moved)
+    assert any(name in fault for fault in SoundInSpace()(result).faults)
+
+
+def test_energy_from_nowhere_and_steps_left_unsolved_are_seen():
+    result = simulate(on_top(0.5, 0.95, 0.1), record="trajectory")
+    found = flight.measured(result)
+    energy = found["rise of the energy [1]"]
+    assert energy[0] <= energy[1] < 1e-6
+    unsolved = replace(result, work={**result.work, "unsolved_joint_impacts": 1})
+    assert "left unsolved" in SoundInSpace()(unsolved).faults[0]
+
+
 def test_bounces_that_end_late_are_seen():
     scene = endless(2, 0.6, 0.1)
     result = simulate(scene, record="trajectory")
     ends = 0.57113724917082579
     assert Lands(ends)(result).faults == ()
     assert "off by" in Lands(1.0000001 * ends)(result).faults[0]
+    # One that never lands is told too.
+    never = simulate(scene.model_copy(update={"t_max": 1e-3}), record="trajectory")
+    assert "off by" in Lands(ends)(never).faults[0]
 
 
 def test_random_jumps_hold_and_a_storm_is_seen(monkeypatch):

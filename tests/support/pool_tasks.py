@@ -1,0 +1,89 @@
+"""What other processes do in tests of the pool.
+
+They import it by its name, which a module of `tests` may not have for them: packages exist that
+install a `tests` of their own.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from multiprocessing import resource_tracker
+
+
+def work(task: str) -> str:
+    """Do what the task says."""
+    word, _, rest = task.partition(" ")
+    if word == "die":
+        os._exit(int(rest))
+    if word == "sleep":
+        time.sleep(float(rest))
+    if word == "native":  # code that lets no handler of a signal run
+        sum(range(10**13))
+    if word == "deaf":
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        time.sleep(600.0)
+    if word == "later":  # dies once it is idle
+        signal.signal(signal.SIGALRM, lambda *_: os._exit(9))
+        signal.setitimer(signal.ITIMER_REAL, 0.05)
+    if word == "raise":
+        raise ValueError(rest)
+    if word == "half":  # is killed in the midst of its answer
+        os.write(_answers(), b"\x00\x00\x10\x00half")
+        os._exit(3)
+    return f"done {task}"
+
+
+def _answers() -> int:
+    """Return the pipe that this process answers through: the only one of its own to write into."""
+    import fcntl
+
+    return next(
+        fd
+        for fd in range(3, 64)
+        if os.path.exists(f"/proc/self/fd/{fd}")
+        and os.readlink(f"/proc/self/fd/{fd}").startswith("pipe:")
+        and fcntl.fcntl(fd, fcntl.F_GETFL) & os.O_ACCMODE == os.O_WRONLY
+        and fd != resource_tracker.getfd()
+    )
+
+
+def died(task: str, reason: str) -> str:
+    return f"{task}: {reason}"
+
+
+def say(task: str) -> str:
+    """Print, and do what the task says."""
+    print(f"said {task}")
+    os.write(2, b"and more\n")
+    return work(task)
+
+
+def wait_a_second() -> None:
+    """Take longer than a task may."""
+    time.sleep(1.0)
+
+
+def never(*_):
+    os._exit(5)
+
+
+def hangs(*_):
+    time.sleep(600.0)
+
+
+class Part:
+    """Stands for variants of the kernels: says where it is compiled, or ends its process."""
+
+    contacts = False
+
+    def __init__(self, name, note, *, compiled=False, dies=False):
+        self.names, self.note, self.dies = [name], note, dies
+        self.are_compiled = compiled
+
+    def compile(self):
+        if self.dies:
+            os._exit(7)
+        with open(self.note, "a") as file:
+            file.write(f"{self.names[0]} {os.getpid()}\n")
