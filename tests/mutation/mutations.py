@@ -513,8 +513,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "bend ignored",
         "motion/position.py",
-        "    return rate * max(duration, 0.0) if rate > 0.0 else 0.0",
-        "    return 0.0 * rate * duration",
+        "    return higher[i, 0] * lasts, higher[i, 1] * lasts",
+        "    return 0.0 * lasts, 0.0 * lasts",
         "Bounds take a motion of a higher degree for a quadratic.",
         "tests/engine/motion/test_pieces.py::test_a_motion_of_the_fourth_degree_misses_no_contact",
     ),

@@ -63,22 +63,29 @@ def _of_ended() -> float:
 def _of_living(process: str) -> float:
     """Return what those took that `process` started, and that live, and what they started [s].
 
-    Where the system doesn't tell, nothing.
+    User and system, their own and of theirs that ended. Where the system doesn't tell, nothing.
     """
     total = 0.0
-    for tasks in Path(f"/proc/{process}/task").glob("*/children"):
-        try:
-            children = tasks.read_text().split()
-        except OSError:  # the thread has ended
-            continue
-        for child in children:
-            try:
-                stat = Path(f"/proc/{child}/stat").read_text()
-            except OSError:  # the process has ended
-                continue
-            ticks = stat.rpartition(")")[2].split()[11:15]  # its own, and of its own that ended
+    for task in _listed(f"/proc/{process}/task"):
+        for child in _read(f"/proc/{process}/task/{task}/children").split():
+            ticks = _read(f"/proc/{child}/stat").rpartition(")")[2].split()[11:15]
             total += sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK") + _of_living(child)
     return total
+
+
+# Whatever is looked at there may have ended before.
+def _listed(folder: str) -> list[str]:
+    try:
+        return os.listdir(folder)
+    except OSError:
+        return []
+
+
+def _read(file: str) -> str:
+    try:
+        return Path(file).read_text()
+    except OSError:
+        return ""
 
 
 class Meter:
