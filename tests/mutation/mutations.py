@@ -511,10 +511,10 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         )
     ),
     Mutation(
-        "bend ignored",
+        "jerk ignored",
         "motion/position.py",
-        "    return higher[i, 0] * lasts, higher[i, 1] * lasts",
-        "    return 0.0 * lasts, 0.0 * lasts",
+        "    return math.sqrt(x * x + y * y)\n\n\n@kernel(inline=True)\ndef both_last",
+        "    return 0.0 * math.sqrt(x * x + y * y)\n\n\n@kernel(inline=True)\ndef both_last",
         "Bounds take a motion of a higher degree for a quadratic.",
         "tests/engine/motion/test_pieces.py::test_a_motion_of_the_fourth_degree_misses_no_contact",
     ),
