@@ -511,6 +511,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         )
     ),
     Mutation(
+        "bend ignored",
+        "motion/position.py",
+        "    return higher[i, 0] * lasts, higher[i, 1] * lasts",
+        "    return 0.0 * lasts, 0.0 * lasts",
+        "A ball whose motion bends leaves its cell before it is said to.",
+        "tests/engine/motion/test_pieces.py::test_a_ball_stays_in_its_cell_until_it_is_said_to_leave",
+    ),
+    Mutation(
         "jerk ignored",
         "motion/position.py",
         "    return math.sqrt(x * x + y * y)\n\n\n@kernel(inline=True)\ndef both_last",

@@ -17,10 +17,13 @@ from shots import R, ball, scene_of
 
 from ghostball.engine import EventKind, Scene, Table, simulate, simulate_sweep
 from ghostball.engine.core.kernel import COMPILED
-from ghostball.engine.core.state import DISC, HIGHER, OWN_PIECE, POWERS, ROLLING
+from ghostball.engine.core.state import COLUMN, DISC, HIGHER, OWN_PIECE, POWERS, ROLLING, ROW
 from ghostball.engine.event_loop import predict
+from ghostball.engine.motion import position
 from ghostball.engine.motion.next_piece import predict_motion, predict_obstacles
 from ghostball.engine.running import from_scene, skips
+from ghostball.engine.scheduling import broad_phase
+from ghostball.engine.scheduling.grid import _LATE
 
 LASTS = 0.07
 """How long a piece lasts [s]."""
@@ -193,6 +196,34 @@ def test_a_motion_of_the_fourth_degree_misses_no_contact(moves, monkeypatch, see
     turned = np.linalg.norm(after - before, axis=1) / 1e-4
     spins = np.linalg.norm(result.sample([0.4]).angular_velocities[0], axis=1)
     np.testing.assert_allclose(turned, spins, rtol=1e-2, atol=1e-6)
+
+
+@made_up
+@pytest.mark.parametrize("seed", range(3))
+def test_a_ball_stays_in_its_cell_until_it_is_said_to_leave(moves, monkeypatch, seed):
+    """Whatever its motion; but for `_LATE`, and in the outermost cells, which have no end."""
+    found = broad_phase.time_in_cell
+    beyond = []
+
+    def watched(balls, cells, i, t):
+        leaves = found(balls, cells, i, t)
+        side, most = cells.frame[2], cells.size
+        cell = cells.link[i, COLUMN], cells.link[i, ROW]
+        until = min(leaves, balls.state[i].own_time, t + LASTS)  # a ball at rest stays for ever
+        for instant in np.linspace(t, until, 20):
+            for k, x in enumerate(position.place(balls, i, instant)):
+                inside = x - cells.frame[k] - (cell[k] - 1) * side
+                if cell[k] > 1:
+                    beyond.append(-inside / side)
+                if cell[k] < most[k]:
+                    beyond.append(inside / side - 1.0)
+        return leaves
+
+    monkeypatch.setattr(skips, "MOST_PAIRED", 0)
+    monkeypatch.setattr(broad_phase, "time_in_cell", watched)
+    simulate(crowd(seed), record="rest")
+    assert len(beyond) > 1000
+    assert max(beyond) <= 1.01 * _LATE
 
 
 @made_up
