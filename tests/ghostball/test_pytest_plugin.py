@@ -11,8 +11,10 @@ from xml.etree import ElementTree
 
 import pytest
 from _pytest.pytester import SysModulesSnapshot
+from typer.testing import CliRunner
 
 from ghostball import pytest_plugin
+from ghostball.cli import app
 from ghostball.engine.core.kernel import cache_root
 from ghostball.validation.examples import stepper
 
@@ -20,6 +22,13 @@ pytest_plugins = ["pytester"]
 
 STEPPER = "--ghostball-engine=ghostball.validation.examples.stepper:Stepper"
 HEADER = "from dataclasses import replace\nimport numpy as np\nfrom ghostball import simulate\n"
+KERNELS = str(cache_root())
+
+
+@pytest.fixture(autouse=True)
+def kernels_are_those_of_all_tests(monkeypatch):
+    """A scratch repository has a home of its own, where each process would compile them anew."""
+    monkeypatch.setenv("GHOSTBALL_CACHE_DIR", KERNELS)
 
 
 @pytest.fixture(autouse=True)
@@ -243,7 +252,6 @@ def test_energy_from_nowhere_is_seen(pytester):
     assert "energy_rise must be <= 5e-13, got " in result.stdout.str()
 
 
-KERNELS = str(cache_root())
 COUNTING = (
     "    def simulate(self, scene, *, record):\n"
     "        with open('runs.txt', 'a') as file: print(scene.name, file=file)\n"
@@ -262,9 +270,7 @@ def test_collecting_runs_nothing_and_a_scene_runs_once(pytester):
 
 
 @pytest.mark.slow
-def test_a_scene_runs_once_in_several_processes_too(pytester, monkeypatch):
-    # The scratch repository has a home of its own, where each process would compile kernels anew.
-    monkeypatch.setenv("GHOSTBALL_CACHE_DIR", KERNELS)
+def test_a_scene_runs_once_in_several_processes_too(pytester):
     option = engine(pytester, COUNTING)
     pytester.makepyfile(test_own="def test_own(): pass")
     scenes = "--ghostball-scenes=stop,half-ball-cut,head-on"
@@ -372,7 +378,7 @@ def test_what_a_project_says_holds(pytester):
 def test_a_projects_baselines_are_compared_with(pytester):
     pytester.makepyprojecttoml(PROJECT)
     for command in (["regress"], ["accept", "--reason", "The first."]):
-        pytester.run(sys.executable, "-m", "ghostball", *command)
+        CliRunner().invoke(app, command)
     result = run(pytester, "--ghostball")
     assert outcomes(result)["stop::baseline"] == "PASSED"
     (path,) = pytester.path.glob("baselines/*/stop.toml")
