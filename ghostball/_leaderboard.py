@@ -71,8 +71,9 @@ def run(
         typer.echo(json.dumps(_plain(board, chosen), indent=1))
     else:
         table, console = _table(board, chosen), stdout()
-        wide = console.measure(table, options=console.options.update(width=1000)).maximum
-        console.print(table, width=wide, crop=False)  # a cell that is cut short says nothing
+        # A cell that is cut short says nothing.
+        table.width = console.measure(table, options=console.options.update(width=1000)).maximum
+        console.print(table, crop=False)
         for name in chosen:
             column = COLUMNS[name]
             unit = f" [{column.unit}]" if column.unit else ""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import base64
 import math
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -85,6 +85,12 @@ def motion_data(
     horizon : float [s], optional
     """
     return _data(scene, (Run(label, None, motion),), horizon=horizon, truth=None)
+
+
+def motions_data(scene: Scene, motions: Mapping[str, Motion]) -> dict[str, Any]:
+    """Return what the replay of several engines' motions shows, by label, as `motion_data` does."""
+    runs = tuple(Run(label, None, motion) for label, motion in motions.items())
+    return _data(scene, runs, horizon=None, truth=None)
 
 
 def _data(

@@ -66,6 +66,23 @@ def test_a_cell_leads_to_its_engine_beside_ours(open_page):
     assert viewed(page, 0) == ["ghostball", "paper-discrete"]
 
 
+def test_a_cell_of_the_board_opens_its_shot_with_its_engine_beside_ours(open_page):
+    page = open_page()
+    shot, replay = page.locator("#board-cut"), page.locator("[data-replay='replay-board-cut']")
+    assert replay.is_hidden()
+    page.locator("a[href='#board-cut'][data-row='pymunk']").click()
+    shot_is = "document.querySelector(\"[data-replay='replay-board-cut']\").ghostball"
+    page.wait_for_function(f"{shot_is}?.view?.engines.length === 2")
+    assert page.evaluate(f"{shot_is}.view.engines") == ["ghostball", "pymunk"]
+    page.locator("a[href='#board-cut'][data-row='ghostball']").click()
+    page.wait_for_function(f"{shot_is}.view.engines.length === 1")
+    shot.locator("summary").click()
+    page.wait_for_function(f"{shot_is} === undefined")
+    shot.locator("summary").click()
+    page.wait_for_function(f"{shot_is}?.view?.engines.length === 2")
+    assert page.evaluate(f"{shot_is}.positions('pymunk')[1].slice(0, 2)") == [1.0, 0.5]
+
+
 def test_what_scenes_are_called_never_runs(open_page):
     page = open_page("hostile")
     assert page.evaluate("typeof pwned") == "undefined"

@@ -1,9 +1,12 @@
 """Fails where a stored board is shown with other cells, rows or signs than it has."""
 
+import json
+import re
 from pathlib import Path
 
 import pytest
 
+from ghostball.engine import simulate
 from ghostball.reports import style
 from ghostball.reports.board import board_beside, board_markdown, cell_text, draw_board
 from ghostball.reports.page.board import board_html
@@ -11,7 +14,9 @@ from ghostball.validation.board.board import ROWS, StoredBoard, StoredCell, load
 from ghostball.validation.board.columns import COLUMNS, Cell
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.files import BOARD
+from ghostball.validation.results.motions import save_motion
 from ghostball.validation.results.store import ResultsWriter
+from ghostball.validation.runs.sampling import motion_of
 
 CELLS = {
     ("my:Engine", "cut"): Cell(None, "died", "failed", "it took <too> long"),
@@ -73,6 +78,22 @@ def test_the_page_has_values_to_sort_by_and_leads_to_each_scene(folder: Path) ->
     assert html.count('<details id="board-') == 3
     assert 'href="#board-line"' in html
     assert "ghostball leaderboard" in board_html(folder / "nowhere")
+
+
+def test_the_page_replays_what_was_recorded(folder: Path) -> None:
+    assert "data-replay" not in board_html(folder)  # no motion was kept
+    scene = COLUMNS["cut"].shot
+    motion = motion_of(simulate(scene, record="trajectory"))
+    for row in ("ghostball", "pymunk"):
+        save_motion(folder / "board", motion, scene="cut", side=row)
+    html = board_html(folder)
+    assert html.count("data-replay=") == 1
+    assert 'data-row="pymunk"' in html
+    (content,) = re.findall(r'<script [^>]*id="replay-board-cut">(.*?)</script>', html)
+    data = json.loads(content)
+    assert data["scene"] == scene.name
+    assert [engine["label"] for engine in data["engines"]] == ["ghostball", "pymunk"]
+    assert all(engine["motion"] for engine in data["engines"])
 
 
 def test_results_may_be_written_beside_a_board(folder: Path) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ghostball.engine import Ball, Scene, Table
+from ghostball.validation.board.board import run_board
 from ghostball.validation.results.store import Results, ResultsWriter
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.suite import run_suite
@@ -35,7 +36,10 @@ def hostile_scene() -> Scene:
 
 
 def small_run(within: Path) -> Path:
-    """Five scenes on three engines; in the first, a fourth one whose ball is lost midway."""
+    """Five scenes on three engines; in the first, a fourth one whose ball is lost midway.
+
+    Beside them a board of two engines and two questions.
+    """
     first, folder = within / "first", within / "page"
     names = ("half-ball-cut", "draw-shot", "three-ball-chain", "flight-jump")
     scenes = [*map(find_scene, names), hostile_scene()]
@@ -54,4 +58,5 @@ def small_run(within: Path) -> Path:
             blown_up = replace(case, label=BROKEN, rest_positions=rest)
             writer.write(blown_up, replace(motion, positions=positions))
     writer.finish("complete")
+    run_board(["ghostball", "pymunk"], folder / "board", columns=["cut", "line"])
     return folder

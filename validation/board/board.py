@@ -23,6 +23,8 @@ from ghostball.validation.parallel.compiling import Compiling, compile_kernels
 from ghostball.validation.parallel.pool import limit_of, run_tasks
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.files import BOARD, cannot_write, told, write_whole
+from ghostball.validation.results.motions import save_motion
+from ghostball.validation.results.records import Motion
 from ghostball.validation.suite.unchanged import code_hash, is_ours
 
 ROWS: Final = (
@@ -62,6 +64,9 @@ Progress = Callable[[str, int, int], None]
 
 Place = tuple[str, str]
 """A row and a column."""
+
+Measured = tuple[Place, Cell, Motion | None]
+"""What became of a cell, and the motion that shows it."""
 
 
 class _Record(BaseModel):
@@ -174,37 +179,43 @@ def run_board(
         prepare = compile_kernels(shots, jobs, labels=present, compiling=compiling)
     measured = run_tasks(tasks, jobs, measure, _died, limit_of(CELL_LIMIT), prepare=prepare)
     with closing(measured) as done:
-        for number, (place, cell) in enumerate(done, start=1):
+        for number, (place, cell, motion) in enumerate(done, start=1):
             row, column = place
             cells[place] = cell
             kept[place] = StoredCell(row=row, column=column, code=code, cell=cell)
-            _save(path, StoredBoard(environment=environment, cells=tuple(kept.values())))
+            board = StoredBoard(environment=environment, cells=tuple(kept.values()))
+            _save(folder, place, motion, board)
             if progress is not None:
                 progress(f"{column} of {row}", number, planned)
     return Board(tuple(present), cells, absent, environment)
 
 
-def measure(task: Place) -> tuple[Place, Cell]:
+def measure(task: Place) -> Measured:
     """Measure a cell; whatever the engine does becomes part of it."""
     row, column = task
     try:
-        return task, COLUMNS[column].measure(row)
+        cell = COLUMNS[column].measure(row)
+        return task, cell, None if cell.worth == "none" else COLUMNS[column].motion(row)
     except UnsupportedSceneError as error:
-        return task, Cell(None, "", "none", "; ".join(error.features))
+        return task, Cell(None, "", "none", "; ".join(error.features)), None
     except EngineFailedError as error:
-        return task, Cell(None, "failed", "failed", error.reason)
+        return task, Cell(None, "failed", "failed", error.reason), None
     except Exception as error:
         logging.getLogger("ghostball").exception("column %s of %s", column, row)
-        return task, Cell(None, "failed", "failed", f"{type(error).__name__}: {error}")
+        return task, Cell(None, "failed", "failed", f"{type(error).__name__}: {error}"), None
 
 
-def _died(task: Place, reason: str) -> tuple[Place, Cell]:
-    return task, Cell(None, "died", "failed", reason)
+def _died(task: Place, reason: str) -> Measured:
+    return task, Cell(None, "died", "failed", reason), None
 
 
-def _save(path: Path, board: StoredBoard) -> None:
+def _save(folder: Path, place: Place, motion: Motion | None, board: StoredBoard) -> None:
+    """Keep a board with a cell that is done, its motion first: it isn't measured again."""
+    row, column = place
+    path = folder / BOARD
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        save_motion(folder, motion, scene=column, side=row)
         # Whole or not at all: a run may be ended at any instant.
         write_whole(path, board.model_dump_json(indent=1) + "\n")
     except OSError as error:

@@ -25,7 +25,9 @@ from ghostball.validation.board import shots
 from ghostball.validation.board.installed import installed_size
 from ghostball.validation.board.reported import REPORTED, Reported
 from ghostball.validation.checks.accuracy import kind_of
+from ghostball.validation.results.records import Motion
 from ghostball.validation.runs.playing import ONE_BY_ONE, run_as_it_can
+from ghostball.validation.runs.sampling import motion_of
 from ghostball.validation.runs.steps import step_setting
 
 FloatArray = NDArray[np.float64]
@@ -94,6 +96,8 @@ class Column:
         What it is asked with; some vary it.
     measure : callable
         Given a spec.
+    shown : callable
+        Given a spec, the one whose play of `shot` answers; None where no motion does.
     """
 
     title: str
@@ -101,6 +105,14 @@ class Column:
     asks: str
     shot: Scene
     measure: Callable[[str], Cell]
+    shown: Callable[[str], str | None] = lambda _: None
+
+    def motion(self, spec: str) -> Motion | None:
+        """Play the shot once more, to be seen; None where no motion shows the answer."""
+        shown = self.shown(spec)
+        if shown is None:
+            return None
+        return motion_of(_play(make_engine(shown), self.shot, record="trajectory"))
 
 
 def with_settings(spec: str, **settings: Any) -> str | None:
@@ -130,19 +142,36 @@ def native(spec: str, dt: float) -> str | None:
     return with_settings(spec, **{name: dt}, **known)
 
 
+def _as_it_is(spec: str) -> str:
+    return spec
+
+
+def _stepped(spec: str) -> str:
+    return native(spec, STEP) or spec
+
+
+def _landed(spec: str) -> str | None:
+    landed = with_settings(spec, mode="landed")
+    if landed is None or getattr(make_engine(landed).settings, "mode", None) != "landed":
+        return None
+    return landed
+
+
+def _landed_if_it_can(spec: str) -> str:
+    return _landed(spec) or spec
+
+
 def cut(spec: str) -> Cell:
     """Measure how far off 30 degrees an object ball leaves, in the worst of 8 phases of a step."""
-    stepped = native(spec, STEP)
-    return _cut(make_engine(stepped or spec), STEP if stepped else 0.0)
+    return _cut(make_engine(_stepped(spec)), STEP if native(spec, STEP) else 0.0)
 
 
 def landed_cut(spec: str) -> Cell:
     """Measure the same, where steps end on contacts."""
-    landed = with_settings(spec, mode="landed")
-    engine = make_engine(landed or spec)
-    if landed is None or getattr(engine.settings, "mode", None) != "landed":
+    landed = _landed(spec)
+    if landed is None:
         return Cell(None, "", "none", "it has no steps that end on contacts")
-    return _cut(engine, 0.0)
+    return _cut(make_engine(landed), 0.0)
 
 
 def _cut(engine: ReferenceEngine, dt: float) -> Cell:
@@ -206,7 +235,7 @@ def slide(spec: str) -> Cell:
 def throw(spec: str) -> Cell:
     """Measure how far off the object ball is thrown where the balls rub with mu = 0.05."""
     # Between steps alone it is a late contact that turns the line, so that is taken away.
-    engine = make_engine(with_settings(spec, mode="landed") or spec)
+    engine = make_engine(_landed_if_it_can(spec))
     scene = shots.throw()
     x, y = _play(engine, scene).final_state.velocities[0, 1, :2]
     wanted = 30.0 - math.degrees(math.atan(0.05))
@@ -380,18 +409,39 @@ QUESTIONS: Final[Mapping[str, Column]] = {
         "How far off a half-ball cut is, with steps of 1 ms",
         shots.half_ball(),
         cut,
+        _stepped,
     ),
     "landed": Column(
-        "landed", "deg", "The same where steps end on contacts", shots.half_ball(), landed_cut
+        "landed",
+        "deg",
+        "The same where steps end on contacts",
+        shots.half_ball(),
+        landed_cut,
+        _landed,
     ),
     "line": Column(
-        "frozen line", "", "Which law a line of frozen balls plays", shots.frozen_line(), line
+        "frozen line",
+        "",
+        "Which law a line of frozen balls plays",
+        shots.frozen_line(),
+        line,
+        _as_it_is,
     ),
     "two": Column(
-        "one into two", "", "Which law one ball into two plays", shots.one_into_two(), one_into_two
+        "one into two",
+        "",
+        "Which law one ball into two plays",
+        shots.one_into_two(),
+        one_into_two,
+        _as_it_is,
     ),
     "break": Column(
-        "break", "", "What a break makes of its energy: the worst of three", shots.rack(), energy
+        "break",
+        "",
+        "What a break makes of its energy: the worst of three",
+        shots.rack(),
+        energy,
+        _as_it_is,
     ),
     "slide": Column(
         "slide",
@@ -399,9 +449,15 @@ QUESTIONS: Final[Mapping[str, Column]] = {
         "How far from 10.9 m a ball rests that slides and rolls",
         shots.slide_to_rest(),
         slide,
+        _as_it_is,
     ),
     "throw": Column(
-        "throw", "deg", "How far off friction throws an object ball", shots.throw(), throw
+        "throw",
+        "deg",
+        "How far off friction throws an object ball",
+        shots.throw(),
+        throw,
+        _landed_if_it_can,
     ),
     "slow": Column(
         "plastic below",
@@ -409,6 +465,7 @@ QUESTIONS: Final[Mapping[str, Column]] = {
         "The fastest elastic hit that comes out plastic",
         shots.head_on(0.1),
         slow,
+        _as_it_is,
     ),
     "gas": Column(
         "20 s gas",
@@ -442,7 +499,7 @@ QUESTIONS: Final[Mapping[str, Column]] = {
 """What tells engines apart, in the order of the board."""
 
 FAULTS: Final[Mapping[str, Column]] = {
-    name: Column(one.title, "", one.said.rstrip("."), one.scene, partial(_fault, one))
+    name: Column(one.title, "", one.said.rstrip("."), one.scene, partial(_fault, one), _as_it_is)
     for name, one in REPORTED.items()
 }
 """What people reported of engines: how far off an engine's end of each scene is."""

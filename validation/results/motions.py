@@ -29,7 +29,10 @@ def put_motion(
     scene: str | None = None,
     side: str | None = None,
 ) -> None:
-    """Add the motion of a case, or of one side of a comparison; within a `transaction`."""
+    """Add the motion of a case, of one side of a comparison, or of a row of the board to a scene.
+
+    Within a `transaction`.
+    """
     parts = {name: getattr(motion, name) for name in _SAMPLED}
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **{name: p for name, p in parts.items() if p is not None})
@@ -56,7 +59,9 @@ def motion_of_case(folder: Path, scene: str, label: str) -> Motion | None:
 
 
 def motion_of_side(folder: Path, scene: str, side: str) -> Motion | None:
-    """Read the motion of the "base" or the "head" of a comparison, or None where there is none.
+    """Read the motion of the "base" or the "head" of a comparison, or of a row of the board.
+
+    None where there is none.
 
     Raises
     ------
@@ -65,6 +70,20 @@ def motion_of_side(folder: Path, scene: str, side: str) -> Motion | None:
     """
     what = f'the motion of the {side} in scene "{scene}"'
     return _motion(folder, "scene = ? AND side = ?", [scene, side], what)
+
+
+def save_motion(folder: Path, motion: Motion | None, *, scene: str, side: str) -> None:
+    """Store one motion that is of no case, in place of an earlier one; None leaves none.
+
+    Raises
+    ------
+    ResultsError
+        Where the folder can't be written.
+    """
+    with writing(folder) as database, transaction(database):
+        database.execute("DELETE FROM motions WHERE scene = ? AND side = ?", [scene, side])
+        if motion is not None:
+            put_motion(database, motion, scene=scene, side=side)
 
 
 def save_sides(folder: Path, motions: dict[tuple[str, str], Motion]) -> None:

@@ -29,6 +29,27 @@
     return observer;
   };
 
+  /** A replay that is read once it comes into view; it looks where it is told, and can be closed. */
+  const replayIn = (element, view, options) => {
+    const mine = {
+      mounted: null,
+      view,
+      look(at) {
+        this.view = at;
+        this.mounted?.ready.then(() => this.mounted.look(at));
+      },
+      close() {
+        observer.disconnect();
+        this.mounted?.destroy();
+      },
+    };
+    const observer = whenSeen(element, () => {
+      mine.mounted = window.Ghostball.mountReplay(element, dataOf(element.dataset.replay), options);
+      mine.look(mine.view);
+    });
+    return mine;
+  };
+
   /** What a fragment asks for: a scene, alone or with an instant and the engines to look at. */
   const asked = () => {
     const whole = decodeURIComponent(location.hash.replace(/%(?![0-9a-f]{2})/gi, "%25"));
@@ -64,8 +85,7 @@
     if (!scene || scene === open) return scene;
     if (open) {
       open.classList.remove("open");
-      replay?.observer?.disconnect();
-      replay?.mounted?.destroy();
+      replay?.close();
     }
     for (const [of, link] of links) {
       if (of === name) link.setAttribute("aria-current", "true");
@@ -79,24 +99,9 @@
     scene.classList.add("open");
     open = scene;
     const element = scene.querySelector("[data-replay]");
-    const mine = {
-      observer: null,
-      mounted: null,
-      view,
-      look(at) {
-        this.view = at;
-        this.mounted?.ready.then(() => this.mounted.look(at));
-      },
-    };
-    replay = mine;
-    if (element && window.Ghostball?.mountReplay) {
-      mine.observer = whenSeen(element, () => {
-        mine.mounted = window.Ghostball.mountReplay(element, dataOf(element.dataset.replay), {
-          share: (button, at) => share(button, name, at),
-        });
-        mine.look(mine.view);
-      });
-    }
+    replay = element && window.Ghostball?.mountReplay
+      ? replayIn(element, view, { share: (button, at) => share(button, name, at) })
+      : null;
     update();
     return scene;
   };
@@ -182,6 +187,36 @@
   if (scenes.length) show(scenes[0].dataset.scene);
   update();
   follow();
+
+  // What a cell of the board leads to opens, and its replay shows that row beside ours.
+  const shots = new Map();
+  for (const shot of document.querySelectorAll("details[id^=board-]")) {
+    const element = shot.querySelector("[data-replay]");
+    if (!element || !window.Ghostball?.mountReplay) continue;
+    shot.addEventListener("toggle", () => {
+      if (!shot.open) {
+        shots.get(shot)?.close();
+        shots.delete(shot);
+      } else if (!shots.has(shot)) shots.set(shot, replayIn(element, {}, {}));
+    });
+  }
+  const followShot = () => {
+    const shot = document.querySelector("details[id^=board-]:target");
+    if (shot) shot.open = true;
+  };
+  window.addEventListener("hashchange", followShot);
+  followShot();
+  for (const link of document.querySelectorAll("a[data-row]")) {
+    link.addEventListener("click", () => {
+      const shot = document.querySelector(link.hash);
+      const element = shot.querySelector("[data-replay]");
+      const view = { engines: ["ghostball", link.dataset.row] };
+      shot.open = true;
+      if (!element || !window.Ghostball?.mountReplay) return;
+      if (shots.has(shot)) shots.get(shot).look(view);
+      else shots.set(shot, replayIn(element, view, {}));
+    });
+  }
 
   // Tables that sort: by size, the least first, and what has no value last.
   for (const table of document.querySelectorAll("table.sortable")) {

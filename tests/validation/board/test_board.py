@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -15,6 +17,7 @@ from ghostball.validation.board.board import run_board, sorted_rows
 from ghostball.validation.board.columns import COLUMNS, native, with_settings
 from ghostball.validation.board.shots import head_on
 from ghostball.validation.results.files import BOARD
+from ghostball.validation.results.motions import motion_of_side
 
 SLOWING, DYING = "board_engines:Slowing", "board_engines:Dying"
 QUICK = ("cut", "line", "two", "slow")
@@ -79,6 +82,34 @@ def test_a_cell_that_dies_costs_itself_alone(tmp_path):
     assert board.cells["ghostball", "slow"].worth == "good"
 
 
+def test_a_cell_keeps_the_motion_that_shows_it(tmp_path, asked):
+    run_board(["ghostball", "pymunk"], tmp_path, columns=["cut", "landed", "um"])
+    kept = {
+        (row, column): motion_of_side(tmp_path, column, row)
+        for row in ("ghostball", "pymunk")
+        for column in ("cut", "landed", "um")
+    }
+    # What our engine lacks, and what a motion doesn't show, have none.
+    assert [place for place, motion in kept.items() if motion is None] == [
+        ("ghostball", "landed"),
+        ("ghostball", "um"),
+        ("pymunk", "um"),
+    ]
+    cut, landed = kept["pymunk", "cut"], kept["pymunk", "landed"]
+    for motion, off in ((cut, 0.3), (landed, 1e-6)):  # each as its column plays it [deg]
+        x, y = motion.velocities[-1, 1, :2]
+        assert abs(math.degrees(math.atan2(-y, x)) - 30.0) == pytest.approx(off, abs=max(off, 1e-6))
+    assert np.array_equal(kept["ghostball", "cut"].positions[0], cut.positions[0])
+
+
+def test_a_cell_that_fails_keeps_no_motion_of_an_earlier_run(tmp_path, asked, monkeypatch):
+    run_board([SLOWING], tmp_path, columns=["cut"])
+    assert motion_of_side(tmp_path, "cut", SLOWING) is not None
+    monkeypatch.setattr(boards, "measure", lambda task: boards._died(task, "no chalk"))
+    run_board([SLOWING], tmp_path, columns=["cut"])
+    assert motion_of_side(tmp_path, "cut", SLOWING) is None
+
+
 def test_a_later_run_goes_on_where_an_earlier_one_ended(tmp_path, asked):
     run_board(["ghostball"], tmp_path, columns=["cut"])
     board = run_board(["ghostball", SLOWING], tmp_path, columns=["cut", "slow"])
@@ -135,7 +166,8 @@ def test_a_cell_that_failed_is_measured_again(tmp_path, asked, monkeypatch, erro
 
 
 def test_a_shot_that_comes_to_no_end_has_failed():
-    _, cell = boards.measure(("pymunk:max_steps=10", "cut"))
+    _, cell, motion = boards.measure(("pymunk:max_steps=10", "cut"))
+    assert motion is None
     assert cell.worth == "failed"
     assert "no end" in cell.note
 
@@ -192,7 +224,7 @@ def test_the_least_run_time_is_of_a_configuration_that_is_right():
 
 
 def test_the_command_shows_a_strangers_row(tmp_path, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setenv("COLUMNS", "20")  # a narrow window cuts no cell short
     arguments = ["leaderboard", "--only", "-e", "ghostball", "-e", SLOWING, "--out", str(tmp_path)]
     done = CliRunner().invoke(app, [*arguments, "--column", "line", "--column", "slow"])
     assert done.exit_code == 0, done.output
