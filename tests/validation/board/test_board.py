@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 import pytest
+from engine_facts import needs
 from typer.testing import CliRunner
 
 from ghostball.cli import app
@@ -207,6 +208,10 @@ def test_settings_are_added_where_an_engine_has_them():
     assert with_settings("pymunk:dt=0.01", dt=1e-3) == "pymunk:dt=0.01"
     assert with_settings("ghostball", dt=1e-3) is None
     assert with_settings(SLOWING, dt=1e-3) is None
+
+
+@needs("pybullet")
+def test_settings_that_exclude_each_other_are_not_added():
     assert with_settings("pybullet:config=default", mode="landed") is None
 
 

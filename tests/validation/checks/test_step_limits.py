@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from engine_facts import needs
 from step_rules import criteria_of_step, limit_of_step
 
 from ghostball.engine import Record, Result, Scene
@@ -116,7 +117,9 @@ def test_an_amplifying_shot_is_allowed_more() -> None:
         ("unbounded-cut", "paper-discrete", "in a step balls go more than a radius"),
         ("break-7", "pymunk", "the engine's errors take the shot another course"),
         ("three-ball-symmetric", "pymunk", "two collisions of one instant have no derivative"),
-        ("push", "pybullet", "a contact that lasts isn't proved"),
+        pytest.param(
+            "push", "pybullet", "a contact that lasts isn't proved", marks=needs("pybullet")
+        ),
     ],
 )
 def test_nothing_is_said_of_the_end_where_the_sum_is_not_the_whole_story(
