@@ -8,7 +8,6 @@ killed, or finds the disk full, leaves a folder that reads back, and a next one 
 from __future__ import annotations
 
 import json
-import tempfile
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
@@ -60,6 +59,9 @@ __all__ = [
     "ResultsWriter",
     "has_results",
 ]
+
+_PROBE = f"{LOCK}.probe"
+"""Written and removed, to see whether a folder can be written; what may stay there is ours."""
 
 RunState = Literal["running", "complete", "interrupted"]
 
@@ -289,8 +291,10 @@ class ResultsWriter:
                     f"{self.path}: not empty and not a results folder of ours, so nothing in it "
                     "is replaced. Choose another `--out`, or empty it"
                 )
-            with tempfile.NamedTemporaryFile(dir=self.path):
-                pass
+            # Killed between the two, a run must not leave what the next takes for a user's file.
+            probe = self.path / _PROBE
+            probe.touch()
+            probe.unlink(missing_ok=True)  # another run may have been quicker
         except OSError as error:
             raise cannot_write(self.path, error) from error
 

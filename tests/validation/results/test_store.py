@@ -9,6 +9,7 @@ import threading
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -375,6 +376,18 @@ def test_the_lock_is_no_part_of_the_results(tmp_path: Path) -> None:
     with pytest.raises(ResultsError, match="not a results folder"):
         Results.open(tmp_path)
     written(tmp_path, record())  # not taken for something of the user's
+    assert set(contents(tmp_path)) - {LOCK} == {DATABASE}
+
+
+def test_a_run_that_is_killed_as_it_begins_leaves_the_folder_ours(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as killed:
+        killed.setattr(Path, "unlink", Mock(side_effect=KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            ResultsWriter(tmp_path)
+    assert contents(tmp_path)  # what it tried the folder with
+    written(tmp_path, record())
     assert set(contents(tmp_path)) - {LOCK} == {DATABASE}
 
 

@@ -8,70 +8,23 @@ import random
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
+from killed_runs import Key, Say, ensembles, run_until_killed, stress, suite
 
-import ghostball.validation.stress.run
-from ghostball.engine import Ball, Scene, Table
-from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.ensembles import Ensembles, run_ensembles
+from ghostball.validation.ensembles import Ensembles
 from ghostball.validation.results.database import has_database
 from ghostball.validation.results.store import Results, ResultsWriter, has_results, reusable_cases
-from ghostball.validation.stress import StressFolder, run_stress
+from ghostball.validation.stress import StressFolder
 from ghostball.validation.stress.findings import is_stress_folder
-from ghostball.validation.stress.selection import chosen_trials, path_of
-from ghostball.validation.suite.suite import run_suite
 from ghostball.validation.suite.unchanged import code_hash
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(sys.platform == "win32", reason="kills and fork servers are POSIX"),
 ]
-
-ENGINES = ("ghostball", "paper-discrete")
-TABLE = Table(length=2.0, width=1.0)
-SCENES = [
-    Scene(
-        name=f"cut-{k}",
-        table=TABLE,
-        balls=[
-            Ball(id="cue", position=(0.5, 0.5), velocity=(1.0 + 0.01 * k, 0.0)),
-            Ball(id="object", position=(1.0, 0.53)),
-        ],
-    )
-    for k in range(12)
-]
-TRIALS = [path_of(*one) for one in chosen_trials("quick", ["grazing/rolling-*"])][:12]
-
-Key = tuple[str, ...]
-Say = Callable[[Key], None]
-
-
-def suite(out: Path, say: Say) -> None:
-    criteria = {scene.name: Criteria(truth="engine") for scene in SCENES}
-
-    def done(case: Any, *_: int) -> None:
-        say((case.scene, case.label))
-
-    run_suite(SCENES, ENGINES, out, criteria=criteria, reuse=True, progress=done)
-
-
-def ensembles(out: Path, say: Say) -> None:
-    def done(member: Any, *_: int) -> None:
-        say((member.scene, member.label, member.stream, str(member.index)))
-
-    run_ensembles(SCENES[:2], ENGINES, out, 12, progress=done)
-
-
-def stress(out: Path, say: Say) -> None:
-    def here(tasks: Any, _: int, work: Any, *__: Any) -> Iterator[Any]:
-        return (work(task) for task in tasks)
-
-    ghostball.validation.stress.run.run_tasks = here
-    run_stress(["ghostball"], out, only=TRIALS, progress=lambda one, *_: say(one.key))
 
 
 def cases_in(out: Path) -> set[Key]:
@@ -98,20 +51,6 @@ def findings_in(out: Path) -> set[Key]:
     return {one.key for one in StressFolder.load(out).findings} if is_stress_folder(out) else set()
 
 
-def run_until_killed(
-    run: Callable[[Path, Say], None], out: Path, said: Path, variables: dict[str, str]
-) -> None:
-    """Run in this process, and say what is done by a line of a file each, written at once.
-
-    With these variables of the environment, which are part of what a result is taken over for. The
-    server of processes has those of whichever test began it.
-    """
-    os.environ.clear()
-    os.environ.update(variables)
-    file = os.open(said, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
-    run(out, lambda key: os.write(file, ("\t".join(key) + "\n").encode()) and None)
-
-
 @pytest.mark.parametrize(
     ("run", "found", "planned", "kills"),
     [
@@ -130,7 +69,7 @@ def test_a_kill_at_any_instant_loses_nothing_that_was_done(
 ) -> None:
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(
-        [__name__, "ghostball.validation.suite.suite", "ghostball.validation.ensembles.run"]
+        ["killed_runs", "ghostball.validation.suite.suite", "ghostball.validation.ensembles.run"]
     )
     rng = random.Random(kills)
     patience, killed, rounds = 2.0, 0, 0
