@@ -163,7 +163,8 @@ def _landed_if_it_can(spec: str) -> str:
 
 def cut(spec: str) -> Cell:
     """Measure how far off 30 degrees an object ball leaves, in the worst of 8 phases of a step."""
-    return _cut(make_engine(_stepped(spec)), STEP if native(spec, STEP) else 0.0)
+    stepped = native(spec, STEP)
+    return _cut(make_engine(stepped or spec), STEP if stepped else 0.0)
 
 
 def landed_cut(spec: str) -> Cell:

@@ -190,31 +190,24 @@
 
   // What a cell of the board leads to opens, and its replay shows that row beside ours.
   const shots = new Map();
-  for (const shot of document.querySelectorAll("details[id^=board-]")) {
+  const openShot = (shot, view) => {
     const element = shot.querySelector("[data-replay]");
-    if (!element || !window.Ghostball?.mountReplay) continue;
-    shot.addEventListener("toggle", () => {
-      if (!shot.open) {
-        shots.get(shot)?.close();
-        shots.delete(shot);
-      } else if (!shots.has(shot)) shots.set(shot, replayIn(element, {}, {}));
-    });
-  }
-  const followShot = () => {
-    const shot = document.querySelector("details[id^=board-]:target");
-    if (shot) shot.open = true;
+    shot.open = true;
+    if (!element || !window.Ghostball?.mountReplay) return;
+    if (!shots.has(shot)) shots.set(shot, replayIn(element, view, {}));
+    else if (view.engines) shots.get(shot).look(view);
   };
-  window.addEventListener("hashchange", followShot);
-  followShot();
+  for (const shot of document.querySelectorAll("details[id^=board-]")) {
+    shot.addEventListener("toggle", () => {
+      if (shot.open) return openShot(shot, {});
+      shots.get(shot)?.close();
+      shots.delete(shot);
+    });
+    if (shot.matches(":target")) openShot(shot, {});
+  }
   for (const link of document.querySelectorAll("a[data-row]")) {
     link.addEventListener("click", () => {
-      const shot = document.querySelector(link.hash);
-      const element = shot.querySelector("[data-replay]");
-      const view = { engines: ["ghostball", link.dataset.row] };
-      shot.open = true;
-      if (!element || !window.Ghostball?.mountReplay) return;
-      if (shots.has(shot)) shots.get(shot).look(view);
-      else shots.set(shot, replayIn(element, view, {}));
+      openShot(document.querySelector(link.hash), { engines: ["ghostball", link.dataset.row] });
     });
   }
 
