@@ -83,6 +83,13 @@ def test_a_cell_of_the_board_opens_its_shot_with_its_engine_beside_ours(open_pag
     assert page.evaluate(f"{shot_is}.positions('pymunk')[1].slice(0, 2)") == [1.0, 0.5]
 
 
+def test_a_link_to_a_shot_of_the_board_opens_it(open_page, page_url):
+    page = open_page()
+    page.goto("about:blank")
+    page.goto(f"{page_url}#board-line")
+    page.wait_for_function("document.querySelector('#board-line').open")
+
+
 def test_what_scenes_are_called_never_runs(open_page):
     page = open_page("hostile")
     assert page.evaluate("typeof pwned") == "undefined"

@@ -203,7 +203,7 @@
       shots.get(shot)?.close();
       shots.delete(shot);
     });
-    if (shot.matches(":target")) openShot(shot, {});
+    if (location.hash === `#${shot.id}`) openShot(shot, {});
   }
   for (const link of document.querySelectorAll("a[data-row]")) {
     link.addEventListener("click", () => {
