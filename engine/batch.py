@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -15,11 +16,11 @@ from pydantic_core import PydanticCustomError
 from ghostball.engine.core.events import Status
 from ghostball.engine.core.tolerances import position_rounding
 from ghostball.engine.errors import GhostballError, SceneError
-from ghostball.engine.running.from_scene import layout_of
+from ghostball.engine.running.from_scene import layout_of, phases_of
 from ghostball.engine.scene import Ball, Scene, rolling_angular_velocity
 from ghostball.engine.scene.messages import refusal
 from ghostball.engine.scene.rules import Motions, check_motions
-from ghostball.engine.shot import MAX_EVENTS, check_request
+from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
 
 STATUSES = tuple(Status)
 """What the numbers in `Batch.status` mean: indices of this."""
@@ -55,7 +56,11 @@ class Batch:
 
 
 def simulate_many(
-    scenes: Sequence[Scene], *, threads: int | None = None, max_events: int = MAX_EVENTS
+    scenes: Sequence[Scene],
+    *,
+    threads: int | None = None,
+    max_events: int = MAX_EVENTS,
+    max_work: int = MAX_WORK,
 ) -> Batch:
     """Simulate scenes, each as `simulate` would, to the bit.
 
@@ -65,7 +70,7 @@ def simulate_many(
         They may differ in everything.
     threads : int or None
         How many work at once; None: one per processor. The results don't depend on it.
-    max_events : int
+    max_events, max_work : int
         As for `simulate`, for each.
 
     Returns
@@ -80,8 +85,11 @@ def simulate_many(
     workers = _workers(threads)
     scenes = tuple(scenes)
     for scene in scenes:
-        check_request(scene, "rest", max_events)
+        check_request(scene, "rest", max_events, max_work)
     from ghostball.engine.running.driver import Run, warm_up  # noqa: PLC0415 - loads the compiler
+    from ghostball.engine.running.room import Limits  # noqa: PLC0415
+
+    limits = Limits(max_events, max_work)
 
     for variant in {layout_of(scene).variant for scene in scenes}:
         warm_up(variant)  # with contacts when a scene turns out to need them
@@ -93,10 +101,10 @@ def simulate_many(
 
     def simulate_one(k: int) -> None:
         run = Run(scenes[k], keep_log=False)
-        run.go(max_events, stop)
+        run.go(limits, stop)
         rest[k, : len(scenes[k].balls)] = run.final_state().positions[0]
         times[k] = run.t_end
-        counts[k] = *run.collision_counts().values(), run.work()["events"]
+        counts[k] = run.counts()
         status[k] = STATUSES.index(run.status)
 
     with ThreadPoolExecutor(workers) as pool:
@@ -118,6 +126,7 @@ def simulate_sweep(
     ball: int = 0,
     threads: int | None = None,
     max_events: int = MAX_EVENTS,
+    max_work: int = MAX_WORK,
 ) -> Batch:
     """Simulate one scene with one ball shot at each of k speeds and angles.
 
@@ -126,11 +135,13 @@ def simulate_sweep(
     scene : Scene
         Its ball `ball` is shot; if that has an angular velocity of its own, it is turned with the
         direction and scaled with the speed, so that the tip would hit the same spot. Else it rolls.
+        Where it is shot upwards, that velocity is scaled with the speed, too.
     speeds : (k,) float64 [m/s], or one number for all; more than 0
+        Over the cloth.
     angles : (k,) float64 [rad], or one number for all; from the x axis, counterclockwise
     ball : int
         Index of the ball that is shot.
-    threads, max_events
+    threads, max_events, max_work
         As for `simulate_many`.
 
     Returns
@@ -144,25 +155,30 @@ def simulate_sweep(
         Where the scene, or an argument, is wrong; SceneError where one with such a shot would be.
     """
     workers = _workers(threads)
-    check_request(scene, "rest", max_events)
+    check_request(scene, "rest", max_events, max_work)
     with np.errstate(over="ignore", invalid="ignore"):  # what isn't finite is refused by the rules
         velocity, spin = _cue_motions(scene, speeds, angles, ball)
     _check_shots(scene, ball, velocity, spin)
-    from ghostball.engine.running import driver, sweep_driver  # noqa: PLC0415 - they load the compiler
+    from ghostball.engine.core import state as s  # noqa: PLC0415 - they load the compiler
+    from ghostball.engine.running import room, sweep_driver  # noqa: PLC0415
 
-    shots = sweep_driver.shots_of(len(velocity), len(scene.balls))
-    shots.velocity[:], shots.spin[:] = velocity[:, :2], spin
-    shots.slides[:] = not scene.rolls[ball]
-    sweep_driver.run_sweep(scene, ball, shots, max_events, workers)
-    resolved = position_rounding(1.0) * shots.farthest < layout_of(scene).smallest_radius
-    known = sorted(driver.STATUS)
-    status = np.array([STATUSES.index(driver.STATUS[code]) for code in known], dtype=np.int8)
+    layout, shot = layout_of(scene), scene.balls[ball]
+    rises = (velocity[:, 2] > 0.0) | (shot.position[2] > shot.radius)
+    phases = phases_of(scene.rolls[ball], rises, scene.physics.motion == "sliding")
+    shots = room.shots_of(len(velocity), len(scene.balls), 1)._replace(
+        motions=np.column_stack((velocity, spin, phases))
+    )
+    sweep_driver.run_sweep(scene, ball, shots, room.Limits(max_events, max_work), workers)
+    resolved = position_rounding(1.0) * shots.clocks[:, s.FARTHEST] < layout.smallest_radius
+    codes = np.empty(max(room.STATUS) + 1, dtype=np.int8)
+    for code, status in room.STATUS.items():
+        codes[code] = STATUSES.index(status)
     failed = np.int8(STATUSES.index(Status.FAILED))
     return Batch(
-        np.where(resolved, status[np.searchsorted(known, shots.status)], failed),
-        shots.rest_time,
-        shots.rest,
-        *shots.counts.T,
+        np.where(resolved, codes[shots.counts[:, s.STATUS]], failed),
+        shots.clocks[:, s.END].copy(),
+        shots.ends[:, 0],
+        *(shots.counts[:, [s.BALL_BALL, s.BALL_CUSHION, s.EVENTS]].T.copy()),
     )
 
 
@@ -195,14 +211,22 @@ def _cue_motions(
     velocity = np.zeros((len(speed), 3))
     velocity[:, 0], velocity[:, 1] = speed * np.cos(angle), speed * np.sin(angle)
     shot = scene.balls[ball]
+    over_cloth = math.hypot(*shot.velocity[:2])
+    if over_cloth == 0.0 and shot.velocity[2] != 0.0:
+        raise GhostballError(
+            f'ball "{shot.id}" goes straight up or down, so its velocity can\'t be turned or '
+            "scaled. Give it a velocity over the cloth, too"
+        )
+    if shot.velocity[2] != 0.0:
+        velocity[:, 2] = speed / over_cloth * shot.velocity[2]
     if shot.angular_velocity is None:
         return velocity, rolling_angular_velocity(velocity, np.array(shot.radius))
-    if shot.speed == 0.0:
+    if over_cloth == 0.0:
         raise GhostballError(
             f"ball \"{shot.id}\" spins but doesn't move, so its spin can't be turned with the "
             "direction. Give it a velocity, or leave out its angular velocity"
         )
-    factor = speed / shot.speed
+    factor = speed / over_cloth
     turn = angle - np.arctan2(shot.velocity[1], shot.velocity[0])
     wx, wy, wz = shot.angular_velocity
     spin = np.empty_like(velocity)

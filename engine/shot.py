@@ -14,12 +14,19 @@ from ghostball.engine.scene import Scene
 MAX_EVENTS = 10_000_000
 """Default event limit: a shot has hundreds of events, a long run of an elastic gas millions."""
 
+MAX_WORK = 10_000_000_000
+"""Default limit of work: a minute or two. A shot takes thousands, a long run of a gas 10^9."""
+
+_LARGEST = 2**62
+"""Limits beyond that aren't told from it: the kernels count in 64 bits."""
+
 
 def simulate(
     scene: Scene,
     *,
     record: Record = "rest",
     max_events: int = MAX_EVENTS,
+    max_work: int = MAX_WORK,
     no_skip: Collection[str] = (),
 ) -> Result:
     """Simulate `scene` in continuous time, to rest or to its `t_max`.
@@ -32,6 +39,9 @@ def simulate(
         motion can be sampled at any time; "trajectory" is the same for this engine.
     max_events : int
         Events and contact steps after which to give up; the result then says so in `status`.
+    max_work : int
+        Work after which to give up: turns of all loops, in units of some 10 ns. No shot runs on
+        for ever, whatever holds it up.
     no_skip : collection of str
         Skips that are switched off; `engine.running.skips` has their names. The answer is the same.
 
@@ -47,7 +57,7 @@ def simulate(
     SceneError
         Where the scene was made without its checks, and breaks a rule.
     GhostballError
-        Where `scene`, `record`, `max_events` or `no_skip` is wrong.
+        Where `scene`, `record`, a limit or `no_skip` is wrong.
 
     Notes
     -----
@@ -62,15 +72,15 @@ def simulate(
     The run ends when the last centre rests and the last spin about the vertical has decayed; a
     spin that nothing slows isn't waited for.
     """
-    check_request(scene, record, max_events)
+    check_request(scene, record, max_events, max_work)
     # The compiler is loaded here and no sooner: importing the package, or asking for help on the
     # command line, must not wait for it.
-    from ghostball.engine.running import driver  # noqa: PLC0415
+    from ghostball.engine.running import driver, room  # noqa: PLC0415
 
     off = frozenset() if no_skip == () else chosen_skips(no_skip, scene)
     run = driver.Run(scene, record != "rest" or Skip.RECORDS in off, off)
     driver.warm_up(run.variant)
-    run.go(max_events)
+    run.go(room.Limits(max_events, max_work))
     return Result(
         engine="ghostball",
         settings={"max_events": max_events} | ({"no_skip": "+".join(sorted(off))} if off else {}),
@@ -87,7 +97,7 @@ def simulate(
     )
 
 
-def check_request(scene: Scene, record: Record, max_events: int) -> None:
+def check_request(scene: Scene, record: Record, max_events: int, max_work: int = MAX_WORK) -> None:
     """Raise where an argument of `simulate` is wrong, or this engine lacks what the scene needs."""
     if not isinstance(scene, Scene):
         raise GhostballError(
@@ -96,7 +106,6 @@ def check_request(scene: Scene, record: Record, max_events: int) -> None:
     admit(scene)
     if record not in RECORDS:
         raise GhostballError(f"`record` must be one of {', '.join(RECORDS)}, got {record!r}")
-    if not isinstance(max_events, int) or isinstance(max_events, bool) or max_events < 1:
-        raise GhostballError(
-            f"`max_events` must be a whole number of at least 1, got {max_events!r}"
-        )
+    for name, limit in (("max_events", max_events), ("max_work", max_work)):
+        if not isinstance(limit, int) or isinstance(limit, bool) or not 1 <= limit <= _LARGEST:
+            raise GhostballError(f"`{name}` must be a whole number from 1 to 2^62, got {limit!r}")

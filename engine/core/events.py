@@ -49,6 +49,9 @@ class Status(enum.Enum):
     EVENT_LIMIT = (
         "the event limit was reached; raise `max_events`, or look for balls pressed together"
     )
+    WORK_LIMIT = (
+        "the limit of work was reached; raise `max_work`, or look at `reason` for what took it"
+    )
     STEP_LIMIT = "the step limit was reached before every ball rested; raise `max_time` or `dt`"
     UNPROVED = "what comes next can't be proved; the result holds what is; see `reason`"
     INTERRUPTED = "interrupted; the result holds what was done until then"

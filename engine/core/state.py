@@ -32,8 +32,8 @@ class Balls(NamedTuple):
     words: with one array per number, the calls cost more than what they did. A ball's numbers lie
     together, so that a ball costs three cache lines however many there are.
 
-    Python hands `state` over as a matrix of numbers, (n, STATE_COLUMNS): kernels see it as
-    rows with fields.
+    Python sees `state` as a matrix of numbers, (n, STATE_COLUMNS), kernels as rows with fields. How
+    all of it reaches them is in `core.block`.
     """
 
     state: Any  # (n,) of `BallRow`
@@ -42,6 +42,7 @@ class Balls(NamedTuple):
     touched: Int32Array  # (n + 1,) how many of those there are, then which
     hits: Int32Array  # (m, 2) as `Contacts.ends`: the pairs that hit now, or contacts to be held
     near: Int32Array  # (n,) room for a ball's neighbours
+    counters: IntArray  # (COUNTERS,) those of the `Log`: every loop counts its turns in WORK
     higher: FloatArray | None  # (n, HIGHER + 2 k): what pieces of a degree above 2 have beyond it
     air: Air | None  # what else is needed where something slows balls by more the faster they are
     height: FloatArray | None  # (n, HEIGHT_COLUMNS): columns BASE ... below, where balls may fly
@@ -322,6 +323,7 @@ class Contacts(NamedTuple):
     forces: FloatArray  # (m, FORCE_COLUMNS): columns FORCE ... below
     matrix: FloatArray  # (MOST_DIRECT, MOST_DIRECT) room for the contacts' equations
     stage: FloatArray  # (MOST_DIRECT, STAGE_COLUMNS): columns M_X ... below, by member or contact
+    turns: IntArray  # (1,) of loops, weighed as WORK; not counted there yet
 
 
 NOWHERE = -1
@@ -436,7 +438,7 @@ FORCE_COLUMNS = 28
 def contacts_in(marks: BoolArray, places: IntArray, numbers: FloatArray) -> Contacts:
     """Return the `Contacts` whose arrays are parts of these three, quicker to hand over."""
     n = len(marks) // 3
-    m = (len(places) - 5 * n - 2) // 8
+    m = (len(places) - 5 * n - 3) // 8
     forces, direct = n * MOTION_COLUMNS, MOST_DIRECT * MOST_DIRECT
     matrix = forces + m * FORCE_COLUMNS
     held = 5 * n + 2 + 2 * m
@@ -452,10 +454,11 @@ def contacts_in(marks: BoolArray, places: IntArray, numbers: FloatArray) -> Cont
         held=places[held : held + 4 * m].reshape(2 * m, 2),
         free=places[5 * n + 1 : held],
         motion=numbers[:forces].reshape(n, MOTION_COLUMNS),
-        ends=places[held + 4 * m :].reshape(m, 2),
+        ends=places[held + 4 * m : held + 6 * m].reshape(m, 2),
         forces=numbers[forces:matrix].reshape(m, FORCE_COLUMNS),
         matrix=numbers[matrix : matrix + direct].reshape(MOST_DIRECT, MOST_DIRECT),
         stage=numbers[matrix + direct :].reshape(MOST_DIRECT, STAGE_COLUMNS),
+        turns=places[held + 6 * m :],
     )
 
 
@@ -497,7 +500,10 @@ UNSOUND = 12  # of RUN_NOT_FINITE: the ball with it, or FREE where none is to bl
 NO_ROOM = 13  # 1: more balls touch at once than `Balls.hits`, or `Contacts`, has room for
 BALLS_GONE = 14
 CONTACT_PIECES = 15
-COUNTERS = 16
+WORK = 16  # turns of all loops, in units of some 10 ns; what none may have without end
+PAUSE_AT = 17  # WORK at which the kernel returns for a moment, so that Python hears an interrupt
+STATUS = 18  # RUN_RESTED ... below: what the loop returned last
+COUNTERS = 19
 
 # Places in the array of instants, float64 [s].
 NOW = 0
@@ -527,3 +533,5 @@ RUN_LOG_FULL = 3
 RUN_NOT_FINITE = 4
 RUN_CONTACTS = 5  # go on with `Contacts`, which the run was not given
 RUN_NO_ROOM = 6
+RUN_PAUSED = 7  # it goes on when called again
+RUN_WORK_LIMIT = 8

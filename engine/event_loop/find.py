@@ -8,16 +8,20 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import (
     CONTACT_STEPS,
     EVENTS,
+    FREE,
     NO_ROOM,
     NOW,
+    PAUSE_AT,
     RUN_EVENT_LIMIT,
     RUN_GOES_ON,
     RUN_LOG_FULL,
     RUN_NO_ROOM,
     RUN_NOT_FINITE,
+    RUN_PAUSED,
     RUN_RESTED,
     RUN_T_MAX,
     UNSOUND,
+    WORK,
     Balls,
     Cells,
     Contacts,
@@ -34,6 +38,9 @@ _MAX_FRUITLESS_BOUNDS = 64
 """A run fails after so many bounds for each pair without an event: a guard against an endless loop,
 which a number that is NaN where nobody looks could cause. A shot needs 1 or 2 in all."""
 
+_BALLS_A_UNIT = 8
+"""Balls that are looked through in a unit of work."""
+
 
 @kernel(inline=True)
 def find(
@@ -48,10 +55,13 @@ def find(
     """Return RUN_GOES_ON and the next event; or why the run ends before it."""
     update(balls, laws, pairs, cells, contacts, log.clock[NOW], log.counters)
     _unmark(balls)
-    in_vain = 0
+    in_vain, turn = 0, 4 + len(balls.own_kind) // _BALLS_A_UNIT
     while True:
         t, single, row = earliest(balls, laws, pairs, cells, contacts, log.counters)
         status = _status_at(balls, laws, t, single, row, log, limit)
+        # After that, so that a run that goes on after a pause does something before the next.
+        log.counters[WORK] += turn
+        _count_turns(contacts, log)
         if status != RUN_GOES_ON or single >= 0:
             return status, own_event(t, single)
         event = touching(balls, laws, pairs, cells, contacts, t, row, log.counters)
@@ -66,10 +76,20 @@ def find(
 
 
 @kernel(inline=True)
+def _count_turns(contacts: Contacts | None, log: Log) -> None:
+    """Count the work that solving for contacts took."""
+    if contacts is not None:
+        log.counters[WORK] += contacts.turns[0]
+        contacts.turns[0] = 0
+
+
+@kernel(inline=True)
 def _status_at(
     balls: Balls, laws: Laws, t: float, single: int, row: int, log: Log, limit: int
 ) -> int:
     """Return whether a run goes on to the next instant t [s], or why it ends before."""
+    if log.counters[UNSOUND] != FREE:
+        return RUN_NOT_FINITE
     if not t >= log.clock[NOW]:
         log.counters[UNSOUND] = single if single >= 0 else row
         return RUN_NOT_FINITE
@@ -82,6 +102,8 @@ def _status_at(
         return RUN_NOT_FINITE
     if log.counters[EVENTS] + log.counters[CONTACT_STEPS] >= limit:
         return RUN_EVENT_LIMIT
+    if log.counters[WORK] >= log.counters[PAUSE_AT]:
+        return RUN_PAUSED
     return RUN_LOG_FULL if is_full(log, len(balls.own_kind)) else RUN_GOES_ON
 
 

@@ -32,7 +32,8 @@ from ghostball.engine.motion.position import advance
 def finish(balls: Balls, laws: Laws, log: Log, status: int, end: FloatArray) -> int:
     """Move every ball to the instant `log.clock[END]` at which a run that returned `status` ends.
 
-    And put in `end`, (3, n, 3), its position, velocity and angular velocity there.
+    And put in `end`, (p, n, 3), its position there; its velocity where p > 1; its angular velocity
+    where p > 2.
 
     When all centres rest, that is when the last spin about the vertical has decayed, too; a spin
     that no friction slows goes on, and isn't waited for. Return `status`, or RUN_T_MAX where a ball
@@ -66,23 +67,25 @@ def finish(balls: Balls, laws: Laws, log: Log, status: int, end: FloatArray) -> 
 
 @kernel
 def _put_state(balls: Balls, i: int, end: FloatArray) -> None:
-    """Put in end[:, i] the position, velocity and angular velocity of ball i."""
-    vx, vy, radius = balls.state[i].vx, balls.state[i].vy, balls.state[i].radius
-    slides = balls.state[i].phase == SLIDING or flies(balls.height, balls, i)
-    end[0, i, 0] = balls.state[i].x
-    end[0, i, 1] = balls.state[i].y
-    end[0, i, 2] = radius
-    end[1, i, 0] = vx
-    end[1, i, 1] = vy
-    end[1, i, 2] = 0.0
-    end[2, i, 0] = balls.state[i].wx if slides else -vy / radius
-    end[2, i, 1] = balls.state[i].wy if slides else vx / radius
-    end[2, i, 2] = balls.state[i].wz
-    _put_height(balls.height, i, end)
+    """Put in end[:, i] as much of position, velocity and angular velocity as `end` has room for."""
+    ball = balls.state[i]
+    end[0, i, 0], end[0, i, 1] = ball.x, ball.y
+    end[0, i, 2] = ball.radius + _rise(balls.height, i)
+    if len(end) > 1:
+        end[1, i, 0], end[1, i, 1] = ball.vx, ball.vy
+        end[1, i, 2] = _up_speed(balls.height, i)
+    if len(end) > 2:
+        turns = ball.phase == SLIDING or flies(balls.height, balls, i)
+        end[2, i, 0] = ball.wx if turns else -ball.vy / ball.radius
+        end[2, i, 1] = ball.wy if turns else ball.vx / ball.radius
+        end[2, i, 2] = ball.wz
 
 
 @kernel(inline=True)
-def _put_height(height: FloatArray | None, i: int, end: FloatArray) -> None:
-    if height is not None:
-        end[0, i, 2] += height[i, RISE]
-        end[1, i, 2] = height[i, UP_SPEED]
+def _rise(height: FloatArray | None, i: int) -> float:
+    return 0.0 if height is None else height[i, RISE]
+
+
+@kernel(inline=True)
+def _up_speed(height: FloatArray | None, i: int) -> float:
+    return 0.0 if height is None else height[i, UP_SPEED]

@@ -35,15 +35,16 @@ def run(
     """Process events until every ball rests, `t_max`, a full log, or `limit` events and steps.
 
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE; or
-    RUN_NO_ROOM, where more balls touch at once than the arrays have room for; or RUN_CONTACTS,
-    where balls press each other, or hit several at once, and `contacts` is None.
+    RUN_PAUSED, where its loops have done all the work that PAUSE_AT permits; or RUN_NO_ROOM, where
+    more balls touch at once than the arrays have room for; or RUN_CONTACTS, where balls press each
+    other, or hit several at once, and `contacts` is None.
 
     One of `pairs` and `cells` is None: which scheduler works, `scheduling.scheduler` says.
 
     Contract: every ball is marked when the run begins. No allocation, no raising. Everything is in
-    the arguments, so a run that returned RUN_LOG_FULL, RUN_EVENT_LIMIT or RUN_CONTACTS goes on
-    where it stopped when called again. A run that returned RUN_NOT_FINITE has in UNSOUND which
-    ball's motion isn't.
+    the arguments, so a run that returned RUN_LOG_FULL, RUN_EVENT_LIMIT, RUN_PAUSED or RUN_CONTACTS
+    goes on where it stopped when called again. A run that returned RUN_NOT_FINITE has in UNSOUND
+    which ball's motion isn't.
     """
     log.counters[UNSOUND] = FREE
     begun = False

@@ -32,6 +32,7 @@ from ghostball.engine.core.state import (
     OWN_REST,
     OWN_ROLL,
     POWERS,
+    WORK,
     Air,
     Balls,
     FloatArray,
@@ -66,6 +67,9 @@ would not slow a ball as fast as the slip by much more than friction does."""
 _ALONG = 4.0 * EPS
 """Sine of the angle between slip and velocity that is but their rounding."""
 
+_WORK_OF_SERIES = 50
+"""What the power series of a piece that turns cost, in units of work."""
+
 _OVER = np.append(0.0, 1.0 / np.arange(1.0, _DEGREE + 2.0))
 """1 / n, by n: a product takes less time than a quotient."""
 
@@ -93,6 +97,7 @@ def slide_piece(balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: fl
     higher, air = balls.higher, balls.air
     if higher is None or air is None:
         return math.inf
+    balls.counters[WORK] += _WORK_OF_SERIES
     ball = balls.state[i]
     friction = ball.slide_slowing
     ex, ey = ux / size, uy / size

@@ -15,6 +15,7 @@ from ghostball.engine.core.state import (
     LASTS,
     OWN_CUSHION,
     OWN_NONE,
+    OWN_PIECE,
     OWN_REST,
     OWN_ROLL,
     RESTING,
@@ -271,8 +272,8 @@ def predict_obstacles(balls: Balls, i: int, laws: Laws, duration: float, held: i
     for k in range(len(laws.obstacles)):
         if held >> k & 1:
             continue
-        s = time_to_obstacle(balls, i, laws, k, duration)
+        s, met = time_to_obstacle(balls, i, laws, k, duration)
         if s < duration:
             duration = s
-            balls.own_kind[i] = OWN_CUSHION + k
+            balls.own_kind[i] = OWN_CUSHION + k if met else OWN_PIECE
     balls.state[i].own_time = balls.state[i].epoch + duration

@@ -14,13 +14,24 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import (
     LINE,
     SEGMENT,
+    WORK,
     Balls,
     FloatArray,
     Laws,
 )
 from ghostball.engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS, TIME_ROUNDING
 from ghostball.engine.motion.crossings import first_bent_crossing, first_crossing
-from ghostball.engine.motion.position import FOR_EVER, jerk, whole_motion
+from ghostball.engine.motion.position import (
+    FOR_EVER,
+    jerk,
+    jerk_along,
+    whole_jerk_along,
+    whole_motion,
+)
+
+_MOST_BOUNDS = 4_096
+"""Bounds after which the search for an obstacle is given up. One or two dozen are enough, since
+each is nearer by the square; what asks for more has no end."""
 
 
 @kernel(inline=True)
@@ -70,47 +81,57 @@ def row_of(laws: Laws, index: int) -> int:
 
 
 @kernel(inline=True)
-def time_to_obstacle(balls: Balls, i: int, laws: Laws, k: int, duration: float) -> float:
+def time_to_obstacle(
+    balls: Balls, i: int, laws: Laws, k: int, duration: float
+) -> tuple[float, bool]:
     """Return in how long ball i touches obstacle k [s], within a duration [s]; or inf, or later.
 
-    From its epoch, as it moves for that long.
+    From its epoch, as it moves for that long. False beside it: not before then, but it isn't known
+    whether later; the search was given up.
     """
     ball = balls.state[i]
     if laws.obstacles[k].kind == LINE and jerk(balls, i) == 0.0:
         nx, ny = laws.obstacles[k].nx, laws.obstacles[k].ny
         rate, pull = nx * ball.vx + ny * ball.vy, nx * ball.ax + ny * ball.ay
         if rate >= 0.0 and pull >= 0.0:
-            return math.inf
+            return math.inf, True
         _, _, away = facing(laws, k, ball.x, ball.y)
         gap = max(away - nose_reach(balls, i, laws), 0.0)
         # Without pull the root is that of a line: the same number, without a square root.
-        return gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)
+        return (gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)), True
     return _time_by_bounds(balls, i, laws, k, duration)
 
 
 @kernel
-def _time_by_bounds(balls: Balls, i: int, laws: Laws, k: int, duration: float) -> float:
+def _time_by_bounds(
+    balls: Balls, i: int, laws: Laws, k: int, duration: float
+) -> tuple[float, bool]:
     """`time_to_obstacle`, by bounds each of which is found from the one before."""
     ball = balls.state[i]
     s = 0.0
-    while True:
+    for _ in range(_MOST_BOUNDS):
+        balls.counters[WORK] += 4
         t = ball.epoch + s
         x, y, vx, vy, ax, ay = whole_motion(balls, i, t)
         nx, ny, away = facing(laws, k, x, y)
         gap = max(away - nose_reach(balls, i, laws), 0.0)
         rate = nx * vx + ny * vy
         pull = nx * ax + ny * ay
-        step = first_bent_crossing(gap, rate, pull, jerk(balls, i), min(duration - s, FOR_EVER))
+        bent, left = jerk_along(balls, i, nx, ny), min(duration - s, FOR_EVER)
+        step = first_bent_crossing(gap, rate, pull, bent, left)
         if step == math.inf:
-            return math.inf
-        # Nearer than its coordinates can tell, it would be looked at for ever.
-        rounding = GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * (abs(x) + abs(y))
-        if rate < 0.0 and gap <= rounding:
-            return s
+            return math.inf, True
         if not step > TIME_ROUNDING * t:
             if rate < 0.0 or pull < 0.0:
-                return s
-            step = 2.0 * TIME_ROUNDING * max(t, duration)
+                return s, True
+            # It touches and doesn't approach. Its true jerk is asked, since a ball that goes along
+            # an obstacle may have a large one along it; and that a gap as small as the rounding of
+            # its coordinates opens, or goes on to be there, no double can tell.
+            bent = whole_jerk_along(balls, i, nx, ny, duration)
+            unseen = GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * (abs(x) + abs(y))
+            step = first_bent_crossing(unseen, rate, pull, bent, left)
+            step = max(step, 2.0 * TIME_ROUNDING * max(t, duration))
         s += step
         if not s < duration:
-            return math.inf
+            return math.inf, True
+    return s, False

@@ -111,6 +111,42 @@ def _jerk(higher: FloatArray | None, i: int) -> float:
 
 
 @kernel(inline=True)
+def jerk_along(balls: Balls, i: int, nx: float, ny: float) -> float:
+    """Return how fast ball i's acceleration along a unit vector changes at most [m/s^3]."""
+    return _jerk_along(balls.higher, i, nx, ny)
+
+
+@kernel(inline=True)
+def _jerk_along(higher: FloatArray | None, i: int, nx: float, ny: float) -> float:
+    if higher is None:
+        return 0.0
+    most: float = abs(nx) * higher[i, 0] + abs(ny) * higher[i, 1]
+    return most
+
+
+@kernel
+def whole_jerk_along(balls: Balls, i: int, nx: float, ny: float, duration: float) -> float:
+    """`jerk_along`, from the powers themselves, within `duration` [s] of the piece's beginning.
+
+    Powers along x and along y that leave nothing along the vector count for nothing here.
+    """
+    return _whole_jerk_along(balls.higher, i, nx, ny, duration)
+
+
+@kernel(inline=True)
+def _whole_jerk_along(
+    higher: FloatArray | None, i: int, nx: float, ny: float, lasts: float
+) -> float:
+    if higher is None:
+        return 0.0
+    size = 0.0
+    for power in range(int(higher[i, POWERS]) - 1, -1, -1):
+        along = nx * higher[i, HIGHER + 2 * power] + ny * higher[i, HIGHER + 2 * power + 1]
+        size = size * lasts + abs(along) * float((power + 3) * (power + 2) * (power + 1))
+    return size
+
+
+@kernel(inline=True)
 def both_last(balls: Balls, i: int, j: int, t: float) -> float:
     """Return how long after t [s] the pieces of two balls last, both; a finite number.
 

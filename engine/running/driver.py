@@ -13,19 +13,19 @@ from ghostball.engine.core import state as s
 from ghostball.engine.core.events import EVENT_DTYPE, EventKind, Events, Status
 from ghostball.engine.core.kernel import compiling
 from ghostball.engine.core.tolerances import position_rounding
-from ghostball.engine.event_loop.entry import enter
 from ghostball.engine.running.from_scene import layout_of, log_of, room_for_contacts
+from ghostball.engine.running.room import STATUS, WORK_AT_ONCE, Limits, Log, Room, shots_of
 from ghostball.engine.running.skips import Skip
 from ghostball.engine.running.variants import Variant, still_scene
 from ghostball.engine.scene import Scene
 from ghostball.engine.trajectory import ExactTrajectory, Samples
 
-_CHUNK = 65_536
-"""Events between two returns from the kernel, without contacts."""
-
 _FIRST_LOG = 1_024
 """Events that the first log holds; a full one is followed by one twice as large."""
 
+
+_THE_ONE = np.zeros(1, dtype=np.int64)
+_THE_ONE.flags.writeable = False
 
 _BALL_BALL, _BALL_CUSHION = EventKind.BALL_BALL.label, EventKind.BALL_CUSHION.label
 
@@ -46,19 +46,11 @@ def warm_up(variant: Variant) -> None:
     with compiling(variant.name("shots")):
         off = frozenset({Skip.INTEGRATED_LAWS}) if variant.integrated else frozenset[Skip]()
         run = Run(still_scene(variant), True, off)
-        run.contacts = room_for_contacts(run.size) if variant.contacts else None
-        run.go(1)
+        if variant.contacts:
+            run.take_contacts()
+        run.go(Limits(events=1, work=WORK_AT_ONCE))
         if run.status is Status.INTERRUPTED:
             raise KeyboardInterrupt
-
-
-def events_at_once(n: int, with_contacts: bool) -> int:
-    """Return how many events and contact steps of n balls a kernel does between two returns.
-
-    Some 20 ms, so that an interrupt is seen. With contacts fewer, and the fewer the more balls
-    there are, for a step of hundreds takes long.
-    """
-    return min(max(_CHUNK // 16 // n, 16), _CHUNK) if with_contacts else _CHUNK
 
 
 class Run:
@@ -76,8 +68,6 @@ class Run:
         Number of balls.
     variant : Variant
         Of the kernels that it begins with.
-    contacts : tuple of three arrays, or None
-        Room for contacts; None until the run turns out to need them; most don't.
     """
 
     def __init__(self, scene: Scene, keep_log: bool, off: frozenset[Skip] = frozenset()) -> None:
@@ -90,61 +80,46 @@ class Run:
         self._layout = layout = layout_of(scene, off)
         self.size = n = len(layout.radii)
         self.variant = layout.variant
-        balls, pairs = layout.balls, layout.pairs
-        self._state = balls.state.copy()
-        self._begin = (
-            self._state,
-            balls.own_kind.copy(),
-            balls.changed.copy(),
-            balls.touched.copy(),
-            np.empty_like(balls.hits),
-            np.empty_like(balls.near),
-            None if balls.higher is None else balls.higher.copy(),
-            balls.air and s.Air._make(array.copy() for array in balls.air),
-            None if balls.height is None else balls.height.copy(),
-            layout.laws,
-            layout.obstacles,
-            layout.integrated,
-            pairs.bound.copy(),
-            pairs.least.copy(),
-            pairs.next.copy(),
-            np.empty_like(pairs.track),
-            layout.cells and s.Cells._make(array.copy() for array in layout.cells),
-        )
-        self.contacts = room_for_contacts(n) if self.variant.contacts else None
-        knot = s.KNOT if balls.higher is None else s.KNOT + balls.higher.shape[1] - s.HIGHER
-        knot += 0 if balls.height is None else 3
-        knot += 0 if balls.air is None else balls.air.turning.shape[1]
-        self._log = log_of(_FIRST_LOG if keep_log else 0, n, knot)
-        self._clock, self._counters = self._log.clock, self._log.counters
-        self._logs: list[s.Log] = []
-        self._end = np.empty((3, n, 3))
+        self._room = Room(layout, self.variant.contacts)
+        self._state = self._room.numbers[: n * s.STATE_COLUMNS].reshape(n, s.STATE_COLUMNS)
+        self._log = log_of(_FIRST_LOG if keep_log else 0, n, layout.columns)
+        self._shots = shots_of(1, n, 3)
+        self._clock, self._counters = self._shots.clocks[0], self._shots.counts[0]
+        self._logs: list[Log] = []
+        self._begun = False
 
     @property
     def nbytes(self) -> int:
         """Memory of all arrays that the kernels work on [B]."""
-        air, cells = self._layout.balls.air or (), self._begin[-1] or ()
-        parts = (*self._begin, *air, *cells, *(self.contacts or ()), *self._log)
-        arrays = [part for part in parts if isinstance(part, np.ndarray)]
-        return sum(array.nbytes for array in arrays) + self._end.nbytes
+        arrays = (self._room.numbers, *(self._room.contacts or ()), *self._log, *self._shots)
+        return sum(array.nbytes for array in arrays)
 
-    def go(self, max_events: int, stop: Event | None = None) -> None:
-        """Run to the end, to `max_events` events, to an interrupt, or until `stop` is set."""
+    def go(self, limits: Limits, stop: Event | None = None) -> None:
+        """Run to the end, to a limit, to an interrupt, or until `stop` is set."""
         try:
-            code = self._go(max_events, stop)
+            self._go(limits, stop)
+            code = int(self._counters[s.STATUS])
             self.status = STATUS[code]
         except KeyboardInterrupt:
             # The kernel had returned: its arrays are as they were after its last whole event.
-            code = self._enter(0, True)
+            self.play(limits._replace(events=0))
             self.status = Status.INTERRUPTED
         self.t_end = float(self._clock[s.END])
         now = float(self._clock[s.NOW])
-        if self.status is Status.EVENT_LIMIT:
-            events, steps = self._counters[s.EVENTS], self._counters[s.CONTACT_STEPS]
-            self.reason = f"{events} events and {steps} contact steps by t = {now:.9g} s"
+        if self.status in (Status.EVENT_LIMIT, Status.WORK_LIMIT):
+            self.reason = f"{self._done()} by t = {now:.9g} s"
         elif self.status is Status.FAILED:
             self.reason = f"{self._unsound(code)} at t = {now:.9g} s"
         self._check_resolved()
+
+    def _done(self) -> str:
+        """Say what a run did until its limit."""
+        done = self._counters
+        return (
+            f"{done[s.EVENTS]} events, {done[s.CONTACT_STEPS]} contact steps, "
+            f"{done[s.BOUNDS]} bounds and {done[s.ADVANCEMENTS]} steps towards contacts "
+            f"(work {done[s.WORK]})"
+        )
 
     def _unsound(self, code: int) -> str:
         """Say what isn't finite where a run failed, or what it had no room for."""
@@ -171,26 +146,30 @@ class Run:
             return f"{ball} has its next event at {state[s.OWN_TIME]:.9g} s, not later than now"
         return f"{ball} has no finite motion ({', '.join(wrong)})"
 
-    def _go(self, max_events: int, stop: Event | None) -> int:
-        counters = self._counters
+    def _go(self, limits: Limits, stop: Event | None) -> None:
         while True:
             if stop is not None and stop.is_set():
                 raise KeyboardInterrupt
-            done = int(counters[s.EVENTS] + counters[s.CONTACT_STEPS])
-            limit = min(done + events_at_once(self.size, self.contacts is not None), max_events)
-            code = self._enter(limit, limit == max_events)
+            self.play(limits)
+            code = self._counters[s.STATUS]
             if code == s.RUN_LOG_FULL:
                 self._start_new_log()
             elif code == s.RUN_CONTACTS:
                 warm_up(self.variant._replace(contacts=True))
-                self.contacts = room_for_contacts(self.size)
-            elif code != s.RUN_EVENT_LIMIT or limit == max_events:
-                return code
+                self.take_contacts()
+            elif code != s.RUN_PAUSED:
+                return
 
-    def _enter(self, limit: int, last: bool) -> int:
+    def take_contacts(self) -> None:
+        """Make room for contacts: most runs don't need any."""
+        self._room.contacts = room_for_contacts(self.size)
+
+    def play(self, limits: Limits, budget: int = WORK_AT_ONCE) -> None:
+        """Play on, for as much work as `budget` or to the end; the counter STATUS says which."""
         started = time.perf_counter()
+        begun, self._begun = self._begun, True
         try:
-            return enter(*self._begin, self.contacts, *self._log, self._end, limit, last)
+            self._room.play(self._shots, _THE_ONE, 0, begun, self._log, limits, budget=budget)
         finally:
             self.wall_time += time.perf_counter() - started
 
@@ -207,9 +186,7 @@ class Run:
     def _start_new_log(self) -> None:
         """Keep the full log and go on in one twice as large."""
         full = self._trimmed_log()
-        knot = self._log.motion.shape[1]
-        larger = log_of(2 * len(self._log.time), len(self._state), knot)
-        larger = larger._replace(clock=self._clock, counters=self._counters)
+        larger = log_of(2 * len(self._log[0]), self.size, self._layout.columns)
         # In this order an interrupt in between loses nothing and repeats nothing: an empty new log
         # first, then the full one is kept.
         self._log = larger
@@ -218,8 +195,8 @@ class Run:
 
     def final_state(self) -> Samples:
         """State of every ball at `t_end`, arrays (1, n, 3)."""
-        end = self._end
-        return Samples(end[0:1], end[1:2], end[2:3])
+        end = self._shots.ends
+        return Samples(end[:, 0], end[:, 1], end[:, 2])
 
     def collision_counts(self) -> dict[str, int]:
         """Collisions by kind."""
@@ -227,6 +204,11 @@ class Run:
             _BALL_BALL: int(self._counters[s.BALL_BALL]),
             _BALL_CUSHION: int(self._counters[s.BALL_CUSHION]),
         }
+
+    def counts(self) -> tuple[int, int, int]:
+        """Return how many impacts of two balls, impacts on cushions and events there were."""
+        done = self._counters
+        return int(done[s.BALL_BALL]), int(done[s.BALL_CUSHION]), int(done[s.EVENTS])
 
     def work(self) -> dict[str, int]:
         """Machine-independent counters of what the run did; some only where there is any."""
@@ -250,56 +232,41 @@ class Run:
         """Return the event log, or None where none was kept."""
         if not self._keep_log:
             return None
-        log = self._whole_log()
-        events = np.empty(len(log.time), dtype=EVENT_DTYPE)
-        events["t"] = log.time
-        events["kind"], events["a"], events["b"] = log.what
+        time, what, _, _ = self._whole_log()
+        events = np.empty(len(time), dtype=EVENT_DTYPE)
+        events["t"] = time
+        events["kind"], events["a"], events["b"] = what
         return events
 
     def trajectory(self) -> ExactTrajectory | None:
         """Return the motion between events, or None where no log was kept."""
         if not self._keep_log:
             return None
-        log = self._whole_log()
-        order = np.argsort(log.ball, kind="stable")
-        ends = np.cumsum(np.bincount(log.ball, minlength=len(self._state)))
-        knots = np.split(log.motion[order], ends[:-1])
+        _, _, ball, motion = self._whole_log()
+        order = np.argsort(ball, kind="stable")
+        ends = np.cumsum(np.bincount(ball, minlength=self.size))
+        knots = np.split(motion[order], ends[:-1])
         spin_decelerations = self._state[:, s.SPIN_SLOWING].copy()
-        balls = self._layout.balls
+        _, drags, flies, _ = self._layout.parts
         return ExactTrajectory(
             self._layout.radii,
             tuple(knots),
             self.t_end,
             spin_decelerations,
-            turns=balls.air is not None,
-            lifts=balls.height is not None,
+            turns=drags is not None,
+            lifts=flies is not None,
         )
 
-    def _trimmed_log(self) -> s.Log:
+    def _trimmed_log(self) -> Log:
         events, motions = self._counters[s.LOGGED_EVENTS], self._counters[s.LOGGED_MOTIONS]
-        log = self._log
-        return log._replace(
-            time=log.time[:events],
-            what=log.what[:, :events],
-            ball=log.ball[:motions],
-            motion=log.motion[:motions],
+        time, what, ball, motion = self._log
+        return time[:events], what[:, :events], ball[:motions], motion[:motions]
+
+    def _whole_log(self) -> Log:
+        times, whats, balls, motions = zip(*self._logs, self._trimmed_log(), strict=True)
+        return (
+            np.concatenate(times),
+            np.concatenate(whats, axis=1),
+            np.concatenate(balls),
+            np.concatenate(motions),
         )
-
-    def _whole_log(self) -> s.Log:
-        logs = (*self._logs, self._trimmed_log())
-        return self._log._replace(
-            time=np.concatenate([log.time for log in logs]),
-            what=np.concatenate([log.what for log in logs], axis=1),
-            ball=np.concatenate([log.ball for log in logs]),
-            motion=np.concatenate([log.motion for log in logs]),
-        )
-
-
-STATUS = {
-    s.RUN_RESTED: Status.REST,
-    s.RUN_T_MAX: Status.T_MAX,
-    s.RUN_EVENT_LIMIT: Status.EVENT_LIMIT,
-    s.RUN_NOT_FINITE: Status.FAILED,
-    s.RUN_NO_ROOM: Status.FAILED,
-}
-"""What a run's return means."""

@@ -12,9 +12,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from ghostball.engine.core.block import Block
 from ghostball.engine.core.state import (
     BASE,
-    CLOCKS,
     CLOTH_FRICTION,
     COUNTERS,
     FLYING,
@@ -60,7 +60,6 @@ from ghostball.engine.core.state import (
     FloatArray,
     IntArray,
     Laws,
-    Log,
     Pairs,
     X,
     Y,
@@ -86,17 +85,27 @@ _CELL_ROOM = 2.0**-20
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """What a scene is to the kernels when it begins. Nobody writes into it: a run copies."""
+    """What a scene is to the kernels when it begins. Nobody writes into it."""
 
-    balls: Balls
+    block: Block  # balls, and what their scheduler keeps, as each shot begins with them
+    parts: tuple[int | None, int | None, int | None, int | None]  # see `event_loop.play`
     laws: FloatArray  # the numbers of its `Laws`, in their order: quicker to hand over
     obstacles: FloatArray
     integrated: int | None
-    pairs: Pairs  # of no balls where there are many
-    cells: Cells | None
     radii: FloatArray
     smallest_radius: float
     variant: Variant  # of the kernels that it begins with
+    columns: int  # how many numbers say how a ball moves on
+
+    @property
+    def count(self) -> int:
+        """Number of balls."""
+        return len(self.radii)
+
+    @property
+    def state(self) -> FloatArray:
+        """`Balls.state` as a shot begins, (n, STATE_COLUMNS)."""
+        return self.block.numbers[: self.count * STATE_COLUMNS].reshape(self.count, STATE_COLUMNS)
 
 
 def admit(scene: Scene) -> None:
@@ -138,21 +147,36 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
     radii, laws = scene.radii, laws_of(scene, off)
     radii.flags.writeable = False
     many = uses_cells(scene, off)
+    balls = balls_of(scene, off)
+    pairs = pairs_of(0 if many else len(scene.balls))
+    cells = cells_of(scene) if many else None
     layout = Layout(
-        balls=balls_of(scene, off),
+        block=Block(balls, pairs, cells),
+        parts=(_told(balls.higher), _told(balls.air), _told(balls.height), _told(cells)),
         laws=np.array(laws[:-2], dtype=np.float64),
         obstacles=laws.obstacles,
         integrated=laws.integrated,
-        pairs=pairs_of(0 if many else len(scene.balls)),
-        cells=cells_of(scene) if many else None,
         radii=radii,
         smallest_radius=float(np.min(radii)),
         variant=variant_of(scene, False, off),
+        columns=_columns_of(balls),
     )
     if not off:
         key = id(scene)
         _LAYOUTS[key] = (weakref.ref(scene, lambda _: _LAYOUTS.pop(key, None)), layout)
     return layout
+
+
+def _columns_of(balls: Balls) -> int:
+    """Return how many numbers say how a ball moves on; see `Log.motion`."""
+    columns = KNOT if balls.height is None else KNOT + 3
+    columns += 0 if balls.higher is None else balls.higher.shape[1] - HIGHER
+    return columns + (0 if balls.air is None else balls.air.turning.shape[1])
+
+
+def _told(part: object | None) -> int | None:
+    """Return 1, or None where there is no such part: compiled kernels then leave it out."""
+    return None if part is None else 1
 
 
 _LAYOUTS: dict[int, tuple[weakref.ref[Scene], Layout]] = {}
@@ -174,9 +198,8 @@ def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
     slides = scene.physics.motion == "sliding"
     state[:, SLIDE_SLOWING] = state[:, CLOTH_FRICTION] * gravity if slides else 0.0
     state[:, SPIN_SLOWING] = scene.spinning_friction_rates
-    state[:, PHASE] = np.where(scene.rolls, ROLLING, SLIDING) if slides else ROLLING
-    flies = (scene.positions[:, 2] > scene.radii) | (scene.velocities[:, 2] > 0.0)
-    state[flies, PHASE] = FLYING
+    rises = (scene.positions[:, 2] > scene.radii) | (scene.velocities[:, 2] > 0.0)
+    state[:, PHASE] = phases_of(scene.rolls, rises, slides)
     drags = has_drag(scene) or Skip.DRAG in off
     return Balls(
         state,
@@ -185,10 +208,17 @@ def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
         np.concatenate(([n], np.arange(n))).astype(np.int32),
         np.zeros((_most_pairs(n) + 1, 2), dtype=np.int32),
         np.zeros(n, dtype=np.int32),
+        np.zeros(COUNTERS, dtype=np.int64),
         np.zeros((n, HIGHER + MOST_POWERS)) if drags else None,
         Air(np.zeros((n, MOST_POWERS)), np.zeros((SERIES_ROWS, SERIES_TERMS))) if drags else None,
         height_of(scene) if scene.physics.airborne or Skip.FLIGHT in off else None,
     )
+
+
+def phases_of(rolls: BoolArray, rises: BoolArray, slides: bool) -> FloatArray:
+    """Return how balls begin that roll, or rise from the cloth, where balls may slide or not."""
+    phases: FloatArray = np.where(rises, FLYING, np.where(rolls | (not slides), ROLLING, SLIDING))
+    return phases
 
 
 def height_of(scene: Scene) -> FloatArray:
@@ -294,17 +324,18 @@ def cells_of(scene: Scene) -> Cells:
 
 def room_for_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
     """Room for the contacts of n balls; `core.state.contacts_in` says what lies where in it."""
-    marks, places, numbers = _no_contacts(n)
+    marks, places, numbers = no_contacts(n)
     return marks.copy(), places.copy(), numbers.copy()
 
 
 @lru_cache(maxsize=8)
-def _no_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
+def no_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
+    """Arrays of the contacts of n balls of which there are none yet; nobody writes into them."""
     m = _most_pairs(n) + len(CUSHIONS) * n
     none, free = np.zeros(n, dtype=np.int64), np.arange(2 * m)
     kept = (np.full(n, FREE), np.arange(n), [0], none, none, np.full(n, NOWHERE), [2 * m], free)
     room = n * MOTION_COLUMNS + m * FORCE_COLUMNS + MOST_DIRECT * (MOST_DIRECT + STAGE_COLUMNS)
-    places = np.concatenate((*kept, np.zeros(6 * m, dtype=np.int64)))
+    places = np.concatenate((*kept, np.zeros(6 * m + 1, dtype=np.int64)))
     return np.zeros(3 * n, dtype=np.bool_), places, np.zeros(room)
 
 
@@ -322,17 +353,17 @@ def _most_pairs(n: int) -> int:
     return min(n * (n - 1) // 2, 3 * n)
 
 
-def log_of(capacity: int, n: int, knot: int = KNOT) -> Log:
-    """Room for `capacity` events of n balls: most change two balls, one may change all.
+def log_of(
+    capacity: int, n: int, columns: int = KNOT
+) -> tuple[FloatArray, IntArray, IntArray, FloatArray]:
+    """Return the four arrays of a `Log`, with room for `capacity` events of n balls.
 
-    `knot` is how many numbers say how a ball moves on.
+    Most change two balls, one may change all. `columns` numbers say how a ball moves on.
     """
     motions = 2 * capacity + n if capacity else 0
-    return Log(
-        np.zeros(CLOCKS),
-        np.zeros(COUNTERS, dtype=np.int64),
+    return (
         np.empty(capacity),
         np.empty((3, capacity), dtype=np.int64),
         np.empty(motions, dtype=np.int64),
-        np.empty((motions, knot)),
+        np.empty((motions, columns)),
     )

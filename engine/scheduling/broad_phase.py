@@ -29,11 +29,14 @@ from ghostball.engine.core.state import (
     MATE,
     MATE_STAMP,
     NOWHERE,
+    PAUSE_AT,
     ROW,
     SECOND,
     SECOND_BOUND,
     STAMP,
+    UNSOUND,
     WAY,
+    WORK,
     Balls,
     Cells,
     Contacts,
@@ -56,6 +59,10 @@ from ghostball.engine.scheduling.ties import is_listed, takes_precedence
 
 _REJECT_MARGIN = 2.0**-30
 """What a bound must be later by, relative to the distance, to be seen without computing it."""
+
+_MOST_STEPS = 2**20
+"""Steps towards a contact after which a run fails: a few are enough, since each is nearer by the
+square."""
 
 
 @kernel(inline=True)
@@ -106,12 +113,16 @@ def _later_bound(
     balls: Balls, i: int, j: int, bound: float, t: float, end: float, counters: IntArray
 ) -> float:
     """Advance a bound that is not past the instant t [s] until it is, or the pair touches."""
-    while bound <= t:
+    for _ in range(_MOST_STEPS):
+        if not bound <= t:
+            return bound
         counters[ADVANCEMENTS] += 1
+        counters[WORK] += 1
         verdict, later, _ = touch(balls, i, j, bound, 0.0)
         if verdict != NOT_YET:
             return bound
         bound = later if later <= end else math.inf
+    counters[UNSOUND] = i
     return bound
 
 
@@ -262,7 +273,7 @@ def earliest(
     """
     while True:
         t = cells.tree[1]
-        if not t < math.inf:
+        if not t < math.inf or counters[WORK] >= counters[PAUSE_AT]:
             return t, -1, -1
         single, settled = NOWHERE, True
         first = first_due(cells.tree, t, 0)
@@ -288,6 +299,7 @@ def earliest(
         if settled:
             only = alone and cells.slot[first, SECOND_BOUND] > t
             return t, single, first if only else -1
+        counters[WORK] += 2
 
 
 @kernel(inline=True)

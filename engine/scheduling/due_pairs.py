@@ -15,7 +15,9 @@ from ghostball.engine.core.state import (
     ADVANCEMENTS,
     FIRST,
     NOWHERE,
+    PAUSE_AT,
     SECOND,
+    WORK,
     Balls,
     Cells,
     Contacts,
@@ -108,8 +110,9 @@ def _follow(
         if verdict != NOT_YET:
             break
         counters[ADVANCEMENTS] += 1
+        counters[WORK] += 1
         bound = bound if bound <= end else math.inf
-        if not bound < until:
+        if not bound < until or counters[WORK] >= counters[PAUSE_AT]:
             break
         t = bound
     count = 1
@@ -160,6 +163,7 @@ def _judge_several(
             verdict, bound, speed = touch(balls, i, j, t, 0.0)
             if verdict == NOT_YET:
                 counters[ADVANCEMENTS] += 1
+                counters[WORK] += 1
                 end = min(meets_until(balls, i), meets_until(balls, j))
                 bound = bound if bound <= end else math.inf
                 set_aside(balls, pairs, cells, i, j)

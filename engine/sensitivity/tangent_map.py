@@ -269,12 +269,12 @@ def _arrays(
     first = np.zeros(n + 1, dtype=np.int64)
     np.cumsum([len(knots) for knots in trajectory.knots], out=first[1:])
     rank = np.empty(n, dtype=np.int64)
-    rank[np.lexsort((layout.balls.state[:, Y], layout.balls.state[:, X]))] = np.arange(n)
+    rank[np.lexsort((layout.state[:, Y], layout.state[:, X]))] = np.arange(n)
     what = np.empty((m, 3), dtype=np.int64)
     what[:, 0], what[:, 1], what[:, 2] = events["kind"], events["a"], events["b"]
     return s.Tangents(
         lanes=s.LANES,
-        state=layout.balls.state,
+        state=layout.state,
         laws=laws._replace(obstacles=rows),
         knots=np.concatenate(trajectory.knots),
         first=first,

@@ -58,11 +58,10 @@ def test_memory_is_all_arrays_of_a_run():
     """At least what no run can do without: state, bounds of pairs, state at the end."""
     scene = table_gas(4, 0.1)
     layout = layout_of(scene)
-    least = layout.balls.state.nbytes + layout.pairs.bound.nbytes + 3 * 4 * 3 * 8
+    least = layout.state.nbytes + 4 * 4 * 8 + 3 * 4 * 3 * 8
     assert least < 4 * bytes_per_ball(scene) < 20 * least
     crowd = packed_gas(121, 0.3, FRICTIONLESS, 0.1)
-    cells = layout_of(crowd).cells
-    assert bytes_per_ball(crowd) * 121 > sum(array.nbytes for array in cells)
+    assert bytes_per_ball(crowd) * 121 > layout_of(crowd).block.numbers.nbytes
 
 
 @pytest.mark.compiled

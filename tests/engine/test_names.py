@@ -10,7 +10,7 @@ import pytest
 from kernels import entry_to
 
 from ghostball.engine.core.state import OBSTACLE, Laws
-from ghostball.engine.event_loop.entry import laws_from
+from ghostball.engine.event_loop.play import laws_from
 from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
 from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
 from ghostball.engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS

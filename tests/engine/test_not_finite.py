@@ -11,6 +11,7 @@ from shots import POOL_TABLE, ball, scene_of
 from ghostball.engine import Status, simulate
 from ghostball.engine.core import state as s
 from ghostball.engine.running.driver import Run
+from ghostball.engine.running.room import Limits
 
 MOTION = ("X", "Y", "VX", "VY", "AX", "AY", "WX", "WY", "WZ", "BX", "BY", "BZ", "EPOCH")
 CONSTANTS = (
@@ -26,6 +27,13 @@ def shot(**physics):
     return scene_of(*balls, table=POOL_TABLE, **physics)
 
 
+def play_events(run, count):
+    """Play the first events of a run, one after the other; the first call begins it."""
+    run.play(Limits(events=10, work=10**8), budget=1)
+    while run._counters[s.EVENTS] < count:
+        run.play(Limits(events=10, work=10**8), budget=1)
+
+
 @pytest.mark.compiled  # interpreted, a division by zero raises
 @pytest.mark.parametrize("physics", [{}, {"preset": "pool"}], ids=["rolling", "sliding"])
 @pytest.mark.parametrize("after", [0, 2, 5])
@@ -35,11 +43,10 @@ def test_planted_in_the_midst_of_a_run(name, after, physics):
     for i in range(3):
         for value in NOT_FINITE:
             run = Run(shot(**physics), True)
-            if after:
-                run._enter(after, False)
+            play_events(run, after)
             run._state[i, getattr(s, name)] = value
             with np.errstate(all="ignore"):
-                run.go(5_000)
+                run.go(Limits(events=5_000, work=10**8))
             if run.status is Status.FAILED:
                 assert "`balls[" in run.reason
                 assert "at t = " in run.reason
@@ -52,11 +59,11 @@ def test_planted_in_the_midst_of_a_run(name, after, physics):
 @pytest.mark.parametrize(("i", "name"), [(0, "X"), (0, "VX"), (0, "VY"), (0, "WZ"), (2, "VX")])
 def test_the_ball_and_the_instant_are_named(i, name, physics):
     run = Run(shot(**physics), False)
-    run._enter(1, False)
+    play_events(run, 1)
     now = run._clock[s.NOW]
     run._state[i, getattr(s, name)] = math.nan
     with np.errstate(all="ignore"):
-        run.go(1_000)
+        run.go(Limits(events=1_000, work=10**8))
     assert run.status is Status.FAILED
     assert run.reason.startswith(f'`balls[{i}]` ("b{i}") has no finite motion (')
     assert now <= float(run.reason.rpartition("t = ")[2].removesuffix(" s")) < math.inf

@@ -15,7 +15,7 @@ RESTITUTION = next(one for one in MUTATIONS if one.name == "restitution - 1e-6")
 FEW = ["graded/head-on", "graded/draw-shot", "graded/stop"]
 """Trials that take no time."""
 
-START = "    check_request(scene, record, max_events)\n    # The compiler"
+START = "    check_request(scene, record, max_events, max_work)\n    # The compiler"
 
 
 def drastic(text: str) -> Mutation:

@@ -12,7 +12,7 @@ from multiprocessing import get_context
 from whole_kernels import checks_bounds, use_whole_kernels
 
 from ghostball.engine.core import kernel
-from ghostball.engine.running import driver, sweep_driver
+from ghostball.engine.running import driver
 from ghostball.engine.running.driver import Variant
 from ghostball.engine.sensitivity import tangent_map
 
@@ -31,14 +31,12 @@ SHOTS = [
     {DRAG},
     set(),
 ]
-SWEEPS = [{CONTACTS}, {CELLS}, set()]
 
-# What they run where bounds are checked; the scheduler of sweeps in cells is that of shots.
+# What they run where bounds are checked.
 if checks_bounds():
     use_whole_kernels()
     SHOTS = [{INTEGRATED, CONTACTS, *one} for one in (set(), {CELLS})]
     SHOTS.append({INTEGRATED})  # of a test of runs that begin without contacts
-    SWEEPS = [{CONTACTS}, set()]
 
 
 def variant_with(parts: set[int]) -> Variant:
@@ -48,9 +46,8 @@ def variant_with(parts: set[int]) -> Variant:
 def missing() -> list[tuple[str, set[int]]]:
     """Return what isn't in the cache: what it is for, and the parts that it has."""
     shots = [("shots", parts) for parts in SHOTS]
-    sweeps = [("sweeps", parts) for parts in SWEEPS]
     derivatives = [("sensitivity", parts) for parts in ({INTEGRATED}, set())]
-    every = [*shots[:2], *derivatives, *shots[2:3], *sweeps, *shots[3:]]
+    every = [*shots[:2], *derivatives, *shots[2:]]
     return [one for one in every if not kernel.compiled(name_of(*one))]
 
 
@@ -63,8 +60,6 @@ def name_of(what: str, parts: set[int]) -> str:
 def compile_one(what: str, parts: set[int]) -> None:
     if what == "shots":
         driver.warm_up(variant_with(parts))
-    elif what == "sweeps":
-        sweep_driver._warm_up(variant_with(parts))
     else:
         tangent_map._warm_up(INTEGRATED in parts)
 

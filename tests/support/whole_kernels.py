@@ -3,9 +3,7 @@
 That is so under bounds checks. Compiling a variant that leaves parts out takes most of what it
 costs, and its results are the same to the bit (`test_skips.py`). The few lines of its own that one
 without contacts has, where it finds that it needs them (`engine/event_loop/resolve.py`), are run by
-one test: `begin_without_contacts` lets its shots begin as they do elsewhere. No sweep in cells is
-run with bounds checked, for that takes another 20 s to compile: of its own it has that cells are
-emptied before each shot (`engine/event_loop/sweep.py`), and no more.
+one test: `begin_without_contacts` lets its shots begin as they do elsewhere.
 """
 
 from __future__ import annotations
@@ -42,7 +40,7 @@ def begin_without_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
 def use_whole_kernels() -> None:
     """Have all shots of this process begin with contacts and with the laws that integrate.
 
-    Sweeps of shots, which are a kernel of their own, go on as they are.
+    But not those of sweeps, whose scene has one layout for all.
     """
     make = Run.__init__
 

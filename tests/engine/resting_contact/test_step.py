@@ -9,11 +9,12 @@ from whole_kernels import begin_without_contacts
 
 from ghostball.engine import Ball, EventKind, Physics, Scene, Status, Table, simulate
 from ghostball.engine.core.kernel import COMPILED
-from ghostball.engine.core.state import MOST_DIRECT, RUN_CONTACTS
+from ghostball.engine.core.state import MOST_DIRECT, RUN_CONTACTS, STATUS
 from ghostball.engine.core.tolerances import CONTACT_TOLERANCE, EPS
 from ghostball.engine.resting_contact import step
 from ghostball.engine.resting_contact.forces import solve
 from ghostball.engine.running import driver
+from ghostball.engine.running.room import Limits
 from ghostball.validation.scenes.library import FOLDER
 
 SCENES = Path(__file__).parents[2] / "support" / "scenes"
@@ -115,8 +116,9 @@ def test_a_run_that_comes_to_contacts_goes_on_as_with_them_from_the_first(scene,
     with_them = simulate(scene, record="events", no_skip=["contacts"])
     begin_without_contacts(monkeypatch)
     beginning = driver.Run(scene, keep_log=False)
-    assert beginning.contacts is None
-    assert beginning._enter(65_536, False) == RUN_CONTACTS
+    assert beginning._room.contacts is None
+    beginning.play(Limits(events=65_536, work=10**9), budget=10**9)
+    assert beginning._counters[STATUS] == RUN_CONTACTS
     assert fingerprint(simulate(scene, record="events")) == fingerprint(with_them)
 
 

@@ -1,0 +1,209 @@
+"""The one kernel that Python calls to simulate: it plays k shots of one scene, be it one or many.
+
+It takes plain arrays and unpacks them, since named tuples would cost a call from Python
+microseconds.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ghostball.engine.core.block import balls_in, cells_in, pairs_in, start_from
+from ghostball.engine.core.kernel import COMPILED, kernel
+from ghostball.engine.core.state import (
+    MOTION_COLUMNS,
+    OBSTACLE,
+    PAUSE_AT,
+    RUN_CONTACTS,
+    RUN_LOG_FULL,
+    RUN_PAUSED,
+    RUN_WORK_LIMIT,
+    STATUS,
+    UP_SPEED,
+    WORK,
+    Balls,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Laws,
+    Log,
+    ObstacleRow,
+    contacts_in,
+    rows_of,
+)
+from ghostball.engine.event_loop.finish import finish
+from ghostball.engine.event_loop.loop import run
+
+# Columns of the motions that tell the shots of a sweep apart.
+SHOT_VX = 0  # velocity of the ball that is shot [m/s]
+SHOT_VY = 1
+SHOT_UP = 2
+SHOT_WX = 3  # its angular velocity [rad/s]
+SHOT_WY = 4
+SHOT_WZ = 5
+SHOT_PHASE = 6  # SLIDING, ROLLING or FLYING
+SHOT_COLUMNS = 7
+
+
+@kernel(entry=True)
+def play(
+    which: IntArray,
+    first: int,
+    goes_on: bool,
+    cue: int,
+    motions: FloatArray,
+    start: FloatArray,
+    numbers: FloatArray,
+    places: IntArray,
+    bends: int | None,
+    drags: int | None,
+    flies: int | None,
+    many: int | None,
+    laws: FloatArray,
+    obstacles: FloatArray,
+    integrated: int | None,
+    untouched: tuple[BoolArray, IntArray, FloatArray],
+    room: tuple[BoolArray, IntArray, FloatArray] | None,
+    time: FloatArray,
+    what: IntArray,
+    ball: IntArray,
+    motion: FloatArray,
+    clocks: FloatArray,
+    counts: IntArray,
+    ends: FloatArray,
+    max_events: int,
+    max_work: int,
+    budget: int,
+) -> int:
+    """Play the shots `which`, from its element `first` on; return which element is next.
+
+    Parameters
+    ----------
+    which : (m,) int64
+        Rows of the next four, the shots to be played.
+    goes_on : bool
+        Whether the shot `which[first]` goes on from where it was left; else it begins.
+    cue : int
+    motions : (k, SHOT_COLUMNS) float64
+        What differs between the shots: how ball `cue` is shot. Where k is 0 nothing does.
+    start, numbers, places
+        A block of arrays as each shot begins with, the same to work in, and what lies where in
+        them: `core.block`. `bends`, `drags` and `flies` are None where `Balls` has no `higher`,
+        `air` or `height`, `many` where `Pairs` schedule and not `Cells`.
+    laws, obstacles, integrated
+        The `Laws`.
+    untouched, room
+        Arrays of `Contacts` of which nothing is used yet, and the same to work in; None: a shot
+        that needs contacts is left with the status RUN_CONTACTS.
+    time, what, ball, motion
+        The `Log`, of the one shot there is then; empty where none is kept.
+    clocks : (k, CLOCKS) float64
+    counts : (k, COUNTERS) int64
+        Of each shot; STATUS says how it ended.
+    ends : (k, p, n, 3) float64
+        Of each shot: positions at its end; velocities where p > 1, angular velocities where p > 2.
+    max_events, max_work : int
+        How many events and contact steps a shot may have; how much WORK.
+    budget : int
+        WORK after which the kernel returns, so that an interrupt is heard. A shot that has the
+        status RUN_PAUSED, RUN_LOG_FULL or, if it is alone, RUN_CONTACTS goes on when called again.
+
+    Notes
+    -----
+    Contract: no allocation, no raising. Each shot begins with the same numbers, so that neither
+    their order nor who plays them matters.
+    """
+    lines = obstacles.view(OBSTACLE)[:, 0] if COMPILED else rows_of(obstacles, ObstacleRow)
+    rules = laws_from(laws, lines, integrated)
+    contacts = None if room is None else contacts_from(*room)
+    pairs = pairs_in(numbers, places) if many is None else None
+    cells = None if many is None else cells_in(numbers, places)
+    left = budget
+    for m in range(first, len(which)):
+        k = which[m]
+        counters = counts[k]
+        balls = balls_in(numbers, places, counters, bends, drags, flies)
+        log = Log(clocks[k], counters, time, what, ball, motion)
+        if m > first or not goes_on:
+            start_from(numbers, start, places)
+            _start_contacts(room, untouched)
+            log.clock[:] = 0.0
+            counters[:] = 0
+            if len(motions) > 0:
+                _shoot(balls, cue, motions[k])
+        before = counters[WORK]
+        counters[PAUSE_AT] = min(before + left, max_work)
+        status = run(balls, rules, pairs, cells, contacts, log, max_events)
+        if status == RUN_PAUSED and counters[WORK] >= max_work:
+            status = RUN_WORK_LIMIT
+        counters[STATUS] = status
+        if status in (RUN_PAUSED, RUN_LOG_FULL):
+            return m
+        if status != RUN_CONTACTS:
+            counters[STATUS] = finish(balls, rules, log, status, ends[k])
+        left -= counters[WORK] - before
+        if left <= 0:
+            return m + 1
+    return len(which)
+
+
+contacts_from = kernel(inline=True)(contacts_in)
+
+
+@kernel(inline=True)
+def _start_contacts(
+    room: tuple[BoolArray, IntArray, FloatArray] | None,
+    untouched: tuple[BoolArray, IntArray, FloatArray],
+) -> None:
+    """Forget all contacts and forces: but not what is written before it is read."""
+    if room is not None:
+        for k in range(len(untouched[0])):
+            room[0][k] = untouched[0][k]
+        for k in range(len(untouched[1])):
+            room[1][k] = untouched[1][k]
+        for k in range(len(room[0]) // 3 * MOTION_COLUMNS):
+            room[2][k] = untouched[2][k]
+
+
+@kernel(inline=True)
+def _shoot(balls: Balls, cue: int, motion: FloatArray) -> None:
+    """Give ball `cue` its velocities."""
+    ball = balls.state[cue]
+    ball.vx, ball.vy = motion[SHOT_VX], motion[SHOT_VY]
+    ball.wx, ball.wy, ball.wz = motion[SHOT_WX], motion[SHOT_WY], motion[SHOT_WZ]
+    ball.phase = motion[SHOT_PHASE]
+    _shoot_up(balls.height, cue, motion)
+
+
+@kernel(inline=True)
+def _shoot_up(height: FloatArray | None, cue: int, motion: FloatArray) -> None:
+    if height is not None:
+        height[cue, UP_SPEED] = motion[SHOT_UP]
+
+
+@kernel(inline=True)
+def laws_from(numbers: FloatArray, obstacles: Any, integrated: int | None) -> Laws:
+    """Return the `Laws` whose fields are `numbers`, and the other two."""
+    return Laws(
+        numbers[0] != 0.0,
+        numbers[1] != 0.0,
+        numbers[2] != 0.0,
+        numbers[3] != 0.0,
+        int(numbers[4]),
+        numbers[5],
+        numbers[6],
+        numbers[7] != 0.0,
+        numbers[8] != 0.0,
+        numbers[9],
+        numbers[10],
+        numbers[11],
+        numbers[12],
+        numbers[13],
+        numbers[14],
+        numbers[15] != 0.0,
+        numbers[16],
+        numbers[17],
+        numbers[18],
+        obstacles,
+        integrated,
+    )

@@ -1,0 +1,103 @@
+"""The one door to the kernels: shots of a scene, and room in which a thread plays them.
+
+One shot, a batch and a sweep differ in who makes the shots and who asks for the rest.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ghostball.engine.core import state as s
+from ghostball.engine.core.events import Status
+from ghostball.engine.event_loop.play import SHOT_COLUMNS, play
+from ghostball.engine.running.from_scene import Layout, no_contacts, room_for_contacts
+
+WORK_AT_ONCE = 5_000_000
+"""Work between two returns from the kernel: some 50 ms, so that an interrupt is heard."""
+
+STATUS = {
+    s.RUN_RESTED: Status.REST,
+    s.RUN_T_MAX: Status.T_MAX,
+    s.RUN_EVENT_LIMIT: Status.EVENT_LIMIT,
+    s.RUN_WORK_LIMIT: Status.WORK_LIMIT,
+    s.RUN_NOT_FINITE: Status.FAILED,
+    s.RUN_NO_ROOM: Status.FAILED,
+}
+"""What the end of a shot means."""
+
+
+class Limits(NamedTuple):
+    """What a shot may take before it is given up."""
+
+    events: int  # events and contact steps
+    work: int  # turns of all loops, in units of some 10 ns
+
+
+class Shots(NamedTuple):
+    """What differs between k shots of a scene, and what becomes of each."""
+
+    motions: s.FloatArray  # (k, SHOT_COLUMNS); (0, SHOT_COLUMNS): a shot is as the scene has it
+    clocks: s.FloatArray  # (k, CLOCKS)
+    counts: s.IntArray  # (k, COUNTERS)
+    ends: s.FloatArray  # (k, p, n, 3) positions, velocities, angular velocities: the first p
+
+
+def shots_of(k: int, n: int, told: int) -> Shots:
+    """Return room for k shots of n balls, and for `told` of the arrays that end each."""
+    return Shots(
+        _NO_MOTIONS,
+        np.zeros((k, s.CLOCKS)),
+        np.zeros((k, s.COUNTERS), dtype=np.int64),
+        np.empty((k, told, n, 3)),
+    )
+
+
+_NO_MOTIONS = np.empty((0, SHOT_COLUMNS))
+
+Log = tuple[s.FloatArray, s.IntArray, s.IntArray, s.FloatArray]
+
+
+class Room:
+    """Arrays in which shots of one scene are played, one after the other.
+
+    Attributes
+    ----------
+    numbers : (m,) float64
+        The block of arrays of the shot at hand; see `core.block`.
+    contacts : tuple of three arrays, or None
+    """
+
+    def __init__(self, layout: Layout, with_contacts: bool) -> None:
+        self.numbers = np.empty_like(layout.block.numbers)
+        self.contacts = room_for_contacts(layout.count) if with_contacts else None
+        self._given = (
+            layout.block.numbers,
+            self.numbers,
+            layout.block.places,
+            *layout.parts,
+            layout.laws,
+            layout.obstacles,
+            layout.integrated,
+            no_contacts(layout.count),
+        )
+
+    def play(
+        self,
+        shots: Shots,
+        which: s.IntArray,
+        first: int,
+        goes_on: bool,
+        log: Log,
+        limits: Limits,
+        *,
+        cue: int = 0,
+        budget: int = WORK_AT_ONCE,
+    ) -> int:
+        """Play shots, as `event_loop.play.play`; return which element of `which` is next."""
+        motions, clocks, counts, ends = shots
+        return play(
+            which, first, goes_on, cue, motions, *self._given, self.contacts,
+            *log, clocks, counts, ends, *limits, budget,
+        )  # fmt: skip
