@@ -503,7 +503,8 @@ CONTACT_PIECES = 15
 WORK = 16  # turns of all loops, in units of some 10 ns; what none may have without end
 PAUSE_AT = 17  # WORK at which the kernel returns for a moment, so that Python hears an interrupt
 STATUS = 18  # RUN_RESTED ... below: what the loop returned last
-COUNTERS = 19
+AT_ONCE = 19  # events since the clock last moved
+COUNTERS = 20
 
 # Places in the array of instants, float64 [s].
 NOW = 0
@@ -535,3 +536,4 @@ RUN_CONTACTS = 5  # go on with `Contacts`, which the run was not given
 RUN_NO_ROOM = 6
 RUN_PAUSED = 7  # it goes on when called again
 RUN_WORK_LIMIT = 8
+RUN_STANDSTILL = 9  # events without end at one instant

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import (
+    AT_ONCE,
     FREE,
     NOW,
     RUN_CONTACTS,
     RUN_GOES_ON,
+    RUN_STANDSTILL,
     UNSOUND,
     Balls,
     Cells,
@@ -20,6 +22,9 @@ from ghostball.engine.event_loop.find import find
 from ghostball.engine.event_loop.predict import predict
 from ghostball.engine.event_loop.record import record
 from ghostball.engine.event_loop.resolve import NEEDS_CONTACTS, advance_to, resolve
+
+_MOST_AT_ONCE = 64
+"""Events at one instant, for each pair and some: a frozen line of n balls comes to some n^2."""
 
 
 @kernel
@@ -35,7 +40,7 @@ def run(
     """Process events until every ball rests, `t_max`, a full log, or `limit` events and steps.
 
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE; or
-    RUN_PAUSED, where its loops have done all the work that PAUSE_AT permits; or RUN_NO_ROOM, where
+    RUN_STANDSTILL, where events follow each other at one instant without end; or RUN_PAUSED, where its loops have done all the work that PAUSE_AT permits; or RUN_NO_ROOM, where
     more balls touch at once than the arrays have room for; or RUN_CONTACTS, where balls press each
     other, or hit several at once, and `contacts` is None.
 
@@ -58,6 +63,9 @@ def run(
             held = resolve(balls, laws, cells, contacts, event, log)
             if held == NEEDS_CONTACTS:
                 return RUN_CONTACTS
+            if _stands_still(balls, event.t, log):
+                log.clock[NOW] = event.t
+                return RUN_STANDSTILL
             log.clock[NOW] = event.t
         # The first turn is this alone: every ball that is marked begins to move.
         predict(balls, laws, cells, contacts, held, log.clock[NOW], log.counters)
@@ -65,3 +73,14 @@ def run(
         if status != RUN_GOES_ON:
             return status
         begun = True
+
+
+@kernel(inline=True)
+def _stands_still(balls: Balls, t: float, log: Log) -> bool:
+    """Count the events at one instant; return whether they are more than can come to an end."""
+    if t > log.clock[NOW]:
+        log.counters[AT_ONCE] = 0
+        return False
+    log.counters[AT_ONCE] += 1
+    n = len(balls.own_kind) + 32
+    return bool(log.counters[AT_ONCE] > _MOST_AT_ONCE * n * n)

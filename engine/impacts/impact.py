@@ -15,6 +15,7 @@ from ghostball.engine.core.state import (
     Balls,
     Laws,
 )
+from ghostball.engine.core.tolerances import APPROACH_ROUNDING, LEAST_SPEED
 from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
 from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
 from ghostball.engine.motion.next_piece import loosen
@@ -176,7 +177,8 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     """Bounce ball i off a cushion by the scene's law.
 
     Contract: the ball is advanced to the instant of the impact. It leaves the cushion whatever the
-    sign that rounding gave to a vanishing approach.
+    sign that rounding gave to a vanishing approach. One that would leave it by no more than the
+    rounding of its velocity goes along it: between two noses without room it would bounce for ever.
     """
     inward_x, inward_y, _ = facing(laws, cushion, balls.state[i].x, balls.state[i].y)
     nx, ny = -inward_x, -inward_y
@@ -198,8 +200,14 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
         laws,
         int(laws.obstacles[cushion].law),
     )
-    balls.state[i].vx = after.vn * nx - after.vt * ny
-    balls.state[i].vy = after.vn * ny + after.vt * nx
+    vn = after.vn
+    terms = abs(vn) + abs(after.vt)
+    if laws.slides:
+        terms += balls.state[i].radius * (abs(after.wn) + abs(after.wt) + abs(after.wz))
+    if abs(vn) <= max(APPROACH_ROUNDING * terms, LEAST_SPEED):
+        vn = 0.0
+    balls.state[i].vx = vn * nx - after.vt * ny
+    balls.state[i].vy = vn * ny + after.vt * nx
     balls.state[i].wx = after.wn * nx - after.wt * ny
     balls.state[i].wy = after.wn * ny + after.wt * nx
     balls.state[i].wz = after.wz

@@ -128,6 +128,12 @@ class Run:
                 "more balls touch than can lie side by side: they are hardly larger than the "
                 "rounding of their coordinates. Move the scene to the origin. It stopped"
             )
+        if code == s.RUN_STANDSTILL:
+            return (
+                f"the clock stands still: {self._counters[s.AT_ONCE]} events at one instant, as of "
+                "balls that bounce without room between them. Give them room, or a restitution "
+                "below 1. It stopped"
+            )
         k = int(self._counters[s.UNSOUND])
         if k == s.FREE:
             return "the time of the next event became NaN"

@@ -152,7 +152,12 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
     cells = cells_of(scene) if many else None
     layout = Layout(
         block=Block(balls, pairs, cells),
-        parts=(_told(balls.higher), _told(balls.air), _told(balls.height), _told(cells)),
+        parts=(
+            _flag_of(balls.higher),
+            _flag_of(balls.air),
+            _flag_of(balls.height),
+            _flag_of(cells),
+        ),
         laws=np.array(laws[:-2], dtype=np.float64),
         obstacles=laws.obstacles,
         integrated=laws.integrated,
@@ -174,7 +179,7 @@ def _columns_of(balls: Balls) -> int:
     return columns + (0 if balls.air is None else balls.air.turning.shape[1])
 
 
-def _told(part: object | None) -> int | None:
+def _flag_of(part: object | None) -> int | None:
     """Return 1, or None where there is no such part: compiled kernels then leave it out."""
     return None if part is None else 1
 

@@ -23,6 +23,7 @@ STATUS = {
     s.RUN_EVENT_LIMIT: Status.EVENT_LIMIT,
     s.RUN_WORK_LIMIT: Status.WORK_LIMIT,
     s.RUN_NOT_FINITE: Status.FAILED,
+    s.RUN_STANDSTILL: Status.FAILED,
     s.RUN_NO_ROOM: Status.FAILED,
 }
 """What the end of a shot means."""
@@ -44,13 +45,13 @@ class Shots(NamedTuple):
     ends: s.FloatArray  # (k, p, n, 3) positions, velocities, angular velocities: the first p
 
 
-def shots_of(k: int, n: int, told: int) -> Shots:
-    """Return room for k shots of n balls, and for `told` of the arrays that end each."""
+def shots_of(k: int, n: int, arrays: int) -> Shots:
+    """Return room for k shots of n balls, of each of which the first `arrays` of `ends` are kept."""
     return Shots(
         _NO_MOTIONS,
         np.zeros((k, s.CLOCKS)),
         np.zeros((k, s.COUNTERS), dtype=np.int64),
-        np.empty((k, told, n, 3)),
+        np.empty((k, arrays, n, 3)),
     )
 
 

@@ -1,0 +1,152 @@
+"""No shot holds the kernels: loops count their turns, pauses change nothing, limits end it."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import threading
+
+import numpy as np
+import pytest
+from invariants import fingerprint
+from shots import POOL_TABLE, ball, scene_of
+
+from ghostball.engine import GhostballError, Scene, Status, Table, simulate, simulate_many
+from ghostball.engine.core import state as s
+from ghostball.engine.running import driver, room, skips
+from ghostball.validation.scenes.library import FOLDER
+
+R = 0.028575
+K = 0.0041
+
+
+def along_a_cushion(**physics) -> Scene:
+    return scene_of(ball((0.5, R), (1.0, 0.0)), table=POOL_TABLE, air_drag=K, **physics)
+
+
+def way_in_air(speed: float) -> float:
+    """Return how far a ball of the paper's rolls in air [m]: v dv/dx = -(mu g + k v^2)."""
+    return math.log1p(K * speed * speed / (0.02 * 9.81)) / (2.0 * K)
+
+
+def test_a_ball_in_air_along_a_cushion_that_it_touches_rolls_as_one_in_the_middle():
+    """The bound took the jerk along the cushion, too: the kernel never returned."""
+    result = simulate(along_a_cushion(), max_work=10**5)
+    far = 0.5 + way_in_air(1.0)
+    mirrored = 2.0 * (POOL_TABLE.length - R) - far
+    assert result.status is Status.REST
+    assert result.rest_positions[0] == pytest.approx([mirrored, R, R], abs=1e-13)
+    assert result.collision_counts["ball-cushion"] == 1
+
+
+@pytest.mark.parametrize("preset", ["pool", "pool-coulomb"])
+@pytest.mark.parametrize("width", [1.27, 2.0 * R], ids=["table", "channel"])
+@pytest.mark.parametrize("spin", [None, (0.0, 0.0, 0.0), (5.0, -3.0, 20.0)])
+def test_a_ball_that_slides_along_a_cushion_in_air_ends(preset, width, spin):
+    scene = scene_of(
+        ball((0.5, R), (1.0, 0.0), **({} if spin is None else {"angular_velocity": spin})),
+        table=Table(length=2.54, width=width), preset=preset, air_drag=K,
+    )  # fmt: skip
+    assert simulate(scene, max_work=10**7).status is Status.REST
+
+
+@pytest.mark.compiled
+def test_two_balls_frozen_into_a_corner_in_air_end():
+    scene = scene_of(
+        ball(
+            (0.2080354702103901, 0.10498377100129791),
+            (-4.834549850558149, -3.020199430107958),
+            angular_velocity=(18.92442777002959, -37.9390405146109, -22.997302566648262),
+        ),
+        ball((R, R)), ball((3.0 * R, R)),
+        table=POOL_TABLE, preset="pool-coulomb", air_drag=K, ball_restitution=0.0,
+    )  # fmt: skip
+    assert simulate(scene, max_work=10**7).status is Status.REST
+
+
+ALL_KINDS = ["break-7", "frozen-triangle", "air-slides", "flight-jump", "push-line"]
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("many", [False, True], ids=["all pairs", "cells"])
+@pytest.mark.parametrize("name", ALL_KINDS)
+def test_a_shot_that_pauses_at_every_step_is_the_same_to_the_bit(name, many, monkeypatch):
+    if many:
+        monkeypatch.setattr(skips, "MOST_PAIRED", 0)
+    scene = Scene.load(FOLDER / f"{name}.toml")
+    whole = simulate(scene.model_copy(), record="events")
+    monkeypatch.setattr(driver.Run.play, "__defaults__", (1,))
+    paused = simulate(scene.model_copy(), record="events")
+    assert fingerprint(paused) == fingerprint(whole)
+    assert paused.work == whole.work
+
+
+@pytest.mark.compiled
+def test_a_ball_that_bounces_without_room_and_without_loss_stands_still():
+    """Between two noses as wide apart as it is, each impact is at the same instant."""
+    scene = scene_of(
+        ball((0.5, R), (1.0, 0.1)), table=Table(length=2.54, width=2.0 * R), cushion="mirror"
+    )
+    result = simulate(scene)
+    assert result.status is Status.FAILED
+    assert "the clock stands still" in result.reason
+    lossy = scene_of(
+        ball((0.5, R), (1.0, 0.1)), table=Table(length=2.54, width=2.0 * R),
+        cushion="restitution", cushion_restitution=0.85,
+    )  # fmt: skip
+    assert simulate(lossy, max_work=10**6).status is Status.REST
+
+
+def test_the_limit_of_work_ends_a_shot_and_says_what_was_done():
+    scene = scene_of(
+        ball((0.5, 0.5), (1.0, 0.3)), table=POOL_TABLE, rolling_friction=0.0, t_max=9e9
+    )
+    result = simulate(scene, max_work=1_000)
+    assert result.status is Status.WORK_LIMIT
+    assert not result.status.complete
+    assert "events" in result.reason
+    assert "work 100" in result.reason
+    assert 0.0 < result.rest_time < 9e9
+    batch = simulate_many([scene], max_work=1_000)
+    assert batch.rest_times[0] == result.rest_time
+    assert not batch.complete[0]
+
+
+@pytest.mark.parametrize("wrong", [0, -1, 2.0, True, 2**63])
+def test_a_limit_that_is_none_is_refused(wrong):
+    with pytest.raises(GhostballError, match="`max_work` must be a whole number from 1 to"):
+        simulate(scene_of(ball((0.5, 0.5))), max_work=wrong)
+
+
+@pytest.mark.compiled
+def test_a_shot_without_end_hears_ctrl_c_and_keeps_what_is_done():
+    scene = scene_of(
+        ball((0.5, 0.5), (1.0, 0.3)), table=POOL_TABLE, rolling_friction=0.0, t_max=1e50
+    )
+    simulate(scene, max_events=2)
+    interrupt = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    interrupt.start()
+    result = simulate(scene, max_events=2**62, max_work=2**62)
+    interrupt.join()
+    assert result.status is Status.INTERRUPTED
+    assert np.all(np.isfinite(result.rest_positions))
+    assert result.work["events"] > 0
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", ["frozen-break", "air-slides", "flight-jump", "break-16"])
+def test_nothing_in_a_block_is_read_before_it_is_written(name, monkeypatch):
+    """Scratch that is full of NaN changes no bit: it is no part of what a shot begins with."""
+    scene = Scene.load(FOLDER / f"{name}.toml")
+    whole = simulate(scene, record="events")
+    made = room.Room.__init__
+
+    def poisoned(self, layout, with_contacts):
+        made(self, layout, with_contacts)
+        self.numbers[:] = math.nan
+        if self.contacts is not None:
+            self.contacts[2][layout.count * s.MOTION_COLUMNS :] = math.nan
+
+    monkeypatch.setattr(room.Room, "__init__", poisoned)
+    assert fingerprint(simulate(scene, record="events")) == fingerprint(whole)
