@@ -49,8 +49,7 @@ they go together, as much as the rounding of their velocities moves them anyway.
 """
 
 LEAST_SPEED = 2.0**-1000
-"""Speed [m/s] below which a rebound is none: a restitution of 0.85 leaves the least double as it is.
-"""
+"""Speed [m/s] below which a rebound is none: of the least double 0.85 times that is itself."""
 
 SLIP_ROUNDING = 4.0 * EPS
 """Slip, in units of the speeds that it is the difference of, that is but their rounding."""

@@ -40,9 +40,10 @@ def run(
     """Process events until every ball rests, `t_max`, a full log, or `limit` events and steps.
 
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE; or
-    RUN_STANDSTILL, where events follow each other at one instant without end; or RUN_PAUSED, where its loops have done all the work that PAUSE_AT permits; or RUN_NO_ROOM, where
-    more balls touch at once than the arrays have room for; or RUN_CONTACTS, where balls press each
-    other, or hit several at once, and `contacts` is None.
+    RUN_STANDSTILL, where events follow each other at one instant without end; or RUN_PAUSED, where
+    its loops have done all the work that PAUSE_AT permits; or RUN_NO_ROOM, where more balls touch
+    at once than the arrays have room for; or RUN_CONTACTS, where balls press each other, or hit
+    several at once, and `contacts` is None.
 
     One of `pairs` and `cells` is None: which scheduler works, `scheduling.scheduler` says.
 

@@ -46,7 +46,7 @@ class Shots(NamedTuple):
 
 
 def shots_of(k: int, n: int, arrays: int) -> Shots:
-    """Return room for k shots of n balls, of each of which the first `arrays` of `ends` are kept."""
+    """Return room for k shots of n balls, and for the first `arrays` of what `ends` keeps."""
     return Shots(
         _NO_MOTIONS,
         np.zeros((k, s.CLOCKS)),
