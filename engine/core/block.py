@@ -170,13 +170,15 @@ def pairs_in(numbers: FloatArray, places: IntArray) -> Pairs:
 
 @kernel(inline=True)
 def cells_in(numbers: FloatArray, places: IntArray) -> Cells:
-    """Return the `Cells` of a block."""
+    """Return the `Cells` of a block, `first` with what fills its last double.
+
+    Contract: nothing of `numbers` is read, since a shot may not have begun in it.
+    """
     n = places[COUNT]
-    size = numbers[places[SIZE] : places[FIRST]].view(np.int64)
     return Cells(
         numbers[places[FRAME] : places[SIZE]],
-        size,
-        numbers[places[FIRST] : places[LINK]].view(np.int32)[: (size[0] + 2) * (size[1] + 2)],
+        numbers[places[SIZE] : places[FIRST]].view(np.int64),
+        numbers[places[FIRST] : places[LINK]].view(np.int32),
         numbers[places[LINK] : places[SLOT]].view(np.int32).reshape(n, LINK_COLUMNS),
         numbers[places[SLOT] : places[TREE]].reshape(n, SLOT_COLUMNS),
         numbers[places[TREE] : places[SCRATCH]],

@@ -135,9 +135,12 @@ def test_a_shot_without_end_hears_ctrl_c_and_keeps_what_is_done():
 
 
 @pytest.mark.compiled
+@pytest.mark.parametrize("many", [False, True], ids=["all pairs", "cells"])
 @pytest.mark.parametrize("name", ["frozen-break", "air-slides", "flight-jump", "break-16"])
-def test_nothing_in_a_block_is_read_before_it_is_written(name, monkeypatch):
+def test_nothing_in_a_block_is_read_before_it_is_written(name, many, monkeypatch):
     """Scratch that is full of NaN changes no bit: it is no part of what a shot begins with."""
+    if many:
+        monkeypatch.setattr(skips, "MOST_PAIRED", 0)
     scene = Scene.load(FOLDER / f"{name}.toml")
     whole = simulate(scene, record="events")
     made = room.Room.__init__
