@@ -54,7 +54,7 @@ def first_bent_crossing(
         horizon = math.sqrt(soonest * horizon)
         root = first_crossing(gap, rate, acceleration - bend * horizon)
         soonest = max(min(root, horizon), soonest)
-    if rate >= 0.0 and acceleration > 0.0:
+    if rate >= 0.0 and acceleration > 0.0 and bend > 0.0:
         # It opens, and can't do else before the jerk has taken that acceleration: where the gap is
         # 0, no shorter time is a bound. A sixteenth of it is left, for rounding.
         root = first_crossing(gap, rate, 0.0625 * acceleration)
