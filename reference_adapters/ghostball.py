@@ -9,7 +9,7 @@ from pydantic import Field, field_validator
 from ghostball.engine import Record, Result, Scene, simulate
 from ghostball.engine.running.skips import chosen_skips
 from ghostball.engine.scene.features import CAPABILITIES, Capabilities
-from ghostball.engine.shot import MAX_EVENTS
+from ghostball.engine.shot import MAX_EVENTS, MAX_WORK
 from ghostball.reference_adapters.base import EngineBase, EngineSettings
 
 
@@ -18,6 +18,8 @@ class GhostballSettings(EngineSettings):
 
     max_events: Annotated[int, Field(gt=0)] = MAX_EVENTS
     """Events after which a run stops with `Status.EVENT_LIMIT`."""
+    max_work: Annotated[int, Field(gt=0)] = MAX_WORK
+    """Work after which it stops with `Status.WORK_LIMIT`: turns of loops, of some 10 ns each."""
     no_skip: str | None = None
     """Skips that are switched off, joined by "+"; `engine.running.skips` names them."""
 
@@ -46,6 +48,7 @@ class GhostballEngine(EngineBase):
             scene,
             record=record,
             max_events=settings.max_events,
+            max_work=settings.max_work,
             no_skip=_names(settings.no_skip),
         )
 
