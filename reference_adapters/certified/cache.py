@@ -1,7 +1,8 @@
 """Certificates on the disk, named by a hash of the problem, the settings and the code.
 
 What is proved depends on nothing else. A changed source or library means another name, so nothing
-stale is ever found; a file that can't be read is computed anew.
+stale is ever found. The first line of a file is a hash of its name and of the rest of it: one that
+is damaged, or isn't of that name, is removed and computed anew, with a warning of one line.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import hashlib
 import logging
 import os
 import tempfile
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -68,14 +70,23 @@ def read(key: str) -> Certificate | None:
     """Return the certificate of this name, or None where there is none that can be read."""
     path = path_of(key)
     try:
-        certificate = Certificate.from_json(path.read_text("utf-8"))
+        seal, _, text = path.read_text("utf-8").partition("\n")
+        if seal != _seal(key, text):
+            raise GhostballError("it is damaged, or of an older version")
+        certificate = Certificate.from_json(text)
         os.utime(path)
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError, GhostballError) as error:
         logger.warning("%s can't be read and is computed anew: %s", path, error)
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
         return None
     return certificate
+
+
+def _seal(key: str, text: str) -> str:
+    return hashlib.sha256(f"{key}\n{text}".encode()).hexdigest()
 
 
 def write(key: str, certificate: Certificate) -> None:
@@ -86,7 +97,8 @@ def write(key: str, certificate: Certificate) -> None:
         # Another process may read at any time: the file appears whole or not at all.
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".certificate-")
         with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(certificate.to_json())
+            text = certificate.to_json()
+            file.write(f"{_seal(key, text)}\n{text}")
         Path(temporary).replace(path)
         _prune(path.parent)
     except OSError as error:

@@ -13,9 +13,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ghostball.engine.core.state import BALL_FIELDS, KNOT
 from ghostball.engine.errors import GhostballError
 from ghostball.engine.result import EventKind
-from ghostball.engine.scene import CUSHIONS
+from ghostball.engine.scene import CUSHIONS, Scene
+from ghostball.engine.trajectory import ExactTrajectory
 
 Ending = Literal[
     "proved", "ambiguous", "sustained contact", "precision cap", "event limit", "time limit"
@@ -31,8 +33,30 @@ ENDINGS: tuple[Ending, ...] = (
     "time limit",
 )
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the JSON form."""
+
+_DIMENSIONS = {"positions": 2, "velocities": 2, "spins": 3}
+"""Numbers of each ball in the vectors of a certificate."""
+
+_RISES = ("rise", "up_speed", "fall")
+"""Columns of knots where balls may be in the air."""
+
+
+def knot_columns(powers: int = 2, *, lifts: bool = False) -> tuple[str, ...]:
+    """Return the names of the columns of knots; see `ExactTrajectory`.
+
+    Parameters
+    ----------
+    powers : int
+        The highest power of the time in the way of a ball; of the angular velocity, one less.
+    lifts : bool
+        Whether balls may be in the air.
+    """
+    names = BALL_FIELDS[:KNOT] + (_RISES if lifts else ())
+    ways = tuple(f"{axis}{n}" for n in range(3, powers + 1) for axis in "xy")
+    turns = tuple(f"w{axis}{n}" for n in range(2, powers) for axis in "xy")
+    return names + ways + turns
 
 
 @dataclass(frozen=True)
@@ -174,8 +198,10 @@ class Certificate:
         Of each ball at `t_end`: (x, y), (vx, vy), (wx, wy, wz).
     seconds : float [s]
         What it took, all precisions together.
-    knots : tuple of (k_i, 14) float64, or None
+    knots : tuple of (k_i, len(columns)) float64, or None
         The motion of each ball, as in `ExactTrajectory`, from the middles; where asked for.
+    columns : tuple of str
+        What the columns of `knots` are: those of `knot_columns`.
     """
 
     ending: Ending
@@ -190,6 +216,20 @@ class Certificate:
     spins: tuple[tuple[Enclosure, ...], ...]
     seconds: float
     knots: tuple[NDArray[np.float64], ...] | None = None
+    columns: tuple[str, ...] = ()
+
+    def trajectory(self, scene: Scene) -> ExactTrajectory | None:
+        """Return the motion that is proved of its scene; None where it wasn't asked for."""
+        if self.knots is None:
+            return None
+        return ExactTrajectory(
+            scene.radii,
+            self.knots,
+            float(self.t_end),
+            scene.spinning_friction_rates,
+            turns="wx2" in self.columns,
+            lifts="rise" in self.columns,
+        )
 
     @property
     def proved(self) -> bool:
@@ -218,9 +258,14 @@ class Certificate:
             "t_end": self.t_end.to_text(),
             "rested": self.rested,
             "seconds": self.seconds,
-            "knots": None if self.knots is None else [k.tolist() for k in self.knots],
+            "knots": None,
         }
-        for name in ("positions", "velocities", "spins"):
+        if self.knots is not None:
+            data["knots"] = {
+                "columns": self.columns,
+                "balls": [{"shape": k.shape, "numbers": k.ravel().tolist()} for k in self.knots],
+            }
+        for name in _DIMENSIONS:
             data[name] = [[e.to_text() for e in vector] for vector in getattr(self, name)]
         return json.dumps(data)
 
@@ -237,11 +282,11 @@ class Certificate:
             data = json.loads(text)
             if data["schema"] != SCHEMA or data["ending"] not in ENDINGS:
                 raise ValueError("another schema")
-            vectors = {
-                name: tuple(tuple(map(Enclosure.parse, vector)) for vector in data[name])
-                for name in ("positions", "velocities", "spins")
-            }
-            knots = data["knots"]
+            vectors = {name: _vectors_of(data[name], size) for name, size in _DIMENSIONS.items()}
+            counts = {name: len(of_balls) for name, of_balls in vectors.items()}
+            if len(set(counts.values())) != 1:
+                raise ValueError(f"they must be of the same balls, got {counts}")
+            columns, knots = _knots_of(data["knots"], counts["positions"])
             return cls(
                 ending=data["ending"],
                 reason=str(data["reason"]),
@@ -254,13 +299,49 @@ class Certificate:
                 t_end=Enclosure.parse(data["t_end"]),
                 rested=bool(data["rested"]),
                 seconds=float(data["seconds"]),
-                knots=None
-                if knots is None
-                else tuple(np.array(k, dtype=np.float64).reshape(-1, 14) for k in knots),
+                knots=knots,
+                columns=columns,
                 **vectors,
             )
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             raise GhostballError(
                 f"a certificate must be JSON of schema {SCHEMA}, as `to_json` writes it: "
                 f"{type(error).__name__}: {error}. Compute it anew"
             ) from None
+
+
+def _vectors_of(stored: Any, size: int) -> tuple[tuple[Enclosure, ...], ...]:
+    """Read one vector for each ball, of so many numbers."""
+    vectors = tuple(tuple(map(Enclosure.parse, vector)) for vector in stored)
+    for vector in vectors:
+        if len(vector) != size:
+            raise ValueError(f"a vector must have {size} numbers, got {len(vector)}")
+    return vectors
+
+
+def _knots_of(
+    stored: Any, balls: int
+) -> tuple[tuple[str, ...], tuple[NDArray[np.float64], ...] | None]:
+    """Read the columns and the knots; each must be what it says that it is."""
+    if stored is None:
+        return (), None
+    columns = tuple(stored["columns"])
+    lifts = "rise" in columns
+    powers = 2 + (len(columns) - len(knot_columns(lifts=lifts))) // 4
+    if columns != knot_columns(powers, lifts=lifts):
+        raise ValueError(f"the columns of knots must be those of `knot_columns`, got {columns}")
+    if len(stored["balls"]) != balls:
+        raise ValueError(f"there must be knots of {balls} balls, got {len(stored['balls'])}")
+    knots = []
+    for one in stored["balls"]:
+        rows, width = one["shape"]
+        numbers = one["numbers"]
+        if rows < 1 or width != len(columns) or len(numbers) != rows * width:
+            raise ValueError(
+                f"knots must have the shape (k, {len(columns)}), got {one['shape']} and "
+                f"{len(numbers)} numbers"
+            )
+        if not all(type(number) is float for number in numbers):
+            raise ValueError("knots must be floats")
+        knots.append(np.array(numbers, dtype=np.float64).reshape(rows, width))
+    return columns, tuple(knots)

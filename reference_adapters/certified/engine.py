@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine import EVENT_DTYPE, Record, Result, Samples, Scene, Status
-from ghostball.engine.core.state import KNOT
 from ghostball.engine.result import COLLISION_KINDS
 from ghostball.engine.scene.features import Capabilities
-from ghostball.engine.trajectory import ExactTrajectory
 from ghostball.reference_adapters.base import EngineBase, EngineSettings
 from ghostball.reference_adapters.certified.api import CAPABILITIES, NAME, certify
 from ghostball.reference_adapters.certified.certificate import Certificate, Enclosure, Ending
@@ -78,12 +76,6 @@ def result_of(
     if record != "rest":
         rows = [(float(e.t), int(e.kind), e.a, e.b) for e in certificate.events]
         events = np.array(rows, dtype=EVENT_DTYPE)
-    trajectory = None
-    if certificate.knots is not None:
-        knots = certificate.knots
-        rates = scene.spinning_friction_rates
-        turns = knots[0].shape[1] > KNOT  # air slows a ball: its motion has higher powers
-        trajectory = ExactTrajectory(scene.radii, knots, t_end, rates, turns)
     return Result(
         engine=NAME,
         settings=settings.model_dump(),
@@ -99,7 +91,7 @@ def result_of(
         },
         wall_time=certificate.seconds,
         events=events,
-        trajectory=trajectory,
+        trajectory=certificate.trajectory(scene),
         reason="" if certificate.proved else f"{certificate.ending}: {certificate.reason}",
     )
 

@@ -169,6 +169,7 @@ def _certificate(run: Run, stop: _Stop, reason: str, seconds: float, motion: boo
         positions.append(tuple(map(enclosure_of, place)))
         velocities.append(tuple(map(enclosure_of, velocity)))
         spins.append(tuple(map(enclosure_of, spin)))
+    columns, knots = recorded(run, end) if motion else ((), None)
     return Certificate(
         ending=stop.ending,
         reason=reason,
@@ -184,7 +185,8 @@ def _certificate(run: Run, stop: _Stop, reason: str, seconds: float, motion: boo
         velocities=tuple(velocities),
         spins=tuple(spins),
         seconds=seconds,
-        knots=recorded(run, end) if motion else None,
+        knots=knots,
+        columns=columns,
     )
 
 

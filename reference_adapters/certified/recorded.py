@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ghostball.engine.trajectory import Phase
 from ghostball.reference_adapters.certified.arithmetic import ZERO, unit
+from ghostball.reference_adapters.certified.certificate import knot_columns
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.run import Run
 from ghostball.reference_adapters.certified.slide_piece import Piece
@@ -30,11 +31,15 @@ _NO_LONGER = 2.0**-30
 Row = tuple[float, ...]
 
 
-def recorded(run: Run, end: arb) -> tuple[NDArray[np.float64], ...]:
-    """Return the knots of each ball, up to an instant; with more powers where air slows any."""
+def recorded(run: Run, end: arb) -> tuple[tuple[str, ...], tuple[NDArray[np.float64], ...]]:
+    """Return the columns of knots, and the knots of each ball up to an instant.
+
+    With more powers of the time where air slows any.
+    """
     rows: list[list[Row]] = [[] for _ in run.bodies]
     until = [end] * len(run.bodies)
-    more = 4 * (POWERS - 2) if any(body.curved for _, body in run.knots) else 0
+    curved = any(body.curved for _, body in run.knots)
+    columns = knot_columns(POWERS) if curved else knot_columns()
     for k, body in reversed(run.knots):
         lasts = float(until[k] - body.t)
         if body.roll is not None:
@@ -43,9 +48,9 @@ def recorded(run: Run, end: arb) -> tuple[NDArray[np.float64], ...]:
             pieces = _sliding(body, lasts)
         else:
             pieces = [_parabola(body)]
-        rows[k][:0] = [(*row, *[0.0] * (14 + more - len(row))) for row in pieces]
+        rows[k][:0] = [(*row, *[0.0] * (len(columns) - len(row))) for row in pieces]
         until[k] = body.t
-    return tuple(np.array(row, dtype=np.float64) for row in rows)
+    return columns, tuple(np.array(row, dtype=np.float64) for row in rows)
 
 
 def _parabola(body: Body) -> Row:

@@ -334,9 +334,9 @@ def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
 
 
 def _proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory:
-    assert certificate.knots is not None  # checked
-    end = float(certificate.t_end)
-    return ExactTrajectory(scene.radii, certificate.knots, end, scene.spinning_friction_rates)
+    motion = certificate.trajectory(scene)
+    assert motion is not None  # checked
+    return motion
 
 
 def _negligible(scene: Scene, log: Log) -> NDArray[np.bool_]:

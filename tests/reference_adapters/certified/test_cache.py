@@ -6,12 +6,14 @@ import logging
 import math
 import os
 
+import numpy as np
 import pytest
 from shots import POOL_TABLE, ball, scene_of
 
 from ghostball.engine import Scene
 from ghostball.reference_adapters.certified import CertifiedSettings, api, cache, certify
 from ghostball.reference_adapters.certified.problem import problem_of
+from ghostball.reference_adapters.registry import make_engine
 
 
 def shot(x: float = 0.5, **fields) -> Scene:
@@ -109,6 +111,65 @@ def test_a_file_that_cannot_be_read_is_computed_anew(proofs, kept_here, caplog, 
     assert len(path.read_bytes()) == pytest.approx(len(whole), abs=30)  # the seconds differ
     certify(shot())
     assert len(proofs) == 2
+
+
+IN_AIR = {
+    "rolls": scene_of(ball((0.0, 0.0), (1.0, 0.0)), air_drag=0.1, table=None),
+    "slides": scene_of(
+        ball((0.0, 0.0), (1.0, 0.3), angular_velocity=(5.0, -7.0, 3.0)),
+        preset="pool",
+        air_drag=0.1,
+        table=None,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", IN_AIR)
+def test_a_motion_in_air_reads_back_to_the_same_bits(proofs, name):
+    """Broken by knots that are read with other columns than they were written with."""
+    motions = [make_engine("certified").simulate(IN_AIR[name], record="trajectory") for _ in "12"]
+    assert len(proofs) == 1
+    times = np.linspace(0.0, motions[0].rest_time, 101)
+    for first, again in zip(*(motion.sample(times) for motion in motions), strict=True):
+        assert first.tobytes() == again.tobytes()
+    assert np.ptp(motions[1].sample(times).positions[:, 0, 0]) > 0.5
+    first, again = (motion.trajectory for motion in motions)
+    assert again.orientation(times).tobytes() == first.orientation(times).tobytes()
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda text: text[: len(text) // 2],
+        lambda text: text.replace("86", "43", 1),
+        lambda text: text.replace("0.1", "0.2", 1),
+    ],
+    ids=["cut short", "reshaped", "another number"],
+)
+def test_a_damaged_entry_is_refused_in_one_line_and_replaced(proofs, kept_here, caplog, damage):
+    first = certify(IN_AIR["rolls"], motion=True)
+    (path,) = kept_here.glob("certificate-*.json")
+    text = path.read_text("utf-8")
+    assert damage(text) != text
+    path.write_text(damage(text), "utf-8")
+    again = certify(IN_AIR["rolls"], motion=True)
+    (record,) = caplog.records
+    assert "damaged" in record.getMessage()
+    assert "\n" not in record.getMessage()
+    assert len(proofs) == 2
+    assert again.knots[0].tobytes() == first.knots[0].tobytes()
+    certify(IN_AIR["rolls"], motion=True)
+    assert (len(proofs), len(caplog.records)) == (2, 1)
+
+
+def test_an_entry_of_another_shot_is_refused(kept_here, caplog):
+    certify(shot())
+    (path,) = kept_here.glob("certificate-*.json")
+    path.rename(cache.path_of("other"))
+    assert cache.read("other") is None
+    (record,) = caplog.records
+    assert "\n" not in record.getMessage()
+    assert not list(kept_here.glob("certificate-*.json"))
 
 
 def test_a_folder_that_cannot_be_written_costs_only_time(proofs, monkeypatch, caplog, tmp_path):

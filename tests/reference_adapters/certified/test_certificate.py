@@ -72,6 +72,65 @@ def test_a_certificate_of_another_schema_is_refused():
         Certificate.from_json(json.dumps(data | {"schema": 0}))
 
 
+def test_knots_are_read_as_what_they_say_that_they_are():
+    """Broken by knots of a ball in air, which have more columns, that are read as others."""
+    air = scene_of(ball((0.0, 0.0), (1.0, 0.1)), air_drag=0.1)
+    flat = scene_of(ball((0.0, 0.0), (1.0, 0.1)))
+    in_air, plain = (certify(scene, motion=True) for scene in (air, flat))
+    for certificate, width in ((in_air, 86), (plain, 14)):
+        again = Certificate.from_json(certificate.to_json())
+        assert again.columns == certificate.columns
+        assert len(again.columns) == width
+        assert again.knots[0].tobytes() == certificate.knots[0].tobytes()
+    assert in_air.columns[14:16] == ("x3", "y3")
+    assert in_air.columns[50:52] == ("wx2", "wy2")
+
+
+def _reshape(data):
+    data["balls"][0]["shape"] = data["balls"][0]["shape"][::-1]
+
+
+def _leave_out_a_number(data):
+    data["balls"][0]["numbers"].pop()
+
+
+def _empty(data):
+    data["balls"][0] = {"shape": [0, len(data["columns"])], "numbers": []}
+
+
+def _another_ball(data):
+    data["balls"] *= 2
+
+
+def _swap_columns(data):
+    data["columns"][1:3] = ["y", "x"]
+
+
+def _no_number(data):
+    data["balls"][0]["numbers"][0] = None
+
+
+@pytest.mark.parametrize(
+    "change",
+    [_reshape, _leave_out_a_number, _empty, _another_ball, _swap_columns, _no_number],
+)
+@pytest.mark.parametrize("air", [0.0, 0.1])
+def test_knots_that_do_not_fit_are_refused(change, air):
+    scene = scene_of(ball((0.0, 0.0), (1.0, 0.1)), air_drag=air)
+    data = json.loads(certify(scene, motion=True).to_json())
+    change(data["knots"])
+    with pytest.raises(GhostballError, match="Compute it anew"):
+        Certificate.from_json(json.dumps(data))
+
+
+@pytest.mark.parametrize("name", ["positions", "velocities", "spins"])
+def test_vectors_that_do_not_fit_are_refused(name):
+    whole = json.loads(certify(scene_of(ball((0.0, 0.0), (1.0, 0.0)))).to_json())
+    for vectors in ([], whole[name] * 2, [whole[name][0][:-1]], [[0.0, 0.0]]):
+        with pytest.raises(GhostballError, match="Compute it anew"):
+            Certificate.from_json(json.dumps(whole | {name: vectors}))
+
+
 def test_a_choice_is_described_by_names():
     ids = ("cue", "eight")
     assert Choice(EventKind.BALL_BALL, 0, 1).describe(ids) == 'ball-ball "cue" with "eight"'
