@@ -202,6 +202,9 @@ class Certificate:
         The motion of each ball, as in `ExactTrajectory`, from the middles; where asked for.
     columns : tuple of str
         What the columns of `knots` are: those of `knot_columns`.
+    starts : tuple of tuples of int
+        Of each ball, the rows of its knots at which the shot begins, or an event changes its
+        motion. Those between go on with the same motion, as further pieces of its series.
     """
 
     ending: Ending
@@ -217,6 +220,7 @@ class Certificate:
     seconds: float
     knots: tuple[NDArray[np.float64], ...] | None = None
     columns: tuple[str, ...] = ()
+    starts: tuple[tuple[int, ...], ...] = ()
 
     def trajectory(self, scene: Scene) -> ExactTrajectory | None:
         """Return the motion that is proved of its scene; None where it wasn't asked for."""
@@ -263,7 +267,10 @@ class Certificate:
         if self.knots is not None:
             data["knots"] = {
                 "columns": self.columns,
-                "balls": [{"shape": k.shape, "numbers": k.ravel().tolist()} for k in self.knots],
+                "balls": [
+                    {"shape": k.shape, "starts": starts, "numbers": k.ravel().tolist()}
+                    for k, starts in zip(self.knots, self.starts, strict=True)
+                ],
             }
         for name in _DIMENSIONS:
             data[name] = [[e.to_text() for e in vector] for vector in getattr(self, name)]
@@ -286,7 +293,7 @@ class Certificate:
             counts = {name: len(of_balls) for name, of_balls in vectors.items()}
             if len(set(counts.values())) != 1:
                 raise ValueError(f"they must be of the same balls, got {counts}")
-            columns, knots = _knots_of(data["knots"], counts["positions"])
+            columns, knots, starts = _knots_of(data["knots"], counts["positions"])
             return cls(
                 ending=data["ending"],
                 reason=str(data["reason"]),
@@ -301,6 +308,7 @@ class Certificate:
                 seconds=float(data["seconds"]),
                 knots=knots,
                 columns=columns,
+                starts=starts,
                 **vectors,
             )
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
@@ -319,12 +327,13 @@ def _vectors_of(stored: Any, size: int) -> tuple[tuple[Enclosure, ...], ...]:
     return vectors
 
 
-def _knots_of(
-    stored: Any, balls: int
-) -> tuple[tuple[str, ...], tuple[NDArray[np.float64], ...] | None]:
-    """Read the columns and the knots; each must be what it says that it is."""
+_Knots = tuple[tuple[str, ...], tuple[NDArray[np.float64], ...] | None, tuple[tuple[int, ...], ...]]
+
+
+def _knots_of(stored: Any, balls: int) -> _Knots:
+    """Read the columns, the knots and their starts; each must be what it says that it is."""
     if stored is None:
-        return (), None
+        return (), None, ()
     columns = tuple(stored["columns"])
     lifts = "rise" in columns
     powers = 2 + (len(columns) - len(knot_columns(lifts=lifts))) // 4
@@ -332,10 +341,10 @@ def _knots_of(
         raise ValueError(f"the columns of knots must be those of `knot_columns`, got {columns}")
     if len(stored["balls"]) != balls:
         raise ValueError(f"there must be knots of {balls} balls, got {len(stored['balls'])}")
-    knots = []
+    knots, starts = [], []
     for one in stored["balls"]:
         rows, width = one["shape"]
-        numbers = one["numbers"]
+        numbers, first = one["numbers"], tuple(one["starts"])
         if rows < 1 or width != len(columns) or len(numbers) != rows * width:
             raise ValueError(
                 f"knots must have the shape (k, {len(columns)}), got {one['shape']} and "
@@ -343,5 +352,8 @@ def _knots_of(
             )
         if not all(type(number) is float for number in numbers):
             raise ValueError("knots must be floats")
+        if not first or first[0] != 0 or list(first) != sorted(set(first)) or first[-1] >= rows:
+            raise ValueError(f"starts must be rows of {rows}, rising from 0, got {first}")
         knots.append(np.array(numbers, dtype=np.float64).reshape(rows, width))
-    return columns, tuple(knots)
+        starts.append(first)
+    return columns, tuple(knots), tuple(starts)

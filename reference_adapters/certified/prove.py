@@ -169,7 +169,7 @@ def _certificate(run: Run, stop: _Stop, reason: str, seconds: float, motion: boo
         positions.append(tuple(map(enclosure_of, place)))
         velocities.append(tuple(map(enclosure_of, velocity)))
         spins.append(tuple(map(enclosure_of, spin)))
-    columns, knots = recorded(run, end) if motion else ((), None)
+    moved = recorded(run, end)._asdict() if motion else {}
     return Certificate(
         ending=stop.ending,
         reason=reason,
@@ -185,8 +185,7 @@ def _certificate(run: Run, stop: _Stop, reason: str, seconds: float, motion: boo
         velocities=tuple(velocities),
         spins=tuple(spins),
         seconds=seconds,
-        knots=knots,
-        columns=columns,
+        **moved,
     )
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 from flint import arb
@@ -31,11 +33,20 @@ _NO_LONGER = 2.0**-30
 Row = tuple[float, ...]
 
 
-def recorded(run: Run, end: arb) -> tuple[tuple[str, ...], tuple[NDArray[np.float64], ...]]:
-    """Return the columns of knots, and the knots of each ball up to an instant.
+class Recorded(NamedTuple):
+    """What a `Certificate` holds of the motion: see there."""
+
+    columns: tuple[str, ...]
+    knots: tuple[NDArray[np.float64], ...]
+    starts: tuple[tuple[int, ...], ...]
+
+
+def recorded(run: Run, end: arb) -> Recorded:
+    """Return the motion of each ball up to an instant.
 
     With more powers of the time where air slows any.
     """
+    counts: list[list[int]] = [[] for _ in run.bodies]
     rows: list[list[Row]] = [[] for _ in run.bodies]
     until = [end] * len(run.bodies)
     curved = any(body.curved for _, body in run.knots)
@@ -49,8 +60,13 @@ def recorded(run: Run, end: arb) -> tuple[tuple[str, ...], tuple[NDArray[np.floa
         else:
             pieces = [_parabola(body)]
         rows[k][:0] = [(*row, *[0.0] * (len(columns) - len(row))) for row in pieces]
+        counts[k].insert(0, len(pieces))
         until[k] = body.t
-    return columns, tuple(np.array(row, dtype=np.float64) for row in rows)
+    return Recorded(
+        columns,
+        tuple(np.array(row, dtype=np.float64) for row in rows),
+        tuple(tuple(accumulate(of_ball[:-1], initial=0)) for of_ball in counts),
+    )
 
 
 def _parabola(body: Body) -> Row:

@@ -82,6 +82,7 @@ def test_knots_are_read_as_what_they_say_that_they_are():
         assert again.columns == certificate.columns
         assert len(again.columns) == width
         assert again.knots[0].tobytes() == certificate.knots[0].tobytes()
+        assert again.starts == certificate.starts == ((0, len(again.knots[0]) - 1),)
     assert in_air.columns[14:16] == ("x3", "y3")
     assert in_air.columns[50:52] == ("wx2", "wy2")
 
@@ -95,7 +96,7 @@ def _leave_out_a_number(data):
 
 
 def _empty(data):
-    data["balls"][0] = {"shape": [0, len(data["columns"])], "numbers": []}
+    data["balls"][0] |= {"shape": [0, len(data["columns"])], "numbers": []}
 
 
 def _another_ball(data):
@@ -110,9 +111,26 @@ def _no_number(data):
     data["balls"][0]["numbers"][0] = None
 
 
+def _start_beyond(data):
+    data["balls"][0]["starts"].append(1000)
+
+
+def _start_late(data):
+    data["balls"][0]["starts"].pop(0)
+
+
 @pytest.mark.parametrize(
     "change",
-    [_reshape, _leave_out_a_number, _empty, _another_ball, _swap_columns, _no_number],
+    [
+        _start_beyond,
+        _start_late,
+        _reshape,
+        _leave_out_a_number,
+        _empty,
+        _another_ball,
+        _swap_columns,
+        _no_number,
+    ],
 )
 @pytest.mark.parametrize("air", [0.0, 0.1])
 def test_knots_that_do_not_fit_are_refused(change, air):
