@@ -232,8 +232,13 @@ class Certificate:
             float(self.t_end),
             scene.spinning_friction_rates,
             turns="wx2" in self.columns,
-            lifts="rise" in self.columns,
+            lifts=self.lifts,
         )
+
+    @property
+    def lifts(self) -> bool:
+        """Whether balls may be in the air in its motion."""
+        return "rise" in self.columns
 
     @property
     def proved(self) -> bool:

@@ -39,7 +39,10 @@ class EventChange(NamedTuple):
 def event_changes(
     scene: Scene, certificate: Certificate, balls: tuple[ProvedBall, ...]
 ) -> Iterator[EventChange]:
-    """Yield what each event does; nothing is known from a ball's second collision at an instant."""
+    """Yield what each event does; nothing is known from a ball's second collision at an instant.
+
+    And nothing at all where balls may fly.
+    """
     laws = Laws(problem_of(scene))
     at = [0] * len(balls)
     times = [float(event.t) for event in certificate.events]
@@ -51,11 +54,12 @@ def event_changes(
     for event, t in zip(certificate.events, times, strict=True):
         involved = _involved(event.kind, event.a, event.b)
         mine = tuple(balls[i] for i in involved)
-        before = tuple(at[i] for i in involved)
+        before = tuple(balls[i].starts[at[i]] for i in involved)
         for i in involved:
             at[i] += 1
-        after = tuple(at[i] for i in involved)
-        if event.kind in COLLISION_KINDS and any(due[i, t] > 1 for i in involved):
+        after = tuple(balls[i].starts[at[i]] for i in involved)
+        twice = event.kind in COLLISION_KINDS and any(due[i, t] > 1 for i in involved)
+        if twice or certificate.lifts:
             yield EventChange(event.kind, t, involved, after, None, None, None, 0.0, math.inf, ())
             continue
         passes = _Passage(mine, before, after, t, slides=scene.physics.motion == "sliding")
@@ -114,7 +118,8 @@ class _Passage:
         slides: bool,
     ) -> None:
         self._balls, self._before, self._after, self._slides = balls, before, after, slides
-        spans = [t - ball.knots[k, 0] for ball, k in zip(balls, before, strict=True)]
+        spans = [float(t - ball.knots[k, 0]) for ball, k in zip(balls, before, strict=True)]
+        self._spans = spans
         moving = [ball.rates(k, s) for ball, k, s in zip(balls, before, spans, strict=True)]
         self.states = tuple(state for state, _ in moving)
         self._rates = tuple(rate for _, rate in moving)
@@ -156,14 +161,10 @@ class _Passage:
         self._leave()
 
     def end_phase(self) -> None:
-        """Pass the end of a slide, of |u| / (7/2 mu_s g), or of a roll, of |v| / (mu_r g)."""
+        """Pass the end of a slide or of a roll."""
         ball, k = self._balls[0], self._before[0]
-        of, slowing = (SLIP, 3.5 * ball.slides_by) if ball.slides(k) else (VELOCITY, ball.rolls_by)
-        # Against the way of the acceleration: doubles may leave nothing of a slip of rounding size.
-        pull = np.array(ball.pull(k))
-        later = np.zeros(PARTS + 1)
-        later[of] = -pull / (slowing * np.hypot(*pull))
-        self._come_later(later)
+        self.change[:, :-1], later = ball.end_of_phase(k, self._spans[0])
+        self._come_later(np.append(later, 0.0))
         # Who sees the end of a slide late lets the ball roll from there on, at the speed it has.
         self.change[SLIP, -1] = 0.0
         self._leave()

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ghostball.engine.core.state import KNOT
 from ghostball.engine.trajectory import Phase
+from ghostball.validation.grading.certified_air import (
+    SLIP_RATE,
+    Series,
+    Slide,
+    straight,
+    straight_flow,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -20,34 +31,67 @@ PLACE, VELOCITY, SLIP, SPIN = slice(0, 2), slice(2, 4), slice(4, 6), 6
 
 _SLIDING, _RESTING = float(Phase.SLIDING), float(Phase.RESTING)
 
+_Way = Literal["parabola", "line", "slide"]
+
+_Vector = tuple[float, float]
+
+_Moved = tuple[_Vector, _Vector, _Vector, _Vector, _Vector]
+"""Way, velocity, slip, and the rates of change of the latter two."""
+
+_SURE = 2.0**-10
+"""What must be left of a slip, in parts of that at a knot, for its series to say where it points.
+
+No piece but the last one of a slide takes more of it.
+"""
+
 _DRIFT = np.eye(PARTS)
 """What a ball without forces keeps of its changes; its place gains s times that of its velocity."""
 
 
 @dataclass(frozen=True, eq=False)
 class ProvedBall:
-    """The proved motion of one ball: its knots, and what the cloth does to it."""
+    """The proved motion of one ball: its knots, and what the cloth and the air do to it.
 
-    knots: FloatArray  # as in `ExactTrajectory`
+    Attributes
+    ----------
+    knots : (k, 14 + 4 m) float64
+        As in `ExactTrajectory`.
+    starts : tuple of int
+        Rows at which the ball's motion begins or an event changes it; see `Certificate.starts`.
+    radius : float [m]
+    slides_by, rolls_by : float [m/s^2]
+        By what the cloth slows the ball as it slides, and as it rolls.
+    spins_by : float [rad/s^2]
+    quadratic, drag : float [1/m]
+        b of the b v^2 that slows it more as it rolls, and k of the air's k v^2 as it slides.
+    flies : bool
+        Whether it may be in the air: then nothing is known here of how changes grow.
+    """
+
+    knots: FloatArray
+    starts: tuple[int, ...]
     radius: float
-    slides_by: float  # [m/s^2]
+    slides_by: float
     rolls_by: float
-    spins_by: float  # [rad/s^2]
+    spins_by: float
+    quadratic: float = 0.0
+    drag: float = 0.0
+    flies: bool = False
 
     @cached_property
     def _rows(self) -> list[list[float]]:
         """The knots as plain numbers: one at a time they are quicker to calculate with."""
-        rows: list[list[float]] = self.knots.tolist()
+        rows: list[list[float]] = self.knots[:, :KNOT].tolist()
         return rows
+
+    @cached_property
+    def _flows(self) -> dict[int, FloatArray]:
+        """The derivatives over whole pieces, as far as they were asked for, by row."""
+        return {}
 
     def slides(self, k: int) -> bool:
         """Whether the ball slides from a knot on."""
         return self._rows[k][13] == _SLIDING
-
-    def pull(self, k: int) -> tuple[float, float]:
-        """Return the acceleration from a knot on [m/s^2]."""
-        _, _, _, _, _, ax, ay, *_ = self._rows[k]
-        return ax, ay
 
     def _slip(self, k: int) -> tuple[float, float]:
         """Return the slip at a knot [m/s]."""
@@ -56,34 +100,158 @@ class ProvedBall:
         _, _, _, vx, vy, _, _, wx, wy, *_ = self._rows[k]
         return vx - self.radius * wy, vy + self.radius * wx
 
+    def _way(self, k: int) -> _Way:
+        """Return what kind of motion a knot begins."""
+        phase, slides = self._rows[k][13], self.slides(k)
+        _, _, _, vx, vy, *_ = self._rows[k]
+        drag = self.drag if slides else self.quadratic
+        if drag == 0.0 or phase == _RESTING:
+            return "parabola"
+        if slides and self.slides_by > 0.0:
+            return "slide"
+        # A ball that is so slow that the quotient overflows has stopped before that matters.
+        speed, slowing = math.hypot(vx, vy), 0.0 if slides else self.rolls_by
+        moves = speed > 0.0 and math.isfinite(slowing / speed) and math.isfinite(1.0 / speed)
+        return "line" if moves else "parabola"
+
+    def _series(self, k: int) -> Series:
+        """Return velocity and slip of a slide from a knot on, in powers of the time."""
+        _, _, _, vx, vy, ax, ay, *_, bx, by, _, _ = self._rows[k]
+        half = (self.knots.shape[1] - KNOT) // 2
+        further = self.knots[k, KNOT : KNOT + half].reshape(-1, 2)
+        turning = self.knots[k, KNOT + half :].reshape(-1, 2)
+        degrees = np.arange(3, 3 + len(further))[:, np.newaxis]
+        velocity = np.vstack([[[vx, vy], [ax, ay]], degrees * further])
+        spin = np.vstack([[[bx, by]], turning])  # from the first power on
+        slip = velocity.copy()
+        slip[0] = self._slip(k)
+        slip[1:] += self.radius * spin[:, ::-1] * (-1.0, 1.0)
+        return Series(velocity, slip)
+
+    def _slips_to(self, k: int) -> FloatArray:
+        """Return where the slip points to at a knot of a slide.
+
+        From the acceleration: doubles may leave nothing of a slip of rounding size.
+        """
+        _, _, _, vx, vy, ax, ay, *_ = self._rows[k]
+        drag = self.drag * math.hypot(vx, vy)
+        x, y = -(ax + drag * vx), -(ay + drag * vy)
+        size = math.hypot(x, y)
+        return np.array([x / size, y / size])
+
+    def _slide(self, k: int) -> Slide:
+        return Slide(self._series(k), self._slips_to(k), self.slides_by, self.drag)
+
+    def _piece(self, k: int, s: float) -> tuple[int, float]:
+        """Return the row that holds a time s [s] after a start, and the time since it."""
+        t = self._rows[k][0] + s
+        row, end = k, self._next_start(k)
+        while row + 1 < end and self._rows[row + 1][0] <= t:
+            row += 1
+        return row, s if row == k else t - self._rows[row][0]
+
+    def _next_start(self, k: int) -> int:
+        place = bisect_right(self.starts, k)
+        return self.starts[place] if place < len(self.starts) else len(self._rows)
+
+    def along(self, k: int) -> Iterator[tuple[int, FloatArray]]:
+        """Yield the rows after a start that go on with its motion, each with the flow to it."""
+        for row in range(k + 1, self._next_start(k)):
+            yield row, self._over(row - 1)
+
+    def _over(self, row: int) -> FloatArray:
+        """Return the flow over a whole piece, (7, 7)."""
+        if row not in self._flows:
+            lasts = self._rows[row + 1][0] - self._rows[row][0]
+            self._flows[row] = self._flow_in(row, lasts)
+        return self._flows[row]
+
     def rates(self, k: int, s: float) -> tuple[FloatArray, FloatArray]:
-        """Return the state a time s [s] after a knot, and its rate of change there, (7,) each."""
-        _, x, y, vx, vy, ax, ay, _, _, spin, *_ = self._rows[k]
-        slip_x, slip_y = self._slip(k)
-        grip = 3.5 if self.slides(k) else 0.0
+        """Return the state a time s [s] after a start, and its rate of change there, (7,) each."""
+        row, s = self._piece(k, s)
+        _, x, y, _, _, _, _, _, _, spin, *_ = self._rows[row]
         left = max(abs(spin) - s * self.spins_by, 0.0)
         slowing = -math.copysign(self.spins_by, spin) if left > 0.0 else 0.0
-        now_x, now_y = vx + s * ax, vy + s * ay
-        now = (
-            x + s * (vx + 0.5 * s * ax),
-            y + s * (vy + 0.5 * s * ay),
-            now_x,
-            now_y,
-            slip_x + s * (grip * ax),
-            slip_y + s * (grip * ay),
-            math.copysign(left, spin),
+        moves = {"parabola": self._parabola, "line": self._line, "slide": self._sliding}
+        place, velocity, slip, pull, slip_pull = moves[self._way(row)](row, s)
+        now = (x + place[0], y + place[1], *velocity, *slip, math.copysign(left, spin))
+        return np.array(now), np.array((*velocity, *pull, *slip_pull, slowing))
+
+    def _parabola(self, row: int, s: float) -> _Moved:
+        _, _, _, vx, vy, ax, ay, *_ = self._rows[row]
+        slip_x, slip_y = self._slip(row)
+        grip = SLIP_RATE if self.slides(row) else 0.0
+        return (
+            (s * (vx + 0.5 * s * ax), s * (vy + 0.5 * s * ay)),
+            (vx + s * ax, vy + s * ay),
+            (slip_x + s * (grip * ax), slip_y + s * (grip * ay)),
+            (ax, ay),
+            (grip * ax, grip * ay),
         )
-        return np.array(now), np.array((now_x, now_y, ax, ay, grip * ax, grip * ay, slowing))
+
+    def _line(self, row: int, s: float) -> _Moved:
+        _, _, _, vx, vy, *_ = self._rows[row]
+        speed, a, b = math.hypot(vx, vy), self._slowed_by(row), self._squared(row)
+        after = straight(speed, a, b, s)
+        x, y = vx / speed, vy / speed
+        velocity = (after.speed * x, after.speed * y)
+        slowed = a + b * after.speed**2
+        pull = (-slowed * x, -slowed * y)
+        place = (after.way * x, after.way * y)
+        if not self.slides(row):
+            return place, velocity, (0.0, 0.0), pull, (0.0, 0.0)
+        # Without friction of the cloth the spin stays, and the slip changes as the velocity.
+        slip_x, slip_y = self._slip(row)
+        return place, velocity, (slip_x + velocity[0] - vx, slip_y + velocity[1] - vy), pull, pull
+
+    def _sliding(self, row: int, s: float) -> _Moved:
+        series = self._series(row)
+        ((vx, vy),), (slip,) = (part.tolist() for part in series.at(np.array([s])))
+        powers = np.arange(1, len(series.velocity) + 1)
+        place = (s**powers / powers) @ series.velocity
+        size = math.hypot(*slip)
+        sure = size > _SURE * math.hypot(*self._slip(row))
+        x, y = (slip[0] / size, slip[1] / size) if sure else self._slips_to(row).tolist()
+        drag, grip = self.drag * math.hypot(vx, vy), self.slides_by
+        pull = (-grip * x - drag * vx, -grip * y - drag * vy)
+        slip_pull = (pull[0] - 2.5 * grip * x, pull[1] - 2.5 * grip * y)
+        return (float(place[0]), float(place[1])), (vx, vy), (slip[0], slip[1]), pull, slip_pull
+
+    def _slowed_by(self, row: int) -> float:
+        """Return what slows a ball that goes straight on, whatever its speed [m/s^2]."""
+        return 0.0 if self.slides(row) else self.rolls_by
+
+    def _squared(self, row: int) -> float:
+        """Return what the square of its speed is slowed by [1/m]."""
+        return self.drag if self.slides(row) else self.quadratic
 
     def flow(self, k: int, s: float) -> FloatArray:
-        """Return the derivative of the state a time s [s] after a knot by that at it, (7, 7)."""
+        """Return the derivative of the state a time s [s] after a start by that at it, (7, 7)."""
+        last, s = self._piece(k, s)
+        flow = self._flow_in(last, s)
+        for row in reversed(range(k, last)):
+            flow = flow @ self._over(row)
+        return flow
+
+    def _flow_in(self, k: int, s: float) -> FloatArray:
+        """Return the same within the piece of a knot."""
         flow = _DRIFT.copy()
         flow[0, 2] = flow[1, 3] = s
-        of, turn, slips = self._turn(k)
-        if turn is not None:
-            flow[PLACE, of] += 0.5 * s * s * turn
-            flow[VELOCITY, of] += s * turn
-            flow[SLIP, of] += 3.5 * slips * s * turn
+        way = self._way(k)
+        if way == "line":
+            _, _, _, vx, vy, *_ = self._rows[k]
+            place, velocity = straight_flow(vx, vy, self._slowed_by(k), self._squared(k), s)
+            flow[PLACE, VELOCITY], flow[VELOCITY, VELOCITY] = place, velocity
+            if self.slides(k):
+                flow[SLIP, VELOCITY] = velocity - np.eye(2)
+        elif way == "slide":
+            flow[:6, 2:6] = self._slide(k).flow(s)
+        else:
+            of, turn, slips = self._turn(k)
+            if turn is not None:
+                flow[PLACE, of] += 0.5 * s * s * turn
+                flow[VELOCITY, of] += s * turn
+                flow[SLIP, of] += SLIP_RATE * slips * s * turn
         if self.spins_by > 0.0 and abs(self._rows[k][9]) <= s * self.spins_by:
             flow[SPIN, SPIN] = 0.0
         return flow
@@ -100,19 +268,53 @@ class ProvedBall:
         x, y = x / size, y / size
         return of, -(slowing / size) * np.array([[y * y, -x * y], [-x * y, x * x]]), slips
 
+    def end_of_phase(self, k: int, s: float) -> tuple[FloatArray, FloatArray]:
+        """Return the flow to where the phase of a start ends by itself, and how much later that is.
+
+        After a time s [s]; (7, 7), and (7,) by the state at the start. A roll ends after
+        |v| / (mu_r g), a slide after |u| / (7/2 mu_s g); in air see `Slide.end`.
+        """
+        later = np.zeros(PARTS)
+        last, in_piece = self._piece(k, s)
+        if self._way(last) == "slide":
+            flow = self._flow_in(last, in_piece)
+            flow[:6, 2:6], later[2:6] = self._slide(last).end(in_piece)
+            for row in reversed(range(k, last)):
+                flow, later = flow @ self._over(row), later @ self._over(row)
+            return flow, later
+        slides = self.slides(last)
+        of, slowing = (SLIP, SLIP_RATE * self.slides_by) if slides else (VELOCITY, self.rolls_by)
+        # Against the way of the acceleration: doubles may leave nothing of a slip of rounding size.
+        pull = np.array(self._rows[last][5:7])
+        later[of] = -pull / (slowing * np.hypot(*pull))
+        flow = self.flow(k, s)
+        return flow, later @ flow
+
     def displacement(self, times: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
-        """Return the knot that holds at each instant, and the derivative of the place there."""
+        """Return the knot that holds at each instant, and the derivative of the place there.
+
+        NaN where nothing is known of it.
+        """
         rows = np.searchsorted(self.knots[:, 0], times, side="right") - 1
+        if self.flies:
+            return rows, np.full((len(times), 2, PARTS), np.nan)
         s = (times - self.knots[rows, 0])[:, np.newaxis, np.newaxis]
         turns = np.zeros((len(self.knots), 2, PARTS))
+        curved = np.zeros(len(times), dtype=bool)
         for k in np.unique(rows).tolist():
+            if self._way(k) != "parabola":
+                curved |= rows == k
+                continue
             of, turn, _ = self._turn(k)
             if turn is not None:
                 turns[k][:, of] = turn
         flow = np.zeros((len(times), 2, PARTS))
         flow[:, :, PLACE] = np.eye(2)
         flow[:, :, VELOCITY] = s * np.eye(2)
-        return rows, flow + 0.5 * s * s * turns[rows]
+        flow += 0.5 * s * s * turns[rows]
+        for i in np.flatnonzero(curved).tolist():
+            flow[i] = self._flow_in(int(rows[i]), float(s[i, 0, 0]))[PLACE]
+        return rows, flow
 
     def hold(self, k: int, change: FloatArray) -> None:
         """Take from changes, (7, m), what the ball's phase at a knot ends at once.

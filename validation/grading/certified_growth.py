@@ -79,7 +79,8 @@ class CertifiedGrowth:
         Of its events, increasing, from 0 on.
     derivative_ends : float [s]
         When a ball first has two collisions at one instant, whose order any change decides; inf
-        where none has. Later there is no derivative of what follows from them.
+        where none has. Later there is no derivative of what follows from them. 0 where balls may
+        fly: nothing is known here of how errors grow then, so that `sizes` are infinite.
     """
 
     t_end: float
@@ -102,6 +103,7 @@ class CertifiedGrowth:
         for i, ball in enumerate(self._balls):
             rows = slice(PARTS * i, PARTS * (i + 1))
             whole[rows] = kept[i][0] = ball.changed(directions[:, i].T)
+            _go_on(ball, kept[i], 0)
         with np.errstate(over="ignore", invalid="ignore"):
             for e, event in enumerate(self._events):
                 rows_of = _rows(event.balls)
@@ -112,13 +114,14 @@ class CertifiedGrowth:
                     whole[rows_of] = event.matrix @ whole[rows_of]
                 for i, k in zip(event.balls, event.knots, strict=True):
                     kept[i][k] = whole[PARTS * i : PARTS * (i + 1)]
+                    _go_on(self._balls[i], kept[i], k)
         return CarriedChanges(self._balls, tuple(kept), shifts)
 
     def sizes(self, times: ArrayLike) -> FloatArray:
         """Return how far rounding displaces each ball, over 2^-53: (k, n) [m], root mean square.
 
         Of rounding each number of the state once at the start and at each event. Infinite where no
-        derivative exists: once a ball has had two collisions at one instant.
+        derivative is known: from `derivative_ends` on.
         """
         t = np.atleast_1d(np.asarray(times, dtype=np.float64))
         sizes = np.empty((len(t), len(self._balls)))
@@ -225,10 +228,24 @@ def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
     assert certificate.knots is not None
     gravity = scene.physics.gravity
     slides = scene.physics.motion == "sliding"
+    physics = scene.physics
+    # Of the air's drag the cloth's grip takes 2/7, but none where balls always roll.
+    felt = physics.air_drag * (5.0 / 7.0 if slides else 1.0)
     balls = tuple(
-        ProvedBall(knots, float(radius), float(sliding), float(rolling), float(spinning))
-        for knots, radius, sliding, rolling, spinning in zip(
+        ProvedBall(
+            knots,
+            starts,
+            float(radius),
+            float(sliding),
+            float(rolling),
+            float(spinning),
+            felt + physics.rolling_friction_quadratic,
+            physics.air_drag,
+            certificate.lifts,
+        )
+        for knots, starts, radius, sliding, rolling, spinning in zip(
             certificate.knots,
+            certificate.starts,
             scene.radii,
             scene.sliding_frictions * gravity * slides,
             scene.rolling_frictions * gravity,
@@ -242,11 +259,19 @@ def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
     return CertifiedGrowth(
         float(certificate.t_end),
         np.unique([0.0, *(event.t for event in events)]),
-        min((event.t for event in events if event.matrix is None), default=math.inf),
+        0.0
+        if certificate.lifts
+        else min((event.t for event in events if event.matrix is None), default=math.inf),
         balls,
         events,
         _covariances(balls, events),
     )
+
+
+def _go_on(ball: ProvedBall, kept: FloatArray, k: int) -> None:
+    """Carry the changes at a start, (7, m), to the knots that go on with its motion."""
+    for row, flow in ball.along(k):
+        kept[row] = flow @ kept[row - 1]
 
 
 def _rows(balls: tuple[int, ...]) -> NDArray[np.intp]:
@@ -264,6 +289,7 @@ def _covariances(
     for i, ball in enumerate(balls):
         here = slice(PARTS * i, PARTS * (i + 1))
         whole[here, here] = kept[i][0] = ball.noise(0, ())
+        _spread(ball, kept[i], 0)
     with np.errstate(over="ignore", invalid="ignore"):
         for event in events:
             rows = _rows(event.balls)
@@ -277,4 +303,11 @@ def _covariances(
                 here = slice(PARTS * i, PARTS * (i + 1))
                 whole[here, here] += noise
                 kept[i][k] = whole[here, here]
+                _spread(balls[i], kept[i], k)
     return tuple(kept)
+
+
+def _spread(ball: ProvedBall, kept: FloatArray, k: int) -> None:
+    """Carry the covariance at a start, (7, 7), to the knots that go on with its motion."""
+    for row, flow in ball.along(k):
+        kept[row] = flow @ kept[row - 1] @ flow.T

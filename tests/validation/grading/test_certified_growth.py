@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from shots import R, ball, scene_of
+from shots import POOL_TABLE, R, ball, scene_of
 
 from ghostball.engine import Scene, simulate
-from ghostball.reference_adapters.certified import certify
+from ghostball.reference_adapters.certified import CertifiedSettings, certify
+from ghostball.reference_adapters.certified.certificate import knot_columns
 from ghostball.validation.grading.certified_growth import growth_of_proof
+from ghostball.validation.grading.grading import grade
 from ghostball.validation.grading.slope import Slope
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_shots import random_shot
@@ -36,6 +39,43 @@ LAWS = (
     "break-7",
 )
 """Scenes of each law of impacts and way of moving that can be proved."""
+
+AIR = {"preset": "pool", "air_drag": 0.05}
+
+IN_AIR = {
+    "rolls": scene_of(ball((0.5, 0.1), (2.0, 0.5)), air_drag=0.1),
+    "rolls, slowed by the square alone": scene_of(
+        ball((0.5, 0.1), (2.0, 0.5)), rolling_friction=0.0, air_drag=0.1, t_max=3.0
+    ),
+    "a cut of rolling balls": scene_of(
+        ball((0.5, 0.6), (2.0, 0.0)),
+        ball((1.0, 0.63)),
+        air_drag=0.1,
+        rolling_friction_quadratic=0.008,
+    ),
+    "slides into rolling": scene_of(
+        ball((0.0, 0.0), (3.0, 0.2), angular_velocity=(-50.0, 60.0, 5.0)), **AIR
+    ),
+    "slides without friction": scene_of(
+        ball((0.1, 0.2), (3.0, 0.2), angular_velocity=(-50.0, 60.0, 5.0)),
+        **{**AIR, "sliding_friction": 0.0},
+        t_max=2.0,
+    ),
+    "a bounce off a cushion": scene_of(
+        ball((2.0, 0.6), (3.0, 0.7), angular_velocity=(-10.0, 20.0, 30.0)),
+        table=POOL_TABLE,
+        **AIR,
+    ),
+    "a cut of sliding balls": scene_of(
+        ball((0.5, 0.6), (2.0, 0.0), angular_velocity=(10.0, -30.0, 20.0)),
+        ball((1.0, 0.63)),
+        table=POOL_TABLE,
+        **AIR,
+    ),
+    "a draw that comes back": scene_of(
+        ball((0.5, 0.5), (1.0, 0.01), angular_velocity=(2.0, -140.0, 3.0)), **AIR
+    ),
+}
 
 
 def changed(scene: Scene, change: NDArray[np.float64]) -> Scene:
@@ -61,10 +101,10 @@ def state(scene: Scene) -> NDArray[np.float64]:
     return np.hstack([scene.positions[:, :2], scene.velocities[:, :2], spins])
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", [*LAWS, *IN_AIR])
 def test_changes_become_what_proofs_of_changed_shots_say(name: str) -> None:
     # Breaks where a sign, a factor or a term is wrong, and where growth is 30 times too large.
-    scene = find_scene(name)
+    scene = IN_AIR[name] if name in IN_AIR else find_scene(name)
     growth = growth_of_proof(scene, certify(scene, motion=True))
     chance = np.random.default_rng(11)
     direction = chance.normal(size=(len(scene.balls), 7)) * np.abs(state(scene))
@@ -75,7 +115,7 @@ def test_changes_become_what_proofs_of_changed_shots_say(name: str) -> None:
     # The scenes hold rounded numbers: it is their own difference that is predicted from.
     real = (state(sides[0]) - state(sides[1]))[np.newaxis]
     predicted = growth.carry(real).sample(end)[0, 0]
-    proofs = [certify(side) for side in sides]
+    proofs = [certify(side, CertifiedSettings()) for side in sides]
     assert all(proof.proved for proof in proofs)
     ends = [np.array([[e.mid for e in place] for place in proof.positions]) for proof in proofs]
     difference = (ends[0] - ends[1]).astype(np.float64)
@@ -85,6 +125,8 @@ def test_changes_become_what_proofs_of_changed_shots_say(name: str) -> None:
         for one, two in zip(proofs[0].events, proofs[1].events, strict=True)
     ]
     shifts = growth.carry(real).event_shifts
+    if not times:
+        return
     assert np.array(times) == pytest.approx(shifts, abs=1e-5 * np.max(np.abs(shifts)))
 
 
@@ -94,6 +136,29 @@ def test_rounding_displaces_a_rolling_ball_by_its_place_and_its_way() -> None:
     growth = growth_of_proof(scene, certify(scene, motion=True))
     for t in (0.0, 1.5):
         assert growth.sizes([t])[0, 0] == pytest.approx(math.hypot(0.5 + R, 2.0 * t))
+
+
+@pytest.mark.parametrize(
+    ("physics", "by_speed"),
+    [
+        ({"preset": "paper", "air_drag": 0.1}, 1.854461835175432),
+        ({"preset": "paper", "air_drag": 0.0041}, 16.739203213927016),
+        ({"preset": "pool", "air_drag": 0.1}, 2.654189448459432),
+        ({"preset": "paper"}, 25.4841997961264),
+    ],
+)
+def test_a_faster_ball_rolls_farther_in_air_as_worked_numbers_say(
+    physics: dict[str, Any], by_speed: float
+) -> None:
+    """Breaks where the air is left out of the growth: v / (a + b v^2), at 5 m/s."""
+    scene = scene_of(ball((0.0, 0.0), (5.0, 0.0)), **physics)
+    growth = growth_of_proof(scene, certify(scene, motion=True))
+    change = np.zeros((1, 1, 7))
+    change[0, 0, 2] = 1.0
+    moved = growth.carry(change).sample(np.array([growth.t_end]))[0, 0, 0]
+    assert moved == pytest.approx([by_speed, 0.0], rel=1e-14)
+    assert growth.rounding_horizon == math.inf
+    assert np.isfinite(growth.sizes(np.linspace(0.0, growth.t_end, 50))).all()
 
 
 def test_what_rounding_does_is_the_sum_over_all_that_is_rounded() -> None:
@@ -160,6 +225,61 @@ def test_our_engines_sample_of_roundings_is_as_near_as_it_says() -> None:
     assert len(off) > 80
     assert np.sqrt(np.mean(off**2)) < 0.16
     assert np.abs(off).max() < 0.6
+
+
+def test_in_air_growth_goes_on_through_every_piece_of_the_motion() -> None:
+    """Breaks where what is known at an event is lost at the pieces of series that follow it."""
+    scene = IN_AIR["a cut of sliding balls"]
+    proof = certify(scene, motion=True)
+    growth = growth_of_proof(scene, proof)
+    assert proof.knots is not None
+    for i, (knots, starts) in enumerate(zip(proof.knots, proof.starts, strict=True)):
+        inner = np.delete(knots[:, 0], starts)
+        inner = inner[inner < knots[-1, 0] - 1e-6]
+        assert len(inner) > 10
+        before, after = (growth.sizes(inner + d)[:, i] for d in (-1e-13, 1e-13))
+        assert after == pytest.approx(before, rel=1e-6)
+        assert np.isfinite(after).all()
+
+
+def test_rounding_moves_a_ball_in_air_as_changes_of_its_state_do() -> None:
+    # The covariance against single changes, at an instant amid a slide.
+    scene = IN_AIR["slides into rolling"]
+    growth = growth_of_proof(scene, certify(scene, motion=True))
+    vx, vy, wx, wy = state(scene)[0, 2:6]
+    changes = np.zeros((6, 1, 7))
+    for k, one in enumerate((R, R, vx, vy, wx, wy)):
+        changes[k, 0, k] = one
+    for t in (0.1, 0.2, 0.25):
+        moved = growth.carry(changes).sample(np.array([t]))[0, :, 0]
+        assert growth.sizes([t])[0, 0] == pytest.approx(np.linalg.norm(moved))
+
+
+def test_of_flight_nothing_is_said() -> None:
+    """Breaks where a proof whose balls may fly is taken for one on the cloth."""
+    scene = find_scene("half-ball-cut")
+    proof = certify(scene, motion=True)
+    assert proof.knots is not None
+    knots = tuple(np.insert(rows, [14] * 3, 0.0, axis=1) for rows in proof.knots)
+    flies = replace(proof, knots=knots, columns=knot_columns(lifts=True))
+    growth = growth_of_proof(scene, flies)
+    assert growth.derivative_ends == 0.0
+    assert np.isinf(growth.sizes([0.0, 0.5])).all()
+    assert growth.rounding_horizon == math.inf
+    assert np.isnan(growth.lateness().places).all()
+    directions = np.ones((1, 2, 7))
+    assert np.isnan(growth.carry(directions).sample(np.array([0.5]))).all()
+
+
+@pytest.mark.parametrize("name", ["slides into rolling", "a cut of rolling balls"])
+def test_an_engine_that_knows_no_derivative_in_air_is_not_contradicted(name: str) -> None:
+    scene = IN_AIR[name]
+    result, proof = simulate(scene, record="trajectory"), certify(scene, motion=True)
+    assert own_words(result, proof) == []
+    found = grade(result, proof)
+    assert (found.extent, found.missing, found.invented) == ("whole", (), ())
+    assert found.quality_factor is not None
+    assert found.quality_factor < 32.0
 
 
 @pytest.mark.parametrize("factor", [30.0, 1000.0, 1.0 / 30.0])
