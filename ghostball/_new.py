@@ -28,8 +28,8 @@ out = "out"  # results: not to be committed
 _ABOUT = '''\
 """An engine for `ghostball validate` and `ghostball regress`: put your own in its place.
 
-It sees contacts up to a step late and states no `resolution`, so it fails what is asked of engines
-that claim to be exact.
+It sees contacts up to a step late and states no `resolution`, so that nothing is known of how
+exact it is, and little is asked of it.
 """
 
 '''

@@ -12,7 +12,7 @@ makes an engine, and `MyEngine.unavailable()` says why it can't run here, or Non
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
@@ -20,6 +20,13 @@ from pydantic import BaseModel, ConfigDict
 from ghostball.engine import Record, Result, Scene
 from ghostball.engine.errors import GhostballError, UnsupportedSceneError
 from ghostball.engine.scene.features import Capabilities, missing_features
+
+Resolution = float | Literal["proved"] | None
+"""How far off a ball may be when it collides, as an engine states it [m].
+
+0: by rounding alone. "proved": where it is, is proved. None: the engine states nothing, so nothing
+is known of how exact it is.
+"""
 
 
 class EngineError(GhostballError):
@@ -93,13 +100,13 @@ class EngineBase(ABC):
         """Return why the engine can't run here and how to get it, or None."""
         return None
 
-    def resolution(self, scene: Scene) -> float | None:  # noqa: ARG002
-        """Return how far off a ball may be when it collides [m]; None: where it is, is proved.
+    def resolution(self, scene: Scene) -> Resolution:  # noqa: ARG002
+        """Return how far off a ball may be when it collides; None, what this returns, is unknown.
 
         Whatever the model. It says how soon chaos makes of this engine's shots others than the
-        scene's. 0, what this returns: only rounding.
+        scene's, and to which limit overlaps are held.
         """
-        return 0.0
+        return None
 
     def lacks(self, scene: Scene) -> tuple[str, ...]:  # noqa: ARG002
         """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
@@ -112,9 +119,16 @@ class EngineBase(ABC):
             raise UnsupportedSceneError(self.name, lacks)
 
 
-def resolution_of(engine: ReferenceEngine, scene: Scene) -> float | None:
-    """Return an engine's `resolution`; 0 for an engine that states none."""
-    return engine.resolution(scene) if isinstance(engine, EngineBase) else 0.0
+def resolution_of(engine: ReferenceEngine, scene: Scene) -> Resolution:
+    """Return an engine's `resolution`; None for an engine that states none."""
+    states = getattr(engine, "resolution", None)
+    stated: Resolution = None if states is None else states(scene)
+    return stated
+
+
+def stated_error(resolution: Resolution) -> float:
+    """Return how far off a ball may be by what is stated [m]; 0 where it is proved, or unknown."""
+    return 0.0 if resolution is None or resolution == "proved" else float(resolution)
 
 
 def resolution_of_step(dt: float, scene: Scene) -> float:

@@ -16,7 +16,8 @@ A run is an object with these keys, in SI units; balls are in the order of the s
                         best, since between two samples the motion is interpolated
     settings, wall_time, version, reason, resolution
                         as wanted: how the engine was set; its run time [s]; its version; why it
-                        stopped early; how far off a ball may be when it collides [m]
+                        stopped early; how far off a ball may be when it collides [m], 0 by
+                        rounding alone; left out, nothing is known of how exact the engine is
 
 `ghostball run --format json` prints the same keys, but the samples.
 """
@@ -97,7 +98,7 @@ class Run(_Part):
     wall_time: float = 0.0
     version: str = ""
     reason: str = ""
-    resolution: Annotated[float, Field(ge=0.0)] = 0.0
+    resolution: Annotated[float, Field(ge=0.0)] | None = None
 
     @classmethod
     def load(cls, path: Path) -> tuple[Run, ...]:
@@ -240,8 +241,8 @@ class _RecordedEngine(EngineBase):
         """Nobody said: what was run is taken to be represented."""
         return dict.fromkeys(Feature, Capability("approximate", "as the run made elsewhere has it"))
 
-    def resolution(self, scene: Scene) -> float:  # noqa: ARG002
-        """Return what the run says of it [m]."""
+    def resolution(self, scene: Scene) -> float | None:  # noqa: ARG002
+        """Return what the run says of it [m]; None where it says nothing."""
         return self._run.resolution
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:

@@ -41,6 +41,10 @@ class GhostballEngine(EngineBase):
         """How each feature of a scene is represented; the same with all settings."""
         return CAPABILITIES
 
+    def resolution(self, scene: Scene) -> float:  # noqa: ARG002
+        """Return 0: it errs by rounding alone."""
+        return 0.0
+
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene; see `engine.simulate`."""
         settings = self.settings

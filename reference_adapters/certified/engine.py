@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +35,9 @@ class CertifiedEngine(EngineBase):
         """How each feature of a scene is represented; the same with all settings."""
         return CAPABILITIES
 
-    def resolution(self, scene: Scene) -> None:
-        """Return None: what it says is proved."""
+    def resolution(self, scene: Scene) -> Literal["proved"]:  # noqa: ARG002
+        """Return that what it says is proved."""
+        return "proved"
 
     def certify(self, scene: Scene, *, motion: bool = False) -> Certificate:
         """Return the proof itself; see `certify`."""

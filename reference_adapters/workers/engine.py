@@ -161,17 +161,25 @@ class BilliardsEngine(WorkerEngine):
         elastic = _none("its impacts are elastic, and without friction")
         cloth = _none("it has no cloth: its balls are never slowed")
         return {
-            **dict.fromkeys(Feature, elastic),
             Feature.ROLLING: Capability("approximate", "where nothing slows them"),
             Feature.SLIDING: cloth,
             Feature.FRICTIONLESS_CLOTH: EXACT,
             Feature.VERTICAL_SPIN: cloth,
+            Feature.BALL_RESTITUTION: elastic,
+            Feature.BALL_FRICTION: elastic,
+            Feature.SPEED_DEPENDENT_FRICTION: elastic,
+            Feature.MATHAVAN_BALL: elastic,
             Feature.UNEQUAL_MASSES: EXACT,
             Feature.UNEQUAL_RADII: EXACT,
             Feature.PER_BALL_FRICTION: cloth,
             Feature.UNBOUNDED_CLOTH: EXACT,
             Feature.OPEN_SIDES: EXACT,
             Feature.MIRROR_CUSHION: EXACT,
+            Feature.CUSHION_RESTITUTION: elastic,
+            Feature.CUSHION_TANGENTIAL: elastic,
+            Feature.FRICTIONAL_CUSHION: elastic,
+            Feature.HAN_CUSHION: elastic,
+            Feature.MATHAVAN_CUSHION: elastic,
             Feature.AIR_DRAG: cloth,
             Feature.QUADRATIC_ROLLING: cloth,
             Feature.FLIGHT: cloth,
@@ -187,3 +195,7 @@ class BilliardsEngine(WorkerEngine):
         if scene.physics.impacts == "simultaneous" and _frozen(scene):
             sentences.append(_ONE_AFTER_ANOTHER)
         return tuple(sentences)
+
+    def resolution(self, scene: Scene) -> float:  # noqa: ARG002
+        """Return 0: it goes from collision to collision, and errs by rounding alone."""
+        return 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,7 +11,10 @@ from shots import R, ball, scene_of
 from ghostball.engine import Scene, Status, Table, UnsupportedSceneError
 from ghostball.engine.scene.features import Feature, scene_features
 from ghostball.reference_adapters import ReferenceEngine, engine_class, make_engine, parse_spec
+from ghostball.reference_adapters.base import resolution_of
 from ghostball.reference_adapters.registry import engine_names
+
+ROOT = Path(__file__).parents[2]
 
 SPECS = (
     "ghostball",
@@ -106,6 +110,30 @@ def test_an_engine_names_every_feature_and_says_how_or_why_not(spec: str) -> Non
     assert set(capabilities) == set(Feature)
     for capability in capabilities.values():
         assert capability.support == "exact" or capability.how
+
+
+def test_no_engine_has_features_that_nobody_named() -> None:
+    """Broken by `dict.fromkeys(Feature, EXACT)`, which claims whatever comes next as exact."""
+    of_anyone = {"reference_adapters/elsewhere.py"}  # of a run whose engine says nothing
+    found = {
+        path.relative_to(ROOT).as_posix()
+        for package in ("engine", "reference_adapters")
+        for path in (ROOT / package).rglob("*.py")
+        if "fromkeys(Feature" in path.read_text("utf-8")
+    }
+    assert found == of_anyone
+
+
+@pytest.mark.parametrize("spec", sorted({*SPECS, *engine_names()}))
+def test_an_engine_states_how_far_off_it_may_be(spec: str) -> None:
+    """Broken by an engine of ours that states nothing: nothing would be known of it."""
+    name, settings = parse_spec(spec)
+    engine = engine_class(name)
+    stated = resolution_of(engine(engine.Settings.model_validate(settings)), hit())
+    assert (stated == "proved") == (name == "certified")
+    if stated != "proved":
+        assert stated is not None
+        assert (stated == 0.0) == (name in ("ghostball", "billiards"))
 
 
 @pytest.mark.parametrize("feature", Feature)

@@ -51,6 +51,9 @@ class ToyEngine(EngineBase):
     def capabilities(self):
         return dict.fromkeys(Feature, EXACT)
 
+    def resolution(self, scene):
+        return 0.0
+
     def simulate(self, scene, *, record="rest"):
         self.check(scene)
         s = self.settings

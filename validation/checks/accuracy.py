@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine import Result
+from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metrics import EPSILON, ball_errors
 from ghostball.validation.grading.grading import Gradable, position_errors
@@ -52,7 +53,7 @@ The centres are then as near as the surface of a ball is to its own.
 """
 
 
-def accuracy_of(result: Result, truth: Truth, *, resolution: float | None = 0.0) -> Accuracy | None:
+def accuracy_of(result: Result, truth: Truth, *, resolution: Resolution = 0.0) -> Accuracy | None:
     """Return how right a run is, or None where there is nothing to compare it with.
 
     Parameters
@@ -60,7 +61,7 @@ def accuracy_of(result: Result, truth: Truth, *, resolution: float | None = 0.0)
     result : Result
         Recorded with `record="trajectory"`.
     truth : Truth
-    resolution : float [m] or None
+    resolution : float [m], "proved" or None
         Of the engine: `reference_adapters.base.resolution_of`.
     """
     if broken := _broken(result, resolution):
@@ -132,7 +133,7 @@ def _counted_until(truth: Truth) -> float:
     return float(proof.t_end) * (1.0 - TIE)
 
 
-def _broken(result: Result, resolution: float | None) -> tuple[BrokenBy, float | None] | None:
+def _broken(result: Result, resolution: Resolution) -> tuple[BrokenBy, float | None] | None:
     """Return what no physics allows in a run, and how much of it."""
     if not result.status.complete:
         return "stopped", None

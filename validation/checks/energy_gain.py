@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ghostball.engine import Result, SampledTrajectory, Samples, Scene
 from ghostball.engine.result import COLLISION_KINDS
 from ghostball.engine.trajectory import energy_of
-from ghostball.reference_adapters.base import resolution_of_step
+from ghostball.reference_adapters.base import Resolution, resolution_of_step, stated_error
 from ghostball.validation.runs.sampling import energy_series, events_of
 
 FloatArray = NDArray[np.float64]
@@ -27,7 +27,7 @@ TINY = float(np.finfo(np.float64).tiny)
 """The fastest speed of a scene at rest [m/s]: a quotient by it is finite, or infinite for good."""
 
 
-def largest_gain(result: Result, resolution: float | None = 0.0) -> float:
+def largest_gain(result: Result, resolution: Resolution = 0.0) -> float:
     """Return the most energy that a run makes [J]; 0 if none, NaN where its energy isn't finite.
 
     The largest of the rises above the least energy before, and, of an engine that steps, of the
@@ -36,7 +36,7 @@ def largest_gain(result: Result, resolution: float | None = 0.0) -> float:
     Parameters
     ----------
     result : Result
-    resolution : float [m] or None
+    resolution : float [m], "proved" or None
         How far off a ball may be when it collides, as the engine states it: `resolution_of`.
 
     Notes
@@ -49,7 +49,7 @@ def largest_gain(result: Result, resolution: float | None = 0.0) -> float:
     frames = result.trajectory
     if not isinstance(frames, SampledTrajectory):
         return rise
-    late = (resolution or 0.0) / max(resolution_of_step(1.0, result.scene), TINY)
+    late = stated_error(resolution) / max(resolution_of_step(1.0, result.scene), TINY)
     return max(rise, float(np.max(_gains_at_impacts(result, frames, late), initial=0.0)))
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ghostball.engine import EventKind, ExactTrajectory, Result, Scene
 from ghostball.engine.result import COLLISION_KINDS
+from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.grading.grading import Grade, grade
@@ -69,7 +70,7 @@ def measure(
     metrics: Collection[str] | None = None,
     *,
     horizon: float = math.inf,
-    resolution: float | None = 0.0,
+    resolution: Resolution = 0.0,
     anyway: Collection[str] = (),
 ) -> Measured:
     """Measure a run recorded with `record="trajectory"` against the truth of its scene.
@@ -84,7 +85,7 @@ def measure(
         Until when the engine can be expected to play this shot: `Truth.horizon_of`. What is an
         error of the end of a shot has no value where that lies later; energies are compared up to
         there.
-    resolution : float [m] or None
+    resolution : float [m], "proved" or None
         Of the engine: `reference_adapters.base.resolution_of`.
     anyway : collection of str
         Metrics that have a value all the same.
@@ -301,7 +302,7 @@ def _energy_drift(result: Result, truth: Truth) -> float:  # noqa: ARG001 - need
 def _energy_rise(
     result: Result,
     truth: Truth,  # noqa: ARG001 - needs no truth
-    resolution: float | None = 0.0,
+    resolution: Resolution = 0.0,
 ) -> float:
     energy = _finite(energy_series(result))
     gain = largest_gain(result, resolution)

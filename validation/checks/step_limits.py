@@ -37,7 +37,12 @@ from numpy.typing import NDArray
 
 from ghostball.engine import EventKind, Scene
 from ghostball.engine.result import COLLISION_KINDS
-from ghostball.reference_adapters.base import ReferenceEngine, resolution_of, resolution_of_step
+from ghostball.reference_adapters.base import (
+    ReferenceEngine,
+    resolution_of,
+    resolution_of_step,
+    stated_error,
+)
 from ghostball.validation.checks.criterion import Criterion, Selector, StepRule
 from ghostball.validation.grading.certified_growth import Lateness
 from ghostball.validation.grading.sequences import TIE
@@ -111,8 +116,8 @@ def step_criteria(
     truth : Truth
         Of that scene, with its part "proof".
     """
-    resolution = resolution_of(engine, scene)
-    if not resolution:
+    resolution = stated_error(resolution_of(engine, scene))
+    if resolution == 0.0:
         return ()
     step = step_of(engine)
     longest = math.inf if step is None else step

@@ -2,8 +2,8 @@
 
     pytest ghostball:: --ghostball-engine ghostball.validation.examples.stepper:Stepper
 
-It passes much and fails `overlap_max`: it states no `resolution`, so it claims to be exact, and
-sees contacts up to a step late.
+It sees contacts up to a step late and states no `resolution`, so that nothing is known of how
+exact it is, and little is asked of it.
 """
 
 from itertools import combinations

@@ -13,7 +13,7 @@ from ghostball.engine import EngineFailedError, Result, Scene, Status, Unsupport
 from ghostball.engine.result import initial_state
 from ghostball.engine.scene.features import scene_features
 from ghostball.engine.trajectory import energy_of
-from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
+from ghostball.reference_adapters.base import ReferenceEngine, Resolution, resolution_of
 from ghostball.reference_adapters.registry import (
     EngineUnavailableError,
     engine_name,
@@ -175,7 +175,7 @@ def approximations_of(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
 
 
 def _judged(
-    record: CaseRecord, case: Case, truth: Truth, result: Result, resolution: float | None
+    record: CaseRecord, case: Case, truth: Truth, result: Result, resolution: Resolution
 ) -> CaseRecord:
     horizon = truth.horizon_of(resolution)
     anyway = {criterion.metric for criterion in case.criteria if criterion.past_horizon}

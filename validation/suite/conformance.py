@@ -15,7 +15,8 @@ import numpy as np
 
 from ghostball.engine import Scene
 from ghostball.reference_adapters import ReferenceEngine, engine_names, make_engine
-from ghostball.reference_adapters.base import resolution_of
+from ghostball.reference_adapters.base import resolution_of, stated_error
+from ghostball.validation.checks.accuracy import THROUGH
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import Criterion, Selector, StepRule
 from ghostball.validation.checks.metric_table import METRICS
@@ -252,13 +253,15 @@ def asked_of_any(engine: ReferenceEngine, scene: Scene) -> tuple[Criterion, ...]
     """Return what no engine may break in a scene, besides that its run completes.
 
     Energy never rises, and holds where nothing takes it. Balls overlap by no more than the engine
-    states: each of two may be off by its `resolution` when they collide. An engine that claims to
-    be exact here, for it states no `resolution` above 0 and no feature that is approximate, finds
+    states: each of two may be off by its `resolution` when they collide. Of one that states
+    nothing, nothing is known: it must not let balls through each other. An engine that claims to
+    be exact here, for it states a `resolution` of 0 and no feature that is approximate, finds
     every collision that there is and no other; counts are judged where truth is independent of our
     engine.
     """
-    resolution = resolution_of(engine, scene) or 0.0
-    exact = resolution == 0.0 and not approximations_of(engine, scene)
+    stated = resolution_of(engine, scene)
+    resolution = stated_error(stated)
+    exact = stated is not None and resolution == 0.0 and not approximations_of(engine, scene)
     limit = _Limits(Selector(engine=engine.name))
     noise, whose = (
         (EXACT_ENERGY_NOISE, "four thousand roundings")
@@ -280,12 +283,18 @@ def asked_of_any(engine: ReferenceEngine, scene: Scene) -> tuple[Criterion, ...]
                 f"Nothing in this scene takes energy; {noise:g} is left to {whose}.",
             )
         )
-    if len(scene.balls) > 1:
+    if len(scene.balls) > 1 and stated is None:
+        why = (
+            f"Engine `{engine.name}` states no `resolution`, so nothing is known of how exact it "
+            "is; but no ball goes through another."
+        )
+        asked.append(limit.at_most("overlap_max", THROUGH * float(np.min(scene.radii)), why))
+    elif len(scene.balls) > 1:
         states = (
             f"states that a ball is off by at most {resolution:.3g} m when it collides "
             "(`resolution`), so two overlap by at most twice that."
             if resolution > 0.0
-            else "states no `resolution` above 0: balls that collide touch, but for rounding."
+            else "states a `resolution` of 0: balls that collide touch, but for rounding."
         )
         why = f"Engine `{engine.name}` {states}"
         asked.append(limit.at_most("overlap_max", 2.0 * resolution + EXACT_OVERLAP, why))

@@ -32,10 +32,7 @@ def proof_of(scene: Scene) -> tuple[Certificate | None, str]:
 
 
 def refused_features(scene: Scene) -> str:
-    """Return what of a scene can't be proved, or not so that runs can be held against it; or ""."""
-    physics = scene.physics
-    if physics.air_drag > 0.0 or physics.rolling_friction_quadratic > 0.0:
-        return "no air drag (how errors grow along a proved motion in air isn't followed)"
+    """Return what of a scene can't be proved, or ""."""
     try:
         check_supported(CertifiedEngine.name, CertifiedEngine().capabilities, scene)
     except UnsupportedSceneError as error:

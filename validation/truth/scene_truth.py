@@ -27,6 +27,7 @@ from ghostball.engine import (
     UnsupportedSceneError,
 )
 from ghostball.engine.result import COLLISION_KINDS, Events
+from ghostball.reference_adapters.base import Resolution, stated_error
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.validation.grading.certified_growth import Lateness, growth_of_proof
@@ -131,22 +132,24 @@ class Truth:
     graded: Gradable | None = None
     graded_steps: Gradable | None = None
 
-    def horizon_of(self, resolution: float | None) -> float:
+    def horizon_of(self, resolution: Resolution) -> float:
         """Return until when an engine can be compared with this truth [s]; inf: to the end.
 
         Parameters
         ----------
-        resolution : float [m] or None
+        resolution : float [m], "proved" or None
             Of the engine; see `reference_adapters.base.resolution_of`.
 
         Notes
         -----
         A closed form is compared with whatever an engine's errors become: it is of a shot that
-        somebody could solve, ties included. So is what proves its shots.
+        somebody could solve, ties included. So is what proves its shots. An engine that states
+        nothing is compared for as long as rounding leaves the shot predictable: what it doesn't say
+        excuses nothing.
         """
-        if self.kind == CLOSED_FORM or self.growth is None or resolution is None:
+        if self.kind == CLOSED_FORM or self.growth is None or resolution == "proved":
             return math.inf
-        return self.growth.horizon(resolution)
+        return self.growth.horizon(stated_error(resolution))
 
     def why_not(self, part: TruthPart) -> str:
         """Return why a part of the truth is missing, one sentence."""

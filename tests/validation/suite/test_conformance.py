@@ -40,6 +40,11 @@ class Coarse(ToyEngine):
         return 1e-3
 
 
+class Silent(ToyEngine):
+    def resolution(self, scene):
+        return None
+
+
 class Approximate(ToyEngine):
     @property
     def capabilities(self):
@@ -64,7 +69,7 @@ def test_who_claims_to_be_exact_is_asked_for_every_collision():
     assert asked["overlap_max"] == 1e-12
 
 
-@pytest.mark.parametrize("engine", [Coarse(), Approximate()])
+@pytest.mark.parametrize("engine", [Coarse(), Approximate(), Silent()])
 def test_who_claims_less_is_asked_for_less(engine):
     assert EXACTNESS.isdisjoint(metrics_of_any(engine, HALF_BALL))
 
@@ -77,6 +82,12 @@ def test_who_claims_to_be_exact_makes_no_energy_but_by_rounding():
 
 def test_two_balls_may_be_off_by_what_is_stated_each():
     assert metrics_of_any(Coarse(), HALF_BALL)["overlap_max"] == 2e-3 + 1e-12
+
+
+def test_who_states_nothing_is_not_taken_to_be_exact():
+    asked = metrics_of_any(Silent(), HALF_BALL)
+    assert asked["overlap_max"] == min(HALF_BALL.radii)
+    assert asked["energy_rise"] == 1e-6
 
 
 def test_energy_must_hold_where_nothing_takes_it_and_one_ball_overlaps_none():
@@ -98,7 +109,7 @@ def test_the_scene_wins_then_the_file_for_all_and_what_no_engine_may_break():
 
 
 def test_who_is_judged_as_another_engine_may_err_by_that_ones_step():
-    # What is computed of pymunk, not of the toy, which states no resolution.
+    # What is computed of pymunk, not of the toy, which states that it is exact.
     judged = engine_under_test(TOY, "pymunk")
     own = shipped_criteria(HALF_BALL)
     asked = asked_of(judged, HALF_BALL, own)

@@ -17,17 +17,12 @@ GRADED = ("events_missing", "events_invented", "quality_factor")
 NOTHING_PROVED = {"corner-exact", "three-ball-symmetric", "push", "wedged"}
 """Scenes in which what comes first is a tie, or a contact from the start."""
 
-IN_AIR = dict.fromkeys(
-    ("air-paper", "air-rolls", "air-slides"),
-    "no air drag (how errors grow along a proved motion in air isn't followed)",
-)
-
 IN_FLIGHT = dict.fromkeys(
     ("flight-bounces", "flight-jump", "flight-leaves", "flight-throw"),
     "no balls that leave the cloth (only motion on the cloth is certified)",
 )
 
-REFUSED = {"mathavan-cut": "no ball impacts after Mathavan 2014"} | IN_AIR | IN_FLIGHT
+REFUSED = {"mathavan-cut": "no ball impacts after Mathavan 2014"} | IN_FLIGHT
 """Scenes of which nothing can be proved, and why; their own criteria hold them to other truths."""
 
 LONG = {"galperin-4"}

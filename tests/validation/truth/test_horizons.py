@@ -8,7 +8,8 @@ import pytest
 
 from ghostball.engine import simulate
 from ghostball.reference_adapters import make_engine
-from ghostball.reference_adapters.base import resolution_of
+from ghostball.reference_adapters.base import EngineBase, resolution_of, stated_error
+from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import Verdict, verdict_of
@@ -21,7 +22,7 @@ from ghostball.validation.truth.scene_truth import truth_of
 def horizon_of(name: str, label: str) -> float:
     scene = find_scene(name)
     growth = growth_of(simulate(scene, record="trajectory"))
-    return growth.horizon(resolution_of(make_engine(label), scene))
+    return growth.horizon(stated_error(resolution_of(make_engine(label), scene)))
 
 
 def test_who_errs_more_has_the_shorter_horizon():
@@ -46,7 +47,27 @@ def test_a_contact_that_is_landed_on_is_off_by_the_landing_gap():
     assert resolution_of(make_engine("pymunk:mode=landed"), scene) == 1e-10
     assert resolution_of(make_engine("pymunk:dt=1e-4"), scene) == pytest.approx(2e-4)
     assert resolution_of(make_engine("ghostball"), scene) == 0.0
-    assert resolution_of(make_engine("certified"), scene) is None
+    assert resolution_of(make_engine("certified"), scene) == "proved"
+
+
+def test_who_states_nothing_is_not_taken_to_be_exact_and_excused_from_nothing():
+    class Protocol:
+        """No `EngineBase`, and without a word about its resolution."""
+
+    class Silent(GhostballEngine):
+        resolution = EngineBase.resolution
+
+    class Stated(Protocol):
+        def resolution(self, scene):
+            return 1e-3
+
+    scene = find_scene("break-7")
+    assert resolution_of(Protocol(), scene) is None
+    assert resolution_of(Silent(), scene) is None
+    assert resolution_of(Stated(), scene) == 1e-3
+    truth = truth_of(scene, parts=("rest",))
+    assert truth.horizon_of(None) == truth.horizon_of(0.0) > truth.horizon_of(1e-3)
+    assert truth.horizon_of("proved") == math.inf
 
 
 def test_past_its_horizon_nothing_is_said_of_how_a_shot_ends():

@@ -283,3 +283,25 @@ def test_a_scene_that_states_its_truth_is_proved_to_its_end_or_as_far_as_it_stat
         assert f"only 1 of its events are proved, {must} must be" in failure.reason
     # What states nothing, as a scene of one's own, is measured against what there is.
     assert isinstance(truth_or_failure(scene, Criteria()), Truth)
+
+
+def test_in_air_the_horizon_and_what_lateness_does_are_those_of_the_proof() -> None:
+    """Broken by growth without air: this cut is proved to 8.9 s, and its horizon was 0.98 s."""
+    balls = [
+        Ball(id="a", position=(0.5, 0.6), velocity=(5.0, 0.0)),
+        Ball(id="b", position=(1.0, 0.63)),
+    ]
+    scene = Scene(name="cut-in-air", balls=balls, physics=Physics(preset="paper", air_drag=0.1))
+    truth = truth_of(scene)
+    assert truth.kind == CERTIFIED
+    assert truth.horizon_of(0.0) == np.inf
+    assert truth.growth is not None
+    assert np.isfinite(truth.growth.largest).all()
+    assert truth.lateness is not None
+    assert np.isfinite(truth.lateness.places).all()
+    assert truth.graded is not None
+    assert truth.graded.extent == "whole"
+    assert truth.graded.sizes is not None
+    assert np.isfinite(truth.graded.sizes).all()
+    late = truth.lateness.places[np.array(truth.lateness.kinds) == EventKind.BALL_BALL]
+    assert 100.0 < late.max() < 1000.0  # the normal turns by v / 2R, over the way that is left
