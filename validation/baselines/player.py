@@ -22,6 +22,7 @@ from typing import IO, Any
 import numpy as np
 
 from ghostball.engine import ExactTrajectory, GhostballError, Result, Samples, Scene, Status
+from ghostball.engine.core.state import KNOT
 from ghostball.engine.result import EVENT_DTYPE
 from ghostball.validation.truth.scene_truth import OUR_NAME
 
@@ -58,6 +59,8 @@ def play(scene, out):
         "wall_time": run.wall_time,
         "reason": run.reason,
         "knots": [part for part in motion.knots],
+        "turns": getattr(motion, "turns", False),
+        "lifts": getattr(motion, "lifts", False),
         "spins": motion.spin_decelerations,
     }
     with open(out, "wb") as file:
@@ -140,7 +143,7 @@ class Player:
             return told
         try:
             return _result(scene, told)
-        except (KeyError, ValueError, TypeError) as error:
+        except (KeyError, ValueError, TypeError, AttributeError) as error:
             raise PlayError(f"{self.name} tells of its motion in another form: {error}") from error
 
     def seconds(self, path: Path, runs: int) -> float:
@@ -238,6 +241,33 @@ def playing(name: str, root: Path, label: str = OUR_NAME, below: str = ".") -> I
                 process.stdin.close()
 
 
+def _motion(scene: Scene, told: dict[str, Any]) -> ExactTrajectory:
+    """Return the motion that was told of, which must have the columns of this version's.
+
+    Raises
+    ------
+    ValueError
+        Where it hasn't.
+    """
+    turns, lifts, knots = bool(told["turns"]), bool(told["lifts"]), tuple(told["knots"])
+    least, step = KNOT + 3 * lifts, 4 if turns else 2
+    if len(knots) != len(scene.balls):
+        raise ValueError(f"there must be knots of {len(scene.balls)} balls, got {len(knots)}")
+    for rows in knots:
+        fits = rows.ndim == 2 and len(rows) > 0 and rows.shape[1] == knots[0].shape[1]
+        if (
+            not fits
+            or rows.dtype != np.float64
+            or rows.shape[1] < least
+            or ((rows.shape[1] - least) % step)
+        ):
+            raise ValueError(
+                f"knots must be float64 with shape (k, {least} + {step} m), got {rows.dtype} with "
+                f"shape {rows.shape}"
+            )
+    return ExactTrajectory(scene.radii, knots, told["rest_time"], told["spins"], turns, lifts)
+
+
 def _result(scene: Scene, told: dict[str, Any]) -> Result:
     events = np.empty(len(told["events"]["t"]), dtype=EVENT_DTYPE)
     for column in EVENT_DTYPE.names or ():
@@ -253,8 +283,6 @@ def _result(scene: Scene, told: dict[str, Any]) -> Result:
         work=told["work"],
         wall_time=told["wall_time"],
         events=events,
-        trajectory=ExactTrajectory(
-            scene.radii, tuple(told["knots"]), told["rest_time"], told["spins"]
-        ),
+        trajectory=_motion(scene, told),
         reason=told["reason"],
     )

@@ -20,6 +20,7 @@ from ghostball.validation.ensembles.ensemble_record import (
 from ghostball.validation.ensembles.member import MemberResult
 from ghostball.validation.ensembles.members import Stream
 from ghostball.validation.results.database import (
+    AGAIN,
     get_document,
     has_database,
     put_document,
@@ -27,6 +28,8 @@ from ghostball.validation.results.database import (
     record_of,
     transaction,
 )
+from ghostball.validation.results.files import ResultsError
+from ghostball.validation.results.records import check_shape
 
 Key = tuple[str, str, Stream]
 """Scene, engine label and stream of an ensemble."""
@@ -101,9 +104,18 @@ class Ensembles:
                 [*record.key, self.run.count],
             ).fetchall()
         what = f"{self.folder}: a perturbed shot"
-        return members_of(
-            [record_of(_MEMBER, text, what) for (text,) in texts], len(record.definition["balls"])
-        )
+        balls = len(record.definition["balls"])
+        found: list[MemberResult] = [record_of(_MEMBER, text, what) for (text,) in texts]
+        for one in found:
+            try:
+                if one.rest_positions is None or one.energy is None or one.rest_time is None:
+                    raise ValueError("it ended, and holds no end")
+                check_shape("rest_positions", one.rest_positions, (balls, 2))
+                check_shape("energy", one.energy, record.times.shape)
+                check_shape("counts", np.array(one.counts, dtype=np.float64), (2,))
+            except ValueError as error:
+                raise ResultsError(f"{what} is damaged: {error}. {AGAIN}") from None
+        return members_of(found, balls)
 
 
 def members_of(ended: list[MemberResult], balls: int) -> Members:

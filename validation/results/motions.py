@@ -7,11 +7,13 @@ import sqlite3
 import zipfile
 from dataclasses import fields
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ghostball.engine import EVENT_DTYPE, EventKind
+from ghostball.engine.result import Events
 from ghostball.validation.results.database import AGAIN, reading, transaction, writing
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.records import Motion
@@ -107,10 +109,36 @@ def _motion(folder: Path, where: str, given: list[str], what: str) -> Motion | N
             return None
         rows = database.execute(
             "SELECT t, kind, a, b FROM events WHERE motion_id = ? ORDER BY rowid", [found[0]]
-        )
-        events = np.array([(t, _KINDS[kind], a, b) for t, kind, a, b in rows], dtype=EVENT_DTYPE)
+        ).fetchall()
     try:
+        events = np.array([(t, _KINDS[kind], a, b) for t, kind, a, b in rows], dtype=EVENT_DTYPE)
         with np.load(io.BytesIO(found[1]), allow_pickle=False) as stored:
-            return Motion(events, **{name: stored[name] for name in _SAMPLED if name in stored})
-    except (ValueError, TypeError, EOFError, zipfile.BadZipFile) as error:
+            parts = dict(stored)
+        _check(parts, events)
+        return Motion(events, **parts)
+    except (ValueError, TypeError, KeyError, OverflowError, EOFError, zipfile.BadZipFile) as error:
         raise ResultsError(f"{folder}: {what} is damaged: {error}. {AGAIN}") from error
+
+
+def _check(parts: dict[str, NDArray[Any]], events: Events) -> None:
+    """Make sure that arrays are those of one motion: their names, types and shapes.
+
+    Raises
+    ------
+    ValueError
+    """
+    names = set(_SAMPLED)
+    if not names - {"phases"} <= set(parts) <= names:
+        raise ValueError(f"it must hold {', '.join(_SAMPLED)}, got {', '.join(parts) or 'nothing'}")
+    k, n = parts["phases" if "phases" in parts else "positions"].shape[:2]
+    for name, array in parts.items():
+        of_time = name == "times" or name.startswith("energy_")
+        shape = (k,) if of_time else (k, n) if name == "phases" else (k, n, 3)
+        kind = np.int8 if name == "phases" else np.float64
+        if array.shape != shape or array.dtype != kind:
+            raise ValueError(
+                f"`{name}` must be {np.dtype(kind)} with shape {shape}, got {array.dtype} with "
+                f"shape {array.shape}"
+            )
+    if np.any((events["a"] < 0) | (events["a"] >= n)):
+        raise ValueError(f"an event must be of one of {n} balls, got a = {events['a'].tolist()}")

@@ -53,7 +53,10 @@ _SIGNS: Final[Mapping[LimitKind, str]] = {"at_most": "<=", "at_least": ">=", "eq
 
 
 def _array_from_json(value: Any) -> NDArray[np.float64]:
-    return np.array(value, dtype=np.float64)  # null, which stands for "not finite", becomes nan
+    try:
+        return np.array(value, dtype=np.float64)  # null, which stands for "not finite", becomes nan
+    except TypeError as error:
+        raise ValueError(str(error)) from None
 
 
 def _array_to_json(value: NDArray[np.float64]) -> Any:
@@ -61,6 +64,17 @@ def _array_to_json(value: NDArray[np.float64]) -> Any:
     plain = value.astype(object)
     plain[~np.isfinite(value)] = None
     return plain.tolist()
+
+
+def check_shape(name: str, array: NDArray[np.float64] | None, shape: tuple[int, ...]) -> None:
+    """Make sure that a stored array has the shape that it must have, where it is there.
+
+    Raises
+    ------
+    ValueError
+    """
+    if array is not None and array.shape != shape:
+        raise ValueError(f"`{name}` must have the shape {shape}, got {array.shape}")
 
 
 FloatArray = Annotated[
@@ -294,6 +308,13 @@ class CaseRecord:
     code_hash: str = ""
 
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that are of other balls than the scene's: stored ones may be damaged."""
+        n = len(self.definition.get("balls", ()))
+        check_shape("truth_positions", self.truth_positions, (n, 3))
+        check_shape("rest_positions", self.rest_positions, (n, 3))
+        check_shape("ball_errors", self.ball_errors, (n,))
 
     @property
     def passed(self) -> bool | None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ghostball import validation
-from ghostball.engine import simulate
+from ghostball.engine import Physics, simulate
 from ghostball.validation.baselines import player as player_module
 from ghostball.validation.baselines.player import NotComparableError, PlayError, playing
 from ghostball.validation.runs.sampling import motion_of
@@ -72,6 +72,40 @@ def test_what_a_revision_played_is_what_our_engine_plays_to_the_bit(scene_file):
         one, two = getattr(before, part.name), getattr(after, part.name)
         assert (one is None) == (two is None), part.name
         assert one is None or np.array_equal(one, two), part.name
+
+
+def test_a_motion_in_air_is_told_with_all_its_columns(tmp_path):
+    """Broken by columns of the spin that are read as columns of the way."""
+    cue = SHOT.balls[0].model_copy(update={"angular_velocity": (3.0, -20.0, 5.0)})
+    physics = Physics(preset="pool", air_drag=0.1)
+    shot = SHOT.model_copy(update={"physics": physics, "balls": (cue, *SHOT.balls[1:])})
+    path = tmp_path / "air.toml"
+    shot.save(path)
+    with playing("the engine here", ROOT) as player:
+        played = player.play(shot, path)
+    ours = simulate(shot, record="trajectory")
+    times = np.linspace(0.0, ours.rest_time, 50)
+    for one, two in zip(ours.sample(times), played.sample(times), strict=True):
+        assert one.tobytes() == two.tobytes()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"turns": True},  # and no column of it
+        {"knots": [np.zeros((2, 13)), np.zeros((2, 13))]},
+        {"knots": [np.zeros((2, 14))]},
+        {"knots": [np.zeros((2, 14)), np.zeros((2, 16))]},
+        {"knots": [np.zeros(14), np.zeros(14)]},
+        {"knots": [[[0.0] * 14]] * 2},
+    ],
+)
+def test_knots_of_another_form_are_refused(change):
+    knots = [np.zeros((2, 16)), np.zeros((2, 16))]
+    told = {"knots": knots, "turns": False, "lifts": False, "rest_time": 1.0, "spins": np.zeros(2)}
+    assert player_module._motion(SHOT, told).knots[0].shape == (2, 16)
+    with pytest.raises((ValueError, AttributeError)):
+        player_module._motion(SHOT, told | change)
 
 
 def test_the_process_ends_with_the_block(other):

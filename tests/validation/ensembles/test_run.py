@@ -153,6 +153,28 @@ def test_a_larger_ensemble_has_the_members_of_a_smaller_one(folder: Path):
     assert run_ensembles([scene], labels, folder, 5).taken_over == 15
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("rest_positions", "[[0, 0, 0]]"),
+        ("rest_positions", "null"),
+        ("energy", "[1, 2]"),
+        ("counts", "[1, 2, 3]"),
+    ],
+)
+def test_members_whose_arrays_do_not_fit_are_refused(folder: Path, name: str, value: str):
+    """Broken by members of another shape than the ensemble's that are put together with others."""
+    run_ensembles([find_scene("stop")], ["ghostball", "paper-discrete"], folder, 2)
+    with writing(folder) as database, transaction(database):
+        database.execute(
+            f"UPDATE members SET record = json_set(record, '$.{name}', json('{value}')) "
+            "WHERE number = 1"
+        )
+    ensembles = loaded(folder)
+    with pytest.raises(ResultsError, match="a perturbed shot is damaged"):
+        ensembles.members(ensembles.records[0])
+
+
 def test_what_changed_or_is_asked_to_runs_again(folder: Path):
     scene, labels = find_scene("stop"), ["ghostball", "paper-discrete"]
     run_ensembles([scene], labels, folder, 2)

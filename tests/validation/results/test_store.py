@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import sqlite3
@@ -223,6 +224,69 @@ def test_a_damaged_motion_is_named(tmp_path: Path) -> None:
     in_database(tmp_path, "UPDATE motions SET content = substr(content, 1, 100)")
     with pytest.raises(ResultsError, match=r'the motion of `pymunk` in scene "roll" is damaged'):
         folder.motion(folder.cases[0])
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"positions": lambda a: a[:, :, :2]}, "`positions` must be float64 with shape"),
+        ({"velocities": lambda a: a.reshape(-1, 3)}, "`velocities` must be float64 with shape"),
+        ({"times": lambda a: a[1:]}, "`times` must be float64 with shape"),
+        ({"energy_height": lambda a: a.astype(np.float32)}, "got float32 with"),
+        ({"phases": lambda a: a.astype(np.float64)}, "`phases` must be int8 with"),
+        ({"positions": lambda _: None}, "it must hold times, positions,"),
+        ({"spins": lambda _: np.zeros(3)}, "it must hold times, positions,"),
+    ],
+)
+def test_a_motion_whose_arrays_do_not_fit_is_refused(
+    tmp_path: Path, change: dict[str, Any], says: str
+) -> None:
+    """Broken by arrays of another shape, type or name that are half used."""
+    written(tmp_path, record())
+    folder = Results.open(tmp_path)
+    kept = motion()
+    parts = {part.name: getattr(kept, part.name) for part in fields(kept) if part.name != "events"}
+    for name, changed in change.items():
+        parts[name] = changed(parts.get(name))
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **{name: a for name, a in parts.items() if a is not None})
+    with sqlite3.connect(tmp_path / DATABASE) as database:
+        database.execute("UPDATE motions SET content = ?", [buffer.getvalue()])
+    database.close()
+    with pytest.raises(ResultsError, match=says):
+        folder.motion(folder.cases[0])
+
+
+@pytest.mark.parametrize(("column", "value"), [("kind", "'bang'"), ("a", "7"), ("t", "'late'")])
+def test_events_of_a_motion_that_do_not_fit_are_refused(
+    tmp_path: Path, column: str, value: str
+) -> None:
+    written(tmp_path, record())
+    folder = Results.open(tmp_path)
+    in_database(tmp_path, f"UPDATE events SET {column} = {value}")
+    with pytest.raises(ResultsError, match=r'the motion of `pymunk` in scene "roll" is damaged'):
+        folder.motion(folder.cases[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("rest_positions", "[[0, 0]]"),
+        ("rest_positions", "[[0, 0, 0], [0, 0, 0]]"),
+        ("truth_positions", "[0, 0, 0]"),
+        ("ball_errors", "[0, 0]"),
+        ("ball_errors", "{}"),
+        ("ball_errors", "[[0], [0, 1]]"),
+    ],
+)
+def test_arrays_of_a_case_that_do_not_fit_are_refused(
+    tmp_path: Path, name: str, value: str
+) -> None:
+    written(tmp_path, record())
+    query = f"UPDATE cases SET record = json_set(record, '$.{name}', json('{value}'))"
+    in_database(tmp_path, query)
+    with pytest.raises(ResultsError, match="a case is damaged"):
+        Results.open(tmp_path)
 
 
 # --- taking over a folder
