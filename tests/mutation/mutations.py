@@ -427,6 +427,26 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "extremes/speed-bounces-1e-09",
         "reference_adapters",
     ),
+    Mutation(
+        "proof: half a bound",
+        "certified/slide_piece.py",
+        "    turned = 2 * apart / least + ",
+        "    turned = apart / least + ",
+        "The bound of how far a slide in air is off is half of one, and bounds nothing.",
+        "tests/reference_adapters/certified/test_slide.py::"
+        "test_a_piece_whose_slip_points_elsewhere_fails_by_no_more_than_is_said[89]",
+        "reference_adapters",
+    ),
+    Mutation(
+        "growth: slip too slow",
+        "grading/certified_air.py",
+        "SLIP_RATE = 3.5",
+        "SLIP_RATE = 2.5",
+        "In the grader's tangent map the cloth takes five halves of a slip, not seven.",
+        "tests/validation/grading/test_certified_growth.py::"
+        "test_changes_become_what_proofs_of_changed_shots_say[slides into rolling]",
+        "validation",
+    ),
     # The truth: closed forms.
     Mutation(
         "closed form: wrong sign",

@@ -288,7 +288,8 @@ class ProvedBall:
         pull = np.array(self._rows[last][5:7])
         later[of] = -pull / (slowing * np.hypot(*pull))
         flow = self.flow(k, s)
-        return flow, later @ flow
+        # What is across the way doesn't count, and without air what is along it stays as it is.
+        return flow, later if self._way(last) == "parabola" else later @ flow
 
     def displacement(self, times: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
         """Return the knot that holds at each instant, and the derivative of the place there.
