@@ -16,6 +16,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ghostball.engine import GhostballError
+from ghostball.engine.core.cache_folder import cache_folder
 from ghostball.reference_adapters import EngineError, engine_class, engine_names
 from ghostball.validation.results.environment import cpu_name
 from ghostball.validation.scenes import library
@@ -75,19 +76,20 @@ def _versions() -> Iterator[Finding]:
 
 def _kernels() -> Iterator[Finding]:
     try:
-        from ghostball.engine.core import kernel  # noqa: PLC0415 - a compiler that can't be loaded is a finding
+        # A compiler that can't be loaded is a finding.
+        from ghostball.engine.core import kernel, kernel_cache  # noqa: PLC0415
     except ImportError as error:
         yield Finding("kernels", State.BROKEN, f"no compiler: {error}. Reinstall numba")
         return
     if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
         yield Finding("kernels", State.NOTE, "interpreted: NUMBA_DISABLE_JIT is set; runs are slow")
         return
-    directory = kernel.cache_directory()
+    directory = kernel_cache.cache_directory()
     if directory is None:
         yield Finding(
             "kernels",
             State.BROKEN,
-            f"{kernel.cache_root()}: can't be written, so every run compiles again. Set "
+            f"{cache_folder('kernels')}: can't be written, so every run compiles again. Set "
             "GHOSTBALL_CACHE_DIR to a folder that can",
         )
         return

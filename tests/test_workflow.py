@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from ghostball.engine.core.kernel import cache_key
+from ghostball.engine.core.kernel_cache import cache_key
 from ghostball.validation.results.store import Results
 
 ROOT = Path(__file__).parent.parent

@@ -1,37 +1,24 @@
-"""The one decorator for kernels, and the one place that knows how and where they are compiled.
-
-A kernel is a function that numba compiles to machine code. numba keeps that beside the source file
-and looks only at *that* file to decide whether it is fresh: edit a callee in another file, or a
-constant, and callers stay stale. So the cache lives in a directory whose name is a hash of
-everything that goes into the machine code: the sources of this package, the versions of numba,
-llvmlite and numpy, and the flags. A changed source means another directory, and nothing stale can
-be found.
-"""
+"""The one decorator for kernels, and the one place that knows how they are compiled."""
 
 from __future__ import annotations
 
 import gc
-import hashlib
 import logging
-import os
-import shutil
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from functools import cache, partial
-from pathlib import Path
+from functools import partial
 from typing import Any, NoReturn, TypeVar, overload
 
 import llvmlite
 import llvmlite.binding
 import numba
-import numpy as np
-import platformdirs
 from filelock import FileLock
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
+
+from ghostball.engine.core.kernel_cache import KernelCache, cache_directory, locked
 
 logger = logging.getLogger("ghostball.engine")
 
@@ -51,18 +38,8 @@ OPTIONS: dict[str, Any] = {
     "_nrt": False,
     "no_cfunc_wrapper": True,  # nobody asks for a C function
 }
-FLAGS = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "CPU_NAME", "CPU_FEATURES")
-"""Settings of numba that change the machine code."""
-
 _COMPILED = ".compiled"
 """Ending of the empty file that says that a variant is in the cache."""
-
-KEPT_CACHES = 12
-"""Caches of other sources or flags that are kept, each of some 30 MB.
-
-Enough for a few checkouts beside each other: each has one for its kernels, one for those that check
-bounds, and small ones for copies of the engine that tests compile.
-"""
 
 
 class _InnerKernel(CPUDispatcher):
@@ -196,38 +173,13 @@ def kernel(function: Any = None, *, inline: bool = False, entry: bool = False) -
         return function
     options = {**OPTIONS, "forceinline": inline, "no_cpython_wrapper": not entry}
     options["pipeline_class"] = _EntryCompiler if entry else _InnerCompiler
+    dispatcher = numba.njit(**options)(function)
     directory = cache_directory()
-    if directory is None:
-        dispatcher = numba.njit(**options)(function)
-    else:
+    if directory is not None:
         # Entries lie apart: numba finds what it kept by the function alone, not by its options.
-        directory = directory / "entries" if entry else directory
-        # The directory is read when caching is enabled, that is while the decorator runs.
-        previous, _config.CACHE_DIR = _config.CACHE_DIR, str(directory)
-        try:
-            dispatcher = numba.njit(cache=True, **options)(function)
-        finally:
-            _config.CACHE_DIR = previous
-        _save_one_at_a_time(dispatcher, directory)
+        dispatcher._cache = KernelCache(function, directory, "entries" if entry else "inner")
     dispatcher.__class__ = _EntryKernel if entry else _InnerKernel
     return _without_literals(dispatcher)
-
-
-def _save_one_at_a_time(dispatcher: Any, directory: Path) -> None:
-    """Let no two processes keep what they compiled of one kernel at the same time.
-
-    numba reads the kernel's index, picks the next free name, and writes index and machine code
-    under it. Of two that do so side by side, each for its own variant, one's index may be left with
-    the other's code: from then on that variant can't be loaded, nor compiled.
-    """
-    file = dispatcher._cache._cache_file
-    save = file.save
-
-    def save_alone(key: Any, data: Any) -> None:
-        with FileLock(directory / "saving.lock"):
-            save(key, data)
-
-    file.save = save_alone
 
 
 def _without_literals(dispatcher: Any) -> Any:
@@ -243,61 +195,6 @@ def _without_literals(dispatcher: Any) -> Any:
         {name: unliteral(kind) for name, kind in kws.items()},
     )
     return dispatcher
-
-
-@cache
-def cache_directory() -> Path | None:
-    """Directory of this package's compiled kernels; made, and old ones removed, on first use.
-
-    None where it can't be written: kernels are then compiled in each process anew, and a warning
-    says so.
-    """
-    root = cache_root()
-    directory = root / cache_key()
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=directory).close()
-        os.utime(directory)
-        _prune(root, keep=directory)
-    except OSError as error:
-        logger.warning(
-            "compiled kernels can't be kept in %s: %s. Every run will compile them again; set "
-            "GHOSTBALL_CACHE_DIR to a directory that can be written",
-            root,
-            error.strerror or type(error).__name__,
-        )
-        return None
-    return directory
-
-
-def cache_root() -> Path:
-    """Directory that holds the caches; GHOSTBALL_CACHE_DIR in the environment overrides it."""
-    chosen = os.environ.get("GHOSTBALL_CACHE_DIR")
-    return Path(chosen) if chosen else Path(platformdirs.user_cache_dir("ghostball")) / "kernels"
-
-
-def cache_key() -> str:
-    """Hash of all that decides the machine code: sources, versions, flags, the processor.
-
-    And of where the sources lie, since numba keeps what it compiles by their paths: of two equal
-    checkouts each compiles, and says so. The flags are in it because a warm numba cache ignores
-    those of bounds checks and of the optimiser. The processor is in it because numba compiles anew
-    for another one, without a word: where machines share a home, or a CI restores a cache.
-    """
-    package = Path(__file__).resolve().parent.parent
-    digest = hashlib.sha256(os.fsencode(package))
-    for path in sorted(package.rglob("*.py")):
-        digest.update(bytes(path.relative_to(package)) + b"\0" + path.read_bytes())
-    flags = [getattr(_config, name) for name in FLAGS]
-    versions = [numba.__version__, llvmlite.__version__, np.__version__]
-    digest.update(repr((flags, OPTIONS, versions, _processor())).encode())
-    return digest.hexdigest()[:20]
-
-
-def _processor() -> tuple[str, str]:
-    """Return the processor's name and features, as the compiler calls them."""
-    features = llvmlite.binding.get_host_cpu_features()
-    return llvmlite.binding.get_host_cpu_name(), features.flatten()
 
 
 def compiled(variant: str = "") -> bool:
@@ -326,11 +223,14 @@ def compiling(variant: str) -> Iterator[None]:
         with _announced(variant):
             yield
         return
-    with FileLock(directory / f"{variant}.lock"):
+    with locked(directory):
+        lock = FileLock(directory / f"{variant}.lock")
+    with lock:
         # Another process may have compiled it while this one waited.
         with nullcontext() if compiled(variant) else _announced(variant):
             yield
-        (directory / f"{variant}{_COMPILED}").touch()
+        with locked(directory):
+            (directory / f"{variant}{_COMPILED}").touch()
 
 
 @contextmanager
@@ -351,11 +251,3 @@ def _announced(variant: str) -> Iterator[None]:
     finally:
         if collected:
             gc.enable()
-
-
-def _prune(root: Path, keep: Path) -> None:
-    others = [path for path in root.iterdir() if path.is_dir() and path != keep]
-    others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
-    for stale in others[KEPT_CACHES:]:
-        # Another process may remove the same one; whoever comes second has nothing left to do.
-        shutil.rmtree(stale, ignore_errors=True)

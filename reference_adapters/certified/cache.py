@@ -16,8 +16,8 @@ from functools import cache
 from pathlib import Path
 
 import flint
-import platformdirs
 
+from ghostball.engine.core.cache_folder import cache_folder
 from ghostball.engine.errors import GhostballError
 from ghostball.reference_adapters.certified.certificate import Certificate
 from ghostball.reference_adapters.certified.problem import Problem
@@ -30,12 +30,8 @@ KEPT = 1_000
 
 
 def directory() -> Path:
-    """Directory of the certificates; GHOSTBALL_CACHE_DIR in the environment overrides it.
-
-    There they are files beside the folders of compiled kernels, which are pruned.
-    """
-    chosen = os.environ.get("GHOSTBALL_CACHE_DIR")
-    return Path(chosen) if chosen else Path(platformdirs.user_cache_dir("ghostball")) / "proofs"
+    """Directory of the certificates."""
+    return cache_folder("proofs")
 
 
 def key_of(

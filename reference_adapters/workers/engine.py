@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-import platformdirs
 
 from ghostball.engine import Record, Result, Scene, UnsupportedSceneError
+from ghostball.engine.core.cache_folder import cache_folder
 from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import EngineBase, EngineSettings
 from ghostball.reference_adapters.elsewhere import Run
@@ -37,7 +37,7 @@ LONGEST = 600.0
 def _worker(module: str, python: Path) -> Worker:
     # pooltool reads its default physics from, and writes them to, the home of its user: no run may
     # depend on that. Numba keeps what it compiled beside the sources, and so finds it again.
-    home = Path(platformdirs.user_cache_dir("ghostball")) / "workers" / module
+    home = cache_folder("workers") / module
     home.mkdir(parents=True, exist_ok=True)
     environment = os.environ | {"HOME": str(home), "XDG_CONFIG_HOME": str(home / "config")}
     # Without PYTHONPATH and the user's packages, which are another interpreter's.

@@ -15,20 +15,20 @@ from typer.testing import CliRunner
 
 from ghostball import pytest_plugin
 from ghostball.cli import app
-from ghostball.engine.core.kernel import cache_root
+from ghostball.engine.core.cache_folder import cache_folder
 from ghostball.validation.examples import stepper
 
 pytest_plugins = ["pytester"]
 
 STEPPER = "--ghostball-engine=ghostball.validation.examples.stepper:Stepper"
 HEADER = "from dataclasses import replace\nimport numpy as np\nfrom ghostball import simulate\n"
-KERNELS = str(cache_root())
+CACHES = str(cache_folder("kernels").parent)
 
 
 @pytest.fixture(autouse=True)
 def kernels_are_those_of_all_tests(monkeypatch):
     """A scratch repository has a home of its own, where each process would compile them anew."""
-    monkeypatch.setenv("GHOSTBALL_CACHE_DIR", KERNELS)
+    monkeypatch.setenv("GHOSTBALL_CACHE_DIR", CACHES)
 
 
 @pytest.fixture(autouse=True)

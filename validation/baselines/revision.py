@@ -1,4 +1,4 @@
-"""Another revision of this checkout, in a worktree of its own, kept for the next time."""
+"""Another revision of this checkout, in a worktree of its own while it is compared with."""
 
 from __future__ import annotations
 
@@ -13,11 +13,8 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from ghostball.engine import GhostballError
-from ghostball.engine.core.kernel import cache_root
+from ghostball.engine.core.cache_folder import cache_folder
 from ghostball.validation.results.git import GitError, run_git
-
-KEPT = 3
-"""Worktrees that are kept: each has its own compiled kernels, which take a minute or two."""
 
 
 class RevisionError(GhostballError, ValueError):
@@ -78,26 +75,26 @@ def resolve(revision: str, root: Path) -> str:
 
 @contextmanager
 def worktree(root: Path, commit: str) -> Iterator[Path]:
-    """Yield a folder with a revision checked out; made, and old ones removed, where needed.
+    """Yield a folder with a revision checked out, and remove it at the end, whatever happens.
 
     It always lies in the same place, so that what was compiled for it is found again. Nobody else
-    gets it meanwhile.
+    gets it meanwhile. One that a killed run left behind is removed by the next run.
 
     Raises
     ------
     RevisionError
         Where git can't make it, there is no place for it, or another run uses it.
     """
-    cache = cache_root().resolve()
-    folder = cache.with_name(f"{cache.name}-revisions")
-    mark = hashlib.sha256(os.fsencode(root)).hexdigest()[:8]
-    place = folder / f"{mark}-{commit[:16]}"
+    folder = cache_folder("revisions").resolve()
+    place = folder / f"{_mark(root)}-{commit[:16]}"
     with ExitStack() as stack:
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            _remove_left_behind(root)
             stack.enter_context(_lock(place))
-            _check_out(root, commit, place)
-            _drop_old(root, folder, mark, place)
+            stack.callback(_remove, root, place)
+            _remove(root, place)
+            _git(root, "worktree", "add", "--detach", "--force", str(place), commit)
         except Timeout:
             raise RevisionError(
                 f"revision {commit[:12]} is being compared with by another run. Wait until it has "
@@ -112,38 +109,38 @@ def worktree(root: Path, commit: str) -> Iterator[Path]:
         yield place
 
 
+def _mark(root: Path) -> str:
+    """Return the beginning of the names of a checkout's worktrees."""
+    return hashlib.sha256(os.fsencode(root)).hexdigest()[:8]
+
+
 def _lock(place: Path) -> FileLock:
     return FileLock(place.with_name(f"{place.name}.lock"), timeout=0)
 
 
-def _check_out(root: Path, commit: str, place: Path) -> None:
-    if not _is_clean(place, commit):
-        if place.is_dir():
-            shutil.rmtree(place)
+def _remove(root: Path, place: Path) -> None:
+    """Remove a worktree, and what its repository knows of it."""
+    if place.is_dir():
+        shutil.rmtree(place, ignore_errors=True)
+    else:
         place.unlink(missing_ok=True)
+    with suppress(RevisionError):  # a repository that is gone knows of none
         _git(root, "worktree", "prune")
-        _git(root, "worktree", "add", "--detach", "--force", str(place), commit)
-    os.utime(place)
 
 
-def _is_clean(place: Path, commit: str) -> bool:
-    """Whether a folder holds that very revision, untouched."""
-    if not (place / ".git").exists():
-        return False
-    try:
-        there = _git(place, "rev-parse", "HEAD")
-        return there == commit and not _git(place, "status", "--porcelain")
-    except RevisionError:  # half made, or its repository was moved
-        return False
+def _remove_left_behind(root: Path) -> None:
+    """Remove the worktrees of ours that a repository knows and that no run uses, wherever they lie.
 
-
-def _drop_old(root: Path, folder: Path, mark: str, keep: Path) -> None:
-    others = [path for path in folder.glob(f"{mark}-*") if path != keep and path.is_dir()]
-    others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
-    for old in others[KEPT - 1 :]:
-        with suppress(Timeout), _lock(old):  # else another run uses it
-            shutil.rmtree(old, ignore_errors=True)
-    _git(root, "worktree", "prune")
+    Ours are known by their names: a mark of this checkout and the beginning of a commit's name.
+    """
+    _git(root, "worktree", "prune")  # those whose folders are gone
+    ours = re.compile(f"{_mark(root)}-[0-9a-f]{{16}}")
+    for line in _git(root, "worktree", "list", "--porcelain").splitlines():
+        kind, _, path = line.partition(" ")
+        place = Path(path)
+        if kind == "worktree" and ours.fullmatch(place.name):
+            with suppress(Timeout), _lock(place):  # else another run uses it
+                _remove(root, place)
 
 
 def _git(root: Path, *arguments: str) -> str:

@@ -205,6 +205,6 @@ def test_the_certificates_longest_unused_go_first(monkeypatch, kept_here):
 def test_the_folder_may_be_chosen(monkeypatch, tmp_path):
     monkeypatch.undo()
     monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path / "chosen"))
-    assert cache.directory() == tmp_path / "chosen"
+    assert cache.directory() == tmp_path / "chosen" / "proofs"
     monkeypatch.delenv("GHOSTBALL_CACHE_DIR")
     assert cache.directory().name == "proofs"

@@ -5,12 +5,11 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+from contextlib import suppress
 
 import pytest
 
-from ghostball.validation.baselines import revision as revision_module
 from ghostball.validation.baselines.revision import (
-    KEPT,
     RevisionError,
     repository,
     resolve,
@@ -44,7 +43,7 @@ def commit(root, content):
 @pytest.fixture
 def root(tmp_path, monkeypatch):
     """A repository with two commits, and a cache of its own."""
-    monkeypatch.setattr(revision_module, "cache_root", lambda: tmp_path / "cache" / "kernels")
+    monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path / "cache"))
     root = tmp_path / "repository"
     root.mkdir()
     git(root, "init", "-q", "-b", "main")
@@ -53,10 +52,18 @@ def root(tmp_path, monkeypatch):
     return root
 
 
-def checked_out(root, commit):
-    """Return the folder of a revision, given back at once."""
+def known(root):
+    """Return the worktrees that a repository knows, but itself."""
+    lines = git(root, "worktree", "list", "--porcelain").splitlines()
+    return [line.split(" ", 1)[1] for line in lines if line.startswith("worktree ")][1:]
+
+
+def leave_behind(root, commit):
+    """Return the folder that a killed run leaves."""
     with worktree(root, commit) as place:
-        return place
+        pass
+    git(root, "worktree", "add", "-q", "--detach", str(place), commit)
+    return place
 
 
 def test_any_name_of_a_commit_will_do(root):
@@ -84,24 +91,49 @@ def test_a_shallow_clone_says_how_to_get_the_rest(root, tmp_path):
         resolve(first, tmp_path / "shallow")
 
 
-def test_a_revision_is_checked_out_once_beside_the_work(root):
+def test_a_revision_is_checked_out_beside_the_work_and_always_in_one_place(root):
     (root / "file").write_text("not committed")
     first = resolve("HEAD~1", root)
-    place = checked_out(root, first)
-    assert (place / "file").read_text() == "first"
-    assert (root / "file").read_text() == "not committed"
-    assert git(root, "branch", "--format", "%(refname:short)").splitlines()[-1] == "main"
-    assert not place.is_relative_to(root)
-    (place / "ignored").mkdir()  # git doesn't see an empty folder
-    assert checked_out(root, first) == place
-    assert (place / "ignored").exists(), "made anew"
+    with worktree(root, first) as place:
+        assert (place / "file").read_text() == "first"
+        assert git(place, "rev-parse", "HEAD") == first
+        assert (root / "file").read_text() == "not committed"
+        assert not place.is_relative_to(root)
+    with worktree(root, first) as again:
+        assert again == place, "its kernels are compiled again"
+
+
+@pytest.mark.parametrize("end", [None, ValueError, KeyboardInterrupt, SystemExit])
+def test_nothing_is_left_in_the_repository_however_it_ends(root, end):
+    """A worktree that was kept stood in `git worktree list`, and its commits were never pruned."""
+    with suppress(BaseException), worktree(root, resolve("HEAD~1", root)) as place:
+        assert known(root) == [str(place)]
+        if end:
+            raise end
+    assert known(root) == []
+    assert not place.exists()
+
+
+def test_what_a_killed_run_left_behind_is_removed_by_the_next(root, tmp_path):
+    places = [leave_behind(root, resolve(name, root)) for name in ("HEAD", "HEAD~1")]
+    moved = tmp_path / "elsewhere" / places[0].name  # by a cache in another place
+    gone = tmp_path / "gone" / places[0].name
+    theirs = tmp_path / "theirs" / "12345678-0123456789abcdef"
+    for place in (places[0], moved, gone, theirs):
+        git(root, "worktree", "add", "-q", "--detach", str(place), "HEAD")
+    shutil.rmtree(gone.parent)
+    assert len(known(root)) == 5
+    with worktree(root, resolve("HEAD", root)) as place:
+        assert (place / "file").read_text() == "second"
+    assert known(root) == [str(theirs)]
+    assert not any(path.exists() for path in (*places, moved))
 
 
 @pytest.mark.parametrize("damage", ["edited", "added", "removed", "moved on", "no git", "a file"])
-def test_a_checkout_that_is_not_that_revision_is_made_anew(root, damage):
+def test_a_checkout_that_was_left_and_is_not_that_revision_is_made_anew(root, damage):
     # Else something else would be compared with, under its name.
     first = resolve("HEAD~1", root)
-    place = checked_out(root, first)
+    place = leave_behind(root, first)
     if damage == "edited":
         (place / "file").write_text("other")
     elif damage == "added":
@@ -115,22 +147,11 @@ def test_a_checkout_that_is_not_that_revision_is_made_anew(root, damage):
     else:
         shutil.rmtree(place)
         place.write_text("in the way")
-    assert checked_out(root, first) == place
-    assert (place / "file").read_text() == "first"
-    assert sorted(path.name for path in place.iterdir()) == [".git", "file"]
-    assert git(place, "rev-parse", "HEAD") == first
-
-
-def test_only_the_last_ones_are_kept(root):
-    names = [commit(root, f"number {number}") for number in range(KEPT + 2)]
-    places = []
-    for number, name in enumerate(names):
-        places.append(checked_out(root, name))
-        os.utime(places[-1], (number + 1.0, number + 1.0))
-    os.utime(places[-1], None)
-    assert [place.exists() for place in places] == [False] * 2 + [True] * KEPT
-    listed = git(root, "worktree", "list").splitlines()
-    assert len(listed) == KEPT + 1
+    with worktree(root, first) as again:
+        assert again == place
+        assert (place / "file").read_text() == "first"
+        assert sorted(path.name for path in place.iterdir()) == [".git", "file"]
+        assert git(place, "rev-parse", "HEAD") == first
 
 
 def test_nobody_else_gets_a_worktree_that_is_in_use_and_it_is_not_removed(root):
@@ -138,9 +159,10 @@ def test_nobody_else_gets_a_worktree_that_is_in_use_and_it_is_not_removed(root):
     with worktree(root, first) as place:
         with pytest.raises(RevisionError, match="by another run"), worktree(root, first):
             pass
-        for number in range(KEPT + 1):
-            checked_out(root, commit(root, f"number {number}"))
+        with worktree(root, resolve("HEAD", root)):
+            pass
         assert (place / "file").read_text() == "first"
+        assert known(root) == [str(place)]
 
 
 def test_an_error_of_what_is_done_there_is_not_told_as_one_of_the_place(root):
@@ -151,16 +173,16 @@ def test_an_error_of_what_is_done_there_is_not_told_as_one_of_the_place(root):
 def test_a_cache_behind_a_link_will_do(root, tmp_path, monkeypatch):
     (tmp_path / "real").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "real")
-    monkeypatch.setattr(revision_module, "cache_root", lambda: tmp_path / "link" / "kernels")
-    place = checked_out(root, resolve("HEAD", root))
-    assert place == place.resolve()
+    monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path / "link"))
+    with worktree(root, resolve("HEAD", root)) as place:
+        assert place == place.resolve()
 
 
 def test_the_worktrees_of_another_checkout_are_left_alone(root, tmp_path):
     git(tmp_path, "clone", "-q", str(root), "other")
-    theirs = checked_out(tmp_path / "other", resolve("HEAD", tmp_path / "other"))
-    for number in range(KEPT + 1):
-        checked_out(root, commit(root, f"number {number}"))
+    theirs = leave_behind(tmp_path / "other", resolve("HEAD", tmp_path / "other"))
+    with worktree(root, resolve("HEAD", root)):
+        pass
     assert theirs.exists()
 
 
@@ -172,13 +194,14 @@ def test_a_hook_of_git_does_not_lead_astray(root, tmp_path, monkeypatch):
     monkeypatch.setenv("GIT_DIR", str(tmp_path / "elsewhere" / ".git"))
     monkeypatch.setenv("GIT_INDEX_FILE", str(tmp_path / "elsewhere" / ".git" / "index"))
     assert resolve("HEAD", root) == second
-    assert (checked_out(root, second) / "file").read_text() == "second"
+    with worktree(root, second) as place:
+        assert (place / "file").read_text() == "second"
 
 
 def test_a_cache_that_cannot_be_written_is_told(root, tmp_path):
     (tmp_path / "cache").write_text("in the way")
     with pytest.raises(RevisionError, match=r"can't be written: .* Set `GHOSTBALL_CACHE_DIR`"):
-        checked_out(root, resolve("HEAD", root))
+        worktree(root, resolve("HEAD", root)).__enter__()
 
 
 def test_without_git_it_says_so(root, monkeypatch):
@@ -193,7 +216,7 @@ def test_a_git_that_takes_for_ever_is_told(root, monkeypatch):
 
     monkeypatch.setattr(subprocess, "run", slow)
     with pytest.raises(RevisionError, match=r"took over 120 s\. Try again"):
-        checked_out(root, "0" * 40)
+        worktree(root, "0" * 40).__enter__()
 
 
 def test_an_installed_package_has_no_other_revisions(tmp_path):

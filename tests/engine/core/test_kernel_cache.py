@@ -1,0 +1,306 @@
+"""The kernel cache: nothing stale is ever used, old caches go, and nothing else does."""
+
+import ast
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+from threading import Thread
+from types import SimpleNamespace
+
+import pytest
+from copies import copy_packages
+
+from ghostball import reference_adapters
+from ghostball.engine.core import kernel as jit, kernel_cache
+from ghostball.engine.core.kernel_cache import KEPT_CACHES, UNUSED, KernelCache
+
+# Two kernels in files of their own beside the engine's, which would take far longer to compile.
+CALLEE = """
+from ghostball.engine.core.kernel import kernel
+
+@kernel
+def grown(x):
+    return 2.0 * x
+"""
+CALLER = """
+from ghostball.engine._callee import grown
+from ghostball.engine.core.kernel import compiling, kernel
+
+@kernel(entry=True)
+def called(x):
+    return grown(x) + 1.0
+
+with compiling("calls"):
+    print(called(3.0))
+"""
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """A copy of the engine with the two kernels."""
+    sources = copy_packages(tmp_path, "engine", bytecode=False) / "engine"
+    (sources / "_callee.py").write_text(CALLEE)
+    (sources / "_caller.py").write_text(CALLER)
+    return tmp_path
+
+
+def run_copy(folder, cache, module="ghostball.engine._caller"):
+    environment = {**os.environ, "PYTHONPATH": str(folder), "GHOSTBALL_CACHE_DIR": str(cache)}
+    done = subprocess.run(
+        [sys.executable, "-c", f"import {module}"],
+        env=environment,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return float(done.stdout), done.stderr
+
+
+@pytest.mark.compiled
+def test_an_edited_callee_in_another_file_is_seen(copy):
+    """numba alone would go on using the caller's old machine code."""
+    cache = copy / "cache"
+    first, compiling = run_copy(copy, cache)
+    assert first == 7.0
+    assert "compiling" in compiling
+    again, silent = run_copy(copy, cache)
+    assert again == first
+    assert "compiling" not in silent  # the cache serves a later process
+    (copy / "ghostball/engine/_callee.py").write_text(CALLEE.replace("2.0 * x", "3.0 * x"))
+    assert run_copy(copy, cache)[0] == 10.0
+
+
+def is_kernel(function):
+    decorators = [getattr(one, "func", one) for one in function.decorator_list]
+    return any(isinstance(one, ast.Name) and one.id == "kernel" for one in decorators)
+
+
+def borrowed_by_kernels(source, folder):
+    """Return what a file's kernels use of what it imports, but from the engine and its folder."""
+    module = ast.parse(source)
+    imported, used = set(), set()
+    for node in ast.walk(module):
+        if isinstance(node, ast.Import):
+            imported |= {(one.asname or one.name) for one in node.names if one.name != "math"}
+        elif isinstance(node, ast.ImportFrom) and not (node.module or "").startswith(
+            ("ghostball.engine", folder)
+        ):
+            imported |= {one.asname or one.name for one in node.names}
+        elif isinstance(node, ast.FunctionDef) and is_kernel(node):
+            used |= {one.id for part in node.body for one in ast.walk(part) if hasattr(one, "id")}
+    return imported & used
+
+
+def test_a_kernel_outside_the_engine_uses_what_is_in_its_folder_alone():
+    """The cache's names have the sources of the engine, and of the folder that a kernel is in.
+
+    A kernel that borrows one, or a number, from elsewhere would stay as it is when that is edited.
+    """
+    folder = Path(reference_adapters.__file__).parent
+    files = [path for path in folder.rglob("*.py") if "@kernel" in path.read_text("utf-8")]
+    assert len(files) >= 2
+    for path in files:
+        within = f"ghostball.reference_adapters.{path.parent.relative_to(folder).as_posix()}"
+        within = within.replace("/", ".")
+        assert borrowed_by_kernels(path.read_text("utf-8"), within) == set(), path.name
+    text = "from ghostball.reports.b import c\n@kernel(entry=True)\ndef f(x):\n    return c(x)\n"
+    assert borrowed_by_kernels(text, "ghostball.validation") == {"c"}
+    assert borrowed_by_kernels(text, "ghostball.reports") == set()
+
+
+def twice(x):
+    return x + x
+
+
+@pytest.mark.compiled
+def test_what_two_compile_of_one_kernel_at_once_is_all_kept(monkeypatch, tmp_path):
+    """Index and code of two variants were mixed up: neither could be loaded or compiled again."""
+    first, second = (KernelCache(twice, tmp_path / "key", "inner") for _ in range(2))
+    for one in (first, second):  # what stands for types and code
+        monkeypatch.setattr(one, "_index_key", lambda signature, codegen: signature)
+        monkeypatch.setattr(one._impl, "check_cachable", lambda code: True)
+        monkeypatch.setattr(one._impl, "reduce", lambda code: code.number)
+    beside = Thread(
+        target=lambda: second.save_overload("second", SimpleNamespace(number=2, codegen=0))
+    )
+    save_index = first._cache_file._save_index
+
+    def save_index_late(overloads):
+        beside.start()
+        beside.join(0.5)  # as long as it would take, were it not for the lock
+        save_index(overloads)
+
+    monkeypatch.setattr(first._cache_file, "_save_index", save_index_late)
+    first.save_overload("first", SimpleNamespace(number=1, codegen=0))
+    beside.join()
+    assert [first._cache_file.load(name) for name in ("first", "second")] == [1, 2]
+
+
+@pytest.mark.parametrize("name", ["get_host_cpu_name", "get_host_cpu_features"])
+def test_key_depends_on_the_processor(monkeypatch, name):
+    # Where it doesn't, kernels of another processor are called compiled, and compiled in silence.
+    key = kernel_cache.cache_key()
+    other = {"sse2": True} if name == "get_host_cpu_features" else "znver2"
+    features = type("Features", (dict,), {"flatten": lambda self: str(dict(self))})
+    found = features(other) if name == "get_host_cpu_features" else other
+    monkeypatch.setattr(kernel_cache.llvmlite.binding, name, lambda: found)
+    assert kernel_cache.cache_key() != key
+
+
+@pytest.mark.parametrize("flag", kernel_cache.FLAGS)
+def test_key_depends_on_flags(monkeypatch, flag):
+    key = kernel_cache.cache_key()
+    assert key == kernel_cache.cache_key()
+    monkeypatch.setattr(kernel_cache.numba.config, flag, 17)
+    assert kernel_cache.cache_key() != key
+
+
+NOW = time.time()
+
+
+def cache_of(root, number, age=0.0, marker=kernel_cache._MARKED):
+    """Make a cache, as one is that was last used some seconds ago."""
+    folder = root / f"{number:020x}"
+    (folder / "inner").mkdir(parents=True)
+    (folder / "inner" / "index").write_text("x")
+    if marker:
+        (folder / "CACHEDIR.TAG").write_bytes(marker)
+    os.utime(folder, (NOW - age, NOW - age))
+    return folder
+
+
+def names(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+def test_old_caches_are_removed_and_those_used_last_kept(tmp_path):
+    folders = [cache_of(tmp_path, age, (age + 2) * UNUSED) for age in range(KEPT_CACHES + 4)]
+    kernel_cache._prune(tmp_path)
+    left = {path.name for path in folders[: KEPT_CACHES + 1]}
+    assert names(tmp_path) - {"kernels.lock"} == left
+
+
+def test_what_may_be_in_use_is_kept_however_many_there_are(tmp_path):
+    folders = [cache_of(tmp_path, age, UNUSED - 60.0) for age in range(KEPT_CACHES + 4)]
+    kernel_cache._prune(tmp_path)
+    assert all((folder / "inner" / "index").exists() for folder in folders)
+
+
+def test_what_is_not_ours_is_never_removed(tmp_path):
+    """The first use removed whatever folders the user had in what GHOSTBALL_CACHE_DIR named."""
+    old = 1000 * UNUSED
+    for age in range(KEPT_CACHES + 4):
+        cache_of(tmp_path, age)
+    theirs = [
+        cache_of(tmp_path, 0x100, old, marker=None),
+        cache_of(tmp_path, 0x101, old, marker=b"Signature: 8a477f597d28d172789f06886806bc55\n"),
+        cache_of(tmp_path, 0x102, old).rename(tmp_path / "thesis"),
+        cache_of(tmp_path, 0x103, old).rename(tmp_path / ("A" * 20)),
+    ]
+    elsewhere = cache_of(tmp_path / "elsewhere", 0x104, old)
+    (tmp_path / f"{0x105:020x}").symlink_to(elsewhere)
+    kernel_cache._prune(tmp_path)
+    assert all((folder / "inner" / "index").exists() for folder in (*theirs, elsewhere))
+
+
+def test_the_first_use_leaves_all_else_in_the_chosen_folder_alone(tmp_path, monkeypatch):
+    for number in range(KEPT_CACHES + 8):
+        (cache_of(tmp_path, number, (number + 2) * UNUSED) / "inner" / "data").write_text("mine")
+    before = names(tmp_path)
+    monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path))
+    directory = kernel_cache.cache_directory.__wrapped__()
+    assert directory == tmp_path / "kernels" / kernel_cache.cache_key()
+    assert names(tmp_path) == before | {"kernels"}
+
+
+def test_nobody_removes_while_another_keeps_something(tmp_path):
+    folders = [cache_of(tmp_path, age, (age + 2) * UNUSED) for age in range(KEPT_CACHES + 4)]
+    with kernel_cache.locked(folders[-1]):
+        kernel_cache._prune(tmp_path)
+        assert all(folder.exists() for folder in folders)
+    kernel_cache._prune(tmp_path)
+    assert folders[-1].exists()  # it was used a moment ago
+    assert not folders[-2].exists()
+
+
+@pytest.mark.compiled
+def test_a_process_whose_cache_was_removed_meanwhile_still_keeps_what_it_compiles(
+    tmp_path, monkeypatch
+):
+    """Its lock had no folder: the run ended with a traceback after minutes of work."""
+    monkeypatch.setattr(jit, "cache_directory", lambda: tmp_path / "kernels" / "0123")
+    doubled = jit.kernel(entry=True)(twice)
+    with jit.compiling("first"):
+        assert doubled(1.5) == 3.0
+    shutil.rmtree(tmp_path / "kernels")
+    with jit.compiling("second"):
+        assert doubled(2) == 4
+    again = jit.kernel(entry=True)(twice)
+    assert again(2) == 4
+    assert sum(again.stats.cache_hits.values()) == 1
+    assert jit.compiled("second")
+
+
+@pytest.mark.compiled
+def test_a_kernel_is_kept_without_a_setting_of_the_whole_process(tmp_path, monkeypatch):
+    """While it was set, another thread's function was kept among our kernels."""
+    monkeypatch.setattr(jit, "cache_directory", lambda: tmp_path / "kernels" / "0123")
+    seen = []
+    njit = jit.numba.njit
+
+    def watched(*arguments, **options):
+        seen.append(jit.numba.config.CACHE_DIR)
+        return njit(*arguments, **options)
+
+    monkeypatch.setattr(jit.numba, "njit", watched)
+    assert jit.kernel(entry=True)(twice)(1.5) == 3.0
+    assert seen == [jit.numba.config.CACHE_DIR]
+    assert list((tmp_path / "kernels" / "0123" / "entries").rglob("*.nbi"))
+
+
+@pytest.mark.compiled
+def test_an_edited_file_beside_a_kernel_outside_the_engine_is_seen(copy):
+    cache = copy / "cache"
+    outside = copy / "ghostball" / "outside"
+    outside.mkdir()
+    (outside / "__init__.py").write_text("")
+    (outside / "callee.py").write_text(CALLEE)
+    caller = CALLER.replace("ghostball.engine._callee", "ghostball.outside.callee")
+    (outside / "caller.py").write_text(caller)
+    assert run_copy(copy, cache, "ghostball.outside.caller")[0] == 7.0
+    (outside / "callee.py").write_text(CALLEE.replace("2.0 * x", "3.0 * x"))
+    assert run_copy(copy, cache, "ghostball.outside.caller")[0] == 10.0
+
+
+@pytest.mark.compiled
+def test_of_two_processes_one_compiles_and_the_other_waits(copy):
+    environment = {**os.environ, "PYTHONPATH": str(copy), "GHOSTBALL_CACHE_DIR": str(copy / "c")}
+    command = [sys.executable, "-c", "import ghostball.engine._caller"]
+    both = [
+        subprocess.Popen(
+            command,
+            env=environment,
+            cwd=copy,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for _ in range(2)
+    ]
+    said = [process.communicate() for process in both]
+    assert [out for out, _ in said] == ["7.0\n", "7.0\n"]
+    assert sum("compiling" in messages for _, messages in said) == 1
+
+
+@pytest.mark.compiled
+def test_an_unwritable_cache_is_said_and_does_not_stop_the_run(copy):
+    blocked = copy / "file"
+    blocked.write_text("")
+    found, messages = run_copy(copy, blocked / "cache")
+    assert found == 7.0
+    assert "GHOSTBALL_CACHE_DIR" in messages
+    assert "Traceback" not in messages
