@@ -23,7 +23,7 @@ PYTEST := $(BIN)/python -m pytest --quiet --numprocesses $(JOBS)
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-# Two test runs at once would time each other, and mix their output.
+# Two test runs at once would mix their output.
 .NOTPARALLEL:
 .PHONY: help venv engines smoke validate regress stress kernels test test-slow test-nojit coverage \
 	test-boundscheck lint types imports docs check wheel gallery peers clean
@@ -76,14 +76,12 @@ COMPILE := $(BIN)/python tests/support/compile_kernels.py $(JOBS)
 kernels: $(READY)
 	$(COMPILE)
 
-# Processor time: a busy machine fails nobody. Coverage makes a test up to seven times dearer, where
-# Python does the work, and the dearest takes 20 s with it: with coverage a test over 25 s fails. Without coverage none of an older run may stay:
-# `coverage` would take it for this run's.
-test: kernels  ## fast tests, compiled; one that takes over 5 s fails; COVERAGE=1 measures it too
-	$(call with_coverage,compiled) --cpu-limit $(if $(COVERAGE),25,5)
+# Without coverage none of an older run may stay: `coverage` would take it for this run's.
+test: kernels  ## fast tests, compiled; prints the dearest; COVERAGE=1 measures their coverage too
+	$(call with_coverage,compiled) --cpu-times
 
 test-slow: kernels  ## the tests that take long
-	$(PYTEST) -m slow --cpu-limit inf
+	$(PYTEST) -m slow --cpu-times
 
 # Every line and branch of a kernel that some test runs is run by these too, in a quarter of the time:
 # the files left out compare shots with other codes and with themselves, which the kernels' own tests
@@ -149,7 +147,7 @@ SECTIONS := wall-bounce masse sliding-swerve air-rolls restitution-bounce flight
 SECTION_ENGINES := ghostball pymunk pymunk:mode=landed pybullet pybullet:mode=landed paper-discrete \
 	paper-continuous mujoco physx:cloth=own dart:cloth=own
 
-gallery: validate  ## remake the pictures that the README shows
+gallery: engines validate  ## remake the pictures that the README shows
 	$(BIN)/ghostball validate $(SECTIONS) $(addprefix -e ,$(SECTION_ENGINES)) --jobs $(JOBS) \
 		--out $(OUT)/sections --no-report
 	$(BIN)/python -m benchmarks gallery $(OUT) reports/gallery --sections $(OUT)/sections

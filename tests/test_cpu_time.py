@@ -1,8 +1,9 @@
-"""What tests cost is measured, shown and judged, whether workers of xdist run them or not.
+"""What tests cost is measured and shown, whether workers of xdist run them or not.
 
 The clock is the scratch repository's own: each of its tests says what it costs.
 """
 
+import re
 from pathlib import Path
 
 import pytest
@@ -61,47 +62,25 @@ def run(request, pytester, monkeypatch):
     return run
 
 
-def test_a_test_that_costs_too_much_fails_the_run(run):
-    result = run(TESTS, "--cpu-limit=5")
-    assert result.ret == pytest.ExitCode.TESTS_FAILED
-    result.assert_outcomes(passed=4)  # the run fails, and not the tests
+def test_what_tests_cost_is_printed_and_fails_no_run(run):
+    """A limit on it refused changes for no fault of the code."""
+    result = run(TESTS, "--cpu-times")
+    assert result.ret == pytest.ExitCode.OK
+    result.assert_outcomes(passed=4)
+    advice = "  over 5 s: make it smaller, or mark it slow"
+    module = "test_what_tests_cost_is_printed_and_fails_no_run.py"
     result.stdout.fnmatch_lines(
         [
             "*10 tests that cost most*",
-            "*100.00 s  *::test_marked",
-            "  6.50 s  *::test_dear",
-            "  6.00 s  *::test_dear_with_its_fixture",
-            "  4.50 s  *::test_cheap",
-            "*tests that cost too much*",
+            f"100.00 s  {module}::test_marked",
+            f"  6.50 s  {module}::test_dear{advice}",
+            f"  6.00 s  {module}::test_dear_with_its_fixture{advice}",
+            f"  4.50 s  {module}::test_cheap",
         ]
     )
-    result.stdout.fnmatch_lines_random(
-        [
-            "*::test_dear took 6.5 s of the processor, and 5 s is the most.*",
-            "*::test_dear_with_its_fixture took 6.0 s *",
-        ]
-    )
-    result.stdout.no_fnmatch_line("*test_cheap took*")
-    result.stdout.no_fnmatch_line("*test_marked took*")
 
 
-def test_cheap_tests_and_those_marked_slow_pass(run):
-    result = run(TESTS, "--cpu-limit=5", "-k", "not dear")
-    assert result.ret == pytest.ExitCode.OK
-    result.stdout.no_fnmatch_line("*cost too much*")
-
-
-def test_on_a_slow_machine_all_tests_are_dear_and_none_fails_the_run(run):
-    cheap = "".join(f"\ndef test_{n}(spend):\n    spend(10.0)\n" for n in range(80))
-    result = run(cheap, "--cpu-limit=5")  # of 800 s a test may take 12
-    assert result.ret == pytest.ExitCode.OK
-    result.stdout.no_fnmatch_line("*cost too much*")
-    result = run(cheap + "\ndef test_dear(spend):\n    spend(13.0)\n", "--cpu-limit=5")
-    assert result.ret == pytest.ExitCode.TESTS_FAILED
-    result.stdout.fnmatch_lines(["*::test_dear took 13.0 s of the processor, and 12 s is *"])
-
-
-def test_without_a_limit_nothing_is_said(run):
+def test_unless_asked_nothing_is_said(run):
     result = run(TESTS)
     assert result.ret == pytest.ExitCode.OK
     result.stdout.no_fnmatch_line("*cost*")
@@ -141,8 +120,9 @@ def test_what_a_process_did_before_a_test_costs_that_test_nothing(
     pytester.makeini("[pytest]")
     pytester.makepyfile(LATE.replace("{of_a_child}", str(of_a_child)))
     plugins = ("-p", "no:hypothesispytest", "-p", "cpu_time", "-n", "0")
-    result = pytester.runpytest_subprocess(*plugins, "--cpu-limit=0.5")
+    result = pytester.runpytest_subprocess(*plugins, "--cpu-times")
     result.assert_outcomes(passed=2)
-    assert result.ret == pytest.ExitCode.TESTS_FAILED
-    result.stdout.fnmatch_lines(["*::test_begins took *"])
-    result.stdout.no_fnmatch_line("*::test_ends took *")
+    cost = re.compile(r"^ *(\S+) s  \S+::test_(begins|ends)", re.MULTILINE)
+    costs = {test: float(seconds) for seconds, test in cost.findall(result.stdout.str())}
+    assert costs["begins"] > 0.9  # of the processor's time, however long that took
+    assert costs["ends"] < 0.5
