@@ -49,7 +49,7 @@ def engine_class(name: str) -> type[ReferenceEngine]:
     Raises
     ------
     EngineError
-        Where no engine has this name, or two packages claim it.
+        Where no engine has this name, two packages claim it, or another one claims ours.
     EngineUnavailableError
         Where its module can't be imported, or what it names isn't an engine.
     """
@@ -185,6 +185,11 @@ def _class_at(where: str) -> type[ReferenceEngine]:
         lacks = "its `name` must be a text"
     if lacks:
         raise EngineUnavailableError(f"`{where}` isn't an engine: {lacks}")
+    if loaded.name == OURS and loaded is not engine_class(OURS):
+        raise EngineError(
+            f"engine `{where}`: its `name` must not be {OURS!r}, our own engine's: truths, "
+            "limits and results go by it. Rename it"
+        )
     engine: type[ReferenceEngine] = loaded
     return engine
 

@@ -138,6 +138,16 @@ def test_a_name_claimed_by_two_packages_is_refused(packages):
         engine_class("foreign")
 
 
+def test_no_other_engine_may_have_the_name_of_ours(packages):
+    # Truths, limits and results go by the name; and its crash would be taken for ghostball's.
+    packages.install("some-engine", foreign(name="ghostball"))
+    with pytest.raises(EngineError, match="its `name` must not be 'ghostball'.*Rename it") as caught:
+        make_engine("some_engine:Engine")
+    assert not isinstance(caught.value, EngineUnavailableError)
+    ours = "ghostball.reference_adapters.ghostball:GhostballEngine"
+    assert engine_class(ours) is engine_class("ghostball")
+
+
 def test_an_engine_that_cannot_run_here_says_why(packages):
     packages.install("some-engine", foreign(reason="libfoo is missing; run `apt install libfoo`"))
     engine_class("foreign")  # its class can still be asked for settings and capabilities

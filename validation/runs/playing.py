@@ -21,6 +21,7 @@ from typing import Any, Final
 
 from ghostball.engine import EngineFailedError, Record, Result, Scene, Status, UnsupportedSceneError
 from ghostball.reference_adapters.base import EngineSettings, ReferenceEngine
+from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.registry import OURS, EngineUnavailableError
 from ghostball.validation.parallel.pool import limit_of, run_tasks
 from ghostball.validation.runs.returned import ResultRefusedError, check_result
@@ -124,7 +125,7 @@ def apart(
     An engine that is made of the one yielded, with other settings, runs there too. The process ends
     with the block. Our own engine runs in this one: it is no stranger.
     """
-    if engine.name == OURS:
+    if type(engine) is GhostballEngine:  # a name anyone's class may have
         yield engine
         return
     base: Any = type(engine)

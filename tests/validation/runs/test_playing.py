@@ -112,6 +112,14 @@ def test_ours_runs_in_this_process():
         assert player is ours
 
 
+def test_another_engine_of_our_name_runs_in_another_process_too(evil):
+    # Where the name alone was compared, its crash ended the command without a word.
+    impostor = type("Impostor", (type(evil),), {"name": OURS, "__module__": "evil_engine"})
+    sys.modules["evil_engine"].Impostor = impostor
+    with apart(impostor(evil.settings), 60.0) as player:
+        assert player.runs_apart
+
+
 def test_another_process_costs_the_shot_alone(evil, capfd):
     # One process plays shot after shot; where it dies or hangs, the next one is as good.
     printed = []
