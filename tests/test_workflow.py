@@ -66,6 +66,13 @@ def test_all_that_is_checked_is_checked():
     assert sorted(parts) == sorted(needed["check"].split())
 
 
+def test_the_gallery_installs_the_engines_that_it_draws():
+    # On a clean clone it stopped at the first one.
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    (needed,) = re.findall(r"^gallery: (.*?)  ## ", makefile, re.MULTILINE)
+    assert needed.split() == ["engines", "validate"]
+
+
 def test_what_the_readme_says_runs_on_every_version_that_is_promised():
     promised = re.findall(
         r"Python :: (3\.\d+)", (ROOT / "pyproject.toml").read_text(encoding="utf-8")
