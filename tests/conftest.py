@@ -4,13 +4,26 @@ import signal
 import sys
 from pathlib import Path
 
+import numba
 import pytest
+from hypothesis import HealthCheck, settings
 
 pytest_plugins = ["cpu_time"]  # of tests/support
 
 # For `benchmarks` and `docs`. Last, so that `ghostball` is the one that the tests are run on: the
 # wheel's, or a copy with a planted bug.
 sys.path.append(str(Path(__file__).parents[1]))
+
+# Hypothesis repeats itself, so that a red test stays red.
+settings.register_profile(
+    "repeatable",
+    deadline=None,  # the first example compiles; without JIT every example is slow
+    derandomize=True,
+    database=None,
+    max_examples=8 if numba.config.DISABLE_JIT else 40,  # the same first ones
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile("repeatable")
 
 # A shell that starts something in the background without job control has it ignore interrupts, and
 # all its children inherit that: tests that press Ctrl-C would wait for ever.

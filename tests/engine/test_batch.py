@@ -4,7 +4,6 @@ import math
 import os
 import signal
 import threading
-import time
 from collections.abc import Callable
 from functools import partial
 
@@ -186,7 +185,7 @@ def test_no_shots_give_an_empty_batch():
 @pytest.mark.compiled
 @pytest.mark.parametrize("many", [False, True], ids=["sweep", "many"])
 def test_endless_shots_are_interrupted(many):
-    # Whoever waits for the limit of events waits for minutes.
+    # Whoever waits for the limit of events waits for days.
     rolls_on = scene_of(
         ball((0.5, 0.5), (1.0, 0.3)), table=POOL_TABLE, rolling_friction=0.0, t_max=1e50
     )
@@ -198,11 +197,9 @@ def test_endless_shots_are_interrupted(many):
     )
     if many:
         endless = partial(simulate_many, [rolls_on] * 50, threads=2, max_events=10**12)
-    began = time.process_time()
     interrupt.start()
     with pytest.raises(KeyboardInterrupt):
         endless()
-    assert time.process_time() - began < 3.0  # of two threads
 
 
 @pytest.mark.compiled

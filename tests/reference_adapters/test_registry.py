@@ -141,7 +141,7 @@ def test_a_name_claimed_by_two_packages_is_refused(packages):
 def test_no_other_engine_may_have_the_name_of_ours(packages):
     # Truths, limits and results go by the name; and its crash would be taken for ghostball's.
     packages.install("some-engine", foreign(name="ghostball"))
-    with pytest.raises(EngineError, match="its `name` must not be 'ghostball'.*Rename it") as caught:
+    with pytest.raises(EngineError, match="must not be 'ghostball'") as caught:
         make_engine("some_engine:Engine")
     assert not isinstance(caught.value, EngineUnavailableError)
     ours = "ghostball.reference_adapters.ghostball:GhostballEngine"

@@ -61,7 +61,7 @@ def test_the_same_bits_are_identical_and_cost_no_other_run():
 
 
 @given(st.floats(0.2, 3.0), st.floats(-6.0, 6.0))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_what_is_worse_one_way_is_better_the_other_way(speed, octaves):
     # The band of an error is a factor of 2 in both directions, where it is many roundings.
     scene = gate.cut_shot(speed)

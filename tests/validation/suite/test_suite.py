@@ -544,13 +544,11 @@ def test_an_interrupt_leaves_no_process_behind(tmp_path: Path) -> None:
     def interrupt(record: CaseRecord, done: int, total: int) -> None:
         raise KeyboardInterrupt
 
-    started = time.monotonic()
     engines = ["fake:does=hang", "fake", "ghostball"]
     outcome = run_suite([scene()], engines, tmp_path, jobs=2, progress=interrupt)
     assert outcome.interrupted
     assert [case.label for case in Results.open(tmp_path).cases] == ["fake"]
-    assert multiprocessing.active_children() == []
-    assert time.monotonic() - started < 60  # the hanging one would have slept for 600 s
+    assert multiprocessing.active_children() == []  # the hanging one would be there for 600 s
 
 
 def group_is_gone(group: int, within: float) -> bool:
