@@ -17,6 +17,17 @@ a speed times a time, 1e100 m, so that square is at most 1e300: still a double. 
 infinite without a word.
 """
 
+FASTEST_DRAG = 1e10
+"""Largest rate at which air, or friction that grows with the speed, slows a ball [1/s].
+
+Motion in air is a power series in time: its n-th term is a speed, at most 1e50 m/s, times the n-th
+power of this rate, n up to 24. That is at most 1e290 and still a double; the ball stands after a
+ten-thousandth of a millionth of a second.
+"""
+
+MOST_IMPACTS = 1e12
+"""Most collisions with cushions that a shot without `t_max` may need: they take days."""
+
 SMALLEST = 1.0 / LARGEST
 """Smallest size of what must be positive, since it divides: a spin is v / R, at most 1e100."""
 
@@ -74,6 +85,8 @@ NonNegative = Annotated[Finite, Field(ge=0.0, le=LARGEST)]
 Fraction = Annotated[Finite, Field(ge=0.0, le=1.0)]
 Flag = Annotated[bool, Strict()]
 Text = Annotated[str, Strict()]
+SceneName = Annotated[Text, Field(pattern=r"^[a-z0-9][a-z0-9._-]{0,63}$")]
+"""Part of the names of files, so that it must be no path."""
 PlaneVector = Annotated[tuple[Real, ...], AfterValidator(_two_or_three)]
 SpaceVector = tuple[Real, Real, Real]
 

@@ -20,7 +20,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from ghostball.engine.core.tolerances import EPS
 from ghostball.engine.errors import SceneError
 from ghostball.engine.scene import toml
-from ghostball.engine.scene.fields import Positive, Text, whole_number
+from ghostball.engine.scene.fields import Positive, SceneName, Text, whole_number
 from ghostball.engine.scene.messages import refusal
 from ghostball.engine.scene.parts import Ball, Part, Physics, Table, rolling_angular_velocity
 from ghostball.engine.scene.picture import picture
@@ -52,7 +52,7 @@ class Scene(Part):
     schema_version: Annotated[Literal[1], BeforeValidator(whole_number)] = Field(
         default=1, alias="schema"
     )
-    name: Annotated[Text, Field(pattern=r"^[a-z0-9][a-z0-9._-]{0,63}$")]
+    name: SceneName
     title: Text = ""
     tags: tuple[Text, ...] = ()
     t_max: Positive | None = None

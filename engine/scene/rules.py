@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine.core.tolerances import position_rounding
+from ghostball.engine.scene.end_rules import check_drag, check_ends, size
 from ghostball.engine.scene.fields import LARGEST, problem
 from ghostball.engine.scene.law_rules import check_laws_in_scene
 
@@ -60,7 +61,8 @@ def check_scene(scene: Scene, rolling: NDArray[np.float64]) -> None:
     _check_rolling(scene, motions)
     _check_spin(scene, motions)
     check_laws_in_scene(scene)
-    _check_ends(scene, motions)
+    check_drag(scene, motions)
+    check_ends(scene, motions)
 
 
 def check_motions(scene: Scene, motions: Motions) -> None:
@@ -73,7 +75,8 @@ def check_motions(scene: Scene, motions: Motions) -> None:
     """
     _check_rolling(scene, motions)
     _check_spin(scene, motions)
-    _check_ends(scene, motions)
+    check_drag(scene, motions)
+    check_ends(scene, motions)
 
 
 def _check_ids(scene: Scene) -> None:
@@ -273,7 +276,7 @@ def _check_rolling(scene: Scene, motions: Motions) -> None:
 
 
 def _check_spin(scene: Scene, motions: Motions) -> None:
-    surface = np.where(motions.given, scene.radii[motions.ball] * _size(motions.spin), 0.0)
+    surface = np.where(motions.given, scene.radii[motions.ball] * size(motions.spin), 0.0)
     for k in np.flatnonzero(surface > LARGEST)[:1]:
         raise problem(
             "fast_spin",
@@ -284,95 +287,4 @@ def _check_spin(scene: Scene, motions: Motions) -> None:
             largest=LARGEST,
             spin=tuple(motions.spin[k].tolist()),
             surface=float(surface[k]),
-        )
-
-
-def _size(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the lengths of vectors (m, 2) or (m, 3); the squares of tiny ones don't vanish."""
-    sizes: NDArray[np.float64] = np.hypot.reduce(vectors, axis=1)
-    return sizes
-
-
-def _check_ends(scene: Scene, motions: Motions) -> None:
-    # A ball that moves may set any other moving: its speed is held against every ball's friction.
-    if scene.t_max is not None:
-        return
-    rolls = ("roll", "rolling_friction", scene.rolling_frictions)
-    slides = ("slide", "sliding_friction", scene.sliding_frictions)
-    sliding = scene.physics.motion == "sliding"
-    surface = scene.radii[motions.ball] * _size(motions.spin[:, :2])
-    speeds = np.maximum(_size(motions.velocity), surface)
-    if scene.physics.airborne and scene.physics.table_restitution == 1.0:
-        raise problem(
-            "endless",
-            "`t_max` must be given where `table_restitution` is 1: a ball that bounces might never "
-            "come to rest. Set `t_max` to a time in seconds",
-            at=("physics", "table_restitution"),
-        )
-    for verb, field, frictions in (rolls, slides) if sliding else (rolls,):
-        _check_stops(scene, motions, speeds, verb, field, frictions)
-    if sliding:
-        _check_spin_ends(scene, motions, speeds)
-
-
-def _check_stops(
-    scene: Scene,
-    motions: Motions,
-    speeds: NDArray[np.float64],
-    verb: str,
-    field: str,
-    frictions: NDArray[np.float64],
-) -> None:
-    k, j = int(np.argmax(speeds)), int(np.argmin(frictions))
-    # The product as the engine takes it: of two tiny factors it may round to 0.
-    deceleration = float(frictions[j]) * scene.physics.gravity
-    if deceleration == 0.0 and speeds[k] > 0.0:
-        raise problem(
-            "endless",
-            "`t_max` must be given where a ball moves ({name}) and a ball loses no speed "
-            "while it {verb}s (`balls[{j}]`, `{field}` = {friction}): it might never come to rest. "
-            "Set `t_max` to a time in seconds",
-            at=("balls", int(motions.ball[k])),
-            name=motions.name(k),
-            j=j,
-            verb=verb,
-            field=field,
-            friction=float(frictions[j]),
-        )
-    if speeds[k] > LARGEST * deceleration:
-        raise problem(
-            "endless",
-            "`t_max` must be given where a ball with the speed of {name}, {speed:g} m/s, "
-            "would {verb} for more than {longest:g} s: `balls[{j}]` loses {deceleration:g} m/s "
-            "each second. Set `t_max` to a time in seconds",
-            at=("balls", int(motions.ball[k])),
-            name=motions.name(k),
-            j=j,
-            verb=verb,
-            longest=LARGEST,
-            speed=float(speeds[k]),
-            deceleration=deceleration,
-        )
-
-
-def _check_spin_ends(scene: Scene, motions: Motions, speeds: NDArray[np.float64]) -> None:
-    # Spin about the vertical may also come from friction in an impact, out of speed. Where its
-    # rate is 0 nobody waits for its end.
-    rates = scene.spinning_friction_rates
-    if not np.any(rates > 0.0):
-        return
-    vertical = scene.radii[motions.ball] * np.abs(motions.spin[:, 2])
-    spin = float(max(np.max(vertical), np.max(speeds))) / float(np.min(scene.radii))
-    j = int(np.argmin(np.where(rates > 0.0, rates, np.inf)))
-    if spin > LARGEST * float(rates[j]):
-        raise problem(
-            "endless",
-            "`t_max` must be given where a ball might spin for more than {longest:g} s: it may "
-            "have {spin:g} rad/s, and `balls[{j}]` loses {rate:g} rad/s each second. Set `t_max` "
-            "to a time in seconds",
-            at=("balls", j),
-            j=j,
-            longest=LARGEST,
-            spin=spin,
-            rate=float(rates[j]),
         )

@@ -138,6 +138,16 @@ def one_ball(**fields) -> Scene:
         (one_ball(), [1.0, 1e308], "must be at most"),
         (one_ball(rolling_friction=1e-40), [1.0, 1e20], "`t_max` must be given .* 1e\\+20 m/s"),
         (
+            one_ball(air_drag=1.0),
+            [1.0, 1e11],
+            r"`physics.air_drag` .* at most 1e\+10 .* 1e\+11 m/s of `balls\[0\]` in shot 1",
+        ),
+        (
+            one_ball(table=POOL_TABLE),
+            [1.0, 1e8],
+            r"cushions more than 1e\+12 times .* `balls\[0\]` in shot 1 begins with 1e\+08 m/s",
+        ),
+        (
             scene_of(
                 ball((0, 0), (1e-10, 0.0), angular_velocity=(0.0, 0.0, 1e5)),
                 motion="sliding",
@@ -165,7 +175,7 @@ def one_ball(**fields) -> Scene:
             r"`balls\[0\].angular_velocity` in shot 1 must turn the ball's surface",
         ),
     ],
-    ids=["endless", "fast", "overflow", "long", "spin", "spin-ends", "surface"],
+    ids=["endless", "fast", "overflow", "long", "drag", "impacts", "spin", "spin-ends", "surface"],
 )
 def test_a_shot_is_refused_that_a_scene_would_be_refused_for(scene, speeds, rule):
     with pytest.raises(SceneError, match=rule):

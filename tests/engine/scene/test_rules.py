@@ -7,10 +7,28 @@ import pytest
 from refusals import refusal
 from shots import ball, scene_of
 
-from ghostball.engine import SceneError
+from ghostball.engine import SceneError, Table
 from ghostball.engine.scene.rules import overlapping_pairs
 
 SLIDE = {"motion": "sliding"}
+
+
+class TestDrag:
+    """What slows by more the faster a ball is: too fast, and powers of it are no doubles."""
+
+    @pytest.mark.parametrize("field", ["air_drag", "rolling_friction_quadratic"])
+    @pytest.mark.parametrize("speed", [1e-20, 1.0, 1e6])
+    def test_it_slows_within_what_can_be_computed(self, field, speed):
+        moving = ball((0, 0), (speed, 0.0))
+        message = refusal(moving, **{field: 1.1e10 / speed})
+        assert f"`physics.{field}` times the speed of a ball must be at most 1e+10" in message
+        assert f"the {speed:g} m/s of `balls[0]`" in message
+        assert "Lower one of them" in message
+        assert scene_of(moving, **{field: 0.9e10 / speed})
+
+    def test_a_ball_that_turns_may_come_to_go(self):
+        turning = ball((0, 0), angular_velocity=(0.0, 1e6, 0.0))
+        assert "`balls[0]`" in refusal(turning, air_drag=1e6, **SLIDE)
 
 
 class TestEnds:
@@ -78,6 +96,27 @@ class TestEnds:
         assert "might spin for more than 1e+50 s" in message
         assert "`balls[1]` loses 1e-42 rad/s each second" in message
         assert scene_of(*balls, **SLIDE, t_max=1.0)
+
+    @pytest.mark.parametrize("speed", [1e8, 1e30])
+    def test_more_impacts_than_anyone_waits_for(self, speed):
+        table = Table(length=2.54, width=1.27)
+        fast = ball((0.5, 0.5), (0.0, speed))
+        message = refusal(ball((1.0, 1.0)), fast, table=table)
+        assert "`t_max` must be given where balls would hit cushions more than 1e+12" in message
+        assert f"`balls[1]` begins with {speed:g} m/s" in message
+        for fewer in (
+            {"t_max": 1.0},
+            {"table": Table(length=2.54, width=1.27, cushions=("left", "right"))},
+            {"preset": "pool"},
+            {"cushion": "restitution", "cushion_restitution": 0.9},
+            {"rolling_friction_quadratic": 1e-30},
+        ):
+            assert scene_of(ball((1.0, 1.0)), fast, **({"table": table} | fewer))
+        assert scene_of(ball((0.5, 0.5), (0.0, 1e6)), table=table)
+        # Lost are m mu g in each metre, wherever the energy went, on ways of at most 2.84 m.
+        some = ball((0.5, 0.5), (0.0, 1.06e6), mass=1.0)
+        assert "at least 1e+12" in refusal(some, table=table)
+        assert scene_of(some, ball((1.0, 1.0), mass=2.0), table=table)
 
     def test_a_friction_that_rounds_to_nothing(self):
         # mu g rounds to 0: the engine would see no friction at all.
