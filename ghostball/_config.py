@@ -12,7 +12,6 @@ the file, which is the nearest one upwards that has such a table.
 
 from __future__ import annotations
 
-import tomllib
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any
@@ -20,7 +19,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ghostball.engine import GhostballError
-from ghostball.validation.results.files import told
+from ghostball.validation.results.files import told, toml_of
 
 FILE = "pyproject.toml"
 
@@ -96,10 +95,12 @@ def load_table(path: Path) -> Any:
     if "ghostball" not in text:
         return None
     try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        tool = toml_of(text).get("tool", {})
+    except ValueError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from None
-    return data.get("tool", {}).get("ghostball")
+    if not isinstance(tool, dict):
+        raise ConfigError(f"{path}: `tool` must be a table, got {tool!r}")
+    return tool.get("ghostball")
 
 
 def _checked(table: Any, path: Path) -> Config:

@@ -24,15 +24,14 @@ A run is an object with these keys, in SI units; balls are in the order of the s
 
 from __future__ import annotations
 
-import json
 from collections import Counter
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import from_json
 
 from ghostball.engine import (
     CUSHIONS,
@@ -62,6 +61,10 @@ _KINDS = {kind.label: kind for kind in EventKind}
 _STATUSES = {"rest": Status.REST, "t-max": Status.T_MAX, "failed": Status.FAILED}
 
 
+_LARGEST = np.iinfo(np.int32).max
+"""Of a ball's number, as events keep it."""
+
+
 class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore")
 
@@ -71,8 +74,8 @@ class RunEvent(_Part):
 
     t: Annotated[float, Field(ge=0.0)]
     kind: str
-    a: Annotated[int, Field(ge=0)]
-    b: int | str | None = None
+    a: Annotated[int, Field(ge=0, le=_LARGEST)]
+    b: Annotated[int, Field(ge=-1, le=_LARGEST)] | str | None = None
 
 
 class RunSamples(_Part):
@@ -114,12 +117,15 @@ class Run(_Part):
         except (OSError, UnicodeDecodeError) as error:
             raise EngineError(f"{path} can't be read: {error}") from None
         try:
-            values = json.loads(text)
-        except json.JSONDecodeError:
+            values = from_json(text)
+        except ValueError:  # also of what is nested too deeply
             try:
-                values = [json.loads(line) for line in text.splitlines() if line.strip()]
-            except json.JSONDecodeError as error:
-                raise EngineError(f"{path} isn't JSON: {error}") from None
+                values = [from_json(line) for line in text.splitlines() if line.strip()]
+            except ValueError as error:
+                raise EngineError(
+                    f"{path} isn't JSON that can be read: {error}. Write one run, a list of runs, "
+                    "or one run a line"
+                ) from None
         listed = values if isinstance(values, list) else [values]
         return tuple(cls.parse(value, f"{path}, run {k}") for k, value in enumerate(listed, 1))
 
@@ -161,7 +167,9 @@ class Run(_Part):
         final, trajectory = Samples(centres, still, still), None
         if self.samples is not None:
             trajectory = self._motion(self.samples, n, name)
-            last = trajectory.sample(np.array([self.rest_time]))
+            # What isn't finite is told where runs are checked and measured, as any engine's.
+            with np.errstate(invalid="ignore", over="ignore"):
+                last = trajectory.sample(np.array([self.rest_time]))
             final = Samples(centres, last.velocities, last.angular_velocities)
         elif record == "trajectory":
             raise EngineError(f"the {name} has no `samples`, from which its motion is graded")
@@ -203,21 +211,18 @@ class Run(_Part):
 
     @staticmethod
     def _motion(samples: RunSamples, n: int, name: str) -> SampledTrajectory:
-        t = np.array(samples.t)
-        parts: Mapping[str, FloatArray] = {
-            "positions": np.array(samples.positions, dtype=np.float64),
-            "velocities": np.array(samples.velocities, dtype=np.float64),
-            "angular_velocities": np.array(samples.angular_velocities, dtype=np.float64),
-        }
-        for key, part in parts.items():
-            if part.shape != (len(t), n, 3):
+        t, parts = np.array(samples.t), []
+        for key in ("positions", "velocities", "angular_velocities"):
+            rows: list[list[Triple]] = getattr(samples, key)
+            if len(rows) != len(t) or any(len(row) != n for row in rows):
                 raise EngineError(
-                    f"`samples.{key}` of the {name} must have the shape {(len(t), n, 3)}, got "
-                    f"{part.shape}"
+                    f"`samples.{key}` of the {name} must have the shape {(len(t), n, 3)}: for "
+                    f"each instant, of each ball, 3 numbers"
                 )
+            parts.append(np.array(rows, dtype=np.float64))
         if len(t) == 0 or np.any(np.diff(t) < 0.0):
             raise EngineError(f"`samples.t` of the {name} must be instants in order of time")
-        return SampledTrajectory(t, *parts.values())
+        return SampledTrajectory(t, *parts)
 
 
 def recorded_engine(run: Run) -> ReferenceEngine:

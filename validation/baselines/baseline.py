@@ -21,7 +21,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
@@ -40,7 +39,7 @@ from ghostball.validation.baselines.fingerprint import BLOCK, Block, blocks_of
 from ghostball.validation.baselines.observed import KEPT_EVENTS, Observed
 from ghostball.validation.baselines.regression import Level
 from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.results.files import told
+from ghostball.validation.results.files import told, toml_of
 from ghostball.validation.truth.scene_truth import OUR_NAME
 
 SCHEMA: Final = 2
@@ -316,8 +315,8 @@ def baseline_of(text: str, path: Path, engine: str = OUR_NAME) -> Baseline:
         As of `load_baseline`.
     """
     try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        data = toml_of(text)
+    except ValueError as error:
         raise BaselineError(f"{path}: not valid TOML: {error}. {_RESTORE}") from None
     if "schema" not in data:
         raise BaselineError(f"{path}: holds no `schema`: cut short, or no baseline. {_RESTORE}")

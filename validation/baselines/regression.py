@@ -6,10 +6,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
+from ghostball.engine.scene.fields import SceneName
 from ghostball.validation.results.database import (
     get_document,
     has_database,
@@ -19,6 +20,7 @@ from ghostball.validation.results.database import (
     transaction,
     writing,
 )
+from ghostball.validation.results.fields import EnvironmentValues
 
 SCHEMA: Final = 4
 """Version of what `ghostball regress --format json` prints."""
@@ -144,7 +146,7 @@ class SceneChange(_Model):
         What shows the difference, or the scene, again.
     """
 
-    scene: str
+    scene: SceneName
     title: str
     change: Change
     failed: bool
@@ -193,8 +195,8 @@ class Regression(_Model):
     label: str = "ghostball"
     engine: str = "ghostball"
     against: str
-    base: dict[str, Any]
-    head: dict[str, Any]
+    base: EnvironmentValues
+    head: EnvironmentValues
     outcome: Literal["passed", "failed", "no-baseline"]
     scenes: tuple[SceneChange, ...]
     stale: tuple[str, ...] = ()

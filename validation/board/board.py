@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 
 from ghostball.engine import EngineFailedError, GhostballError, UnsupportedSceneError
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
@@ -22,6 +22,7 @@ from ghostball.validation.board.shots import cut_to_rest, one_into_two, slide_to
 from ghostball.validation.parallel.compiling import Compiling, compile_kernels
 from ghostball.validation.parallel.pool import limit_of, run_tasks
 from ghostball.validation.results.environment import describe_environment
+from ghostball.validation.results.fields import EnvironmentValues
 from ghostball.validation.results.files import BOARD, cannot_write, told, write_whole
 from ghostball.validation.results.motions import save_motion
 from ghostball.validation.results.records import Motion
@@ -81,11 +82,18 @@ class StoredCell(_Record):
     code: str
     cell: Cell
 
+    @field_validator("column")
+    @classmethod
+    def _is_a_column(cls, value: str) -> str:
+        if value not in COLUMNS:
+            raise ValueError(f"must be one of {', '.join(COLUMNS)}")
+        return value
+
 
 class StoredBoard(_Record):
     """All cells that are kept, and where the last of them was measured."""
 
-    environment: dict[str, Any]
+    environment: EnvironmentValues
     cells: tuple[StoredCell, ...]
 
 

@@ -31,7 +31,6 @@ shot ends are computed from their step, on metrics that no criterion limits; see
 
 from __future__ import annotations
 
-import tomllib
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
@@ -57,6 +56,7 @@ from ghostball.validation.checks.criterion import (
     SharedCriterion,
     StepRule,
 )
+from ghostball.validation.results.files import toml_of
 from ghostball.validation.results.records import LimitKind
 from ghostball.validation.scenes.library import FOLDER
 from ghostball.validation.truth.scene_truth import WantedTruth
@@ -259,10 +259,10 @@ def shared_criteria() -> SharedCriteria:
 def _load(model: type[_Model], source: Path) -> _Model:
     """Read a criteria file; see `Criteria.load`."""
     try:
-        data = tomllib.loads(source.read_text(encoding="utf-8"))
+        data = toml_of(source.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise CriteriaError(f"{source}: can't read the criteria: {error}") from None
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:
         raise CriteriaError(f"{source}: not valid TOML: {error}. Mend it there") from None
     try:
         return model.model_validate(data)

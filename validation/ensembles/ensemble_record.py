@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict
 
 from ghostball.engine import Scene
+from ghostball.engine.scene.fields import SceneName
 from ghostball.validation.ensembles.members import Size, Stream
-from ghostball.validation.results.records import FloatArray, scene_from
+from ghostball.validation.results.fields import Definition, EnvironmentValues, FloatArray
+from ghostball.validation.results.records import scene_from
 
 REFERENCE: Final = "ghostball"
 """The engine that the others are compared with: the one that has every scene's own model."""
@@ -43,9 +45,9 @@ class EnsembleRun:
 
     count: int
     size: Size
-    scenes: tuple[str, ...]
+    scenes: tuple[SceneName, ...]
     labels: tuple[str, ...]
-    environment: dict[str, Any]
+    environment: EnvironmentValues
     state: EnsembleState = "running"
     name: str = field(default_factory=lambda: uuid4().hex)
 
@@ -81,8 +83,8 @@ class EnsembleRecord:
         Hashes of all that decides what its members do. "" where they must be run again.
     """
 
-    scene: str
-    definition: dict[str, Any]
+    scene: SceneName
+    definition: Definition
     label: str
     engine: str
     stream: Stream

@@ -28,8 +28,8 @@ from ghostball.validation.results.database import (
     record_of,
     transaction,
 )
+from ghostball.validation.results.fields import check_shape
 from ghostball.validation.results.files import ResultsError
-from ghostball.validation.results.records import check_shape
 
 Key = tuple[str, str, Stream]
 """Scene, engine label and stream of an ensemble."""

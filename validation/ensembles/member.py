@@ -13,7 +13,8 @@ from ghostball.engine import EngineFailedError, Scene, UnsupportedSceneError
 from ghostball.engine.result import COLLISION_KINDS
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
 from ghostball.validation.ensembles.members import Stream
-from ghostball.validation.results.records import FloatArray, status_name
+from ghostball.validation.results.fields import FloatArray
+from ghostball.validation.results.records import status_name
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.runs.sampling import energy_at
 

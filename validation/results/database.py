@@ -12,6 +12,7 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any, Final, Literal
 from urllib.parse import quote
@@ -290,6 +291,8 @@ def _check(database: sqlite3.Connection, path: Path) -> None:
             f"{path}: its version must be {SCHEMA}, got {version}: another version of ghostball "
             f"wrote it. {AGAIN}"
         )
+    if not _tables_of(_TABLES) <= _tables(database):
+        raise ResultsError(f"{path}: is cut short or damaged (its tables are others). {AGAIN}")
     # SQLite reads what is missing of a last page as zeros. While a run writes, pages lie elsewhere.
     (pages,) = database.execute("PRAGMA page_count").fetchone()
     (size,) = database.execute("PRAGMA page_size").fetchone()
@@ -297,14 +300,30 @@ def _check(database: sqlite3.Connection, path: Path) -> None:
         raise ResultsError(f"{path}: is cut short or damaged (a page is not whole). {AGAIN}")
 
 
+def _tables(database: sqlite3.Connection) -> frozenset[str]:
+    """Return how the tables of a database were made; somebody may have added some of his own."""
+    return frozenset(sql for (sql,) in database.execute("SELECT sql FROM sqlite_schema") if sql)
+
+
+@cache
+def _tables_of(script: str) -> frozenset[str]:
+    with closing(sqlite3.connect(":memory:")) as database:
+        database.executescript(script)
+        return _tables(database)
+
+
 @contextmanager
 def _explained(path: Path) -> Iterator[None]:
     """Say in one line what a database that can't be used is, in place of what SQLite says."""
     try:
         yield
+    except UnicodeDecodeError as error:  # of a name, which SQLite quotes in what it says
+        raise ResultsError(f"{path}: is cut short or damaged ({error}). {AGAIN}") from None
     except sqlite3.Error as error:
-        code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF
-        if code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
+        code = getattr(error, "sqlite_errorcode", _NOT_TEXT) & 0xFF
+        if code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, _NOT_TEXT) or (
+            str(error) == "malformed JSON"  # of a view, which has no code of its own
+        ):
             raise ResultsError(f"{path}: is cut short or damaged ({error}). {AGAIN}") from None
         if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
             raise ResultsError(f"{path}: another process writes there. Try again later") from None
@@ -314,6 +333,9 @@ def _explained(path: Path) -> Iterator[None]:
             ) from None
         raise  # a fault of ours
 
+
+_NOT_TEXT: Final = 0xFF
+"""Stands for the code where Python itself raises, since a text isn't UTF-8."""
 
 _OF_THE_DISK: Final = frozenset(
     (

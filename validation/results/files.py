@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -17,6 +19,20 @@ BOARD = "board.json"
 
 class ResultsError(GhostballError):
     """A results folder that can't be read, written or replaced."""
+
+
+def toml_of(text: str) -> dict[str, Any]:
+    """Return what a text in TOML says.
+
+    Raises
+    ------
+    ValueError
+        Where it is none, or is nested deeper than Python's reader can follow.
+    """
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("lists or tables are nested too deeply to read") from None
 
 
 def told(error: ValidationError) -> str:
@@ -32,7 +48,7 @@ def told(error: ValidationError) -> str:
         return f"`{where}` is missing"
     if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
         return f"`{where}` is no field of this file"
-    said = re.sub(r"^\w+ should", "must", first["msg"])
+    said = re.sub(r"^\w+ should", "must", first["msg"].removeprefix("Value error, "))
     # Of what is no JSON the whole text would be shown, and of a table all of it.
     shown = repr(first["input"])
     hidden = ", got " in said or len(shown) > _SHOWN or first["type"] == "json_invalid"

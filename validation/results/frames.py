@@ -10,8 +10,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from pydantic import TypeAdapter
+
 from ghostball.engine import GhostballError
-from ghostball.validation.results.database import reading
+from ghostball.validation.results.database import reading, record_of
 from ghostball.validation.results.files import ResultsError, cannot_write, write_all_whole
 
 TABLES: Final[Mapping[str, str]] = {
@@ -39,6 +41,8 @@ TABLES: Final[Mapping[str, str]] = {
 }
 """What there is of each kind, and how it is asked for; a column `record` is many, as JSON."""
 
+_RECORD: Final = TypeAdapter(dict[str, Any])
+
 LIBRARIES: Final = ("polars", "pandas")
 """What makes data frames: the first that is installed."""
 
@@ -56,7 +60,8 @@ def rows_of(folder: Path, table: str) -> list[dict[str, Any]]:
     with reading(folder) as database:
         found = database.execute(TABLES[table])
         names = [column[0] for column in found.description]
-        return [_spread(dict(zip(names, row, strict=True))) for row in found]
+        what = f"{folder}: a row of {table}"
+        return [_spread(dict(zip(names, row, strict=True)), what) for row in found]
 
 
 def frame_of(folder: Path, table: str) -> Any:
@@ -113,9 +118,9 @@ def export(folder: Path, target: Path) -> list[Path]:
     return list(contents)
 
 
-def _spread(row: dict[str, Any]) -> dict[str, Any]:
+def _spread(row: dict[str, Any], what: str) -> dict[str, Any]:
     """Return a row with what its record holds in the record's place."""
-    record: dict[str, Any] = json.loads(row.pop("record", "{}"))
+    record: dict[str, Any] = record_of(_RECORD, row.pop("record", "{}"), what)
     return {name: row[name] for name in row if name not in record} | record | row
 
 

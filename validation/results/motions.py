@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import sqlite3
-import zipfile
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, Final
@@ -14,12 +13,15 @@ from numpy.typing import NDArray
 
 from ghostball.engine import EVENT_DTYPE, EventKind
 from ghostball.engine.result import Events
+from ghostball.engine.scene import CUSHIONS
+from ghostball.engine.trajectory import Phase
 from ghostball.validation.results.database import AGAIN, reading, transaction, writing
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.records import Motion
 
 _LABELS: Final = {int(kind): kind.label for kind in EventKind}
 _KINDS: Final = {label: kind for kind, label in _LABELS.items()}
+_ENERGIES: Final = ("energy_translation", "energy_rotation", "energy_height")
 _SAMPLED: Final = [part.name for part in fields(Motion) if part.name != "events"]
 
 
@@ -110,18 +112,20 @@ def _motion(folder: Path, where: str, given: list[str], what: str) -> Motion | N
         rows = database.execute(
             "SELECT t, kind, a, b FROM events WHERE motion_id = ? ORDER BY rowid", [found[0]]
         ).fetchall()
+    # What zipfile, zlib and numpy raise where an archive is damaged is written nowhere.
     try:
         events = np.array([(t, _KINDS[kind], a, b) for t, kind, a, b in rows], dtype=EVENT_DTYPE)
         with np.load(io.BytesIO(found[1]), allow_pickle=False) as stored:
             parts = dict(stored)
         _check(parts, events)
         return Motion(events, **parts)
-    except (ValueError, TypeError, KeyError, OverflowError, EOFError, zipfile.BadZipFile) as error:
-        raise ResultsError(f"{folder}: {what} is damaged: {error}. {AGAIN}") from error
+    except Exception as error:
+        said = " ".join(f"{type(error).__name__}: {error}".split())
+        raise ResultsError(f"{folder}: {what} is damaged: {said}. {AGAIN}") from error
 
 
 def _check(parts: dict[str, NDArray[Any]], events: Events) -> None:
-    """Make sure that arrays are those of one motion: their names, types and shapes.
+    """Make sure that arrays are those of one motion: their names, types, shapes and values.
 
     Raises
     ------
@@ -140,5 +144,10 @@ def _check(parts: dict[str, NDArray[Any]], events: Events) -> None:
                 f"`{name}` must be {np.dtype(kind)} with shape {shape}, got {array.dtype} with "
                 f"shape {array.shape}"
             )
-    if np.any((events["a"] < 0) | (events["a"] >= n)):
-        raise ValueError(f"an event must be of one of {n} balls, got a = {events['a'].tolist()}")
+    if "phases" in parts and not np.all(np.isin(parts["phases"], [int(one) for one in Phase])):
+        raise ValueError("`phases` must be those of balls")
+    partners = np.where(events["kind"] == EventKind.BALL_BALL, n, max(n, len(CUSHIONS)))
+    if not np.all((events["a"] >= 0) & (events["a"] < n) & (events["b"] < partners)):
+        raise ValueError(f"`events` must be of the {n} balls, got a = {events['a'].tolist()}")
+    if k == 0 or not np.all(np.diff(parts["times"]) >= 0.0):
+        raise ValueError("`times` must be instants in order of time")

@@ -9,14 +9,16 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
-from typing import Annotated, Any, Final, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, PlainSerializer, PlainValidator
+from pydantic import ConfigDict
 
 from ghostball.engine import GhostballError, Scene, SceneError, Status
 from ghostball.engine.result import Events
+from ghostball.engine.scene.fields import SceneName
+from ghostball.validation.results.fields import Definition, FloatArray, check_shape
 
 CLOSED_FORM: Final = "closed form"
 CERTIFIED: Final = "certified"
@@ -50,38 +52,6 @@ BrokenBy = Literal["stopped", "not finite", "energy", "overlap"]
 """What makes a run broken: it gave up, isn't finite, made energy, or let balls through balls."""
 
 _SIGNS: Final[Mapping[LimitKind, str]] = {"at_most": "<=", "at_least": ">=", "equals": "=="}
-
-
-def _array_from_json(value: Any) -> NDArray[np.float64]:
-    try:
-        return np.array(value, dtype=np.float64)  # null, which stands for "not finite", becomes nan
-    except TypeError as error:
-        raise ValueError(str(error)) from None
-
-
-def _array_to_json(value: NDArray[np.float64]) -> Any:
-    # An engine that blew up returns nan or infinity, which JSON has no word for.
-    plain = value.astype(object)
-    plain[~np.isfinite(value)] = None
-    return plain.tolist()
-
-
-def check_shape(name: str, array: NDArray[np.float64] | None, shape: tuple[int, ...]) -> None:
-    """Make sure that a stored array has the shape that it must have, where it is there.
-
-    Raises
-    ------
-    ValueError
-    """
-    if array is not None and array.shape != shape:
-        raise ValueError(f"`{name}` must have the shape {shape}, got {array.shape}")
-
-
-FloatArray = Annotated[
-    NDArray[np.float64],
-    PlainValidator(_array_from_json),
-    PlainSerializer(_array_to_json, when_used="json"),
-]
 
 
 def definition_hash(definition: Mapping[str, Any]) -> str:
@@ -270,10 +240,10 @@ class CaseRecord:
         case must be run again whatever they are.
     """
 
-    scene: str
+    scene: SceneName
     title: str
     tags: tuple[str, ...]
-    definition: dict[str, Any]
+    definition: Definition
     label: str
     engine: str
     outcome: CaseOutcome

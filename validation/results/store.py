@@ -12,11 +12,12 @@ from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 from uuid import uuid4
 
-from pydantic import TypeAdapter
+from pydantic import AfterValidator, Field, TypeAdapter
 
+from ghostball.engine.scene.fields import SceneName
 from ghostball.validation.results.database import (
     DATABASE,
     LOCK,
@@ -30,6 +31,7 @@ from ghostball.validation.results.database import (
     transaction,
     writing,
 )
+from ghostball.validation.results.fields import Environment
 from ghostball.validation.results.files import BOARD, ResultsError, cannot_write
 from ghostball.validation.results.frames import frame_of
 from ghostball.validation.results.motions import motion_of_case, put_motion
@@ -68,7 +70,43 @@ RunState = Literal["running", "complete", "interrupted"]
 Pair = tuple[str, str]
 """A scene's name and an engine's label."""
 
-_RECORD = TypeAdapter(CaseRecord)
+
+class _Suite(Environment):
+    """What is read of what a run was asked for, and how it ended."""
+
+    run: str = ""
+    state: RunState
+    scenes: tuple[SceneName, ...] = ()
+    engines: tuple[str, ...] = ()
+    engine_settings: dict[str, dict[str, Any] | None] = Field(default_factory=dict)
+    metrics: tuple[str, ...] = ()
+
+
+def _as_suite(values: dict[str, Any]) -> dict[str, Any]:
+    _Suite.model_validate(values)
+    return values
+
+
+def _of_one_scene(case: CaseRecord) -> CaseRecord:
+    """Refuse a case whose parts are of another scene than it says, or of another number of balls.
+
+    Raises
+    ------
+    ValueError
+    """
+    if case.definition["name"] != case.scene:
+        raise ValueError(f"`definition.name` must be {case.scene!r}, the name of its scene")
+    n = len(case.definition["balls"])
+    shapes = {"truth_positions": (n, 3), "rest_positions": (n, 3), "ball_errors": (n,)}
+    for name, shape in shapes.items():
+        array = getattr(case, name)
+        if array is not None and array.shape != shape:
+            raise ValueError(f"`{name}` must have the shape {shape}, got {array.shape}")
+    return case
+
+
+_RECORD: Final = TypeAdapter(Annotated[CaseRecord, AfterValidator(_of_one_scene)])
+_SUITE: Final = TypeAdapter(Annotated[dict[str, Any], AfterValidator(_as_suite)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +147,8 @@ class Results:
                 f"{folder}: holds no results of the suite. Run `ghostball validate --out {path}`"
             )
         cases = [_case_of(folder, *row) for row in rows]
-        return cls(folder, cases, json.loads(environment))
+        asked: dict[str, Any] = record_of(_SUITE, environment, f"{folder}: what was asked for")
+        return cls(folder, cases, asked)
 
     @property
     def state(self) -> RunState:

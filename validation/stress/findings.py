@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
-from pydantic import ConfigDict, TypeAdapter
+from pydantic import ConfigDict, Field, TypeAdapter
 
 from ghostball.engine import Scene
 from ghostball.validation.results.database import (
@@ -25,6 +25,7 @@ from ghostball.validation.results.database import (
     transaction,
     writing,
 )
+from ghostball.validation.results.fields import Definition, EnvironmentValues
 from ghostball.validation.results.files import ResultsError, cannot_write
 from ghostball.validation.stress.trial import Suite
 
@@ -33,6 +34,9 @@ WORST_FOLDER: Final = "worst"
 Outcome = Literal["survived", "broken", "not-representable", "unavailable", "failed"]
 """Whether every shot held; not all did; the engine can't be asked that; it can't run here; the
 harness couldn't judge it, which says nothing of the engine."""
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9+=., _-]*$")]
+"""Of a family or a trial: part of the names of files, so that it must be no path."""
 
 Key = tuple[str, str, str]
 """Family, trial and label."""
@@ -58,8 +62,8 @@ class Finding:
         Definition of the shot that broke worst, or came nearest.
     """
 
-    family: str
-    trial: str
+    family: Name
+    trial: Name
     label: str
     outcome: Outcome
     faults: tuple[str, ...] = ()
@@ -68,7 +72,7 @@ class Finding:
     broken: int = 0
     values: dict[str, Any] = field(default_factory=dict)
     seconds: float = 0.0
-    scene: dict[str, Any] | None = None
+    scene: Definition | None = None
 
     __pydantic_config__ = ConfigDict(extra="forbid")
 
@@ -96,9 +100,9 @@ class StressRun:
     """
 
     suite: Suite
-    families: tuple[str, ...]
+    families: tuple[Name, ...]
     labels: tuple[str, ...]
-    environment: dict[str, Any]
+    environment: EnvironmentValues
     code_hash: str = ""
     missing: tuple[Key, ...] = ()
 

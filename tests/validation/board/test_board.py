@@ -182,7 +182,7 @@ def test_a_shot_that_comes_to_no_end_has_failed():
     ("text", "says"),
     [
         ("{}", "`environment` is missing"),
-        ('{"environment": {}, "cells": [{"row": "a", "column": "b"}]}', "`cells.0.code`"),
+        ('{"environment": {}, "cells": [{"row": "a", "column": "cut"}]}', "`cells.0.code`"),
         ("no board", "JSON"),
     ],
 )

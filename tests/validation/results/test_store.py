@@ -37,7 +37,7 @@ def record(label: str = "pymunk", scene: str = "roll", **changes: Any) -> CaseRe
         scene=scene,
         title="One ball",
         tags=("smoke",),
-        definition=SCENE.model_dump(mode="json", by_alias=True),
+        definition=SCENE.model_dump(mode="json", by_alias=True) | {"name": scene},
         label=label,
         engine=label.partition(":")[0],
         outcome="ran",

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pydantic import ConfigDict, TypeAdapter
 
+from ghostball.engine.scene.fields import SceneName
 from ghostball.validation.results.database import (
     has_database,
     reading,
@@ -15,7 +16,8 @@ from ghostball.validation.results.database import (
     transaction,
     writing,
 )
-from ghostball.validation.results.records import FloatArray, definition_hash
+from ghostball.validation.results.fields import FloatArray
+from ghostball.validation.results.records import definition_hash
 from ghostball.validation.results.store import Results
 from ghostball.validation.truth.bifurcations import Bifurcation
 
@@ -75,7 +77,7 @@ class Predictability:
         Of the code that measured it: `validation.suite.unchanged.code_hash`.
     """
 
-    scene: str
+    scene: SceneName
     rest_time: float
     tolerance: float
     horizon: float | None

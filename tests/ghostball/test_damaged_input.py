@@ -1,0 +1,366 @@
+"""Whatever is read is damaged, nested or of another shape: one line, exit status 2, never 3.
+
+Each case is one fault in what is sound otherwise. Where a fault happens to be a value that may be
+there, such as another date, the command does its work.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import shutil
+import sqlite3
+import tomllib
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+import tomli_w
+from pydantic import TypeAdapter
+from typer.testing import CliRunner
+
+from ghostball._config import load_config
+from ghostball.cli import app
+from ghostball.engine import GhostballError, Scene
+from ghostball.reference_adapters.elsewhere import Run
+from ghostball.validation.baselines.baseline import load_baseline
+from ghostball.validation.baselines.regression import Regression, SceneChange
+from ghostball.validation.board.board import StoredBoard, StoredCell, load
+from ghostball.validation.board.columns import Cell
+from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.ensembles.ensemble_record import EnsembleRecord, EnsembleRun
+from ghostball.validation.ensembles.members import Size
+from ghostball.validation.results.database import DATABASE, transaction, writing
+from ghostball.validation.results.files import BOARD
+from ghostball.validation.results.store import Results
+from ghostball.validation.stress.findings import Finding, StressRun
+from ghostball.validation.suite.unchanged import code_hash
+
+DEEP = "[" * 100_000
+VALUES = (None, True, -1, 1e999, "x", "../../out", "\ud800", [], [[1.0], [1.0, 2.0]], {}, {"x": {}})
+"""What a fault puts in a value's place."""
+
+GONE = "gone"
+RECORDS = {
+    "documents": "content",
+    "cases": "record",
+    "predictions": "record",
+    "ensembles": "record",
+    "findings": "record",
+}
+"""Columns that hold records, by table."""
+
+
+def run(*arguments):
+    result = CliRunner().invoke(app, [str(one) for one in arguments])
+    return result.exit_code, result.output
+
+
+def assert_refused_or_done(*arguments):
+    """Run a command, which must do its work, or refuse its input in one line."""
+    status, output = run(*arguments)
+    assert status in (0, 1, 2, 4), output
+    assert "Traceback" not in output
+    if status == 2:
+        assert output.count("error: ") == 1, output
+    return status
+
+
+def places(value, path=()):
+    """Yield the path of each part of a value."""
+    yield path
+    if isinstance(value, list):
+        value = dict(enumerate(value[:2]))  # of a long one the first two
+    for key, part in value.items() if isinstance(value, dict) else ():
+        yield from places(part, (*path, key))
+
+
+def faults(whole, values=VALUES):
+    """Yield copies of a value that each have one fault."""
+    for path in places(whole):
+        for put in (*values, GONE) if path else ():
+            changed = json.loads(json.dumps(whole))
+            at = changed
+            for key in path[:-1]:
+                at = at[key]
+            if put is GONE:
+                del at[path[-1]]
+            else:
+                at[path[-1]] = put
+            yield changed
+
+
+def texts(text):
+    """Yield JSON that each has one fault, and what is none."""
+    yield from ("", "null", "[]", "{}", "no json", DEEP, text[: len(text) // 2])
+    yield from map(json.dumps, faults(json.loads(text)))
+
+
+# --- results ----------------------------------------------------------------------------------
+
+
+def dumped(one):
+    return TypeAdapter(type(one)).dump_json(one, by_alias=True).decode()
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory):
+    """A results folder with a record of each kind; a stress run and a board lie in it."""
+    folder = tmp_path_factory.mktemp("sound")
+    with pytest.MonkeyPatch.context() as patch:
+        for module in ("validation.suite.suite", "validation.runs.playing"):
+            patch.setattr(f"ghostball.{module}.limit_of", lambda _: None)
+        options = ("-e", "pymunk", "--jobs", "1", "--no-report", "--out", folder)
+        status, output = run("validate", "stop", *options)
+    assert status == 0, output
+    (case,) = Results.open(folder).cases
+    environment = {"cpu": "a processor", "git": {"revision": "0" * 40, "dirty": False}}
+    asked = EnsembleRun(1, Size(), ("stop",), ("pymunk",), environment, "complete")
+    ensemble = EnsembleRecord("stop", case.definition, "pymunk", "pymunk", "shots", Size())
+    change = SceneChange(
+        scene="stop", title="", change="identical", failed=False, summary="the same"
+    )
+    changed = Regression(
+        against="baselines", base=environment, head=environment, outcome="passed", scenes=(change,)
+    )
+    with writing(folder) as database, transaction(database):
+        for name, document in (("ensembles", asked), ("regression", changed)):
+            database.execute("INSERT INTO documents VALUES (?, ?)", [name, dumped(document)])
+        database.execute(
+            "INSERT INTO ensembles (record, current) VALUES (?, 1)", [dumped(ensemble)]
+        )
+    (folder / "stress").mkdir()
+    tried = StressRun("quick", ("grazing",), ("pymunk",), environment)
+    finding = Finding("grazing", "one", "pymunk", "broken", ("it fell",), scene=case.definition)
+    with writing(folder / "stress") as database, transaction(database):
+        database.execute("INSERT INTO documents VALUES ('stress', ?)", [dumped(tried)])
+        database.execute("INSERT INTO findings (record) VALUES (?)", [dumped(finding)])
+    return folder
+
+
+def rows_of(folder):
+    """Return folder, table, number and text of each record."""
+    return [
+        (part, table, number, text)
+        for part in (".", "stress")
+        for table, column in RECORDS.items()
+        for number, text in query(folder / part, f"SELECT rowid, {column} FROM {table}")
+    ]
+
+
+def query(folder, sql, given=()):
+    with closing(sqlite3.connect(folder / DATABASE)) as database, database:
+        return database.execute(sql, given).fetchall()
+
+
+def with_fault(sound, folder, row, text):
+    """Copy results, with another text in place of one record."""
+    part, table, number, _ = row
+    shutil.copytree(sound, folder)
+    try:
+        sql = f"UPDATE {table} SET {RECORDS[table]} = ? WHERE rowid = ?"
+        query(folder / part, sql, [text, number])
+    except sqlite3.Error:  # the columns made of it refuse it already
+        shutil.rmtree(folder)
+        return False
+    return True
+
+
+READERS = {
+    "report": ("report", "--figures", "none", "--jobs", "1"),
+    "summary": ("report", "--format", "json"),
+    "export": ("export",),
+}
+
+
+def assert_records_are_checked(sound, tmp_path, reader, count, seed):
+    rng = random.Random(seed)
+    rows = rows_of(sound)
+    assert {table for _, table, *_ in rows} == set(RECORDS)
+    every = {row: list(texts(row[3])) for row in rows}
+    refused = 0
+    for number in range(count):
+        row = rng.choice(rows)  # each record as often as any, however long
+        folder = tmp_path / str(number)
+        if with_fault(sound, folder, row, rng.choice(every[row])):
+            options = ("--out", tmp_path / "out") if reader == "export" else ()
+            refused += assert_refused_or_done(*READERS[reader], folder, *options) == 2
+            shutil.rmtree(folder)
+    return refused
+
+
+@pytest.mark.parametrize("reader", ["summary", "export"])
+def test_a_record_of_another_shape_is_refused(sound, tmp_path, reader):
+    # An export is the records as they are, whatever is in them, as long as that is JSON.
+    least = 4 if reader == "summary" else 1
+    assert assert_records_are_checked(sound, tmp_path, reader, 40, seed=1) >= least
+
+
+def test_a_report_of_a_record_of_another_shape_is_refused(sound, tmp_path):
+    """Documents weren't checked, and a field that was missing was a bug of ghostball's."""
+    assert assert_records_are_checked(sound, tmp_path, "report", 8, seed=2) > 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("reader", READERS)
+@pytest.mark.parametrize("seed", range(3))
+def test_many_records_of_another_shape_are_refused(sound, tmp_path, reader, seed):
+    least = 1 if reader == "export" else 20
+    assert assert_records_are_checked(sound, tmp_path, reader, 100, seed=100 + seed) >= least
+
+
+SEEDS = [*range(3), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 20))]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_damaged_byte_is_no_bug_of_ghostball(sound, tmp_path, seed):
+    """SQLite finds only some of them: of a text that is none, Python itself complains."""
+    data = bytearray((sound / DATABASE).read_bytes())
+    rng = random.Random(seed)
+    used = [place for place, byte in enumerate(data) if byte]
+    for _ in range(20):
+        place = rng.choice(used)
+        damaged = bytearray(data)
+        damaged[place] ^= rng.randrange(1, 256)
+        (tmp_path / DATABASE).write_bytes(damaged)
+        assert_refused_or_done("report", "--format", "json", tmp_path)
+        assert_refused_or_done("export", tmp_path, "--out", tmp_path / "out")
+
+
+def test_a_text_that_is_no_text_names_the_file_and_what_to_do(sound, tmp_path):
+    data = (sound / DATABASE).read_bytes()
+    damaged = data.replace(b'"state": "complete"', b'"state": "compl\xffte"')
+    assert damaged != data
+    (tmp_path / DATABASE).write_bytes(damaged)
+    status, output = run("report", tmp_path)
+    assert status == 2
+    assert f"error: {tmp_path / DATABASE}: is cut short or damaged" in output
+    assert "Move the file away" in output
+
+
+@pytest.mark.parametrize("name", ["{}/pwn", "../../../pwn", "a/b", ".."])
+@pytest.mark.parametrize("table", ["cases", "ensembles", "documents", "findings"])
+def test_no_name_in_a_record_leads_out_of_the_folder(sound, tmp_path, name, table):
+    """With such a name of a scene, a report wrote its picture wherever that led."""
+    folder = tmp_path / "a" / "b" / "results"
+    shutil.copytree(sound, folder)
+    name = name.format(tmp_path)
+    field = "family" if table == "findings" else "scene"
+    part = folder / ("stress" if table == "findings" else ".")
+    if table == "documents":
+        sql = "UPDATE documents SET content = json_set(content, '$.scenes[0]', ?) WHERE name = "
+        query(part, sql + "'ensembles'", [name])
+    else:
+        query(part, f"UPDATE {table} SET record = json_set(record, '$.{field}', ?)", [name])
+    before = {path for path in tmp_path.rglob("*") if not path.is_relative_to(folder)}
+    status, output = run("report", folder, "--jobs", "1", "--figures", "none")
+    assert status == 2, output
+    assert f"`{field}`" in output or "`scenes.0`" in output
+    assert {path for path in tmp_path.rglob("*") if not path.is_relative_to(folder)} == before
+
+
+# --- other files ------------------------------------------------------------------------------
+
+RUN = {
+    "engine": "elsewhere",
+    "scene": "stop",
+    "status": "rest",
+    "rest_time": 1.0,
+    "rest_positions": [[0.5, 0.5, 0.028575]],
+    "events": [{"t": 0.5, "kind": "ball-cushion", "a": 0, "b": "left"}],
+    "samples": {
+        "t": [0.0, 1.0],
+        "positions": [[[0.4, 0.5, 0.028575]], [[0.5, 0.5, 0.028575]]],
+        "velocities": [[[0.2, 0.0, 0.0]], [[0.0, 0.0, 0.0]]],
+        "angular_velocities": [[[0.0, 7.0, 0.0]], [[0.0, 0.0, 0.0]]],
+    },
+}
+
+
+def reads(read, path, text):
+    """Whether a file is read; whatever is raised where it isn't, a command says in one line."""
+    path.write_text(text, "utf-8", "surrogatepass")
+    try:
+        read(path)
+    except GhostballError:
+        return False
+    return True
+
+
+def test_a_run_made_elsewhere_of_another_shape_is_refused(tmp_path):
+    scene = Scene.model_validate({"name": "a", "balls": [{"id": "b", "position": (0.4, 0.5)}]})
+
+    def read(path):
+        for one in Run.load(path):
+            one.result(scene)
+
+    assert reads(read, tmp_path / "run.json", json.dumps(RUN))
+    large = (1 << 40, 10**400, 1e300)
+    every = [*texts(json.dumps(RUN)), *map(json.dumps, faults(RUN, large)), "9" * 10_000]
+    read_all = [text for text in every if reads(read, tmp_path / "run.json", text)]
+    assert 0 < len(read_all) < len(every) / 2
+
+
+@pytest.mark.parametrize("text", [DEEP, '{"a":' * 100_000, "\x00", "9" * 10_000, '["' + DEEP])
+def test_what_is_graded_may_be_nested_as_deeply_as_one_likes(tmp_path, text):
+    # Python's own reader of JSON gave up with an error that nobody caught.
+    (tmp_path / "runs.json").write_text(text)
+    status, output = run("grade", tmp_path / "runs.json")
+    assert status == 2
+    assert output.startswith(f"error: {tmp_path / 'runs.json'}")
+    assert "Traceback" not in output
+
+
+def test_a_board_of_another_shape_is_refused(tmp_path):
+    cell = StoredCell(row="pymunk", column="cut", code=code_hash(), cell=Cell(0.1, "0.1", "good"))
+    board = StoredBoard(environment={"cpu": "a processor"}, cells=(cell,)).model_dump_json()
+    assert reads(load, tmp_path / BOARD, board)
+    every = list(texts(board))
+    assert 0 < sum(reads(load, tmp_path / BOARD, text) for text in every) < len(every) / 2
+    (tmp_path / "board").mkdir()
+    (tmp_path / "board" / BOARD).write_text(DEEP)
+    status, output = run("leaderboard", "--only", "--out", tmp_path / "board", "-e", "pymunk")
+    assert (status, output.count("error: ")) == (2, 1)
+
+
+BASELINE = Path(__file__).parents[2] / "benchmarks/baselines/ghostball/stop.toml"
+
+
+@pytest.mark.checkout
+def test_a_baseline_of_another_shape_is_refused(tmp_path):
+    text = BASELINE.read_text("utf-8")
+    values = [value for value in VALUES if value is not None and value != "\ud800"]
+    whole = tomllib.loads(text)
+    every = ["", DEEP, "a = " + DEEP, text[: len(text) // 2]]
+    every += map(tomli_w.dumps, random.Random(1).sample(list(faults(whole, values)), 150))
+    file = tmp_path / "stop.toml"
+    assert reads(load_baseline, file, text)
+    assert sum(reads(load_baseline, file, one) for one in every) < len(every) / 2
+
+
+@pytest.mark.parametrize("text", ["truth = " + DEEP, "[[", "\x00", "checks = 3", "x = 1"])
+def test_limits_of_another_shape_are_refused(tmp_path, text):
+    assert not reads(Criteria.load, tmp_path / "shot.expect.toml", text)
+
+
+def test_settings_of_another_shape_are_refused(tmp_path, monkeypatch):
+    sound = {"engines": ["pymunk"], "scenes": ["smoke"], "baselines": "baselines", "out": "out"}
+    values = [value for value in VALUES if value is not None and value != "\ud800"]
+    every = ["[tool.ghostball]\na = " + DEEP, "[tool.ghostball", "tool = 3"]
+    every += [tomli_w.dumps({"tool": {"ghostball": one}}) for one in faults(sound, values)]
+    file = tmp_path / "pyproject.toml"
+
+    def read(path):
+        load_config(path.parent)
+
+    assert reads(read, file, tomli_w.dumps({"tool": {"ghostball": sound}}))
+    assert sum(reads(read, file, one) for one in every) < len(every) / 2
+    monkeypatch.chdir(tmp_path)
+    file.write_text("[tool.ghostball]\nscenes = " + DEEP)
+    assert_refused_or_done("validate", "--no-report")
+
+
+@pytest.mark.parametrize("text", ["name = " + DEEP, "balls = [[", "\x00", "balls = 3"])
+def test_a_scene_that_is_none_is_refused(tmp_path, text):
+    (tmp_path / "scene.toml").write_text(text)
+    assert assert_refused_or_done("run", tmp_path / "scene.toml") == 2

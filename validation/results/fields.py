@@ -1,0 +1,108 @@
+"""What a field of a stored record may hold: each is checked as it is read, as input is.
+
+A results folder may come from anyone, such as an artifact of somebody's CI.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import lru_cache
+from typing import Annotated, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    PlainSerializer,
+    PlainValidator,
+    TypeAdapter,
+)
+
+from ghostball.engine import Scene, SceneError
+
+
+def _array_from_json(value: Any) -> NDArray[np.float64]:
+    try:
+        return np.array(value, dtype=np.float64)  # null, which stands for "not finite", is nan
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError("must be numbers in rows of one length") from None
+
+
+def _array_to_json(value: NDArray[np.float64]) -> Any:
+    # An engine that blew up returns nan or infinity, which JSON has no word for.
+    plain = value.astype(object)
+    plain[~np.isfinite(value)] = None
+    return plain.tolist()
+
+
+def check_shape(name: str, array: NDArray[np.float64] | None, shape: tuple[int, ...]) -> None:
+    """Make sure that a stored array has the shape that it must have, where it is there.
+
+    Raises
+    ------
+    ValueError
+    """
+    if array is not None and array.shape != shape:
+        raise ValueError(f"`{name}` must have the shape {shape}, got {array.shape}")
+
+
+FloatArray = Annotated[
+    NDArray[np.float64],
+    PlainValidator(_array_from_json),
+    PlainSerializer(_array_to_json, when_used="json"),
+]
+
+
+def _as_scene(definition: dict[str, Any]) -> dict[str, Any]:
+    if refused := _refused(json.dumps(definition)):
+        raise ValueError(refused)
+    return definition
+
+
+@lru_cache(maxsize=256)  # all cases of a scene have the same
+def _refused(definition: str) -> str:
+    try:
+        Scene.model_validate_json(definition)
+    except SceneError as error:
+        return f"must be a scene: {error}"
+    return ""
+
+
+Definition = Annotated[dict[str, Any], AfterValidator(_as_scene)]
+"""A whole scene as plain values."""
+
+
+class GitState(BaseModel):
+    """Of which code a run was."""
+
+    revision: str
+    dirty: bool
+
+
+class Environment(BaseModel):
+    """What is read of where and with what a run was made; what else is there is only shown."""
+
+    model_config = ConfigDict(extra="allow")
+
+    date: str = ""
+    command: list[str] = []
+    cpu: str = ""
+    cores: int | None = None
+    os: str = ""
+    python: str = ""
+    versions: dict[str, str | None] = {}
+    git: GitState | None = None
+
+
+_ENVIRONMENT: Final = TypeAdapter(Environment)
+
+
+def _as_environment(values: dict[str, Any]) -> dict[str, Any]:
+    _ENVIRONMENT.validate_python(values)
+    return values
+
+
+EnvironmentValues = Annotated[dict[str, Any], AfterValidator(_as_environment)]
+"""Of a record: what `describe_environment` returns, or a part of it, as plain values."""
