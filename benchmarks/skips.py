@@ -1,5 +1,7 @@
 """The skips of our engine, off and on: what each saves, and that it changes no bit of the answer.
 
+`ROUNDS` alone may round otherwise, and by how much is shown.
+
 Those that can't be switched off (`engine.running.skips.BUILT_IN`) aren't measured, and it says so.
 """
 
@@ -23,6 +25,9 @@ ROUNDING = 16.0
 """Roundings by which the first event that differs may do so, where another formula gives the same
 root: those of the instant, and of the places over the fastest speed. What comes after depends on
 what the scene makes of that."""
+
+ROUNDS = frozenset({Skip.ADVANCEMENT})
+"""Skips that are another formula for the same root, not work left out."""
 
 COUNTERS = ("bounds", "advancement_steps", "cell_moves")
 """Work that skips save."""
@@ -137,7 +142,7 @@ def _rows(scene: Scene, skips: Sequence[Skip], rounds: int) -> list[SkipRow]:
     rows = []
     for skip, off in answers.items():
         equality, detail = compare_answers(kept, off)
-        if equality == "rounding" and skip is not Skip.ADVANCEMENT:
+        if equality == "rounding" and skip not in ROUNDS:
             equality = "differs"
         rows.append(
             SkipRow(

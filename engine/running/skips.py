@@ -1,8 +1,9 @@
 """The skips, work that the engine leaves out where a scene doesn't need it: by name, and why.
 
-A skip saves work and changes nothing: with any of them off, a shot comes out the same to the bit,
-but for `ADVANCEMENT`: contact times come from another formula and agree to within rounding, after
-which impacts that graze, or that tie but for it, may go another way.
+A skip saves work and changes nothing: with any of them off, a shot comes out the same to the bit.
+`ADVANCEMENT` alone is no work left out but another formula, a quadratic's root where others search
+for it: contact times agree to within rounding, after which impacts that graze, or that tie but for
+it, may go another way.
 `python -m benchmarks skips` measures and compares each.
 
 Those in `BUILT_IN` are how a scheduler works, so that the engine can't do without them. That they
