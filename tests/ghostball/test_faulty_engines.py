@@ -97,11 +97,11 @@ def test_a_motion_that_cannot_be_sampled_is_the_engines_failure_of_that_case_alo
 @pytest.mark.parametrize("command", ["run", "explain"])
 def test_a_crash_and_a_hang_are_the_engines_too(command):
     # `validate` and `stress` have tests of their own.
-    for does, reason in (
-        ("die", "the process running it died (exit code 7)"),
-        ("hang", "it took longer than 0.5 s, and was ended"),
+    for does, limit, reason in (
+        ("die", "600", "the process running it died (exit code 7)"),
+        ("hang", "0.5", "it took longer than 0.5 s, and was ended"),
     ):
-        result = run(*COMMANDS[command], f"faulty:does={does}", "--time-limit", "0.5")
+        result = run(*COMMANDS[command], f"faulty:does={does}", "--time-limit", limit)
         assert result.exit_code == 1, result.output
         assert f"engine faulty failed: {reason}" in result.stderr
         assert result.stdout == ""
