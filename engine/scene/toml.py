@@ -8,6 +8,7 @@ import tomllib
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from uuid import uuid4
 
 import tomli_w
 from pydantic import BaseModel, ValidationError
@@ -82,10 +83,14 @@ def _parsed(text: str, source: str) -> dict[str, Any]:
 
 
 def save(scene: Scene, path: Path) -> None:
-    """Write a scene file; see `Scene.save`. Nothing is left behind where writing fails."""
+    """Write a scene file; see `Scene.save`. Nothing is left behind where writing fails.
+
+    Each call writes a file of its own beside the scene file and then replaces that by it, so that
+    of several processes that save one scene at a time each replaces it by a whole file.
+    """
     if not path.name:
         raise refusal(f"{path}: can't write the scene: Is a directory")
-    temporary = path.with_name(path.name + ".part")
+    temporary = path.with_name(f".{uuid4().hex}.part")
     try:
         temporary.write_text(dumps(scene), encoding="utf-8")
         temporary.replace(path)

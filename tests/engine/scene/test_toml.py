@@ -164,6 +164,23 @@ class TestSave:
         assert path.read_bytes() == before
         assert [entry.name for entry in tmp_path.iterdir()] == ["scene.toml"]
 
+    def test_who_saves_while_another_does_writes_a_file_of_its_own(self, tmp_path, monkeypatch):
+        """With one temporary name, the second would move the first one's file away."""
+        path, write = tmp_path / "scene.toml", Path.write_text
+        slow, quick = scene_of(ball((0, 0), (1, 0))), scene_of(ball((0, 0), (2, 0)))
+
+        def meanwhile(self, text, **kwargs):
+            monkeypatch.setattr(Path, "write_text", write)
+            written = write(self, text, **kwargs)
+            quick.save(path)
+            assert Scene.load(path) == quick
+            return written
+
+        monkeypatch.setattr(Path, "write_text", meanwhile)
+        slow.save(path)
+        assert Scene.load(path) == slow
+        assert [entry.name for entry in tmp_path.iterdir()] == ["scene.toml"]
+
 
 def test_the_json_schema_lists_what_may_be_chosen_and_explains_every_field():
     defined = json.loads(json_schema())["$defs"]
