@@ -18,6 +18,13 @@ from ghostball.engine.trajectory.orientation import Pieces, orientation_at, piec
 FloatArray = NDArray[np.float64]
 PhaseArray = NDArray[np.int8]
 
+# Columns of a knot, for x and for y.
+_PLACE = slice(state.X, state.Y + 1)
+_VELOCITY = slice(state.VX, state.VY + 1)
+_ACCELERATION = slice(state.AX, state.AY + 1)
+_SPIN = slice(state.WX, state.WY + 1)
+_SPIN_RATE = slice(state.BX, state.BY + 1)
+
 
 class Samples(NamedTuple):
     """States at k times: three arrays (k, n, 3) float64 [m], [m/s], [rad/s]."""
@@ -113,7 +120,7 @@ class ExactTrajectory:
         for i, knots in enumerate(self.knots):
             knot = knots[_at_or_before(knots, t)]
             s = (t - knot[:, state.EPOCH])[:, np.newaxis]
-            r, v, a = knot[:, 1:3], knot[:, 3:5], knot[:, 5:7]
+            r, v, a = knot[:, _PLACE], knot[:, _VELOCITY], knot[:, _ACCELERATION]
             positions[:, i, :2] = r + way(v, a, s)
             velocities[:, i, :2] = speed(v, a, s)
             powers, turning = self.powers(knot)
@@ -124,7 +131,7 @@ class ExactTrajectory:
             spins[:, i] = rolling_angular_velocity(velocities[:, i], self.radii[i])
             flies = knot[:, state.PHASE] == Phase.FLYING
             slides = (knot[:, state.PHASE] == Phase.SLIDING) | flies
-            w, b = knot[slides, 7:9], knot[slides, 10:12]
+            w, b = knot[slides, _SPIN], knot[slides, _SPIN_RATE]
             spins[slides, i, :2] = w + s[slides] * b
             for power in range(0, len(turning), 2):
                 further = s[slides] ** (2 + power // 2) * turning[power : power + 2, slides].T
@@ -167,7 +174,7 @@ class ExactTrajectory:
             for row in np.flatnonzero(knots[:, state.PHASE] == Phase.SLIDING):
                 start, end = knots[row, state.EPOCH], ends[row]
                 # A parabola leaves the chord of a duration s by at most a s^2 / 8.
-                longest = math.hypot(*knots[row, 5:7]) * (end - start) ** 2 / 8.0
+                longest = math.hypot(*knots[row, _ACCELERATION]) * (end - start) ** 2 / 8.0
                 if not math.isfinite(longest):
                     continue  # where a run failed
                 chords = min(max(math.ceil(math.sqrt(longest / deviation)), 1), limit)
