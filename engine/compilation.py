@@ -86,7 +86,7 @@ def variants_of(
         Number of balls from which on a scene is taken to come to joint impacts or to sustained
         contact. Where one with fewer does, what it needs is compiled then.
     """
-    from ghostball.engine.sensitivity.tangent_map import variant_name  # noqa: PLC0415
+    from ghostball.engine.sensitivity.tangent_map import has_derivative, variant_name  # noqa: PLC0415
 
     shots: dict[str, Variants] = {}
     maps: dict[str, Variants] = {}
@@ -99,7 +99,7 @@ def variants_of(
         name = variant_of(scene, contacts=False).name("shots")
         if name not in shots or (contacts and not shots[name].contacts):
             shots[name] = Variants(scene, contacts)
-        if tangents:
+        if tangents and has_derivative(scene):
             maps.setdefault(variant_name(scene), Variants(scene, tangents=True))
     return [*shots.values(), *maps.values()]
 

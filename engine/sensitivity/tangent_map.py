@@ -22,7 +22,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ghostball.engine.core.events import EVENT_DTYPE, EventKind, Events
+from ghostball.engine.core.events import EVENT_DTYPE, OBSTACLE_KINDS, EventKind, Events
 from ghostball.engine.core.kernel import COMPILED, compiling
 from ghostball.engine.core.state import (
     KNOT,
@@ -75,11 +75,15 @@ class TangentMap:
         m.
     t_end : float [s]
         Last instant of the motion.
+    balls, events : int
+        How many the shot has.
     """
 
     count: int
     t_end: float
-    _runs: tuple[s.Tangents, ...]
+    balls: int
+    events: int
+    _runs: tuple[s.Tangents, ...]  # none where no derivative is known
 
     def sample(self, times: ArrayLike) -> FloatArray:
         """Return the changes at `times`, (k, m, n, 7) float64.
@@ -95,6 +99,8 @@ class TangentMap:
             velocity x, y, z [rad/s] at the same instant; not finite where no derivative exists.
         """
         t, order = _increasing(times, self.t_end)
+        if not self._runs:
+            return np.full((len(t), self.count, self.balls, s.PARTS), math.inf)
         parts = []
         for run in self._runs:
             out = np.empty((len(t), len(run.at), s.ROW))
@@ -109,6 +115,8 @@ class TangentMap:
     @property
     def event_shifts(self) -> FloatArray:
         """How much later each event comes [s], (events, m); NaN where no derivative exists."""
+        if not self._runs:
+            return np.full((self.events, self.count), math.nan)
         shifts: FloatArray = np.concatenate(
             [run.shift.reshape(-1, s.LANES) for run in self._runs], axis=1
         )
@@ -120,7 +128,9 @@ class TangentMap:
         Over all LANES of them, unless there are fewer. Infinite where no derivative exists.
         """
         t, order = _increasing(times, self.t_end)
-        total = np.zeros((len(t), len(self._runs[0].at)))
+        total = np.zeros((len(t), self.balls))
+        if not self._runs:
+            return np.full_like(total, math.inf)
         for run in self._runs:
             out = np.empty_like(total)
             with _growing():
@@ -150,7 +160,8 @@ def tangent_of(
     ------
     GhostballError
         Where `directions` has another shape, or isn't finite; where the trajectory or the events
-        are of other balls; or where our engine doesn't simulate the scene.
+        name balls or obstacles that the scene doesn't have, or can't be of its physics; or where
+        our engine doesn't simulate the scene.
     """
     n = len(scene.balls)
     given = np.asarray(directions, dtype=np.float64)
@@ -162,12 +173,13 @@ def tangent_of(
     if not np.all(np.isfinite(given)):
         raise GhostballError("`directions` must be finite, got NaN or infinity")
     runs = []
-    for start in range(0, len(given), s.LANES):
+    _check_recorded(scene, trajectory, events)
+    for start in range(0, len(given), s.LANES) if has_derivative(scene) else ():
         lanes = np.zeros((n, s.PARTS, s.LANES))
         some = given[start : start + s.LANES]
         lanes[:, :, : len(some)] = some.transpose(1, 2, 0)
         runs.append(_run(scene, trajectory, events, lanes))
-    return TangentMap(len(given), trajectory.t_end, tuple(runs))
+    return TangentMap(len(given), trajectory.t_end, n, len(events), tuple(runs))
 
 
 def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> TangentMap:
@@ -180,12 +192,22 @@ def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> Ta
     result, however its balls are numbered. Where balls move at less than some 1e-100 m/s, products
     of their speeds leave the range of doubles, and no derivative is found: infinite.
     """
-    knots = sum(len(one) for one in trajectory.knots)
+    n = len(scene.balls)
+    _check_recorded(scene, trajectory, events)
+    count = max(1, min(_RUNS, _KNOTS // sum(len(one) for one in trajectory.knots)))
     runs = []
-    for number in range(max(1, min(_RUNS, _KNOTS // knots))):
-        start = np.zeros((len(scene.balls), s.PARTS, s.LANES))
+    for number in range(count) if has_derivative(scene) else ():
+        start = np.zeros((n, s.PARTS, s.LANES))
         runs.append(_run(scene, trajectory, events, start, 1.0, number))
-    return TangentMap(s.LANES * len(runs), trajectory.t_end, tuple(runs))
+    return TangentMap(s.LANES * count, trajectory.t_end, n, len(events), tuple(runs))
+
+
+def has_derivative(scene: Scene) -> bool:
+    """Whether anything is known of how shots of a scene answer to small changes.
+
+    Nothing is where air slows balls or they may leave the cloth.
+    """
+    return not (has_drag(scene) or scene.physics.airborne)
 
 
 def horizon_of(rounding: TangentMap, knots: FloatArray, tolerance: float, error: float) -> float:
@@ -245,10 +267,6 @@ def _run(
     """Carry perturbations (n, PARTS, LANES) at the start along a motion, and roundings of it."""
     warm_up(scene)
     run = _arrays(scene, trajectory, events, rounding, signs)
-    if has_drag(scene) or scene.physics.airborne:
-        run.tangent.fill(math.inf)
-        run.shift.fill(math.nan)
-        return run
     # A ball that rests stops again at once, where the cloth slows it.
     rests = (run.knots[run.first[:-1], PHASE] == RESTING) & (run.state[:, ROLL_SLOWING] > 0.0)
     start[rests, s.DVX // s.LANES : s.DVY // s.LANES + 1] = 0.0
@@ -265,7 +283,6 @@ def _arrays(
     laws = laws_of(scene)
     lines = laws.obstacles
     rows = lines.view(OBSTACLE)[:, 0] if COMPILED else rows_of(lines, ObstacleRow)
-    _check_recorded(n, trajectory, events)
     first = np.zeros(n + 1, dtype=np.int64)
     np.cumsum([len(knots) for knots in trajectory.knots], out=first[1:])
     rank = np.empty(n, dtype=np.int64)
@@ -293,8 +310,10 @@ def _arrays(
     )
 
 
-def _check_recorded(n: int, trajectory: ExactTrajectory, events: Events) -> None:
-    """Refuse what isn't of n balls: the kernels would read beyond their arrays."""
+def _check_recorded(scene: Scene, trajectory: ExactTrajectory, events: Events) -> None:
+    """Refuse what can't be of the scene: the kernels would read beyond their arrays."""
+    obstacles = layout_of(scene).obstacles  # checks the scene
+    n = len(scene.balls)
     pairs = events["kind"] == EventKind.BALL_BALL
     named = np.concatenate((events["a"], events["b"][pairs]))
     if len(trajectory.knots) != n or np.any((named < 0) | (named >= n)):
@@ -302,6 +321,21 @@ def _check_recorded(n: int, trajectory: ExactTrajectory, events: Events) -> None
             f"`trajectory` and `events` must be those of the scene, of {n} balls, got the "
             f"trajectories of {len(trajectory.knots)} and events of balls "
             f"{sorted(set(named.tolist()))}"
+        )
+    met = {int(b) for b in events["b"][np.isin(events["kind"], OBSTACLE_KINDS)]}
+    there = {int(index) for index in obstacles.view(OBSTACLE)["index"].flat}
+    if not met <= there:
+        raise GhostballError(
+            f'`events` must be those of scene "{scene.name}", whose obstacles are '
+            f"{sorted(there)}, got events at obstacles {sorted(met - there)}. Give the scene, "
+            "trajectory and events of one result"
+        )
+    shapes = {knots.shape for knots in trajectory.knots}
+    if any(rows == 0 or (has_derivative(scene) and columns != KNOT) for rows, columns in shapes):
+        raise GhostballError(
+            f'`trajectory` must be that of scene "{scene.name}", with {KNOT} numbers for each '
+            f"segment of each ball, got arrays of shapes {sorted(shapes)}. Give the scene, "
+            "trajectory and events of one result"
         )
 
 
@@ -314,7 +348,10 @@ def _growing() -> AbstractContextManager[None]:
 
 
 def warm_up(scene: Scene) -> None:
-    """Compile the kernels that a scene's tangent map needs, or load them; say so if compiled."""
+    """Compile the kernels that a scene's tangent map needs, or load them; say so if compiled.
+
+    Contract: `has_derivative(scene)`; no other scene has a tangent map that needs any.
+    """
     _warm_up(is_integrated(scene))
 
 

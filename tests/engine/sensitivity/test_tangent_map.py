@@ -11,13 +11,17 @@ import pytest
 from shots import R, ball, scene_of
 from transforms import shuffled
 
-from ghostball.engine import GhostballError, Scene, simulate
-from ghostball.engine.sensitivity import QUALITY, ROUNDING, tangent_of
+from ghostball.engine import EventKind, GhostballError, Scene, simulate
+from ghostball.engine.compilation import variants_of
+from ghostball.engine.sensitivity import QUALITY, ROUNDING, tangent_map, tangent_of
 from ghostball.reference_adapters.certified import certify
 from ghostball.validation.scenes.library import find_scene
 
 G = 9.81
 MU = 0.02
+
+TWO = np.ones((1, 2, 7))
+"""A change of two balls."""
 
 
 def recorded(scene: Scene):
@@ -222,6 +226,52 @@ def test_what_was_recorded_must_be_of_the_scene():
     events["a"][0] = 99
     with pytest.raises(GhostballError, match="99"):
         tangent_of(two.scene, two.trajectory, events, np.ones((1, 2, 7)))
+
+
+def test_events_at_obstacles_must_be_of_the_scene():
+    """Compiled kernels would read the obstacle before the first one."""
+    with_table = recorded(find_scene("wall-bounce"))
+    assert EventKind.BALL_CUSHION in with_table.events["kind"]
+    free = with_table.scene.model_copy(update={"table": None})
+    one = np.ones((1, len(free.balls), 7))
+    with pytest.raises(GhostballError, match=r"whose obstacles are \[\], got events at obstacles"):
+        tangent_of(free, with_table.trajectory, with_table.events, one)
+    events = with_table.events.copy()
+    events["b"][events["kind"] == EventKind.BALL_CUSHION] = 7
+    with pytest.raises(GhostballError, match=r"obstacles are \[0, 1, 2, 3\], got .* \[7\]"):
+        tangent_of(with_table.scene, with_table.trajectory, events, one)
+
+
+def test_a_trajectory_must_be_of_the_scene():
+    """One in air has more columns, and a ball without any segment would take another's."""
+    air, shot = recorded(find_scene("air-rolls")), recorded(find_scene("half-ball-cut"))
+    plain = air.scene.physics.model_copy(
+        update={"air_drag": 0.0, "rolling_friction_quadratic": 0.0}
+    )
+    scene = air.scene.model_copy(update={"physics": plain})
+    one = np.ones((1, len(scene.balls), 7))
+    with pytest.raises(GhostballError, match="with 14 numbers for each segment"):
+        tangent_of(scene, air.trajectory, air.events, one)
+    empty = replace(shot.trajectory, knots=(shot.trajectory.knots[0], np.empty((0, 14))))
+    with pytest.raises(GhostballError, match=r"got arrays of shapes \[\(0, 14\)"):
+        tangent_of(shot.scene, empty, shot.events, TWO)
+
+
+@pytest.mark.parametrize("name", ["air-rolls", "flight-jump"])
+def test_where_nothing_is_known_nothing_is_compiled(name, monkeypatch):
+    """In air and in flight all derivatives are infinite, without a kernel that says so."""
+    result = recorded(find_scene(name))
+    for kernel in ("run_tangent", "sample_tangent", "sample_growth", "warm_up"):
+        monkeypatch.setattr(f"{tangent_map.__name__}.{kernel}", None)
+    n, m = len(result.scene.balls), len(result.events)
+    assert np.all(np.isinf(result.sensitivity([0.0, 0.1])))
+    assert result.horizon() == 0.0
+    tangent = result.tangent(np.ones((3, n, 7)))
+    assert tangent.sample([0.0, 0.1]).shape == (2, 3, n, 7)
+    assert not np.isfinite(tangent.sample([0.0, 0.1])).any()
+    assert tangent.event_shifts.shape == (m, 3)
+    assert np.isnan(tangent.event_shifts).all()
+    assert variants_of([result.scene], tangents=True) == variants_of([result.scene])
 
 
 def test_what_is_exact_by_symmetry_is_not_taken_for_chaos():
