@@ -65,6 +65,11 @@ def _rates(scene: Scene, touches: Sequence[Touch], z: Numbers) -> Numbers:
     # What resists rolling leaves a ball rolling.
     pull = np.where(rolls, 1.0 / radius, -turn)[:, None] * np.cross(UP, push)
     pull[:, 2] -= scene.spinning_friction_rates * np.sign(w[:, 2])
+    # The air acts on the centre. So that a ball goes on rolling, the cloth takes 2/7 of that.
+    drag = -scene.physics.air_drag * np.linalg.norm(v, axis=1)[:, None] * v
+    drag[rolls] *= 5.0 / 7.0
+    push += drag
+    pull[rolls] += np.cross(UP, drag[rolls]) / radius
     columns, equations, known, limits = [], [], [], []
     for touch in touches:
         n, p, change = _normal(scene, touch, x, v)

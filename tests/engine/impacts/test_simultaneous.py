@@ -214,6 +214,53 @@ class TestConservation:
         if e == 1.0 and friction == 0.0:
             assert energy[1] == pytest.approx(energy[0], rel=32 * EPS)
 
+    @pytest.mark.parametrize("restitution", [1.0, 0.9, 0.5])
+    @pytest.mark.parametrize("friction", [0.01, 0.02, 0.06, 0.3])
+    def test_of_energy_where_friction_acts_in_a_joint_impact(self, restitution, friction):
+        """A ball that slides on no friction into two, against the impulses found by hand.
+
+        Friction acts against the mean of the slips before and after the normal impulses. It would
+        add energy if it acted against the one after them, which is reversed here for e = 1.
+        """
+        e, v = restitution, 1.5
+        scene = scene_of(
+            ball((-0.2, 0.0), (v, 0.0), angular_velocity=(0.0, 0.0, 0.0)),
+            ball((ROOT3 * R, R)),
+            ball((ROOT3 * R, -R)),
+            t_max=0.2,
+            motion="sliding",
+            sliding_friction=0.0,
+            rolling_friction=0.0,
+            spinning_friction_rate=0.0,
+            ball_restitution=e,
+            ball_friction=friction,
+        )
+        result = simulate(scene, record="events")
+        assert list(result.events["kind"]) == [HIT, HIT]
+        assert result.work["joint_impacts"] == 1
+        # Impulses of each contact over the mass of a ball, by symmetry the same at both.
+        sine, cosine = 0.5, math.sqrt(0.75)
+        normal = (1.0 + e) * v * cosine / 2.5
+        slip = v * sine - normal * cosine * sine  # the mean of v sin and (v - 2 normal cos) sin
+        tangential = min(friction * normal, slip / 3.0 / 3.5)  # each contact has half of the cue
+        normal = ((1.0 + e) * v * cosine - 2.0 * tangential * sine * cosine) / 2.5
+        speed = v - 2.0 * (normal * cosine + tangential * sine)
+        turn = 2.5 * tangential / R
+        velocities, spins = (
+            result.final_state.velocities[0],
+            result.final_state.angular_velocities[0],
+        )
+        assert velocities[0, 0] == pytest.approx(speed, rel=1e-12, abs=1e-14)
+        assert np.hypot(velocities[1, 0], velocities[1, 1]) == pytest.approx(
+            math.hypot(normal, tangential), rel=1e-12
+        )
+        assert np.abs(spins[1:, 2]) == pytest.approx(turn, rel=1e-12)
+        energy = [
+            kinetic_energy(scene, state).sum()
+            for state in (state_at(result, 0.0), state_at(result, scene.t_max))
+        ]
+        assert energy[1] < energy[0]
+
     @every_physics
     def test_nothing_approaches_after_a_joint_impact(self, physics):
         result = simulate(three_balls(**physics), record="events")
