@@ -16,7 +16,7 @@ from typing import Any, Final
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 
 from ghostball.engine import EngineFailedError, GhostballError, UnsupportedSceneError
-from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
+from ghostball.reference_adapters.registry import OURS, EngineUnavailableError, make_engine
 from ghostball.validation.board.columns import COLUMNS, QUESTIONS, Cell
 from ghostball.validation.board.shots import cut_to_rest, one_into_two, slide_to_rest
 from ghostball.validation.parallel.compiling import Compiling, compile_kernels
@@ -182,8 +182,9 @@ def run_board(
     planned = len(tasks)
     environment = describe_environment()
     prepare: Callable[[], object] | None = None
-    if tasks:  # whatever is measured, our engine is the truth of some cells
-        shots = (one_into_two(), slide_to_rest(), cut_to_rest())
+    if tasks:
+        plays = any(make_engine(row).name == OURS for row, _ in tasks)
+        shots = (one_into_two(), slide_to_rest(), cut_to_rest()) if plays else ()
         prepare = compile_kernels(shots, jobs, labels=present, compiling=compiling)
     measured = run_tasks(tasks, jobs, measure, _died, limit_of(CELL_LIMIT), prepare=prepare)
     with closing(measured) as done:

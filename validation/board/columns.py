@@ -18,12 +18,13 @@ from typing import Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EngineFailedError, Record, Result, Scene, simulate
+from ghostball.engine import EngineFailedError, Record, Result, Scene
 from ghostball.reference_adapters.base import EngineError, ReferenceEngine
 from ghostball.reference_adapters.registry import make_engine, parse_spec, spec_of
 from ghostball.validation.board import shots
 from ghostball.validation.board.installed import installed_size
 from ghostball.validation.board.reported import REPORTED, Reported
+from ghostball.validation.board.right import proved_end
 from ghostball.validation.checks.accuracy import kind_of
 from ghostball.validation.results.records import Motion
 from ghostball.validation.runs.playing import ONE_BY_ONE, run_as_it_can
@@ -228,9 +229,8 @@ def energy(spec: str) -> Cell:
 
 def slide(spec: str) -> Cell:
     """Measure how far from 10.9 m a ball rests that slides and rolls."""
-    scene = shots.slide_to_rest()
-    rest = _play(make_engine(spec), scene).rest_positions[0, 0]
-    return _length(abs(float(rest - simulate(scene).rest_positions[0, 0])))
+    result = _play(make_engine(spec), shots.slide_to_rest())
+    return _length(_off_at_rest(result))
 
 
 def throw(spec: str) -> Cell:
@@ -297,7 +297,7 @@ def _time_to(spec: str, tolerance: float) -> Cell:
         engine = make_engine(changed)
         result = _play(engine, scene)
         took = result.wall_time
-        off = float(np.abs(result.rest_positions - simulate(result.scene).rest_positions).max())
+        off = _off_at_rest(result)
         if off <= tolerance:
             took = min(took, _play(engine, scene).wall_time)
             best, how = min((best, how), (took, name))
@@ -379,6 +379,12 @@ def _play(engine: ReferenceEngine, scene: Scene, record: Record = "rest") -> Res
     return result
 
 
+def _off_at_rest(result: Result) -> float:
+    """Return how far a ball at most rests from where it is proved to, along x or y [m]."""
+    right = proved_end(result.scene).rest_positions
+    return float(np.abs(result.rest_positions - right)[:, :2].max())
+
+
 def _length(metres: float) -> Cell:
     kind = kind_of(metres)
     worth: Worth = {"nanometres": "good", "micrometres": "good", "millimetres": "fair"}.get(  # type: ignore[assignment]
@@ -398,7 +404,7 @@ def _seconds(seconds: float) -> str:
 def _fault(one: Reported, spec: str) -> Cell:
     """Measure what an engine shows of a fault that was reported of one."""
     result = _play(make_engine(spec), one.scene)
-    off = one.off(result, simulate(result.scene))
+    off = one.off(result, proved_end(result.scene))
     worth: Worth = "good" if off <= one.right else "fair" if off <= one.fair else "bad"
     return Cell(off, f"{off:.1e}" if off else "0", worth)
 

@@ -1,4 +1,7 @@
-"""Shots that tell engines apart: each asks one question, and its right answer has a closed form."""
+"""Shots that tell engines apart: each asks one question.
+
+Its right answer has a closed form, or is proved (`board.right`).
+"""
 
 from __future__ import annotations
 

@@ -13,9 +13,11 @@ from typer.testing import CliRunner
 
 from ghostball.cli import app
 from ghostball.engine import EngineFailedError, GhostballError, simulate
-from ghostball.validation.board import board as boards
+from ghostball.engine.running.driver import Run
+from ghostball.validation.board import board as boards, shots
 from ghostball.validation.board.board import run_board, sorted_rows
-from ghostball.validation.board.columns import COLUMNS, native, with_settings
+from ghostball.validation.board.columns import COLUMNS, FAULTS, native, with_settings
+from ghostball.validation.board.right import proved_end
 from ghostball.validation.board.shots import head_on
 from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.motions import motion_of_side
@@ -57,6 +59,51 @@ compiler that it needs is large."""
 def test_our_engine_is_right_in_every_column(name):
     cell = COLUMNS[name].measure("ghostball")
     assert cell.worth == WORTHS.get(name, "good"), cell
+
+
+MEASURED_BY_PROOFS = ("slide", "mm", "um", *FAULTS)
+
+
+@pytest.mark.parametrize("name", MEASURED_BY_PROOFS)
+def test_an_error_of_our_own_engine_shows(name, monkeypatch):
+    """The planted error: all that our engine says of the end is off, wherever it is asked."""
+    end = Run.final_state
+
+    def off(self):
+        state, wrong = end(self), 3e-3
+        return state._replace(
+            positions=state.positions + wrong,
+            velocities=state.velocities + wrong,
+            angular_velocities=state.angular_velocities + wrong / shots.R,
+        )
+
+    right = COLUMNS[name].measure("ghostball")
+    monkeypatch.setattr(Run, "final_state", off)
+    wrong = COLUMNS[name].measure("ghostball")
+    if name in ("mm", "um"):
+        assert (right.worth, wrong.text) == ("good", "not reached")
+    else:
+        assert right.value < 1e-12
+        assert wrong.value > 1e-5
+
+
+@pytest.mark.parametrize("physics", [{}, {"impacts": "sequential"}, {"motion": "sliding"}])
+@pytest.mark.parametrize("name", MEASURED_BY_PROOFS)
+def test_what_is_measured_by_a_proof_is_proved_however_it_is_played(name, physics):
+    """An engine that only slides, or takes impacts one by one, plays another scene."""
+    scene = COLUMNS[name].shot
+    if physics.get("motion") and not np.any(scene.rolling_frictions):
+        physics = {**physics, "sliding_friction": 0.0}
+    changed = scene.physics.model_copy(update=physics)
+    assert proved_end(scene.model_copy(update={"physics": changed})).status.complete
+
+
+def test_nothing_stands_in_for_a_proof():
+    with pytest.raises(GhostballError, match="must be proved to its end, got: ambiguous"):
+        proved_end(shots.one_into_two())
+    drag = shots.FREE.model_copy(update={"air_drag": 0.1})
+    with pytest.raises(GhostballError, match="must be proved to its end, got: no air drag"):
+        proved_end(shots.half_ball(physics=drag))
 
 
 def test_steps_show_where_there_are_some():
