@@ -7,9 +7,6 @@ which law of simultaneous impacts an engine plays is no error.
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -18,16 +15,17 @@ from typing import Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EngineFailedError, Record, Result, Scene
+from ghostball.engine import Result, Scene
 from ghostball.reference_adapters.base import EngineError, ReferenceEngine
 from ghostball.reference_adapters.registry import make_engine, parse_spec, spec_of
 from ghostball.validation.board import shots
 from ghostball.validation.board.installed import installed_size
+from ghostball.validation.board.playing import play
 from ghostball.validation.board.reported import REPORTED, Reported
 from ghostball.validation.board.right import proved_end
+from ghostball.validation.board.starting import start_time
 from ghostball.validation.checks.accuracy import kind_of
 from ghostball.validation.results.records import Motion
-from ghostball.validation.runs.playing import ONE_BY_ONE, run_as_it_can
 from ghostball.validation.runs.sampling import motion_of
 from ghostball.validation.runs.steps import step_setting
 
@@ -48,9 +46,6 @@ MOST_STEPS: Final = 1_000_000
 
 LADDER: Final = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5)
 """Steps of the native cuts to rest [s]."""
-
-START_LIMIT: Final = 100.0
-"""Time after which a process that has not played its first shot is given up [s]."""
 
 LAWS: Final[Mapping[str, Mapping[str, tuple[float, ...]]]] = {
     "line": {
@@ -113,7 +108,7 @@ class Column:
         shown = self.shown(spec)
         if shown is None:
             return None
-        return motion_of(_play(make_engine(shown), self.shot, record="trajectory"))
+        return motion_of(play(make_engine(shown), self.shot, record="trajectory"))
 
 
 def with_settings(spec: str, **settings: Any) -> str | None:
@@ -180,7 +175,7 @@ def _cut(engine: ReferenceEngine, dt: float) -> Cell:
     off = []
     for phase in np.arange(8) / 8:
         scene = shots.half_ball(0.5 - phase * shots.SPEED * dt)
-        x, y = _play(engine, scene).final_state.velocities[0, 1, :2]
+        x, y = play(engine, scene).final_state.velocities[0, 1, :2]
         off.append(abs(math.degrees(math.atan2(-y, x)) - 30.0))
         if dt == 0.0:
             break
@@ -202,7 +197,7 @@ def one_into_two(spec: str) -> Cell:
 
 
 def _law(spec: str, scene: Scene, laws: Mapping[str, tuple[float, ...]]) -> Cell:
-    result = _play(make_engine(spec), scene)
+    result = play(make_engine(spec), scene)
     speeds = result.final_state.velocities[0, :, 0] / shots.SPEED
     shown = ", ".join(f"{speed:.3f}" for speed in speeds)
     for law, wanted in laws.items():
@@ -220,7 +215,7 @@ def energy(spec: str) -> Cell:
     made, left = 0.0, 1.0
     for shift in (0.001, 0.002, 0.003):
         scene = shots.rack(shift)
-        result = _play(engine, scene, record="trajectory")
+        result = play(engine, scene, record="trajectory")
         assert scene.t_max is not None
         total = result.energy(np.linspace(0.0, scene.t_max, 401)).total
         made, left = max(made, float(total.max() / total[0]) - 1.0), min(left, total[-1] / total[0])
@@ -229,7 +224,7 @@ def energy(spec: str) -> Cell:
 
 def slide(spec: str) -> Cell:
     """Measure how far from 10.9 m a ball rests that slides and rolls."""
-    result = _play(make_engine(spec), shots.slide_to_rest())
+    result = play(make_engine(spec), shots.slide_to_rest())
     return _length(_off_at_rest(result))
 
 
@@ -238,7 +233,7 @@ def throw(spec: str) -> Cell:
     # Between steps alone it is a late contact that turns the line, so that is taken away.
     engine = make_engine(_landed_if_it_can(spec))
     scene = shots.throw()
-    x, y = _play(engine, scene).final_state.velocities[0, 1, :2]
+    x, y = play(engine, scene).final_state.velocities[0, 1, :2]
     wanted = 30.0 - math.degrees(math.atan(0.05))
     off = abs(math.degrees(math.atan2(-y, x)) - wanted)
     worth: Worth = "good" if off < 0.005 else "fair" if off < 0.1 else "bad"
@@ -250,7 +245,7 @@ def slow(spec: str) -> Cell:
     """Find the fastest elastic hit that comes out plastic."""
     engine = make_engine(spec)
     for speed in (2.1, 1.9, 1.0, 0.9, 0.5, 0.19, 0.09, 0.05, 0.019, 0.009, 0.005, 0.002, 0.001):
-        speeds = _play(engine, shots.head_on(speed)).final_state.velocities[0, :, 0] / speed
+        speeds = play(engine, shots.head_on(speed)).final_state.velocities[0, :, 0] / speed
         if speeds[1] - speeds[0] < 0.5:
             worth: Worth = "fair" if speed < 0.02 else "bad"
             return Cell(speed, f"{speed:g}", worth)
@@ -260,7 +255,7 @@ def slow(spec: str) -> Cell:
 def gas(spec: str) -> Cell:
     """Measure what 16 elastic balls make of their energy in 20 s."""
     engine = make_engine(spec)
-    result = _play(engine, shots.rack(0.0015, 20.0), record="trajectory")
+    result = play(engine, shots.rack(0.0015, 20.0), record="trajectory")
     total = result.energy(np.linspace(0.0, 20.0, 2001)).total
     return _of_energy(float(total[-1] / total[0]) - 1.0)
 
@@ -291,26 +286,26 @@ def _time_to(spec: str, tolerance: float) -> Cell:
     scene = shots.cut_to_rest()
     best, how = math.inf, ""
 
-    def play(changed: str, name: str) -> tuple[float, float]:
+    def attempt(changed: str, name: str) -> tuple[float, float]:
         """Return how far off a configuration is and its run time, which counts where it's right."""
         nonlocal best, how
         engine = make_engine(changed)
-        result = _play(engine, scene)
+        result = play(engine, scene)
         took = result.wall_time
         off = _off_at_rest(result)
         if off <= tolerance:
-            took = min(took, _play(engine, scene).wall_time)
+            took = min(took, play(engine, scene).wall_time)
             best, how = min((best, how), (took, name))
         return off, took
 
     ladder = [(dt, changed) for dt in LADDER if (changed := native(spec, dt)) is not None]
     landed = with_settings(spec, mode="landed", max_steps=MOST_STEPS)
     if landed is not None:
-        play(landed, "landed")
+        attempt(landed, "landed")
     elif not ladder:
-        play(spec, "as it is")
+        attempt(spec, "as it is")
     for dt, changed in ladder:
-        off, took = play(changed, f"steps of {dt:g} s")
+        off, took = attempt(changed, f"steps of {dt:g} s")
         # Errors fall with the step at most: no step of the ladder may get there.
         if off <= tolerance or took > best or off * LADDER[-1] / dt > 10.0 * tolerance:
             break
@@ -323,27 +318,14 @@ def _time_to(spec: str, tolerance: float) -> Cell:
 def run_time(spec: str) -> Cell:
     """Measure the run time of a break of 2 s."""
     engine, scene = make_engine(spec), shots.rack(0.001, 2.0)
-    _play(engine, scene)
-    took = min(_play(engine, scene).wall_time for _ in range(2))
+    play(engine, scene)
+    took = min(play(engine, scene).wall_time for _ in range(2))
     return Cell(took, _seconds(took), "good" if took < 2.0 else "fair")
 
 
 def start(spec: str) -> Cell:
-    """Measure how long a fresh process takes until its first shot is played."""
-    code = (
-        "import sys; from ghostball.validation.board.columns import first_shot\n"
-        "first_shot(sys.argv[1])"
-    )
-    before = os.times()
-    subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", code, spec],
-        capture_output=True,
-        check=True,
-        timeout=START_LIMIT,
-    )
-    after = os.times()  # of its own children too, such as the worker of an engine
-    took = after.children_user + after.children_system
-    took -= before.children_user + before.children_system
+    """Measure the processor time that a fresh process takes for an engine's first shot."""
+    took = start_time(spec)
     return Cell(took, _seconds(took), "good" if took < 3.0 else "fair")
 
 
@@ -354,29 +336,6 @@ def size(spec: str) -> Cell:
         return Cell(None, "", "none", "nothing that is installed here brings it, by itself")
     megabytes = found / 1e6
     return Cell(megabytes, f"{megabytes:.0f}", "good" if megabytes < 100.0 else "fair")
-
-
-def first_shot(spec: str) -> None:
-    """Play a first shot, for `start`."""
-    _play(make_engine(spec), shots.head_on())
-
-
-def _play(engine: ReferenceEngine, scene: Scene, record: Record = "rest") -> Result:
-    """Play a shot as an engine can: as it is, or with balls that slide, or one impact by one.
-
-    Where nothing slows a ball, one that slides goes as one that always rolls; and where no two
-    balls are hit at once, nor does the order of impacts matter.
-    """
-    variants: list[Mapping[str, Any]] = [{}, ONE_BY_ONE]
-    if scene.physics.motion == "rolling":
-        sliding: dict[str, Any] = {"motion": "sliding"}
-        if not np.any(scene.rolling_frictions):
-            sliding["sliding_friction"] = 0.0
-        variants += [sliding, {**sliding, **ONE_BY_ONE}]
-    result = run_as_it_can(engine, scene, variants, record)
-    if not result.status.complete:
-        raise EngineFailedError(engine.name, f"no end: {result.reason}")
-    return result
 
 
 def _off_at_rest(result: Result) -> float:
@@ -403,7 +362,7 @@ def _seconds(seconds: float) -> str:
 
 def _fault(one: Reported, spec: str) -> Cell:
     """Measure what an engine shows of a fault that was reported of one."""
-    result = _play(make_engine(spec), one.scene)
+    result = play(make_engine(spec), one.scene)
     off = one.off(result, proved_end(result.scene))
     worth: Worth = "good" if off <= one.right else "fair" if off <= one.fair else "bad"
     return Cell(off, f"{off:.1e}" if off else "0", worth)
@@ -493,7 +452,11 @@ QUESTIONS: Final[Mapping[str, Column]] = {
         "break time", "s", "Run time of 2 s of a break", shots.rack(0.001, 2.0), run_time
     ),
     "start": Column(
-        "start", "s", "Processor time to the first shot of a fresh process", shots.head_on(), start
+        "start",
+        "s",
+        "Processor time that a fresh process takes to load it and to play a first shot",
+        shots.head_on(),
+        start,
     ),
     "size": Column(
         "installed",
