@@ -89,6 +89,32 @@ def test_a_sweep_of_breaks_that_press_is_as_shot_by_shot():
         assert_same(one, k, simulate(scene.model_copy(update={"balls": (cue, *scene.balls[1:])})))
 
 
+def test_a_sweep_of_frozen_balls_is_as_shot_by_shot_in_any_order():
+    """Each shot ends while balls press each other: what a room holds then is nobody else's."""
+    scene = scene_of(
+        ball((0.6, 0.6), (1.0, 0.0)),
+        ball((0.7, 0.603)),
+        ball((0.7 + 2 * R, 0.603)),
+        # These press each other from the start on.
+        ball((1.2, 0.3), (0.3, 0.1), angular_velocity=(4.0, 60.0, 8.0)),
+        ball((1.2 + 2 * R, 0.3), (0.3, -0.02), angular_velocity=(-30.0, -20.0, -5.0)),
+        table=POOL_TABLE,
+        preset="pool",
+        t_max=0.06,
+    )
+    speeds, angles = np.array([1.0, 2.2, 0.1]), np.array([0.0, 0.02, 0.0])
+    ends = []
+    for v, angle in zip(speeds, angles, strict=True):
+        velocity = (v * np.cos(angle), v * np.sin(angle), 0.0)
+        cue = scene.balls[0].model_copy(update={"velocity": velocity})
+        ends.append(simulate(scene.model_copy(update={"balls": (cue, *scene.balls[1:])})))
+    assert all(result.work["contact_steps"] > 0 for result in ends)
+    for order in ([0, 1, 2], [2, 1, 1, 0]):
+        batch = simulate_sweep(scene, speeds[order], angles[order], threads=1)
+        for k, shot_number in enumerate(order):
+            assert_same(batch, k, ends[shot_number])
+
+
 def test_a_sweep_says_where_a_shot_did_not_end():
     batch = simulate_sweep(shot(), [1.0, 5.0], 0.0, max_events=2)
     assert [STATUSES[code] for code in batch.status] == [Status.EVENT_LIMIT, Status.EVENT_LIMIT]

@@ -344,6 +344,32 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "The first of two pieces doesn't lead along x to where the second is to end.",
         "graded/push-end",
     ),
+    Mutation(
+        "pressed without air",
+        "resting_contact/rates.py",
+        "        ax, ay = slowed_by_air(balls.air, laws, vx, vy, ax, ay)\n",
+        "",
+        "A ball that slides and presses another feels no air.",
+        "tests/engine/resting_contact/test_follow.py::"
+        "test_a_ball_that_slides_and_pushes_another_follows_the_constrained_motion[0.5]",
+    ),
+    Mutation(
+        "friction against the slip after",
+        "impacts/simultaneous.py",
+        "        along += 0.5 * (nx * gain_y - ny * gain_x)",
+        "        along += nx * gain_y - ny * gain_x",
+        "Joint friction acts against the slip after the normal impulses, and energy comes in.",
+        "tests/engine/impacts/test_simultaneous.py::TestConservation::"
+        "test_of_energy_where_friction_acts_in_a_joint_impact[0.02-1.0]",
+    ),
+    Mutation(
+        "contacts of the last shot",
+        "event_loop/sweep.py",
+        "        contacts.cluster[i] = FREE\n",
+        "",
+        "Balls that pressed each other as a shot of a sweep ended are held in the next one, too.",
+        "tests/engine/test_batch.py::test_a_sweep_of_frozen_balls_is_as_shot_by_shot_in_any_order",
+    ),
     # What a run says of itself.
     Mutation(
         "NaN unseen",
