@@ -16,6 +16,7 @@ from ghostball._options import (
     Plain,
     PlainFormat,
     complete_scene,
+    refuse_given,
 )
 from ghostball._terminal import ExitStatus, command, say, stdout
 
@@ -25,6 +26,7 @@ app = typer.Typer()
 @app.command()
 @command
 def report(
+    context: typer.Context,
     folder: Annotated[
         Path,
         typer.Argument(
@@ -43,8 +45,13 @@ def report(
         ),
     ] = None,
 ) -> None:
-    """Write the report of a run again, or print what it came to."""
+    """Write the report of a run again, or print what it came to.
+
+    That of a stress run, `stress.md`, always has its figures, drawn in one process.
+    """
     if form is not None:
+        why = "`--format` prints results, and writes no report"
+        refuse_given(context, why, "opened", "figures", "jobs")
         from ghostball._summary import printed  # noqa: PLC0415
 
         typer.echo(printed(folder, form), nl=False)
@@ -55,9 +62,11 @@ def report(
     if documents_in(folder) == {"stress"}:
         from ghostball.reports import write_stress_report  # noqa: PLC0415
 
-        typer.echo(write_stress_report(folder))
-        return
-    written = _report.write(folder, jobs=jobs, figures=figures.value)
+        why = f"{folder}: the report of a stress run always has its figures, drawn in one process"
+        refuse_given(context, why, "figures", "jobs")
+        written = _report.Written(write_stress_report(folder))
+    else:
+        written = _report.write(folder, jobs=jobs, figures=figures.value)
     typer.echo(written.page)
     if opened:
         typer.launch(written.page.resolve().as_uri())

@@ -207,6 +207,27 @@ Jobs = Annotated[
 ]
 
 
+def refuse_given(context: typer.Context, why: str, *names: str) -> None:
+    """Refuse parameters of a command that were given where they would do nothing.
+
+    Parameters
+    ----------
+    context : typer.Context
+    why : str
+        Why they would; the beginning of a sentence.
+    names : str
+        As the command's function calls them.
+
+    Raises
+    ------
+    typer.BadParameter
+    """
+    for parameter in context.command.params:
+        source = context.get_parameter_source(parameter.name or "")
+        if parameter.name in names and source is not None and source.name == "COMMANDLINE":
+            raise typer.BadParameter(f"{why}. Leave out `{parameter.opts[0]}`")
+
+
 def out_option(default: str, what: str = "Folder of the results") -> typer.models.OptionInfo:
     """Return the option `--out`; `default` says where that is if it is left out."""
     option: typer.models.OptionInfo = typer.Option(

@@ -37,6 +37,42 @@ def test_the_list_of_a_family_names_its_trials_as_the_command_takes_them():
     assert stress("--list", "grasing").exit_code == 2
 
 
+@pytest.fixture
+def stress_folder(tmp_path, monkeypatch):
+    monkeypatch.setattr("ghostball.validation.stress.run.run_tasks", in_this_process)
+    folder = tmp_path / "out"
+    assert stress(ONE, "-e", "ghostball", "--out", folder, "--no-report").exit_code == 0
+    monkeypatch.setattr("ghostball.reports.stress_report.FIGURES", {})
+    return folder
+
+
+def test_the_report_of_a_run_is_opened_where_that_is_asked(stress_folder, monkeypatch):
+    opened = []
+    monkeypatch.setattr("typer.launch", opened.append)
+    report = CliRunner().invoke(app, ["report", str(stress_folder)])
+    assert (report.exit_code, opened) == (0, [])
+    report = CliRunner().invoke(app, ["report", str(stress_folder), "--open"])
+    assert report.exit_code == 0
+    assert opened == [(stress_folder / "stress.md").resolve().as_uri()]
+
+
+@pytest.mark.parametrize("option", ["--figures=none", "--figures=png", "--jobs=2", "-j1"])
+def test_an_option_that_the_report_of_a_run_ignores_is_refused(stress_folder, option):
+    report = CliRunner().invoke(app, ["report", str(stress_folder), option])
+    assert report.exit_code == 2
+    said = " ".join(report.stderr.split())
+    assert "the report of a stress run always has its figures" in said
+    assert f"Leave out `--{'figures' if 'figures' in option else 'jobs'}`" in said
+    assert not (stress_folder / "stress.md").exists()
+
+
+@pytest.mark.parametrize("option", ["--open", "--figures=none", "--jobs=2"])
+def test_what_no_print_of_results_can_heed_is_refused(tmp_path, option):
+    report = CliRunner().invoke(app, ["report", str(tmp_path), "--format=json", option])
+    assert report.exit_code == 2
+    assert "writes no report" in " ".join(report.stderr.split())
+
+
 def test_the_list_as_json_is_plain_values():
     trials = json.loads(stress("--list", ONE, "--format=json").stdout)
     assert trials == {"suite": "quick", "trials": [ONE]}
