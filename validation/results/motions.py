@@ -99,9 +99,17 @@ def save_sides(folder: Path, motions: dict[tuple[str, str], Motion]) -> None:
         Where the folder can't be written.
     """
     with writing(folder) as database, transaction(database):
-        database.execute("DELETE FROM motions WHERE side IS NOT NULL")
+        forget_sides(database)
         for (scene, side), motion in motions.items():
             put_motion(database, motion, scene=scene, side=side)
+
+
+def forget_sides(database: sqlite3.Connection) -> None:
+    """Remove the motions of a comparison; those of a board beside the results stay.
+
+    Within a `transaction`.
+    """
+    database.execute("DELETE FROM motions WHERE side IN ('base', 'head')")
 
 
 def _motion(folder: Path, where: str, given: list[str], what: str) -> Motion | None:

@@ -34,7 +34,7 @@ from ghostball.validation.results.database import (
 from ghostball.validation.results.fields import Environment
 from ghostball.validation.results.files import BOARD, ResultsError, cannot_write
 from ghostball.validation.results.frames import frame_of
-from ghostball.validation.results.motions import motion_of_case, put_motion
+from ghostball.validation.results.motions import forget_sides, motion_of_case, put_motion
 from ghostball.validation.results.records import (
     CERTIFIED,
     CLOSED_FORM,
@@ -274,7 +274,7 @@ class ResultsWriter:
             )
             # Of other results than these.
             database.execute("DELETE FROM documents WHERE name = 'regression'")
-            database.execute("DELETE FROM motions WHERE side IS NOT NULL")
+            forget_sides(database)
             self._environment = {**environment, "run": self._run, "state": "running"}
             put_document(database, "suite", json.dumps(self._environment))
 

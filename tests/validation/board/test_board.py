@@ -20,7 +20,9 @@ from ghostball.validation.board.columns import COLUMNS, FAULTS, native, with_set
 from ghostball.validation.board.right import proved_end
 from ghostball.validation.board.shots import head_on
 from ghostball.validation.results.files import BOARD
-from ghostball.validation.results.motions import motion_of_side
+from ghostball.validation.results.motions import motion_of_side, save_sides
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.suite import run_suite
 
 SLOWING, DYING = "board_engines:Slowing", "board_engines:Dying"
 QUICK = ("cut", "line", "two", "slow")
@@ -161,6 +163,20 @@ def test_a_cell_that_fails_keeps_no_motion_of_an_earlier_run(tmp_path, asked, mo
     monkeypatch.setattr(boards, "measure", lambda task: boards._died(task, "no chalk"))
     run_board([SLOWING], tmp_path, columns=["cut"])
     assert motion_of_side(tmp_path, "cut", SLOWING) is None
+
+
+def test_runs_into_the_same_folder_leave_the_board_its_motions(tmp_path, asked):
+    """A cell that is kept isn't measured again: its motion would be gone for good."""
+    run_board(["ghostball"], tmp_path, columns=["cut"])
+    motion = motion_of_side(tmp_path, "cut", "ghostball")
+    save_sides(tmp_path, {("stop", "base"): motion, ("stop", "head"): motion})
+    assert motion_of_side(tmp_path, "cut", "ghostball") is not None
+    run_suite([find_scene("stop")], ["ghostball"], tmp_path)
+    assert motion_of_side(tmp_path, "cut", "ghostball") is not None
+    # Those of a comparison are of other results.
+    assert motion_of_side(tmp_path, "stop", "base") is None
+    board = run_board(["ghostball"], tmp_path, columns=["cut"])
+    assert (len(asked), board.cells["ghostball", "cut"].worth) == (1, "good")
 
 
 def test_a_later_run_goes_on_where_an_earlier_one_ended(tmp_path, asked):
