@@ -2,7 +2,7 @@
 
     >>> from ghostball.reference_adapters.certified import certify
     >>> certificate = certify(scene)
-    >>> certificate.ending, certificate.events_proved, certificate.widest
+    >>> certificate.ending, certificate.events_proved, certificate.t_end.width
 
 It shares the model with our engine and nothing else: other code, from the cited equations, on
 numbers that are balls sure to hold the true ones (Johansson 2017, Arb). Every number of the scene

@@ -102,10 +102,6 @@ class Enclosure:
         exact = Fraction(value)
         return self.lower <= exact <= self.upper
 
-    def encloses(self, other: Enclosure) -> bool:
-        """Whether the other interval lies within this one."""
-        return self.lower <= other.lower and other.upper <= self.upper
-
     def to_text(self) -> str:
         """Return the four integers in hexadecimal, "mp+-e r p+-e": exact, and read by `parse`."""
         return (
@@ -249,11 +245,6 @@ class Certificate:
     def events_proved(self) -> int:
         """How many events are proved."""
         return len(self.events)
-
-    @property
-    def widest(self) -> float:
-        """Width of the widest enclosure of a position at `t_end` [m]."""
-        return max(e.width for position in self.positions for e in position)
 
     def to_json(self) -> str:
         """Return everything as one line of JSON, exactly; `from_json` reads it back."""

@@ -83,7 +83,7 @@ def cost_html(results: Results) -> Markup:
 
 
 def horizons_html(results: Results) -> Markup:
-    """Return how far the shots can be predicted, as the report in Markdown says it."""
+    """Return how far the shots can be predicted."""
     return render("horizons.html", parts=predictability_section(results))
 
 

@@ -133,7 +133,7 @@ def _markdown() -> MarkdownIt:
 def _link_open(
     _self: RendererHTML, tokens: Sequence[Token], idx: int, _options: OptionsDict, _env: EnvType
 ) -> str:
-    # A report in Markdown leads to the heading of a scene.
+    # Markdown of ours leads to scenes by their names.
     target = str(tokens[idx].attrs["href"]).removeprefix("#")
     return f'<a href="#{SCENE_ANCHOR}{Markup.escape(target)}">'
 

@@ -55,7 +55,7 @@ def stress_html(results: Results) -> Markup:
     """Return what engines survived, where a stress run lies in the results folder."""
     runs = []
     for folder in stress_folders(results.path):
-        # The headings of the report in Markdown are not those of the page.
+        # The headings of stress.md are not those of the page.
         worst = [part for part in worst_cases(folder) if not part.startswith("## ")]
         runs.append((folder.path.name, about_text(folder), survival_table(folder), worst))
     return render("stress.html", runs=runs)

@@ -38,7 +38,7 @@ class Growth:
     course_times : (m,) float64 [s]
     course_changes : (m,) float64 [1]
         Where the shot passes a bifurcation, and what relative change of the first state would have
-        taken it another course there (`validation.diagnose.predictability.bifurcations_of`).
+        taken it another course there (`validation.truth.bifurcations.bifurcations_of`).
     extent : float [m]
         Of the scene: what a relative error is relative to.
     radius : float [m]

@@ -35,8 +35,6 @@ def test_ends_and_width_of_an_enclosure():
     assert e.contains(Fraction(5, 16))
     assert e.contains(0.4375)
     assert not e.contains(0.4376)
-    assert e.encloses(Enclosure(3, -3))
-    assert not Enclosure(3, -3).encloses(e)
 
 
 def test_a_float_is_the_nearest_to_the_middle():
