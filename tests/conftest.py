@@ -39,12 +39,7 @@ def pytest_collection_modifyitems(items):
 @pytest.fixture
 def in_this_process(monkeypatch):
     """Run engines in this process, where a test plants its own, instead of in ones of their own."""
-    for module in (
-        "ghostball.validation.suite.suite",
-        "ghostball.validation.ensembles.run",
-        "ghostball.validation.runs.playing",
-    ):
-        monkeypatch.setattr(f"{module}.limit_of", lambda _: None)
+    monkeypatch.setattr("ghostball.validation.parallel.pool.limit_of", lambda _: None)
     monkeypatch.setattr("ghostball._options.processor_count", lambda: 1)  # `--jobs auto`
 
 

@@ -24,8 +24,7 @@ def runs(tmp_path_factory):
     """Two folders: the second has a longer step, one scene less, and another engine more."""
     place = tmp_path_factory.mktemp("runs")
     with pytest.MonkeyPatch.context() as patch:
-        for module in ("suite.suite", "runs.playing"):
-            patch.setattr(f"ghostball.validation.{module}.limit_of", lambda _: None)
+        patch.setattr("ghostball.validation.parallel.pool.limit_of", lambda _: None)
         patch.setattr("ghostball._options.processor_count", lambda: 1)
         more = ("-e", "paper-discrete:dt=1e-3", "-e", "paper-discrete:dt=2e-3", "--no-report")
         cli("validate", "stop", "head-on", "-e", "ghostball", *more, "--out", place / "a")

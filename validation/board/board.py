@@ -20,7 +20,7 @@ from ghostball.reference_adapters.registry import OURS, EngineUnavailableError, 
 from ghostball.validation.board.columns import COLUMNS, QUESTIONS, Cell
 from ghostball.validation.board.shots import cut_to_rest, one_into_two, slide_to_rest
 from ghostball.validation.parallel.compiling import Compiling, compile_kernels
-from ghostball.validation.parallel.pool import limit_of, run_tasks
+from ghostball.validation.parallel.pool import run_tasks
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.fields import EnvironmentValues
 from ghostball.validation.results.files import BOARD, cannot_write, told, write_whole
@@ -186,7 +186,7 @@ def run_board(
         plays = any(make_engine(row).name == OURS for row, _ in tasks)
         shots = (one_into_two(), slide_to_rest(), cut_to_rest()) if plays else ()
         prepare = compile_kernels(shots, jobs, labels=present, compiling=compiling)
-    measured = run_tasks(tasks, jobs, measure, _died, limit_of(CELL_LIMIT), prepare=prepare)
+    measured = run_tasks(tasks, jobs, measure, _died, CELL_LIMIT, prepare=prepare)
     with closing(measured) as done:
         for number, (place, cell, motion) in enumerate(done, start=1):
             row, column = place

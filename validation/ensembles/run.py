@@ -38,7 +38,7 @@ from ghostball.validation.ensembles.member import MemberResult, MemberTask, died
 from ghostball.validation.ensembles.members import EnsembleError, Size, Stream, perturb
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.parallel.compiling import Compiling, compile_kernels
-from ghostball.validation.parallel.pool import limit_of, run_tasks
+from ghostball.validation.parallel.pool import run_tasks
 from ghostball.validation.results.database import SCHEMA, reserved, writing
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.store import ResultsError, has_results
@@ -253,7 +253,7 @@ class _Run:
                 cluster or jobs,
                 run_member,
                 died,
-                limit_of(time_limit),
+                time_limit,
                 prepare=prepare,
             )
             with closing(finished):

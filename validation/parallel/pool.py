@@ -59,9 +59,16 @@ _PR_SET_PDEATHSIG = 1
 """What `prctl` sets: which signal a process gets when its parent ends."""
 
 
-def limit_of(seconds: float | None) -> Callable[[object], float] | None:
-    """Return the `limit` of `run_tasks` that is the same for every task; None for none."""
-    return None if seconds is None else lambda _: seconds
+def limit_of(limit: Callable[[T], float] | float | None) -> Callable[[T], float] | None:
+    """Return how long a task may take [s], of a `limit` of `run_tasks`; None for none.
+
+    The one place that decides whether tasks need processes of their own: tests that plant engines
+    replace it.
+    """
+    if limit is None or callable(limit):
+        return limit
+    seconds = limit
+    return lambda _: seconds
 
 
 def run_tasks(
@@ -69,7 +76,7 @@ def run_tasks(
     jobs: int | Cluster,
     work: Callable[[T], R],
     died: Callable[[T, str], R],
-    limit: Callable[[T], float] | None = None,
+    limit: Callable[[T], float] | float | None = None,
     printed: Callable[[T, str], None] | None = None,
     prepare: Callable[[], object] | None = None,
 ) -> Generator[R]:
@@ -88,9 +95,10 @@ def run_tasks(
         Does a task; a function of a module, for other processes must find it.
     died : callable
         Given a task and why its process died of it; what it returns is yielded instead.
-    limit : callable, optional
-        How long a task may take [s]: after that its process is ended, and it has died of it. The
-        start of a process doesn't count; that has a limit of its own, of minutes.
+    limit : callable or float, optional [s]
+        How long a task may take, or what says it of each: after that its process is ended, and it
+        has died of it. The start of a process doesn't count; that has a limit of its own, of
+        minutes.
     printed : callable, optional
         Given a task and what was printed while it was done, where that is anything, before what the
         task gives is yielded; it is dropped otherwise.
@@ -102,6 +110,7 @@ def run_tasks(
     -----
     Close the generator to stop early: its processes are gone when `close` returns.
     """
+    limit = limit_of(limit)
     if not isinstance(jobs, int):
         yield from jobs.run_tasks(tasks, work, died, limit, printed, prepare)
         return

@@ -23,7 +23,7 @@ from ghostball.engine import EngineFailedError, Record, Result, Scene, Status, U
 from ghostball.reference_adapters.base import EngineSettings, ReferenceEngine
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.registry import OURS, EngineUnavailableError
-from ghostball.validation.parallel.pool import limit_of, run_tasks
+from ghostball.validation.parallel.pool import run_tasks
 from ghostball.validation.runs.returned import ResultRefusedError, check_result
 
 
@@ -173,7 +173,7 @@ class _Line:
             1,
             _play,
             _died,
-            limit_of(time_limit),
+            time_limit,
             printed=None if printed is None else lambda _, text: printed(text),
             prepare=partial(import_module, module),
         )

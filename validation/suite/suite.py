@@ -31,7 +31,7 @@ from ghostball.validation.checks.step_limits import ANY_STEP
 from ghostball.validation.checks.verdict import is_nothing_judged, is_unfinished
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.parallel.compiling import Compiling, compile_kernels
-from ghostball.validation.parallel.pool import limit_of, run_tasks
+from ghostball.validation.parallel.pool import run_tasks
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.records import CaseRecord, Motion
 from ghostball.validation.results.store import Pair, Results, ResultsWriter, RunState
@@ -319,7 +319,7 @@ def run_cases(
     def keep(case: Case, text: str) -> None:
         outputs[case.scene.name, case.label] = text
 
-    finished = run_tasks(cases, jobs, run_case, _died, limit_of(time_limit), keep, prepare)
+    finished = run_tasks(cases, jobs, run_case, _died, time_limit, keep, prepare)
     with closing(finished):
         for record, motion in finished:
             yield replace(record, printed=outputs.pop((record.scene, record.label), "")), motion

@@ -622,7 +622,7 @@ def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(
         assert seconds == 300.0
         return lambda case: 0.5 if "hang" in case.label else seconds
 
-    monkeypatch.setattr(ghostball.validation.suite.suite, "limit_of", limit_of)
+    monkeypatch.setattr("ghostball.validation.parallel.pool.limit_of", limit_of)
     engines = ["fake:does=die", "fake:does=hang", "fake"]
     outcome = run_suite([scene()], engines, tmp_path, time_limit=300.0)
     cases = by_label(Results.open(tmp_path).cases)
