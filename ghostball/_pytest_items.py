@@ -293,7 +293,13 @@ class MetricItem(pytest.Item):
         if outcome.motion is None:
             pytest.skip(harmless(f"there is nothing to compare: {outcome.record.reason}"))
         plan = self.parent.plan
-        change = compare_case(outcome.record, outcome.motion, plan.baselines, plan.engine.spec)
+        change = compare_case(
+            outcome.record,
+            outcome.motion,
+            plan.baselines,
+            plan.engine.spec,
+            time_limit=plan.time_limit,
+        )
         words = f"{change.change}: {change.summary}"
         if change.change in UNCOMPARED:
             pytest.skip(harmless(words))

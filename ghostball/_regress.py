@@ -26,6 +26,7 @@ from ghostball.validation.baselines import (
     AcceptError,
     LimitsBrokenError,
     NotComparableError,
+    NotDeterministicError,
     NothingToAcceptError,
     Regression,
     SceneChange,
@@ -39,7 +40,7 @@ from ghostball.validation.baselines import (
 from ghostball.validation.baselines.baseline import engine_folder, engine_key
 from ghostball.validation.baselines.gate import crowds, with_cases
 from ghostball.validation.baselines.junit import regression_xml
-from ghostball.validation.baselines.regression import BASELINES, Change
+from ghostball.validation.baselines.regression import BASELINES, Change, regressions_json
 from ghostball.validation.baselines.timing import ROUNDS
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.results.records import CaseRecord
@@ -56,6 +57,7 @@ _COLOURS: dict[Change, str] = {
     "worse": "bold red",
     "no-baseline": "yellow",
     "not-comparable": "yellow",
+    "not-deterministic": "bold red",
 }
 
 _WORDS: dict[Change, str] = {
@@ -66,6 +68,7 @@ _WORDS: dict[Change, str] = {
     "worse": "worse against truth",
     "no-baseline": "no baseline",
     "not-comparable": "not comparable",
+    "not-deterministic": "not deterministic",
 }
 
 _VERDICTS = {
@@ -127,7 +130,7 @@ def run(
         statuses.append(status)
         found.append(regression)
     if form is Format.JSON:
-        print(*(one.model_dump_json(by_alias=True) for one in found), sep="\n")
+        print(regressions_json(found))
     elif form is Format.JUNIT:
         print(regression_xml(*found), end="")
     elif form is Format.GITHUB:
@@ -222,10 +225,13 @@ def _run_one(
                     criteria=criteria,
                     rounds=ROUNDS if timed else 0,
                     progress=step("comparing"),
+                    time_limit=time_limit,
                 )
                 regression = with_cases(regression, results)
         else:
-            regression = compare_results(results, gate.folder, label, whole=whole)
+            regression = compare_results(
+                results, gate.folder, label, whole=whole, time_limit=time_limit
+            )
     except NotComparableError as error:
         say(f"[bold red]error:[/] {escape(str(error))}")
         why = nothing.model_copy(update={"warnings": (str(error),)})
@@ -365,6 +371,9 @@ def run_accept(
             )
         except LimitsBrokenError as error:
             say(f"[bold red]error:[/] {escape(str(error))}, or say --even-though-limits-fail")
+            statuses.append(ExitStatus.CHECK_FAILED)
+        except NotDeterministicError as error:
+            say(f"[bold red]error:[/] {escape(str(error))}")
             statuses.append(ExitStatus.CHECK_FAILED)
         except NothingToAcceptError as error:
             nothing.append(error)

@@ -149,7 +149,7 @@ def run(
     try:
         if outcome.interrupted or not _predict(scenes, out, steps, reuse=not rerun):
             raise KeyboardInterrupt
-        if guarded and patterns is None and (moved := _compare(results, *guarded)):
+        if guarded and patterns is None and (moved := _compare(results, *guarded, time_limit)):
             console.print(moved, soft_wrap=True)
         if request is not None:
             status = _ensembles.run(
@@ -211,7 +211,9 @@ def _guarded(
     return None
 
 
-def _compare(results: Results, label: str, folder: Path, names: frozenset[str]) -> str:
+def _compare(
+    results: Results, label: str, folder: Path, names: frozenset[str], time_limit: float
+) -> str:
     """Compare an engine with its baselines; store that, and return in words what moved.
 
     It is shown, not judged: `ghostball regress` is the gate.
@@ -226,7 +228,13 @@ def _compare(results: Results, label: str, folder: Path, names: frozenset[str]) 
         if case.label == label and case.status in COMPLETE_STATUSES
     }
     regression = compare_results(
-        results, folder, label, whole=False, only=names & ran, candidates=False
+        results,
+        folder,
+        label,
+        whole=False,
+        only=names & ran,
+        candidates=False,
+        time_limit=time_limit,
     )
     save_regression(regression, results.path)
     moved = [one.scene for one in regression.scenes if one.failed]

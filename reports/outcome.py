@@ -20,6 +20,7 @@ from ghostball.validation.scenes import commands
 
 CHANGES = {
     "worse": ("✗", "worse than what was accepted"),
+    "not-deterministic": ("✗", "other bits each time that the engine plays the shot"),
     "results-changed": ("△", "results changed, and truth can't say which is right"),
     "better": ("▲", "better: nearer to the truth"),
     "rounding-only": ("≈", "changed by rounding only"),

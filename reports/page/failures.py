@@ -53,6 +53,8 @@ CRASHED = (
 
 CHANGED = {
     "worse": "an error that the base didn't have: the first other event says where to look",
+    "not-deterministic": "something random without a seed, threads that race, or memory that is "
+    "read before it is written",
     "results-changed": "another course or another rounding; where it is right, accept it",
     "better": "nearer to the truth; where that is meant, accept it",
     "rounding-only": "another order of operations; where that is meant, accept it",

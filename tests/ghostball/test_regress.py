@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -400,6 +402,26 @@ def test_another_last_bit_of_an_engine_of_ones_own_is_told_and_passes(project):
     assert guard().exit_code == 1
 
 
+def test_an_engine_of_ones_own_that_gives_other_bits_each_time_is_never_accepted(project):
+    guard()
+    cli("accept", "--reason", "The first.")
+    edit_engine("import numpy as np", "import random\n\nimport numpy as np")
+    edit_engine("self.settings.dt", "self.settings.dt * (1.0 + 1e-3 * random.random())")
+    found = guard()
+    assert found.exit_code == 1, found.output
+    assert "2 not deterministic" in found.stdout
+    done = cli("accept", "--reason", "Chance.")
+    assert done.exit_code == 1
+    said = "engine `my-engine` gives other bits each time that it plays stop, head-on"
+    assert said in done.stderr
+    shutil.rmtree("baselines")
+    assert guard().exit_code == 1
+    done = cli("accept", "--reason", "Chance.")
+    assert done.exit_code == 1
+    assert said in done.stderr
+    assert not Path("baselines").exists()
+
+
 def test_numbers_that_are_not_finite_fail_and_are_not_accepted(project):
     edit_engine("t, x = t + dt, x + dt * v", "t, x = t + dt, x + dt * v * np.nan")
     edit_engine("while v.any():", "while v.any() and t < 1.0:")
@@ -426,6 +448,11 @@ def test_each_of_several_engines_has_its_own_gate(project):
         "stop on ghostball",
     ]
     both = ["-e", "my_engine:MyEngine", "-e", "ghostball"]
+    printed = guard("stop", *both, "--format=json")
+    assert printed.stdout.count("\n") == 1
+    document = json.loads(printed.stdout)
+    assert document["kind"] == "regressions"
+    assert [Regression.model_validate(one).label for one in document["regressions"]] == both[1::2]
     assert cli("accept", "--reason", "Both.", *both).exit_code == 0
     folders = sorted(path.name for path in (project / "baselines").iterdir())
     assert folders == ["ghostball", "my-engine"]

@@ -114,5 +114,4 @@ def allowance(
         math.inf,
         np.full(count, time),
         None if rest is None else np.full(balls, rest),
-        "",
     )

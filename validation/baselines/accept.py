@@ -40,6 +40,10 @@ class NothingToAcceptError(AcceptError):
     """A comparison in which nothing moved that isn't accepted yet."""
 
 
+class NotDeterministicError(AcceptError):
+    """What was to be accepted is something else each time that the engine plays it."""
+
+
 class LimitsBrokenError(AcceptError):
     """What was to be accepted breaks limits of truth, in the scenes `broken`."""
 
@@ -105,6 +109,9 @@ def accept(
     ------
     LimitsBrokenError
         Where what would be accepted breaks limits of truth. Nothing is written then.
+    NotDeterministicError
+        Where the engine gave other bits when it played one of the scenes again. Nothing is written
+        then.
     GhostballError
         Where there is no reason, no comparison, one of other code than what is here now, one with
         another revision, or nothing to accept. Nothing is written then.
@@ -134,6 +141,13 @@ def accept(
         raise AcceptError(
             f"{results}: the code changed since that comparison, so what it found is not what "
             "would be accepted. Run `ghostball regress` again, and look at what it says"
+        )
+    unsteady = [one.scene for one in regression.scenes if one.change == "not-deterministic"]
+    if unsteady := [name for name in unsteady if _is_any(name, only)]:
+        raise NotDeterministicError(
+            f"nothing is accepted, for engine `{engine}` gives other bits each time that it plays "
+            f"{', '.join(unsteady)}: no baseline holds for it. Make it deterministic, and run "
+            "`ghostball regress` again. To accept other scenes, name them"
         )
     accepted = _accepted(regression, reason)
     candidates = _candidates(regression, results, folder)
@@ -172,6 +186,8 @@ def _is_any(scene: str, patterns: Sequence[str]) -> bool:
 
 def can_be_accepted(change: SceneChange) -> bool:
     """Whether something moved that a baseline holds: broken limits, or times, alone are nothing."""
+    if change.change == "not-deterministic":
+        return False
     moved = any(not one.within for one in (*change.metrics, *change.counters))
     return bool(change.head_hash) and (moved or change.change != "identical")
 

@@ -19,6 +19,7 @@ from ghostball.validation.baselines.gate import allowance, outcome_of, source_of
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.baselines.player import NotComparableError, Player, PlayError, playing
 from ghostball.validation.baselines.regression import Regression, SceneChange, TimeChange
+from ghostball.validation.baselines.replay import PlayAgain, not_deterministic, playing_again
 from ghostball.validation.baselines.revision import repository, resolve, worktree
 from ghostball.validation.baselines.timing import (
     ROUNDS,
@@ -58,6 +59,7 @@ def compare_revisions(
     criteria: Mapping[str, Criteria] | None = None,
     rounds: int = ROUNDS,
     progress: Progress | None = None,
+    time_limit: float | None = None,
 ) -> Regression:
     """Run scenes on another revision and on the engine as it is here, and compare.
 
@@ -75,6 +77,8 @@ def compare_revisions(
     rounds : int
         How often each scene is timed; 0: not at all.
     progress : callable, optional
+    time_limit : float or None [s]
+        As of `gate.compare_results`.
 
     Raises
     ------
@@ -117,13 +121,14 @@ def compare_revisions(
                 times |= _by_turns(doubtful, base, head, rounds, lambda _: None)
     changes = []
     motions: dict[tuple[str, str], Motion] = {}
-    for shot in shots:
-        change = _change(shot, times.get(shot.scene.name), revision, label)
-        changes.append(change)
-        if change.base_hash != change.head_hash and isinstance(shot.base, Result):
-            for side, result in (("base", shot.base), ("head", shot.head)):
-                motions[shot.scene.name, side] = motion_of(result)
-        one_more(f"comparing {shot.scene.name}")
+    with playing_again(label, time_limit) as play_again:
+        for shot in shots:
+            change = _change(shot, times.get(shot.scene.name), revision, label, play_again)
+            changes.append(change)
+            if change.base_hash != change.head_hash and isinstance(shot.base, Result):
+                for side, result in (("base", shot.base), ("head", shot.head)):
+                    motions[shot.scene.name, side] = motion_of(result)
+            one_more(f"comparing {shot.scene.name}")
     save_sides(out, motions)
     environment = describe_environment()
     return Regression(
@@ -203,7 +208,9 @@ def _one_round(
             taken.append(player.seconds(shot.path, RUNS))
 
 
-def _change(shot: _Shot, time: TimeChange | None, revision: str, label: str) -> SceneChange:
+def _change(
+    shot: _Shot, time: TimeChange | None, revision: str, label: str, play_again: PlayAgain
+) -> SceneChange:
     scene = shot.scene
     command = commands.regress(scene.name, revision, label)
     if isinstance(shot.base, PlayError):
@@ -216,6 +223,9 @@ def _change(shot: _Shot, time: TimeChange | None, revision: str, label: str) -> 
             command=command,
         )
     head, base = (_observed(result, shot.truth, label) for result in (shot.head, shot.base))
+    unsteady = not_deterministic(head, base.bits, play_again, scene, command)
+    if unsteady is not None:
+        return unsteady.model_copy(update={"time": time})
     bands = Bands(
         {name: band_of_metric(name, base.metrics) for name in base.metrics},
         {name: band_of_counter(count) for name, count in base.work.items()},

@@ -24,6 +24,7 @@ from ghostball.validation.baselines.baseline import (
 from ghostball.validation.baselines.classify import Bands, classify
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.baselines.regression import BASELINES, Regression, SceneChange
+from ghostball.validation.baselines.replay import PlayAgain, not_deterministic, playing_again
 from ghostball.validation.baselines.revision import checkout_of
 from ghostball.validation.baselines.rounding import (
     Allowance,
@@ -76,6 +77,7 @@ def compare_results(
     whole: bool,
     only: Container[str] | None = None,
     candidates: bool = True,
+    time_limit: float | None = None,
 ) -> Regression:
     """Compare the runs of an engine in a results folder with their baselines.
 
@@ -93,6 +95,8 @@ def compare_results(
         Names of the scenes that are compared; all that were run where it is left out.
     candidates : bool
         Whether to say which baselines would accept what has moved.
+    time_limit : float or None [s]
+        For each shot that is played again, as `run_suite` has it; see `baselines.replay`.
 
     Raises
     ------
@@ -104,24 +108,28 @@ def compare_results(
     changes: list[SceneChange] = []
     accepted: dict[str, Any] = {}
     scenes: list[str] = []
-    for scene, found in _observed(results, label, whole):
-        if only is not None and scene.name not in only:
-            continue
-        if isinstance(found, CaseRecord) and found.outcome != "failed" and scene.name not in names:
-            continue  # it never could
-        scenes.append(scene.name)
-        if isinstance(found, CaseRecord):
-            changes.append(_not_run(found))
-            continue
-        if not found.is_finite:
-            changes.append(_not_finite(scene, label))
-            continue
-        change, candidate, before = _compare(scene, found, folder, environment, label)
-        change = _within_limits(change, results.case(scene.name, label))
-        if candidate is not None and candidates:
-            change = change.model_copy(update={"candidate": candidate.text()})
-        changes.append(change)
-        accepted = before or accepted
+    with playing_again(label, time_limit) as play_again:
+        for scene, found in _observed(results, label, whole):
+            if only is not None and scene.name not in only:
+                continue
+            never = isinstance(found, CaseRecord) and found.outcome != "failed"
+            if never and scene.name not in names:
+                continue  # it never could
+            scenes.append(scene.name)
+            if isinstance(found, CaseRecord):
+                changes.append(_not_run(found))
+                continue
+            if not found.is_finite:
+                changes.append(_not_finite(scene, label))
+                continue
+            change, candidate, before = _compare(
+                scene, found, folder, environment, label, play_again
+            )
+            change = _within_limits(change, results.case(scene.name, label))
+            if candidate is not None and candidates:
+                change = change.model_copy(update={"candidate": candidate.text()})
+            changes.append(change)
+            accepted = before or accepted
     stale = tuple(name for name in names if name not in scenes) if whole else ()
     return Regression(
         label=label,
@@ -137,7 +145,14 @@ def compare_results(
     )
 
 
-def compare_case(case: CaseRecord, motion: Motion, folder: Path, label: str) -> SceneChange:
+def compare_case(
+    case: CaseRecord,
+    motion: Motion,
+    folder: Path,
+    label: str,
+    *,
+    time_limit: float | None = None,
+) -> SceneChange:
     """Compare one case of an engine that ran with its baseline.
 
     Parameters
@@ -148,6 +163,8 @@ def compare_case(case: CaseRecord, motion: Motion, folder: Path, label: str) -> 
         Of the baselines of this engine.
     label : str
         The engine, as it was asked for.
+    time_limit : float or None [s]
+        As of `compare_results`.
 
     Raises
     ------
@@ -157,7 +174,8 @@ def compare_case(case: CaseRecord, motion: Motion, folder: Path, label: str) -> 
     scene, found = case.load_scene(), Observed.of_case(case, motion)
     if not found.is_finite:
         return _not_finite(scene, label)
-    return _compare(scene, found, folder, head_of(label), label)[0]
+    with playing_again(label, time_limit) as play_again:
+        return _compare(scene, found, folder, head_of(label), label, play_again)[0]
 
 
 def head_of(label: str) -> dict[str, Any]:
@@ -227,7 +245,12 @@ def _within_limits(change: SceneChange, case: CaseRecord | None) -> SceneChange:
 
 
 def _compare(
-    scene: Scene, head: Observed, folder: Path, environment: Mapping[str, Any], label: str
+    scene: Scene,
+    head: Observed,
+    folder: Path,
+    environment: Mapping[str, Any],
+    label: str,
+    play_again: PlayAgain,
 ) -> tuple[SceneChange, Baseline | None, dict[str, Any]]:
     """Return what became of a scene, the baseline to accept where one moved, and who accepted."""
     path, engine = baseline_path(folder, scene.name), engine_key(label)
@@ -244,15 +267,26 @@ def _compare(
         "command": commands.regress(None if scene in crowds() else scene.name, engine=label),
         "head_hash": head.bits,
     }
+
+    def unsteady(bits: str) -> SceneChange | None:
+        return not_deterministic(head, bits, play_again, scene, common["command"])
+
     if not path.exists():
+        if (change := unsteady("")) is not None:
+            return change, None, {}
         summary = "there is no baseline to compare with"
         change = SceneChange(**common, change="no-baseline", failed=False, summary=summary)
         return change, Baseline.of(head, pending, engine=engine), {}
     try:
         baseline = load_baseline(path, engine)
     except BaselineSchemaError as error:
+        if (change := unsteady("")) is not None:
+            return change, None, {}
         change = SceneChange(**common, change="not-comparable", failed=False, summary=str(error))
         return change, Baseline.of(head, pending, engine=engine), {}
+    # Whoever switches the hash off says that the bits are others each time.
+    if baseline.hash.level != "off" and (change := unsteady(baseline.hash.bits)) is not None:
+        return change, None, baseline.accepted.model_dump()
     bands = Bands(
         {name: value.band for name, value in baseline.metrics.items()},
         {name: value.band for name, value in baseline.work.items()},

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, Literal
 
@@ -22,7 +24,7 @@ from ghostball.validation.results.database import (
 )
 from ghostball.validation.results.fields import EnvironmentValues
 
-SCHEMA: Final = 4
+SCHEMA: Final = 5
 """Version of what `ghostball regress --format json` prints."""
 
 BASELINES: Final = "baselines"
@@ -36,13 +38,15 @@ Change = Literal[
     "worse",
     "no-baseline",
     "not-comparable",
+    "not-deterministic",
 ]
 """What became of a scene, from the mildest on.
 
 "identical": the same bits. "rounding-only": the same events up to the predictability horizon, and
 no state there differs by more than rounding explains. "results-changed": something else moved, and
 truth can't say which is right, or says that both are. "better", "worse": it moved, and towards the
-truth, or away from it beyond the band that was accepted.
+truth, or away from it beyond the band that was accepted. "not-deterministic": the engine does
+something else each time that it plays the shot.
 """
 
 Level = Literal["off", "warn", "error"]
@@ -190,7 +194,7 @@ class Regression(_Model):
         Whether it is the gate; `ghostball validate` only shows what moved.
     """
 
-    schema_version: Literal[4] = Field(default=SCHEMA, alias="schema")
+    schema_version: Literal[5] = Field(default=SCHEMA, alias="schema")
     kind: Literal["regression"] = "regression"
     label: str = "ghostball"
     engine: str = "ghostball"
@@ -216,6 +220,18 @@ class Regression(_Model):
     def scene(self, name: str) -> SceneChange | None:
         """Return what became of a scene, or None where it wasn't compared."""
         return next((change for change in self.scenes if change.scene == name), None)
+
+
+def regressions_json(regressions: Sequence[Regression]) -> str:
+    """Return what `ghostball regress --format json` prints: one JSON object, on one line.
+
+    That of one engine is its comparison; that of several has theirs in `regressions`, in the order
+    in which the engines were asked for.
+    """
+    if len(regressions) == 1:
+        return regressions[0].model_dump_json(by_alias=True)
+    found = [one.model_dump(mode="json", by_alias=True) for one in regressions]
+    return json.dumps({"schema": SCHEMA, "kind": "regressions", "regressions": found})
 
 
 def save_regression(regression: Regression, folder: Path) -> None:

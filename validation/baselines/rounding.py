@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine import Result, Scene, UnsupportedSceneError
-from ghostball.engine.result.hashes import bits_hash
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.grading.alignment import align, found_log
 from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
@@ -51,8 +50,6 @@ class Allowance:
         By how much each event may come earlier or later; those after `map_end` by `UNAMPLIFIED`.
     rest : (n,) float64 [m] or None
         How far each ball may come to rest from where it did; None past the horizon.
-    bits : str
-        Hash of the run that all this is of.
     source : "proof", "engine" or "nothing"
         Who says how far rounding displaces balls: the proof of the shot; where it isn't proved to
         its end, our engine alone; or nobody, where that can't play it either.
@@ -62,7 +59,6 @@ class Allowance:
     map_end: float
     event_times: FloatArray
     rest: FloatArray | None
-    bits: str
     source: Literal["proof", "engine", "nothing"] = "engine"
 
 
@@ -105,7 +101,6 @@ def allowance_of(scene: Scene) -> Allowance:
         map_end,
         tolerances,
         rest,
-        bits_hash(events_of(result), result.rest_positions),
         "proof" if proved else "engine",
     )
 
@@ -125,10 +120,10 @@ def allowance_of_other(scene: Scene, head: Observed) -> Allowance:
         events = events_of(run_ours(scene))
     except UnsupportedSceneError:
         rest = np.full(len(scene.balls), smallest)
-        return Allowance(math.inf, math.inf, allowed, rest, head.bits, "nothing")
+        return Allowance(math.inf, math.inf, allowed, rest, "nothing")
     pairs = align(found_log(events), found_log(head.events))
     allowed[pairs.found] = np.maximum(allowed[pairs.found], ours.event_times[pairs.proved])
-    return replace(ours, event_times=allowed, bits=head.bits)
+    return replace(ours, event_times=allowed)
 
 
 def _believed_until(result: Result, growth: CertifiedGrowth, times: FloatArray) -> float:

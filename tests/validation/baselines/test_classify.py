@@ -10,12 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from ghostball.engine import GhostballError
 from ghostball.engine.result import EventKind
 from ghostball.validation.baselines.classify import Bands, classify
 from ghostball.validation.baselines.fingerprint import BLOCK
 from ghostball.validation.baselines.observed import KEPT_EVENTS
-from ghostball.validation.baselines.rounding import allowance_of
 from ghostball.validation.scenes.library import find_scene
 
 SHOT = gate.cut_shot()
@@ -26,7 +24,6 @@ ULP = 2.0**-52
 def of(head, base=BASE, **changes):
     """Compare with so much explained by rounding as `changes` say, 1e-12 of everything else."""
     explained = gate.allowance(len(head.events), balls=len(head.ids), **changes)
-    explained = replace(explained, bits=head.bits)
     return classify(base, head, gate.bands_of(base), lambda: explained)
 
 
@@ -90,7 +87,7 @@ def test_another_last_bit_is_rounding_only_and_fails():
     assert change.first_difference.index == 0
     assert "2.22e-16 s later" in change.first_difference.words
     relaxed = replace(gate.bands_of(BASE), hash_level="warn")
-    explained = replace(gate.allowance(len(head.events)), bits=head.bits)
+    explained = gate.allowance(len(head.events))
     assert not classify(BASE, head, relaxed, lambda: explained).failed
 
 
@@ -135,13 +132,6 @@ def test_another_end_with_the_same_bits_is_no_identity(changes):
     assert "event-limit" in change.summary or "99.0 s" in change.summary
     off = Bands(gate.bands_of(BASE).metrics, gate.bands_of(BASE).counters, "off")
     assert not classify(BASE, replace(BASE, **changes), off, lambda: None).failed
-
-
-def test_an_engine_that_gives_other_bits_each_time_is_told():
-    # What rounding explains is of another run then, and has a time for other events.
-    head = shifted(BASE, 0, 1e-3)
-    with pytest.raises(GhostballError, match=r'"cut".*deterministic'):
-        classify(BASE, head, gate.bands_of(BASE), lambda: allowance_of(SHOT))
 
 
 # --- events -----------------------------------------------------------------------------------
@@ -445,7 +435,7 @@ def test_instants_beyond_what_is_kept_count_at_the_end_of_each_block():
             base,
             head,
             gate.bands_of(base),
-            lambda head=head: replace(gate.allowance(LONG, time=1e-12), bits=head.bits),
+            lambda: gate.allowance(LONG, time=1e-12),
         )
         assert found.change == change
     assert found.first_difference.index == KEPT_EVENTS
@@ -458,7 +448,7 @@ def test_another_end_past_the_horizon_is_no_rounding():
     events = base.events.copy()
     events["t"][-1] = np.nextafter(events["t"][-1], np.inf)
     head = replace(gate.with_events(base, events), status="event-limit")
-    past = replace(gate.allowance(len(events), horizon=0.1, rest=None), bits=head.bits)
+    past = gate.allowance(len(events), horizon=0.1, rest=None)
     found = classify(base, head, gate.bands_of(base), lambda: past)
     assert found.change == "results-changed"
     assert 'ended as "event-limit"' in found.summary

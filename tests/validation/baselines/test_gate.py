@@ -12,12 +12,13 @@ from stored_results import damage_motions
 
 import ghostball.reference_adapters.ghostball
 import ghostball.validation.runs.our_run
-from ghostball.engine import GhostballError, UnsupportedSceneError, simulate
+from ghostball.engine import EngineFailedError, UnsupportedSceneError, simulate
 from ghostball.validation.baselines import gate as gate_module
 from ghostball.validation.baselines.accept import (
     CHANGES_FILE,
     AcceptError,
     LimitsBrokenError,
+    NotDeterministicError,
     accept,
 )
 from ghostball.validation.baselines.baseline import (
@@ -337,7 +338,9 @@ def test_what_was_only_looked_at_is_not_accepted(shop):
         shop.accept()
 
 
-def test_an_engine_that_gives_other_bits_each_time_is_told(accepted, monkeypatch):
+@pytest.fixture
+def unsteady(monkeypatch):
+    """Our engine says each time that the balls rest a nanometre farther."""
     count = iter(range(1, 99))
 
     def unsteady(scene, **options):
@@ -348,8 +351,51 @@ def test_an_engine_that_gives_other_bits_each_time_is_told(accepted, monkeypatch
 
     for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.our_run):
         monkeypatch.setattr(module, "simulate", unsteady)
-    with pytest.raises(GhostballError, match="must be deterministic"):
-        accepted.compare()
+
+
+def test_an_engine_that_gives_other_bits_each_time_is_told(accepted, unsteady):
+    before = {path: path.read_bytes() for path in accepted.baselines.iterdir()}
+    found = accepted.compare()
+    assert found.outcome == "failed"
+    assert [(one.change, one.candidate) for one in found.scenes] == [("not-deterministic", "")] * 2
+    assert "played a second time, it gave other bits" in found.scenes[0].summary
+    with pytest.raises(NotDeterministicError, match="each time that it plays cut, roll"):
+        accepted.accept()
+    with pytest.raises(NotDeterministicError, match="each time that it plays roll:"):
+        accepted.accept(only=["roll"])
+    assert {path: path.read_bytes() for path in accepted.baselines.iterdir()} == before
+
+
+def test_an_engine_that_gives_other_bits_each_time_gets_no_first_baseline(shop, unsteady):
+    found = shop.compare()
+    assert [one.change for one in found.scenes] == ["not-deterministic"] * 2
+    with pytest.raises(NotDeterministicError):
+        shop.accept()
+    assert not shop.baselines.exists()
+
+
+def test_whoever_switches_the_hash_off_may_give_other_bits_each_time(accepted, unsteady):
+    for path in accepted.baselines.glob("*.toml"):
+        text = path.read_text("utf-8")
+        assert 'level = "error"' in text
+        path.write_text(text.replace('level = "error"', 'level = "off"'), "utf-8")
+    assert {one.change for one in accepted.compare().scenes} <= {"results-changed", "worse"}
+
+
+def test_what_did_as_accepted_is_not_played_again(accepted, monkeypatch):
+    monkeypatch.setattr("ghostball.validation.baselines.replay.run_engine", None)
+    assert {one.change for one in accepted.compare().scenes} == {"identical"}
+
+
+def test_an_engine_that_fails_the_second_time_is_told(shop, monkeypatch):
+    def fail(engine, scene):
+        raise EngineFailedError(engine.name, "no chalk")
+
+    monkeypatch.setattr("ghostball.validation.baselines.replay.run_engine", fail)
+    found = shop.compare().scenes[0]
+    assert found.failed
+    assert "played a second time, it failed: " in found.summary
+    assert "no chalk" in found.summary
 
 
 # --- accept -----------------------------------------------------------------------------------
