@@ -364,8 +364,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "contacts of the last shot",
-        "event_loop/sweep.py",
-        "        contacts.cluster[i] = FREE\n",
+        "event_loop/play.py",
+        "        for k in range(len(untouched[1])):\n            room[1][k] = untouched[1][k]\n",
         "",
         "Balls that pressed each other as a shot of a sweep ended are held in the next one, too.",
         "tests/engine/test_batch.py::test_a_sweep_of_frozen_balls_is_as_shot_by_shot_in_any_order",
