@@ -190,7 +190,7 @@ def _follow_gradients(contacts: Contacts, count: int, fastest: float) -> None:
         contacts.forces[c, DIRECTION] = scaled
     gain = _dot(contacts, count, LEFT_OVER, SCALED)
     for _ in range(_STEPS_PER_CONTACT * count):
-        contacts.turns[0] += 2 * count
+        contacts.turns[0] += 8 * count
         _apply(contacts, count, DIRECTION, PRODUCT)
         curvature = _dot(contacts, count, DIRECTION, PRODUCT)
         alone = 0.0

@@ -269,10 +269,11 @@ def predict_obstacles(balls: Balls, i: int, laws: Laws, duration: float, held: i
     if duration <= TIME_ROUNDING * balls.state[i].epoch:
         balls.state[i].own_time = balls.state[i].epoch
         return
+    lasts = duration
     for k in range(len(laws.obstacles)):
         if held >> k & 1:
             continue
-        s, met = time_to_obstacle(balls, i, laws, k, duration)
+        s, met = time_to_obstacle(balls, i, laws, k, duration, lasts)
         if s < duration:
             duration = s
             balls.own_kind[i] = OWN_CUSHION + k if met else OWN_PIECE

@@ -82,12 +82,12 @@ def row_of(laws: Laws, index: int) -> int:
 
 @kernel(inline=True)
 def time_to_obstacle(
-    balls: Balls, i: int, laws: Laws, k: int, duration: float
+    balls: Balls, i: int, laws: Laws, k: int, duration: float, lasts: float
 ) -> tuple[float, bool]:
     """Return in how long ball i touches obstacle k [s], within a duration [s]; or inf, or later.
 
-    From its epoch, as it moves for that long. False beside it: not before then, but it isn't known
-    whether later; the search was given up.
+    From its epoch, as it moves for as long as its piece `lasts` [s]. False beside it: not before
+    then, but it isn't known whether later; the search was given up.
     """
     ball = balls.state[i]
     if laws.obstacles[k].kind == LINE and jerk(balls, i) == 0.0:
@@ -99,14 +99,17 @@ def time_to_obstacle(
         gap = max(away - nose_reach(balls, i, laws), 0.0)
         # Without pull the root is that of a line: the same number, without a square root.
         return (gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)), True
-    return _time_by_bounds(balls, i, laws, k, duration)
+    return _time_by_bounds(balls, i, laws, k, duration, lasts)
 
 
 @kernel
 def _time_by_bounds(
-    balls: Balls, i: int, laws: Laws, k: int, duration: float
+    balls: Balls, i: int, laws: Laws, k: int, duration: float, lasts: float
 ) -> tuple[float, bool]:
-    """`time_to_obstacle`, by bounds each of which is found from the one before."""
+    """`time_to_obstacle`, by bounds each of which is found from the one before.
+
+    The bounds are the same whichever obstacles were asked before, and so is what a mirror shows.
+    """
     ball = balls.state[i]
     s = 0.0
     for _ in range(_MOST_BOUNDS):
@@ -117,7 +120,7 @@ def _time_by_bounds(
         gap = max(away - nose_reach(balls, i, laws), 0.0)
         rate = nx * vx + ny * vy
         pull = nx * ax + ny * ay
-        bent, left = jerk_along(balls, i, nx, ny), min(duration - s, FOR_EVER)
+        bent, left = jerk_along(balls, i, nx, ny), min(lasts - s, FOR_EVER)
         step = first_bent_crossing(gap, rate, pull, bent, left)
         if step == math.inf:
             return math.inf, True
@@ -127,10 +130,10 @@ def _time_by_bounds(
             # It touches and doesn't approach. Its true jerk is asked, since a ball that goes along
             # an obstacle may have a large one along it; and that a gap as small as the rounding of
             # its coordinates opens, or goes on to be there, no double can tell.
-            bent = whole_jerk_along(balls, i, nx, ny, duration)
+            bent = whole_jerk_along(balls, i, nx, ny, lasts)
             unseen = GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * (abs(x) + abs(y))
             step = first_bent_crossing(unseen, rate, pull, bent, left)
-            step = max(step, 2.0 * TIME_ROUNDING * max(t, duration))
+            step = max(step, 2.0 * TIME_ROUNDING * t)
         s += step
         if not s < duration:
             return math.inf, True

@@ -146,6 +146,26 @@ def _whole_jerk_along(
     return size
 
 
+@kernel
+def relative_jerk(higher: FloatArray, i: int, j: int, lasts: float) -> float:
+    """Return how fast the relative acceleration of two balls changes at most [m/s^3].
+
+    Of two whose pieces began at one instant, for `lasts` [s] from then on.
+    """
+    count_i, count_j = int(higher[i, POWERS]), int(higher[j, POWERS])
+    size = 0.0
+    for power in range(max(count_i, count_j) - 1, -1, -1):
+        column = HIGHER + 2 * power
+        x, y = 0.0, 0.0
+        if power < count_i:
+            x, y = higher[i, column], higher[i, column + 1]
+        if power < count_j:
+            x, y = x - higher[j, column], y - higher[j, column + 1]
+        bent = (abs(x) + abs(y)) * float((power + 3) * (power + 2) * (power + 1))
+        size = size * lasts + bent
+    return size
+
+
 @kernel(inline=True)
 def both_last(balls: Balls, i: int, j: int, t: float) -> float:
     """Return how long after t [s] the pieces of two balls last, both; a finite number.

@@ -145,7 +145,7 @@ def follow(
     _keep_slopes(contacts, members, 0)
     duration = min(first, longest)
     for _ in range(_TRIALS):
-        contacts.turns[0] += 8 * (members + count)
+        contacts.turns[0] += 64 * (members + count)
         if duration < shortest:
             return 0.0
         error = _try(balls, laws, contacts, members, count, duration)

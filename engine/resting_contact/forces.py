@@ -108,7 +108,7 @@ def solve(
     # No friction is in the first guess: that normal forces have settled is not enough.
     steady = False
     for sweep in range(SWEEPS):
-        contacts.turns[0] += 4 * count
+        contacts.turns[0] += 20 * count
         if steady and settled(balls, laws, contacts, count, duration):
             _mark_deep(balls, contacts, members, count)
             return _is_short(balls, laws, contacts, members, count, duration)

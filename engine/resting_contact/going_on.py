@@ -25,7 +25,7 @@ from ghostball.engine.core.state import (
     Laws,
 )
 from ghostball.engine.core.tolerances import TIME_ROUNDING
-from ghostball.engine.motion.geometry import grip
+from ghostball.engine.motion.geometry import grip, speed_of
 from ghostball.engine.motion.position import advance
 from ghostball.engine.resting_contact.cloth_response import is_settling, time_to_change
 from ghostball.engine.resting_contact.follow import follow
@@ -183,11 +183,14 @@ def next_step(contacts: Contacts, members: int, row: int, fresh: float, most: fl
 def own_time_of(balls: Balls, contacts: Contacts, members: int) -> float:
     """Return the least time [s] in which the cloth can move a member by its radius.
 
-    Finite: without friction on the cloth no ball would press another.
+    Where no cloth can, and air alone may press balls together, that in which one goes so far.
     """
-    least = math.inf
+    least, fastest = math.inf, math.inf
     for m in range(members):
         k = contacts.member[m]
+        radius, speed = balls.state[k].radius, speed_of(balls.state[k].vx, balls.state[k].vy)
         if grip(balls, k) > 0.0:
-            least = min(least, math.sqrt(2.0 * balls.state[k].radius / grip(balls, k)))
-    return least
+            least = min(least, math.sqrt(2.0 * radius / grip(balls, k)))
+        if speed > 0.0:
+            fastest = min(fastest, radius / speed)
+    return least if least < math.inf else fastest

@@ -32,6 +32,7 @@ from ghostball.engine.core.state import (
 )
 from ghostball.engine.motion.geometry import at_rest, contact_tolerance
 from ghostball.engine.motion.next_piece import mark, predict_obstacles
+from ghostball.engine.motion.position import straighten
 from ghostball.engine.resting_contact.gaps import balls_of, gap_between
 
 NUMBERS = 7
@@ -211,6 +212,7 @@ def start_piece(balls: Balls, laws: Laws, contacts: Contacts, k: int) -> None:
     The first of two takes it half of the way to the place where the second ends; a way, not a
     place: the rounding of places over the square of a short time was a large acceleration.
     """
+    straighten(balls, k)  # alone in air, it would have gone along a piece of a higher degree
     ball, row = balls.state[k], contacts.motion[k]
     pieces, time = row[PIECES], row[PIECE_TIME]
     done = pieces - row[LEFT]

@@ -27,6 +27,7 @@ from ghostball.engine.motion.position import (
     both_last,
     jerk,
     pair_reach,
+    relative_jerk,
     relative_motion,
     speed,
     velocity,
@@ -216,7 +217,8 @@ def _time_to_gap(
     if higher is None:
         straight: float = first_crossing(gap, rate, pull)
         return straight
-    bent, left = jerk(balls, i) + jerk(balls, j), both_last(balls, i, j, t)
+    left = both_last(balls, i, j, t)
+    bent = _jerk_between(higher, balls, i, j, t, left)
     soonest: float = first_bent_crossing(gap, rate, pull, bent, left)
     return soonest
 
@@ -226,8 +228,24 @@ def _bend_meanwhile(higher: FloatArray | None, balls: Balls, i: int, j: int, t: 
     """Return by how much the relative acceleration changes at most while both pieces last."""
     if higher is None:
         return 0.0
-    change: float = (jerk(balls, i) + jerk(balls, j)) * both_last(balls, i, j, t)
+    left = both_last(balls, i, j, t)
+    change: float = _jerk_between(higher, balls, i, j, t, left) * left
     return change
+
+
+@kernel
+def _jerk_between(higher: FloatArray, balls: Balls, i: int, j: int, t: float, left: float) -> float:
+    """Return how fast the relative acceleration of two balls changes at most [m/s^3].
+
+    From t [s] on, for `left` [s]. Two that go along together bend alike, and so not at all as seen
+    from each other.
+    """
+    began = balls.state[i].epoch
+    if began == balls.state[j].epoch:
+        same: float = relative_jerk(higher, i, j, left + (t - began))
+        return same
+    apart: float = jerk(balls, i) + jerk(balls, j)
+    return apart
 
 
 @kernel

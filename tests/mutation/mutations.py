@@ -44,9 +44,9 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "late cushion",
         "motion/next_piece.py",
-        "            balls.own_kind[i] = OWN_CUSHION + k\n"
+        "            balls.own_kind[i] = OWN_CUSHION + k if met else OWN_PIECE\n"
         "    balls.state[i].own_time = balls.state[i].epoch + duration",
-        "            balls.own_kind[i] = OWN_CUSHION + k\n"
+        "            balls.own_kind[i] = OWN_CUSHION + k if met else OWN_PIECE\n"
         "    late = 1e-9 if balls.own_kind[i] >= OWN_CUSHION else 0.0\n"
         "    balls.state[i].own_time = balls.state[i].epoch + duration + late",
         "A ball meets a cushion a nanosecond late.",
@@ -567,8 +567,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "jerk ignored",
         "motion/position.py",
-        "    return math.sqrt(x * x + y * y)\n\n\n@kernel(inline=True)\ndef both_last",
-        "    return 0.0 * math.sqrt(x * x + y * y)\n\n\n@kernel(inline=True)\ndef both_last",
+        "    return math.sqrt(x * x + y * y)\n\n\n@kernel(inline=True)\ndef jerk_along",
+        "    return 0.0 * math.sqrt(x * x + y * y)\n\n\n@kernel(inline=True)\ndef jerk_along",
         "Bounds take a motion of a higher degree for a quadratic.",
         "tests/engine/motion/test_pieces.py::test_a_motion_of_the_fourth_degree_misses_no_contact",
     ),

@@ -386,3 +386,29 @@ def test_balls_that_press_each_other_feel_the_air_too(name):
     little, more = (np.abs(end - ends[0]).max() for end in ends[1:])
     assert more == pytest.approx(10 * little, rel=0.02)
     assert little > 1e-9
+
+
+def test_two_that_touch_and_go_along_together_in_air_roll_as_one_alone():
+    """Each bent by the air, they seemed to approach: contact steps held them, 1e-11 m off."""
+    alone = scene_of(ball((0.0, 0.0), (1.0, 0.0)), air_drag=0.0041)
+    both = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((2.0 * R, 0.0), (1.0, 0.0)), air_drag=0.0041)
+    result = simulate(both)
+    assert result.rest_positions[0, 0] == simulate(alone).rest_positions[0, 0]
+    assert result.work["contact_steps"] == 0
+    assert result.work["advancement_steps"] < 20
+
+
+def test_what_an_inelastic_hit_leaves_together_goes_on_where_only_air_slows():
+    """No cloth could press the balls together, so that a step of a contact had no length."""
+    scene = scene_of(
+        ball((0.9736669107529253, 0.0), (-5.626838330323487, 0.0)),
+        ball((0.31768120373487063, 0.0)),
+        air_drag=0.023679174653121488, rolling_friction=0.0, ball_restitution=0.0, t_max=0.5,
+    )  # fmt: skip
+    result = simulate(scene, record="events")
+    assert result.status is Status.T_MAX
+    hit = result.events["t"][0]
+    velocities = result.sample([hit, hit + 0.2]).velocities[:, :, 0]
+    assert velocities[:, 0] == pytest.approx(velocities[:, 1], rel=1e-15)
+    slowed = velocities[0, 0] / (1.0 - 0.023679174653121488 * velocities[0, 0] * 0.2)
+    assert velocities[1, 0] == pytest.approx(slowed, rel=1e-13)

@@ -10,6 +10,7 @@ import pytest
 from constrained_motion import Touch, pressed_motion
 
 from ghostball.engine import Ball, Physics, Scene, simulate
+from ghostball.engine.core.tolerances import CONTACT_TOLERANCE, EPS
 
 R = 0.028575
 
@@ -45,3 +46,35 @@ def test_a_ball_that_slides_and_pushes_another_follows_the_constrained_motion(ai
     assert end.positions[0, :, :2] == pytest.approx(expected[0, :, :2], abs=1e-8)
     assert end.velocities[0] == pytest.approx(expected[1], abs=1e-7)
     assert R * end.angular_velocities[0] == pytest.approx(R * expected[2], abs=1e-6)
+
+
+def test_a_motion_that_is_followed_in_air_keeps_its_gap():
+    """A piece kept the powers of the motion that the ball would have had alone: 1.2e-12 m deep."""
+    scene = Scene(
+        name="together",
+        physics=Physics(
+            preset="pool", ball_restitution=0.0, rolling_friction_quadratic=0.02597680031458461
+        ),
+        balls=[
+            Ball(
+                id="b1",
+                position=(2.502314150979903, 1.1376138277456158),
+                radius=0.037685849020096945,
+            ),
+            Ball(
+                id="b0",
+                position=(2.5062021953318694, 1.0662359890578577),
+                velocity=(-0.019331868098263722, 0.3549000056938646),
+                radius=0.03379780466813081,
+            ),
+        ],
+    )
+    result = simulate(scene, record="events")
+    assert result.work["contact_pieces"] > 0
+    knots = result.trajectory.knots
+    ends = np.unique(np.concatenate([knots[0][:, 0], knots[1][:, 0]]))
+    times = (ends[:-1, None] + np.diff(ends)[:, None] * np.linspace(0.0, 1.0, 9)).ravel()
+    apart = np.diff(result.sample(times).positions[:, :, :2], axis=1)[:, 0]
+    reach = float(np.sum(scene.radii))
+    deepest = reach - np.min(np.hypot(*apart.T))
+    assert deepest <= CONTACT_TOLERANCE * reach + 8.0 * EPS * 3.0
