@@ -617,6 +617,15 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "test_a_bounce_on_the_table_is_the_published_one[sticks]",
     ),
     Mutation(
+        "friction of the approach alone",
+        "impacts/in_space.py",
+        "part = min(laws.cushion_friction * normal / slip, _STICKING)",
+        "part = min(laws.cushion_friction * speed / slip, _STICKING)",
+        "A nose rubs a ball in flight as if it didn't return any of the approach.",
+        "tests/engine/impacts/test_in_space.py::"
+        "test_the_friction_of_a_nose_is_that_of_its_whole_impulse[0.05-False]",
+    ),
+    Mutation(
         "held on its way up",
         "impacts/in_space.py",
         " or height[k, UP_SPEED] > 0.0 or nz >= 0.0:\n",

@@ -240,6 +240,39 @@ def test_a_nose_that_rubs_turns_the_ball():
     assert w[0, 2] > 0.0  # the cushion holds back its left side
 
 
+@pytest.mark.parametrize(("friction", "sticks"), [(0.05, False), (0.9, True)])
+def test_the_friction_of_a_nose_is_that_of_its_whole_impulse(friction, sticks):
+    """Coulomb's law by vectors: mu times (1 + e) the approach, or the 2/7 that end the slip."""
+    e, h = 0.85, 0.0357
+    scene = scene_of(
+        ball((0.1, 0.5, 2.2 * R), (-1.0, 0.6, 0.2), angular_velocity=(15.0, -25.0, 40.0)),
+        table=Table(length=2.0, width=1.0),
+        cushion="han2005",
+        cushion_restitution=e,
+        cushion_friction=friction,
+        cushion_height=h,
+        **FLIES,
+    )
+    result = simulate(scene, record="trajectory")
+    event = result.events[0]
+    assert event["kind"] == EventKind.BALL_CUSHION
+    t = event["t"]
+    after = result.sample([t])
+    x, _, z = after.positions[0, 0]
+    v, w = np.array([-1.0, 0.6, 0.2 - 9.81 * t]), np.array([15.0, -25.0, 40.0])
+    normal = np.array([-x, 0.0, h - z]) / math.hypot(x, h - z)  # towards the nose
+    assert math.hypot(x, h - z) == pytest.approx(R, rel=1e-13)
+    approach = v @ normal
+    slip = v - approach * normal + R * np.cross(w, normal)
+    size = np.linalg.norm(slip)
+    limit = friction * (1.0 + e) * approach
+    assert (limit > 2.0 / 7.0 * size) == sticks
+    impulse = -(1.0 + e) * approach * normal - min(limit, 2.0 / 7.0 * size) * slip / size
+    assert after.velocities[0, 0] == pytest.approx(v + impulse, abs=1e-12)
+    turn = 2.5 / R * np.cross(normal, impulse)
+    assert after.angular_velocities[0, 0] == pytest.approx(w + turn, abs=1e-10)
+
+
 def test_a_ball_that_comes_up_from_the_table_yields_to_one_that_falls_on_it():
     """The one below is on its way up when they meet again, slowly: it isn't held by the table."""
     scene = scene_of(
