@@ -361,10 +361,13 @@ PATH_Y = 29
 TURN_WX = 35  # and of its angular velocity [rad/s], four each
 TURN_WY = 39
 TURN_WZ = 43
-HELD_OFF = 47  # obstacles that it is held off, one bit each
+HELD_OFF = 47  # obstacles that it is held off, one bit each: see MOST_OBSTACLES
 PIECES = 48  # of the whole motion
 AHEAD = 49  # how long the next whole motion may be [s]
 MOTION_COLUMNS = 50
+
+MOST_OBSTACLES = 53
+"""Rows of `Laws.obstacles`: HELD_OFF keeps a bit of a double for each."""
 
 MOST_DIRECT = 12
 """Contacts up to which their equations are solved directly."""

@@ -28,6 +28,7 @@ from ghostball.engine.core.state import (
     LINK_COLUMNS,
     MASS,
     MOST_DIRECT,
+    MOST_OBSTACLES,
     MOST_POWERS,
     MOTION_COLUMNS,
     NOWHERE,
@@ -237,8 +238,18 @@ def height_of(scene: Scene) -> FloatArray:
 
 
 def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
-    """Reduce the scene's physics and table to the numbers that the kernel uses."""
+    """Reduce the scene's physics and table to the numbers that the kernel uses.
+
+    Raises
+    ------
+    UnsupportedSceneError
+        Where there is more to bounce off than `MOST_OBSTACLES`.
+    """
     physics = scene.physics
+    obstacles = obstacles_of(scene, off)
+    if len(obstacles) > MOST_OBSTACLES:
+        lacks = f"no more than {MOST_OBSTACLES} obstacles on one table, here are {len(obstacles)}"
+        raise UnsupportedSceneError("ghostball", (lacks,))
     cushion_law = CUSHION_LAW_NAMES.index(physics.cushion)
     mirror = physics.cushion == "mirror"
     speed_dependent = physics.ball_friction == "alciatore"
@@ -262,10 +273,14 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
         gravity=float(physics.gravity),
         table_restitution=float(physics.table_restitution),
         roll_quadratic=float(physics.rolling_friction_quadratic),
-        obstacles=obstacles_of(scene, off),
+        obstacles=obstacles,
         integrated=1 if is_integrated(scene) or Skip.INTEGRATED_LAWS in off else None,
     )
 
+
+_FAR = 1e150
+"""Where a cushion lies that no ball reaches [m]: a number, so that nothing becomes NaN by it, whose
+square is one, too."""
 
 _INWARD = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 """Unit normals into the table, by cushion index."""
@@ -274,7 +289,8 @@ _INWARD = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray:
     """Return what balls bounce off: a line for each cushion, through its nose.
 
-    A side without a cushion has none; with the skip of cushions switched off, one at infinity.
+    A side without a cushion has none; with the skip of cushions switched off, one that is too far
+    away to be met.
     """
     table, law = scene.table, CUSHION_LAW_NAMES.index(scene.physics.cushion)
     rows = []
@@ -283,7 +299,7 @@ def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray
             x, y = (table.length, 0.0) if name == "right" else (0.0, 0.0)
             y = table.width if name == "top" else y
         elif Skip.CUSHIONS in off:
-            x, y = (-math.inf * nx if nx else 0.0), (-math.inf * ny if ny else 0.0)
+            x, y = -_FAR * nx, -_FAR * ny
         else:
             continue
         rows.append((LINE, x, y, nx, ny, 0.0, law, index))

@@ -87,7 +87,7 @@ def _bent_bound(balls: Balls, i: int, j: int, start: float) -> float:
         vy,
         b.ax - a.ax,
         b.ay - a.ay,
-        a.radius + b.radius,
+        pair_reach(balls, i, j),
         bent_a * s_a + bent_b * s_b,
         bent_a * s_a * s_a + bent_b * s_b * s_b,
         bent_a * s_a * s_a * s_a + bent_b * s_b * s_b * s_b,

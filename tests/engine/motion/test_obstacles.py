@@ -9,8 +9,16 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, Result, Scene, Table, simulate
-from ghostball.engine.core.state import DISC, LINE, SEGMENT
+from ghostball.engine import (
+    EventKind,
+    Result,
+    Scene,
+    Status,
+    Table,
+    UnsupportedSceneError,
+    simulate,
+)
+from ghostball.engine.core.state import DISC, LINE, MOST_OBSTACLES, SEGMENT
 from ghostball.engine.running import from_scene
 
 MIRROR = 0.0
@@ -96,3 +104,14 @@ def test_many_balls_among_circular_noses_keep_energy_and_distance(
     assert np.ptp(energy) <= 1e-12 * energy[0]
     away = np.linalg.norm(result.sample(times).positions[:, :, :2] - (0.5, 0.55), axis=2)
     assert away.min() >= (R + 0.12) * (1.0 - 1e-12)
+
+
+def test_more_obstacles_than_bits_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Breaks where one is let through: a contact step would hold balls off another one."""
+    disc = (DISC, 50.0, 50.0, 0.0, 0.0, 0.01, MIRROR, 4)
+    scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)), rolling_friction=0.1)
+    assert played(scene, monkeypatch, *[disc] * MOST_OBSTACLES).status is Status.REST
+    monkeypatch.undo()
+    scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)), rolling_friction=0.1)
+    with pytest.raises(UnsupportedSceneError, match="no more than 53 obstacles on one table, here"):
+        played(scene, monkeypatch, *[disc] * (MOST_OBSTACLES + 1))

@@ -8,6 +8,7 @@ from invariants import fingerprint
 from shots import POOL_TABLE, ball, rack, random_shot, scene_of
 
 from ghostball.engine import GhostballError, Scene, simulate
+from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.running import skips
 from ghostball.engine.running.skips import BUILT_IN, MOST_IN_MATRIX, Skip, explain_skips
 from ghostball.validation.scenes.library import FOLDER
@@ -138,3 +139,24 @@ def test_a_ball_flies_with_kernels_of_laws_that_integrate():
     off = simulate(flies, no_skip=[Skip.INTEGRATED_LAWS])
     assert off.rest_time == simulate(flies).rest_time
     assert np.array_equal(off.rest_positions, simulate(flies).rest_positions)
+
+
+# --- with air, and in flight: skips whose parts were written for a ball that rolls
+
+
+@pytest.mark.parametrize("seed", [0, 12])
+def test_cushions_that_are_skipped_are_met_by_no_ball_in_air(seed):
+    """Breaks where one lies at infinity: a bound of when a ball meets it is NaN there."""
+    scene = random_shot(seed, 4, table=None, preset="pool", air_drag=0.0041)
+    kept = simulate(scene, record="events")
+    off = simulate(scene, record="events", no_skip=["cushions"], max_events=1000)
+    assert fingerprint(off) == fingerprint(kept)
+
+
+@pytest.mark.skipif(COMPILED, reason="kernels that no other test runs would be compiled for it")
+@pytest.mark.parametrize("seed", [10, 12])
+def test_pieces_that_could_bend_meet_at_the_same_instants_in_flight(seed):
+    """Breaks where one of both bounds takes balls of two sizes for as far apart as in the plane."""
+    scene = random_shot(seed, 4, preset="pool", airborne=True, cushion_height=0.02)
+    kept = simulate(scene, record="events")
+    assert fingerprint(simulate(scene, record="events", no_skip=["drag"])) == fingerprint(kept)
