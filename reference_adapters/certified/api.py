@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ghostball.engine import Scene
+from ghostball.engine import Scene, UnsupportedSceneError
 from ghostball.engine.scene.features import (
     EXACT,
     Capabilities,
@@ -19,7 +19,6 @@ from ghostball.reference_adapters.certified.settings import CertifiedSettings
 NAME = "certified"
 
 _INTEGRATED = Capability("none", "its law is integrated over the impact and has no closed form")
-_OFF_CLOTH = Capability("none", "only motion on the cloth is certified")
 
 CAPABILITIES: Capabilities = {
     Feature.ROLLING: EXACT,
@@ -43,7 +42,7 @@ CAPABILITIES: Capabilities = {
     Feature.MATHAVAN_CUSHION: _INTEGRATED,
     Feature.AIR_DRAG: EXACT,
     Feature.QUADRATIC_ROLLING: EXACT,
-    Feature.FLIGHT: _OFF_CLOTH,
+    Feature.FLIGHT: EXACT,
 }
 """What can be certified, feature by feature: each is named, so that a new one is not."""
 
@@ -79,6 +78,8 @@ def certify(
     """
     settings = CertifiedSettings() if settings is None else settings
     check_supported(NAME, CAPABILITIES, scene)
+    if scene.physics.airborne and scene.physics.air_drag > 0.0:
+        raise UnsupportedSceneError(NAME, ("no air drag of balls that leave the cloth",))
     problem, ids = problem_of(scene), tuple(ball.id for ball in scene.balls)
     if not cached:
         return prove(problem, ids, settings, motion=motion)

@@ -10,7 +10,7 @@ from flint import arb
 
 from ghostball.engine import EventKind
 from ghostball.reference_adapters.certified.certificate import Choice
-from ghostball.reference_adapters.certified.gaps import CushionGap, Meeting, PairGap, meeting
+from ghostball.reference_adapters.certified.gaps import Gap, Meeting, meeting
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.roots import NONE, Bracket
 
@@ -30,7 +30,7 @@ class Candidate:
         self,
         choice: Choice,
         bodies: tuple[Body, ...],
-        gap: PairGap | CushionGap | None = None,
+        gap: Gap | None = None,
         *,
         bracket: Bracket | None = None,
         found: Meeting | None = None,
@@ -71,6 +71,13 @@ class Candidate:
         return self.meeting.t
 
     @property
+    def age(self) -> arb:
+        """How long after the instant of its gap, or of its ball, it happens [s]; of one told."""
+        assert self.meeting is not None
+        assert self.meeting.s is not None
+        return self.meeting.s
+
+    @property
     def told(self) -> bool:
         """Whether it is known to happen, and when."""
         return self.meeting is not None and self.meeting.s is not None
@@ -99,9 +106,7 @@ class Agenda:
         """Put a candidate on the agenda."""
         heapq.heappush(self._heap, (candidate.key, next(self._ticket), candidate))
 
-    def add_searched(
-        self, gap: PairGap | CushionGap, bodies: tuple[Body, ...], high: float
-    ) -> None:
+    def add_searched(self, gap: Gap, bodies: tuple[Body, ...], high: float) -> None:
         """Search a gap quickly up to a time [s]; note it where it may close."""
         bracket = gap.quick(high)
         if bracket.verdict != NONE:

@@ -36,8 +36,8 @@ ENDINGS: tuple[Ending, ...] = (
 SCHEMA = 2
 """Version of the JSON form."""
 
-_DIMENSIONS = {"positions": 2, "velocities": 2, "spins": 3}
-"""Numbers of each ball in the vectors of a certificate."""
+_DIMENSIONS = {"positions": (2, 3), "velocities": (2, 3), "spins": (3,)}
+"""Numbers that each ball may have in the vectors of a certificate: 3 where balls may fly."""
 
 _RISES = ("rise", "up_speed", "fall")
 """Columns of knots where balls may be in the air."""
@@ -191,7 +191,7 @@ class Certificate:
     rested : bool
         Whether every ball rests at `t_end`.
     positions, velocities, spins : tuple of tuples of Enclosure [m], [m/s], [rad/s]
-        Of each ball at `t_end`: (x, y), (vx, vy), (wx, wy, wz).
+        Of each ball at `t_end`: (x, y), (vx, vy), (wx, wy, wz); with z and vz where balls may fly.
     seconds : float [s]
         What it took, all precisions together.
     knots : tuple of (k_i, len(columns)) float64, or None
@@ -285,7 +285,7 @@ class Certificate:
             data = json.loads(text)
             if data["schema"] != SCHEMA or data["ending"] not in ENDINGS:
                 raise ValueError("another schema")
-            vectors = {name: _vectors_of(data[name], size) for name, size in _DIMENSIONS.items()}
+            vectors = {name: _vectors_of(data[name], most) for name, most in _DIMENSIONS.items()}
             counts = {name: len(of_balls) for name, of_balls in vectors.items()}
             if len(set(counts.values())) != 1:
                 raise ValueError(f"they must be of the same balls, got {counts}")
@@ -314,12 +314,13 @@ class Certificate:
             ) from None
 
 
-def _vectors_of(stored: Any, size: int) -> tuple[tuple[Enclosure, ...], ...]:
-    """Read one vector for each ball, of so many numbers."""
+def _vectors_of(stored: Any, sizes: tuple[int, ...]) -> tuple[tuple[Enclosure, ...], ...]:
+    """Read one vector for each ball, all of as many numbers, which is one of some sizes."""
     vectors = tuple(tuple(map(Enclosure.parse, vector)) for vector in stored)
     for vector in vectors:
-        if len(vector) != size:
-            raise ValueError(f"a vector must have {size} numbers, got {len(vector)}")
+        if len(vector) not in sizes or len(vector) != len(vectors[0]):
+            of_one = " or ".join(map(str, sizes))
+            raise ValueError(f"vectors must have {of_one} numbers, all as many, got {len(vector)}")
     return vectors
 
 

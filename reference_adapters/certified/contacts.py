@@ -11,6 +11,7 @@ import math
 from flint import arb
 
 from ghostball.engine import EventKind
+from ghostball.engine.trajectory import Phase
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     SustainedContactError,
@@ -61,16 +62,20 @@ class Contacts:
         x, y, radius = exactly(ball.x), exactly(ball.y), exactly(ball.radius)
         for j, other in enumerate(problem.balls[:i]):
             dx, dy, reach = ball.x - other.x, ball.y - other.y, ball.radius + other.radius
-            if abs(dx * dx + dy * dy - reach * reach) > 1e-9 * reach * reach:
+            dz = ball.z - other.z if problem.airborne else 0.0
+            if abs(dx * dx + dy * dy + dz * dz - reach * reach) > 1e-9 * reach * reach:
                 continue  # far from it: spare the rationals
             rx, ry, r = x - exactly(other.x), y - exactly(other.y), radius + exactly(other.radius)
-            if rx * rx + ry * ry == r * r:
+            rz = exactly(ball.z) - exactly(other.z) if problem.airborne else 0
+            if rx * rx + ry * ry + rz * rz == r * r:
                 self._balls.add((j, i))
         for cushion, line in enumerate(problem.noses):
             if line is None:
                 continue
             nx, ny = SIDES[cushion]
-            if nx * x + ny * y - (nx + ny) * exactly(line) == radius:
+            away = nx * x + ny * y - (nx + ny) * exactly(line)
+            above = exactly(ball.z) - exactly(problem.cushion_height) if problem.airborne else 0
+            if away > 0 and away * away + above * above == radius * radius:
                 self._cushions.add((i, cushion))
 
     def touches_ball(self, i: int, j: int) -> bool:
@@ -143,5 +148,7 @@ class Contacts:
 
 def _keeps_to(body: Body, cushion: int) -> bool:
     """Whether the distance of a ball from a cushion stays exactly as it is."""
+    if body.phase is Phase.FLYING:
+        return False
     v, a = (body.vx, body.ax) if SIDES[cushion][0] else (body.vy, body.ay)
     return bool(v.is_zero() and a.is_zero())

@@ -100,9 +100,10 @@ def result_of(
 def _final_state(scene: Scene, certificate: Certificate) -> Samples:
     n = len(scene.balls)
     positions, velocities = np.zeros((1, n, 3)), np.zeros((1, n, 3))
-    positions[0, :, :2] = _nearest(certificate.positions)
+    dimensions = 3 if scene.physics.airborne else 2
     positions[0, :, 2] = scene.radii
-    velocities[0, :, :2] = _nearest(certificate.velocities)
+    positions[0, :, :dimensions] = _nearest(certificate.positions)
+    velocities[0, :, :dimensions] = _nearest(certificate.velocities)
     return Samples(positions, velocities, _nearest(certificate.spins)[np.newaxis])
 
 

@@ -35,7 +35,7 @@ from ghostball.reference_adapters.certified.roots import (
     unsearched,
 )
 
-_QUICK_ERROR = 1e-10
+QUICK_ERROR = 1e-10
 """Bound of the error of a quick search, in units of the sum of all terms.
 
 A state that `exact_enough` lets pass is wrong by 1e-13 of its terms, doubles round by 1e-16, and a
@@ -79,15 +79,18 @@ class Gap(Protocol):
 
 
 class PairGap:
-    """The squared distance of two balls less the square of the sum of their radii [m^2]."""
+    """The squared distance of two balls less the square of the sum of their radii [m^2].
 
-    def __init__(self, a: Body, b: Body, choice: Choice) -> None:
+    Or of another `reach` [m]: where balls of different size touch along a line that isn't level.
+    """
+
+    def __init__(self, a: Body, b: Body, choice: Choice, reach: arb | None = None) -> None:
         self.choice = choice
         self._a, self._b = a, b
         self.curved = a.curved or b.curved
         self._later = a if a.order >= b.order else b
         self.t = self._later.t
-        self.reach = a.constants.radius + b.constants.radius
+        self.reach = a.constants.radius + b.constants.radius if reach is None else reach
         self._relative: tuple[Vector, Vector, Vector] | None = None
 
     def _terms(self) -> tuple[Vector, Vector, Vector]:
@@ -203,15 +206,22 @@ class PairGap:
 
         def margin(s: float) -> float:
             size = place + s * (speed + s * pull)
-            return _QUICK_ERROR * size * size
+            return QUICK_ERROR * size * size
 
         return first_entry_quick(gap, 0.0, high, margin)
 
 
 class CushionGap:
-    """The distance of a ball from a cushion [m]."""
+    """The distance of a ball from a cushion [m].
 
-    def __init__(self, body: Body, line: float, choice: Choice) -> None:
+    Less the ball's radius, or another `reach` [m]: where the nose is not at the height of its
+    centre.
+    """
+
+    def __init__(
+        self, body: Body, line: float, choice: Choice, reach: arb | None = None
+    ) -> None:
+        self._reach = body.constants.radius if reach is None else reach
         self.choice = choice
         self.t = body.t
         self._body = body
@@ -225,13 +235,13 @@ class CushionGap:
         """Return the coefficients from the constant up [m, m/s, m/s^2]."""
         body, n = self._body, self._across
         x, v, a = (body.x, body.vx, body.ax) if self._along_x else (body.y, body.vy, body.ay)
-        return [n * (x - self._line) - body.constants.radius, n * v, n * a / 2]
+        return [n * (x - self._line) - self._reach, n * v, n * a / 2]
 
     def value(self, s: arb) -> arb:
         """Return the gap after a time s [m]."""
         if self.curved:
             place = self._body.position_after(s)[0 if self._along_x else 1]
-            return self._across * (place - self._line) - self._body.constants.radius
+            return self._across * (place - self._line) - self._reach
         c0, c1, c2 = self.coefficients()
         return c0 + s * (c1 + s * c2)
 
@@ -252,12 +262,12 @@ class CushionGap:
         if not q.exact_enough:
             return unsearched(high)
         x, v, a = (q.x, q.vx, q.ax) if self._along_x else (q.y, q.vy, q.ay)
-        radius = float(self._body.constants.radius)
-        size = abs(x) + abs(self._line) + radius
-        gap = (n * (x - self._line) - radius, n * v, 0.5 * n * a, 0.0, 0.0)
+        reach = float(self._reach)
+        size = abs(x) + abs(self._line) + reach
+        gap = (n * (x - self._line) - reach, n * v, 0.5 * n * a, 0.0, 0.0)
 
         def margin(s: float) -> float:
-            return _QUICK_ERROR * (size + s * (q.speed + s * q.pull))
+            return QUICK_ERROR * (size + s * (q.speed + s * q.pull))
 
         return first_entry_quick(gap, 0.0, high, margin)
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from flint import arb
 
+from ghostball.engine import EventKind
 from ghostball.reference_adapters.certified.arithmetic import ZERO, Vector, exactly
 from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.contacts import Contacts
 from ghostball.reference_adapters.certified.gaps import SIDES, PairGap
+from ghostball.reference_adapters.certified.gaps_in_space import reach_to_cushion
 from ghostball.reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.problem import Problem
@@ -29,7 +31,7 @@ class Impacts:
         assert chosen.meeting is not None
         assert chosen.meeting.s is not None
         a, b = chosen.choice.a, chosen.choice.b
-        pair = isinstance(chosen.gap, PairGap)
+        pair = chosen.choice.kind is EventKind.BALL_BALL
         known = self._contacts.touches_ball if pair else self._contacts.touches_cushion
         return chosen.meeting.s.is_zero() and not known(a, b)
 
@@ -92,7 +94,7 @@ class Impacts:
         Without this, the instants of a ball between a cushion and another grow wider at every
         bounce (Galperin's 31415 collisions would need a hundred thousand bits).
         """
-        line, radius = self._problem.noses[cushion], self._problem.balls[i].radius
+        line = self._problem.noses[cushion]
         assert line is not None
-        across = arb(exactly(line) + sum(SIDES[cushion]) * exactly(radius))
+        across = arb(exactly(line)) + sum(SIDES[cushion]) * reach_to_cushion(self._problem, i)
         return (across, place[1]) if SIDES[cushion][0] else (place[0], across)

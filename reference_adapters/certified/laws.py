@@ -95,11 +95,14 @@ class Laws:
     def _part(self, along: arb, up: arb, approach: arb) -> arb:
         """Return what part of the slip the friction of an impact takes, over the reduced mass."""
         slip = length(along, up)
-        mu = self._friction
-        if mu is None:
-            least, span, rate = self._alciatore
-            mu = least + span * (-rate * slip).exp()
-        return _capped((1 + self._restitution) * mu * approach, slip)
+        return capped((1 + self._restitution) * self.friction(slip) * approach, slip)
+
+    def friction(self, slip: arb) -> arb:
+        """Return the coefficient of friction between balls that slip at this speed [m/s]."""
+        if self._friction is not None:
+            return self._friction
+        least, span, rate = self._alciatore
+        return least + span * (-rate * slip).exp()
 
     def bounce(self, i: int, seen: Seen) -> Seen:
         """Return ball i after a cushion that n points into.
@@ -129,7 +132,7 @@ class Laws:
         slip_down = seen.vn * sine + seen.dn
         slip_along = seen.vt + seen.radius * seen.wz * cosine + seen.dt * sine
         push = (1 + e) * cosine * seen.vn
-        share = _capped(self._cushion_friction * push, length(slip_down, slip_along))
+        share = capped(self._cushion_friction * push, length(slip_down, slip_along))
         down, along = -share * slip_down, -share * slip_along
         vn = seen.vn * (sine * sine - e * cosine * cosine) + down * sine
         if not vn <= 0:
@@ -156,7 +159,7 @@ def _exchanged(own: Seen, other: Seen, part: arb) -> Seen:
     return own._replace(vn=vn, un=own.un + part * (other.vn - own.vn))
 
 
-def _capped(most: arb, slip: arb) -> arb:
+def capped(most: arb, slip: arb) -> arb:
     """Return what part of a slip a friction of at most `most` takes, no more than 2/7.
 
     It rises with `most` and falls with the slip: where the slip may be 0, the ends give the range.

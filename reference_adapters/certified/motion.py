@@ -30,7 +30,7 @@ from ghostball.reference_adapters.certified.drag import Roll
 from ghostball.reference_adapters.certified.problem import BallNumbers, Problem
 from ghostball.reference_adapters.certified.slide import Slide
 
-_EXACT_ENOUGH = 1e-13
+EXACT_ENOUGH = 1e-13
 """Relative width of a state up to which a search in doubles may stand for it; see `contacts`."""
 
 _SMALLEST, _LARGEST = 1e-60, 1e60
@@ -47,6 +47,9 @@ class Constants(NamedTuple):
     spinning: arb  # of the spin about the vertical [rad/s^2]
     quadratic: arb  # b in the deceleration a + b v^2 of a rolling ball [1/m]
     drag: arb  # k in the deceleration k v^2 by the air of one that slides [1/m]
+    gravity: arb  # [m/s^2]
+    cloth_friction: arb  # coefficient of sliding friction
+    table_restitution: arb
 
 
 class Quick(NamedTuple):
@@ -271,6 +274,21 @@ class Body:
         """Return the spin about the vertical after a time s [rad/s]: it decays in any phase."""
         return decayed(self.wz, s * self.constants.spinning)
 
+    @property
+    def vertical(self) -> tuple[arb, arb, arb]:
+        """Height of the centre above the cloth, velocity and acceleration upwards, at its instant.
+
+        In m, m/s and m/s^2. On the cloth that is the radius, and nothing else.
+        """
+        return (self.constants.radius, ZERO, ZERO)
+
+    def vertical_after(self, s: arb) -> tuple[arb, arb, arb]:
+        """Return the same after a time s [s]."""
+        height, up, pull = self.vertical
+        if pull.is_zero():
+            return (height, up, pull)
+        return (height + s * (up + s * pull / 2), up + s * pull, pull)
+
     def after_phase(self, t: arb, order: int) -> Body:
         """Return the ball as it is once its phase has ended by itself, at the instant t.
 
@@ -293,7 +311,7 @@ class Body:
         x, y, vx, vy = float(self.x), float(self.y), float(self.vx), float(self.vy)
         ax, ay = float(self.ax), float(self.ay)
         speed, pull, place = abs(vx) + abs(vy), abs(ax) + abs(ay), abs(x) + abs(y)
-        most, radius = _EXACT_ENOUGH, float(self.constants.radius)
+        most, radius = EXACT_ENOUGH, float(self.constants.radius)
         size = most * radius
         enough = (
             not self.curved
@@ -339,24 +357,31 @@ def constants_of(ball: BallNumbers, problem: Problem) -> Constants:
         spinning=arb(ball.spinning_friction_rate),
         quadratic=felt + arb(problem.rolling_quadratic),
         drag=arb(problem.air_drag),
+        gravity=gravity,
+        cloth_friction=arb(ball.sliding_friction),
+        table_restitution=arb(problem.table_restitution),
     )
 
 
 def body_at_start(ball: BallNumbers, problem: Problem) -> Body:
-    """Return a ball at t = 0; its slip is rounded from the exact one, so 0 is exactly 0."""
-    slip = (ZERO, ZERO)
-    if not ball.rolls:
-        radius = exactly(ball.radius)
-        slip = (
-            arb(exactly(ball.vx) - radius * exactly(ball.wy)),
-            arb(exactly(ball.vy) + radius * exactly(ball.wx)),
-        )
+    """Return a ball on the cloth at t = 0."""
     return Body(
         constants_of(ball, problem),
         (arb(ball.x), arb(ball.y)),
         (arb(ball.vx), arb(ball.vy)),
-        slip,
+        slip_at_start(ball),
         arb(ball.wz),
         ZERO,
         0,
+    )
+
+
+def slip_at_start(ball: BallNumbers) -> Vector:
+    """Return a ball's slip at t = 0 [m/s]: rounded from the exact one, so 0 is exactly 0."""
+    if ball.rolls:
+        return (ZERO, ZERO)
+    radius = exactly(ball.radius)
+    return (
+        arb(exactly(ball.vx) - radius * exactly(ball.wy)),
+        arb(exactly(ball.vy) + radius * exactly(ball.wx)),
     )

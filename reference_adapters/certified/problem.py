@@ -13,8 +13,10 @@ class BallNumbers:
 
     x: float
     y: float
+    z: float
     vx: float
     vy: float
+    vz: float
     wx: float
     wy: float
     wz: float
@@ -47,6 +49,8 @@ class Problem:
     cushion_height: float
     air_drag: float
     rolling_quadratic: float
+    airborne: bool
+    table_restitution: float
 
 
 def problem_of(scene: Scene) -> Problem:
@@ -59,8 +63,10 @@ def problem_of(scene: Scene) -> Problem:
         BallNumbers(
             x=ball.position[0],
             y=ball.position[1],
+            z=ball.position[2],
             vx=ball.velocity[0],
             vy=ball.velocity[1],
+            vz=ball.velocity[2],
             wx=float(spins[i, 0]),
             wy=float(spins[i, 1]),
             wz=float(spins[i, 2]),
@@ -97,4 +103,6 @@ def problem_of(scene: Scene) -> Problem:
         cushion_height=physics.cushion_height,
         air_drag=physics.air_drag,
         rolling_quadratic=physics.rolling_friction_quadratic,
+        airborne=physics.airborne,
+        table_restitution=physics.table_restitution,
     )

@@ -137,7 +137,7 @@ def _widest(run: Run, end: arb) -> float:
     """Width of the widest number that a certificate would hold, in m, s and m/s."""
     numbers = [end, *(t for _, t, _ in run.events)]
     for body in run.bodies:
-        place, velocity, spin = _state_at(body, end)
+        place, velocity, spin = _state_at(body, end, run.airborne)
         numbers += [*place, *velocity, *(body.constants.radius * w for w in spin)]
     return 2.0 * max(map(radius_of, numbers))
 
@@ -165,7 +165,7 @@ def _certificate(run: Run, stop: _Stop, reason: str, seconds: float, motion: boo
     positions, velocities, spins = [], [], []
     end = stop.t if run.ended else run.now
     for body in run.bodies:
-        place, velocity, spin = _state_at(body, end)
+        place, velocity, spin = _state_at(body, end, run.airborne)
         positions.append(tuple(map(enclosure_of, place)))
         velocities.append(tuple(map(enclosure_of, velocity)))
         spins.append(tuple(map(enclosure_of, spin)))
@@ -189,11 +189,16 @@ def _certificate(run: Run, stop: _Stop, reason: str, seconds: float, motion: boo
     )
 
 
-def _state_at(body: Body, t: arb) -> tuple[tuple[arb, ...], tuple[arb, ...], tuple[arb, ...]]:
+def _state_at(
+    body: Body, t: arb, in_space: bool
+) -> tuple[tuple[arb, ...], tuple[arb, ...], tuple[arb, ...]]:
     s = ZERO if body.t is t else t - body.t
-    place = (body.x, body.y) if body.resting else body.position_after(s)
-    velocity = (body.vx, body.vy) if body.resting else body.velocity_after(s)
+    place: tuple[arb, ...] = (body.x, body.y) if body.resting else body.position_after(s)
+    velocity: tuple[arb, ...] = (body.vx, body.vy) if body.resting else body.velocity_after(s)
     slip, radius = body.slip_after(s), body.constants.radius
     # From u = (vx - R wy, vy + R wx).
     wx, wy = (slip[1] - velocity[1]) / radius, (velocity[0] - slip[0]) / radius
+    if in_space:
+        height, up, _ = body.vertical_after(s)
+        place, velocity = (*place, height), (*velocity, up)
     return place, velocity, (wx, wy, body.spin_after(s))

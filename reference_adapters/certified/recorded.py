@@ -50,7 +50,7 @@ def recorded(run: Run, end: arb) -> Recorded:
     rows: list[list[Row]] = [[] for _ in run.bodies]
     until = [end] * len(run.bodies)
     curved = any(body.curved for _, body in run.knots)
-    columns = knot_columns(POWERS) if curved else knot_columns()
+    columns = knot_columns(POWERS if curved else 2, lifts=run.airborne)
     for k, body in reversed(run.knots):
         lasts = float(until[k] - body.t)
         if body.roll is not None:
@@ -59,6 +59,8 @@ def recorded(run: Run, end: arb) -> Recorded:
             pieces = _sliding(body, lasts)
         else:
             pieces = [_parabola(body)]
+        if run.airborne:
+            pieces = [(*row[:14], *_lift(body), *row[14:]) for row in pieces]
         rows[k][:0] = [(*row, *[0.0] * (len(columns) - len(row))) for row in pieces]
         counts[k].insert(0, len(pieces))
         until[k] = body.t
@@ -67,6 +69,12 @@ def recorded(run: Run, end: arb) -> Recorded:
         tuple(np.array(row, dtype=np.float64) for row in rows),
         tuple(tuple(accumulate(of_ball[:-1], initial=0)) for of_ball in counts),
     )
+
+
+def _lift(body: Body) -> Row:
+    """Return height of the lowest point, velocity upwards and acceleration downwards."""
+    height, up, pull = body.vertical
+    return float(height - body.constants.radius), float(up), -float(pull)
 
 
 def _parabola(body: Body) -> Row:

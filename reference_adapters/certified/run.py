@@ -12,6 +12,7 @@ import time
 from flint import arb
 
 from ghostball.engine import EventKind
+from ghostball.engine.trajectory import Phase
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     SustainedContactError,
@@ -21,14 +22,28 @@ from ghostball.reference_adapters.certified.arithmetic import (
 from ghostball.reference_adapters.certified.candidates import Agenda, Candidate
 from ghostball.reference_adapters.certified.certificate import Choice, Ending
 from ghostball.reference_adapters.certified.contacts import Contacts
+from ghostball.reference_adapters.certified.flight import (
+    FlyingBody,
+    body_in_space_at_start,
+    gone,
+)
 from ghostball.reference_adapters.certified.gaps import (
     CushionGap,
+    Gap,
     Meeting,
     PairGap,
     cushion_choice,
     meeting_again,
 )
+from ghostball.reference_adapters.certified.gaps_in_space import (
+    NoseGap,
+    PairInSpace,
+    level_reach,
+    over_nose,
+    reach_to_cushion,
+)
 from ghostball.reference_adapters.certified.impacts import Impacts
+from ghostball.reference_adapters.certified.impacts_in_space import ImpactsInSpace
 from ghostball.reference_adapters.certified.motion import Body, body_at_start
 from ghostball.reference_adapters.certified.problem import Problem
 
@@ -43,13 +58,17 @@ when a rolling ball hits a resting one and both slides end together.
 def largest_speeds(problem: Problem) -> list[float]:
     """Return a speed that each ball never exceeds [m/s]: with all energy of the start in it.
 
-    No law, and no cloth, makes energy: m v^2 / 2 is at most the sum of m v^2 / 2 + m R^2 w^2 / 5.
+    No law, and no cloth, makes energy: m v^2 / 2 is at most the sum of m v^2 / 2 + m R^2 w^2 / 5,
+    and of m g z where balls begin at a height z above the cloth.
     """
     twice = ZERO
     for ball in problem.balls:
         moves = arb(ball.vx) ** 2 + arb(ball.vy) ** 2
         turns = arb(ball.wx) ** 2 + arb(ball.wy) ** 2 + arb(ball.wz) ** 2
         twice += ball.mass * (moves + 2 * arb(ball.radius) ** 2 * turns / 5)
+        if problem.airborne:
+            falls = 2 * arb(problem.gravity) * (arb(ball.z) - ball.radius)
+            twice += ball.mass * (arb(ball.vz) ** 2 + falls)
     return [float((twice / ball.mass).upper().sqrt().upper()) for ball in problem.balls]
 
 
@@ -76,13 +95,16 @@ class Run:
         self.events: list[tuple[Choice, arb, bool]] = []
         self.ended = False
         self.rested = False
+        self.airborne = problem.airborne
         self._problem = problem
         self._t_max = None if problem.t_max is None else arb(problem.t_max)
         self._speeds = largest_speeds(problem)
         self._agenda = Agenda(bits)
         self._contacts = Contacts(problem)
-        self._impacts = Impacts(problem, self._contacts)
-        self.bodies = [body_at_start(ball, problem) for ball in problem.balls]
+        law = ImpactsInSpace if problem.airborne else Impacts
+        self._impacts = law(problem, self._contacts)
+        start = body_in_space_at_start if problem.airborne else body_at_start
+        self.bodies = [start(ball, problem) for ball in problem.balls]
         self.knots = list(enumerate(self.bodies))
 
     def go(self, max_events: int, deadline: float) -> Ending:
@@ -134,7 +156,7 @@ class Run:
         for cushion, line in enumerate(self._problem.noses):
             if line is None:
                 continue
-            gap = CushionGap(body, line, cushion_choice(i, cushion))
+            gap = self._cushion_gap(i, cushion, line)
             high = self._window(body.end, body)
             if self._contacts.touches_cushion(i, cushion):
                 found = meeting_again(gap, high, self.bits)
@@ -143,12 +165,33 @@ class Run:
             else:
                 self._agenda.add_searched(gap, (body,), high)
 
+            if isinstance(body, FlyingBody):
+                self._predict_leaving(body, line, Choice(EventKind.LEAVES_TABLE, i, cushion))
+
+    def _cushion_gap(self, i: int, cushion: int, line: float) -> Gap:
+        """Return the gap of ball i and a cushion, as the ball goes on."""
+        body, choice = self.bodies[i], cushion_choice(i, cushion)
+        if isinstance(body, FlyingBody):
+            return NoseGap(body, line, self._problem.cushion_height, choice)
+        return CushionGap(body, line, choice, reach_to_cushion(self._problem, i))
+
+    def _predict_leaving(self, body: FlyingBody, line: float, choice: Choice) -> None:
+        """Predict when a ball in the air flies over a cushion: its centre is above the nose."""
+        away, rate = over_nose(body, line, choice.b)
+        if not away > 0:
+            raise UndecidedError("whether it is over the cushion", (choice,), body.t)
+        assert body.duration is not None
+        if away + rate * body.duration > 0:
+            return
+        found = Meeting(away / -rate, body.t + away / -rate) if rate < 0 else Meeting(None, body.t)
+        self._agenda.add(Candidate(choice, (body,), found=found))
+
     def _predict_pair(self, i: int, j: int) -> None:
         """Predict when balls i < j meet, while both go on as they do."""
         a, b = self.bodies[i], self.bodies[j]
-        if a.resting and b.resting:
+        if (a.resting and b.resting) or Phase.GONE in (a.phase, b.phase):
             return
-        gap = PairGap(a, b, Choice(EventKind.BALL_BALL, i, j))
+        gap = self._pair_gap(a, b, Choice(EventKind.BALL_BALL, i, j))
         later = a if a.order >= b.order else b
         high = self._window(min(a.end, b.end), later)
         if not self._contacts.touches_ball(i, j):
@@ -160,6 +203,12 @@ class Run:
         found = meeting_again(gap, high, self.bits, still=still)
         if found is not None:
             self._agenda.add(Candidate(gap.choice, (a, b), gap, found=found))
+
+    def _pair_gap(self, a: Body, b: Body, choice: Choice) -> Gap:
+        """Return the gap of two balls as they go on."""
+        if isinstance(a, FlyingBody) or isinstance(b, FlyingBody):
+            return PairInSpace(a, b, choice)
+        return PairGap(a, b, choice, level_reach(a, b) if self._problem.airborne else None)
 
     def _window(self, end: float, later: Body) -> float:
         """Return how long after the later instant motions with this end need a search [s].
@@ -255,6 +304,8 @@ class Run:
             elif choice.kind is EventKind.BALL_CUSHION:
                 overlapping = self._impacts.overlapping(chosen)
                 bodies = (self._impacts.bounced(chosen, order),)
+            elif choice.kind is EventKind.LEAVES_TABLE:
+                bodies = (gone(chosen.bodies[0], chosen.age, t, order),)
             else:
                 bodies = (chosen.bodies[0].after_phase(t, order),)
         except UndecidedError as error:

@@ -1,0 +1,261 @@
+"""One impact where balls may leave the cloth: along the true normal, in space, and on the table.
+
+The model's law: restitution along the normal of the contact, Coulomb friction across it, against
+the slip of the surfaces, no more than ends it; then the table answers at the same instant, to each
+ball that lies there (`flight.answered_by_table`). An impact on the cloth whose rebound would rise
+less than `HOP` lifts nothing and is one in the plane. In flight one as slow is none that is
+followed here: what rests on another ball, or on a nose, hops there without end.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flint import arb
+
+from ghostball.reference_adapters.certified.arithmetic import (
+    ZERO,
+    SustainedContactError,
+    UndecidedError,
+    Vector,
+    exactly,
+)
+from ghostball.reference_adapters.certified.candidates import Candidate
+from ghostball.reference_adapters.certified.contacts import HOP, Contacts
+from ghostball.reference_adapters.certified.flight import FlyingBody, State, answered_by_table
+from ghostball.reference_adapters.certified.gaps import SIDES, PairGap
+from ghostball.reference_adapters.certified.gaps_in_space import (
+    Direction,
+    NoseGap,
+    PairInSpace,
+    motion_of,
+    nose_reach,
+)
+from ghostball.reference_adapters.certified.impacts import Impacts
+from ghostball.reference_adapters.certified.laws import capped
+from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.problem import Problem
+
+TURNING = ("frictional", "han2005")
+"""Laws of cushions whose friction turns balls; others have a factor along the cushion instead."""
+
+
+class _Moving(NamedTuple):
+    """A ball at an impact: the spin as R w, all in m/s."""
+
+    body: Body
+    place: Vector  # [m]
+    rise: arb  # [m]
+    velocity: Direction
+    surface: Direction
+    slip: Vector  # over the cloth
+
+
+class ImpactsInSpace(Impacts):
+    """What impacts do in one run of a problem whose balls may leave the cloth."""
+
+    def __init__(self, problem: Problem, contacts: Contacts) -> None:
+        super().__init__(problem, contacts)
+        self._gravity = arb(problem.gravity)
+        self._restitution = arb(problem.ball_restitution)
+        self._height = problem.cushion_height
+        self._cushion_restitution = arb(problem.cushion_restitution)
+        self._cushion_tangential = arb(problem.cushion_tangential)
+        self._cushion_friction = arb(problem.cushion_friction)
+
+    def collided(self, chosen: Candidate, order: int) -> tuple[Body, ...]:
+        """Return both balls after their impact."""
+        gap, s = chosen.gap, chosen.age
+        first, second = chosen.bodies
+        free = isinstance(gap, PairInSpace)
+        touching = not self.overlapping(chosen)
+        if isinstance(gap, PairInSpace):
+            n = gap.towards(s, touching=touching)
+        else:
+            assert isinstance(gap, PairGap)
+            n = self._tilted(gap, s, first, second, touching=touching)
+        a, b = (self._moved(body, self._age(body, chosen)) for body in chosen.bodies)
+        speed = _dot(_minus(a.velocity, b.velocity), n)
+        slow = self._slow(first.constants.radius + second.constants.radius)
+        if not free:
+            self._check_pressed(chosen)
+        if not self._lifts(speed, slow):
+            if free:
+                raise _resting_on(chosen, "another ball")
+            return super().collided(chosen, order)
+        returned = self._restitution * speed
+        if free:
+            returned = arb.max(returned, slow)
+        normal = speed + returned
+        turning = _plus(a.surface, b.surface)
+        slip = _plus(_minus(_minus(a.velocity, b.velocity), _times(speed, n)), _cross(turning, n))
+        part = self._part(normal, slip)
+        masses = [exactly(self._problem.balls[k].mass) for k in (chosen.choice.a, chosen.choice.b)]
+        impulse = _plus(_times(normal, n), _times(part, slip))
+        turn = _times(5 * part / 2, _cross(n, slip))
+        total = masses[0] + masses[1]
+        return (
+            self._sent_on(a, arb(-masses[1] / total), impulse, turn, chosen.instant, order),
+            self._sent_on(b, arb(masses[0] / total), impulse, turn, chosen.instant, order),
+        )
+
+    def _age(self, body: Body, chosen: Candidate) -> arb:
+        """Return how old a body is at an impact [s]."""
+        assert chosen.gap is not None
+        s = chosen.age
+        # The gap's own time is narrower than a difference of instants.
+        return s if body.t is chosen.gap.t else (chosen.gap.t - body.t) + s
+
+    def _tilted(
+        self, gap: PairGap, s: arb, first: Body, second: Body, *, touching: bool
+    ) -> Direction:
+        """Return the normal of two balls on the cloth, whose centres may differ in height."""
+        x, y = gap.normal(s, touching=touching)
+        below, above = first.constants.radius, second.constants.radius
+        reach = below + above
+        level = gap.reach / reach
+        return (level * x, level * y, (above - below) / reach)
+
+    def _check_pressed(self, chosen: Candidate) -> None:
+        """Raise where a contact on the cloth is sustained from here on; see `Contacts`."""
+        gap = chosen.gap
+        assert isinstance(gap, PairGap)
+        s = chosen.age
+        n = gap.normal(s, touching=not self.overlapping(chosen))
+        (vx, vy), (ax, ay) = gap.rate(s), gap.pull(s)
+        rate, across = n[0] * vx + n[1] * vy, n[0] * vy - n[1] * vx
+        opening = across * across / gap.reach + n[0] * ax + n[1] * ay
+        self._contacts.check_hop(chosen, rate, opening, gap.reach)
+
+    def bounced(self, chosen: Candidate, order: int) -> Body:
+        """Return a ball after it met a nose."""
+        body, s, side = chosen.bodies[0], chosen.age, chosen.choice.b
+        radius, inward = body.constants.radius, SIDES[side]
+        ball = self._moved(body, s)
+        slow = self._slow(2 * radius)
+        free = isinstance(chosen.gap, NoseGap)
+        if isinstance(chosen.gap, NoseGap):
+            away, above = chosen.gap.towards(s, touching=not self.overlapping(chosen))
+        else:
+            rate = inward[0] * ball.velocity[0] + inward[1] * ball.velocity[1]
+            if not self._lifts(-rate, slow):
+                return super().bounced(chosen, order)
+            self._check_held(chosen, ball, rate)
+            reach = nose_reach(self._problem.balls[chosen.choice.a].radius, self._height)
+            away, above = reach / radius, (radius - self._height) / radius
+            if not self.overlapping(chosen):
+                ball = ball._replace(place=self._at_cushion(chosen.choice.a, side, ball.place))
+        n = (-inward[0] * away, -inward[1] * away, -above)
+        speed = _dot(ball.velocity, n)
+        returned = self._cushion_restitution * speed
+        if free:
+            if not self._lifts(speed, slow):
+                raise _resting_on(chosen, "a cushion")
+            returned = arb.max(returned, slow)
+        normal = speed + returned
+        impulse, turn = _times(-normal, n), (ZERO, ZERO, ZERO)
+        if self._problem.cushion in TURNING:
+            slip = _plus(_minus(ball.velocity, _times(speed, n)), _cross(ball.surface, n))
+            most = self._cushion_friction * normal
+            part = capped(most, _size(slip))
+            impulse = _minus(impulse, _times(part, slip))
+            turn = _times(5 * part / 2, _cross(n, slip))
+        else:
+            along = inward[0] * ball.velocity[1] - inward[1] * ball.velocity[0]
+            lost = (1 - self._cushion_tangential) * along
+            impulse = _plus(impulse, (lost * inward[1], -lost * inward[0], ZERO))
+        return self._sent_on(ball, arb(1), impulse, turn, chosen.instant, order)
+
+    def _check_held(self, chosen: Candidate, ball: _Moving, rate: arb) -> None:
+        """Raise where a ball on the cloth is pressed to a cushion from here on."""
+        inward = SIDES[chosen.choice.b]
+        ax, ay = ball.body.acceleration_after(chosen.age)
+        opening = inward[0] * ax + inward[1] * ay
+        self._contacts.check_hop(chosen, rate, opening, 2 * ball.body.constants.radius)
+
+    def _slow(self, diameter: arb) -> arb:
+        """Return the speed of a rebound that rises as little as `HOP` diameters [m/s]."""
+        return (2 * self._gravity * HOP * diameter).sqrt()
+
+    def _lifts(self, speed: arb, slow: arb) -> bool:
+        """Whether an impact is fast enough to be one in space."""
+        if speed > slow:
+            return True
+        if speed <= slow:
+            return False
+        raise UndecidedError("whether an impact is fast enough to lift a ball")
+
+    def _part(self, normal: arb, slip: Direction) -> arb:
+        """Return what part of the slip friction takes, over the reduced mass."""
+        size = _size(slip)
+        return ZERO if size.is_zero() else capped(self._laws.friction(size) * normal, size)
+
+    def _moved(self, body: Body, s: arb) -> _Moving:
+        """Return a ball at the age s [s]."""
+        slip, radius = body.slip_after(s), body.constants.radius
+        place, velocity, _ = motion_of(body, s)
+        rise = ZERO
+        if isinstance(body, FlyingBody) and not (body.rise.is_zero() and s.is_zero()):
+            rise = place[2] - radius
+            if not rise > 0:
+                raise UndecidedError("whether it has come down before")
+        # From u = (vx - R wy, vy + R wx).
+        surface = (slip[1] - velocity[1], velocity[0] - slip[0], radius * body.spin_after(s))
+        return _Moving(body, (place[0], place[1]), rise, velocity, surface, slip)
+
+    def _sent_on(
+        self, ball: _Moving, share: arb, impulse: Direction, turn: Direction, t: arb, order: int
+    ) -> Body:
+        """Return a ball that gets its share of an impulse, and is turned, over the reduced mass."""
+        radius = ball.body.constants.radius
+        gain, twist = _times(share, impulse), _times(-abs(share), turn)
+        state = State(
+            ball.place,
+            ball.rise,
+            (ball.velocity[0] + gain[0], ball.velocity[1] + gain[1]),
+            ball.velocity[2] + gain[2],
+            (ball.slip[0] + (gain[0] - twist[1]), ball.slip[1] + (gain[1] + twist[0])),
+            (ball.surface[2] + twist[2]) / radius,
+        )
+        return answered_by_table(ball.body.constants, state, t, order)
+
+
+def _resting_on(chosen: Candidate, what: str) -> SustainedContactError:
+    return SustainedContactError(
+        f"a ball in the air lies on {what}, or hops there lower than is followed",
+        (chosen.choice,),
+        chosen.instant,
+    )
+
+
+def _dot(x: Direction, y: Direction) -> arb:
+    return x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
+
+
+def _cross(x: Direction, y: Direction) -> Direction:
+    return (
+        x[1] * y[2] - x[2] * y[1],
+        x[2] * y[0] - x[0] * y[2],
+        x[0] * y[1] - x[1] * y[0],
+    )
+
+
+def _plus(x: Direction, y: Direction) -> Direction:
+    return tuple(p + q for p, q in zip(x, y, strict=True))
+
+
+def _minus(x: Direction, y: Direction) -> Direction:
+    return tuple(p - q for p, q in zip(x, y, strict=True))
+
+
+def _times(part: arb, x: Direction) -> Direction:
+    return tuple(part * p for p in x)
+
+
+def _size(x: Direction) -> arb:
+    square = _dot(x, x)
+    if square > 0:
+        return square.sqrt()
+    if all(p.is_zero() for p in x):
+        return ZERO
+    return ZERO.union(square.upper().sqrt())
