@@ -47,7 +47,6 @@ class Contacts:
     """Contacts of one run, at the instant of its last event."""
 
     def __init__(self, problem: Problem) -> None:
-        self._restores = problem.ball_restitution > 0.0
         self._balls: set[tuple[int, int]] = set()
         self._cushions: set[tuple[int, int]] = set()
         self._still: dict[tuple[int, int], tuple[Body, ...]] = {}
@@ -103,15 +102,20 @@ class Contacts:
         if self._impacts > AT_ONE_INSTANT:
             raise SustainedContactError("impacts without end at one instant", (choice,), t)
 
-    def note(self, choice: Choice, bodies: tuple[Body, ...], overlapping: bool) -> None:
-        """Note that what just collided touches, unless it overlaps."""
+    def note(
+        self, choice: Choice, bodies: tuple[Body, ...], overlapping: bool, *, still: bool
+    ) -> None:
+        """Note that what just collided touches, unless it overlaps; and whether it is still.
+
+        That is, whether the impact has exactly ended the approach of two balls.
+        """
         if overlapping:
             return
         if choice.kind is EventKind.BALL_CUSHION:
             self._cushions.add((choice.a, choice.b))
         elif choice.kind is EventKind.BALL_BALL:
             self._balls.add((choice.a, choice.b))
-            if not self._restores:
+            if still:
                 self._still[choice.a, choice.b] = bodies
 
     def check_hop(self, chosen: Candidate, rate: arb, opening: arb, diameter: arb) -> None:

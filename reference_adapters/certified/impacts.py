@@ -19,12 +19,18 @@ class Impacts:
     """What impacts do in one run.
 
     Both methods raise where the outcome can't be told, or the contact is sustained from here on.
+
+    Attributes
+    ----------
+    still : bool
+        Whether the last impact has exactly ended the approach of two balls.
     """
 
     def __init__(self, problem: Problem, contacts: Contacts) -> None:
         self._problem = problem
         self._laws = Laws(problem)
         self._contacts = contacts
+        self.still = False
 
     def overlapping(self, chosen: Candidate) -> bool:
         """Whether an impact begins in an overlap, by the rounding of the scene's numbers."""
@@ -55,6 +61,7 @@ class Impacts:
             places.append(body.position_after(moved))
             v, u = body.velocity_after(moved), body.slip_after(moved)
             seen.append(seen_along(n, v, u, body.spin_after(dt), body.constants.radius))
+        self.still = self._problem.ball_restitution == 0.0
         after = self._laws.collide(chosen.choice.a, chosen.choice.b, seen[0], seen[1])
         return tuple(
             self._sent_off(body, n, place, ball, chosen.instant, order)

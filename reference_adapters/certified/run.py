@@ -317,7 +317,7 @@ class Run:
             self.now, self.order = t, order
         for k, body in zip(chosen.balls, bodies, strict=True):
             self.bodies[k] = body
-        self._contacts.note(choice, bodies, overlapping)
+        self._contacts.note(choice, bodies, overlapping, still=self._impacts.still)
 
     def _predict_touched(self, balls: tuple[int, ...]) -> None:
         for k in balls:
