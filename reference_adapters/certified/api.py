@@ -42,7 +42,7 @@ CAPABILITIES: Capabilities = {
     Feature.MATHAVAN_CUSHION: _INTEGRATED,
     Feature.AIR_DRAG: EXACT,
     Feature.QUADRATIC_ROLLING: EXACT,
-    Feature.FLIGHT: EXACT,
+    Feature.FLIGHT: EXACT,  # up to where a ball comes to lie on another: there the proof ends
 }
 """What can be certified, feature by feature: each is named, so that a new one is not."""
 

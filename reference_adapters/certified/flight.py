@@ -97,7 +97,7 @@ class FlyingBody(Body):
         """Height of the centre, velocity and acceleration upwards: see `Body.vertical`."""
         return (self.constants.radius + self.rise, self.up, -self.constants.gravity)
 
-    def spin_after(self, s: arb) -> arb:
+    def spin_after(self, s: arb) -> arb:  # noqa: ARG002 - it is the same at any time
         """Return the spin about the vertical [rad/s]: nothing slows it in the air."""
         return self.wz
 

@@ -218,9 +218,7 @@ class CushionGap:
     centre.
     """
 
-    def __init__(
-        self, body: Body, line: float, choice: Choice, reach: arb | None = None
-    ) -> None:
+    def __init__(self, body: Body, line: float, choice: Choice, reach: arb | None = None) -> None:
         self._reach = body.constants.radius if reach is None else reach
         self.choice = choice
         self.t = body.t

@@ -155,7 +155,8 @@ class ImpactsInSpace(Impacts):
                 raise _resting_on(chosen, "a cushion")
             returned = arb.max(returned, slow)
         normal = speed + returned
-        impulse, turn = _times(-normal, n), (ZERO, ZERO, ZERO)
+        impulse = _times(-normal, n)
+        turn: Direction = (ZERO, ZERO, ZERO)
         if self._problem.cushion in TURNING:
             slip = _plus(_minus(ball.velocity, _times(speed, n)), _cross(ball.surface, n))
             most = self._cushion_friction * normal

@@ -33,6 +33,8 @@ def proof_of(scene: Scene) -> tuple[Certificate | None, str]:
 
 def refused_features(scene: Scene) -> str:
     """Return what of a scene can't be proved, or ""."""
+    if scene.physics.airborne:
+        return "no flight (how errors grow along a proved flight isn't followed)"
     try:
         check_supported(CertifiedEngine.name, CertifiedEngine().capabilities, scene)
     except UnsupportedSceneError as error:

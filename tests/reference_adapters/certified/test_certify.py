@@ -44,10 +44,7 @@ SLOW_FORMS = {"galperin-3", "galperin-4"}
 BY_HAND = {"cradle", "frozen-to-cushion", "stun-shot"}
 """Forms that take gaps and slips of a rounding for 0."""
 
-REFUSED = {name for name, form in FORMS.items() if form.flight}
-"""Balls that leave the cloth aren't certified."""
-
-QUICK_FORMS = sorted(set(FORMS) - NO_FORM_TO_COMPARE - SLOW_FORMS - REFUSED)
+QUICK_FORMS = sorted(set(FORMS) - NO_FORM_TO_COMPARE - SLOW_FORMS)
 
 
 def mp_of(value: Fraction) -> mpf:
@@ -106,7 +103,8 @@ def check_form(name):
         # numbers where the form takes them for 0.
         room = mpf(10) ** -15 if name in BY_HAND else mpf(10) ** -38
         for position, expected in zip(certificate.positions, form.rest_positions, strict=True):
-            for enclosure, value in zip(position, expected, strict=True):
+            # Without the height, which a form has not, and which is exactly the radius.
+            for enclosure, value in zip(position[:2], expected, strict=True):
                 assert holds(enclosure, value, room)
                 assert enclosure.width <= 1e-45
         assert holds(certificate.t_end, form.rest_time, room)
@@ -161,7 +159,7 @@ def test_positions_are_as_narrow_as_asked():
 def test_a_search_in_doubles_changes_nothing(name, monkeypatch):
     quick = proved(SHOTS[name])
     # With a margin that nothing passes every gap is searched in balls.
-    monkeypatch.setattr(gaps_module, "_QUICK_ERROR", math.inf)
+    monkeypatch.setattr(gaps_module, "QUICK_ERROR", math.inf)
     thorough = certify(SHOTS[name], cached=False)
     assert keys(quick) == keys(thorough)
     assert all(
@@ -608,7 +606,7 @@ def test_a_spin_that_outlasts_t_max_does_not_rest():
     [
         ({"motion": "sliding", "ball_impact": "mathavan2014", "ball_friction": 0.05}, "Mathavan"),
         ({"motion": "sliding", "cushion": "mathavan2010"}, "Mathavan 2010"),
-        ({"motion": "sliding", "airborne": True}, "leave the cloth"),
+        ({"motion": "sliding", "airborne": True, "air_drag": 0.004}, "leave the cloth"),
     ],
 )
 def test_what_has_no_closed_form_is_refused(physics, reason):

@@ -19,7 +19,7 @@ NOTHING_PROVED = {"corner-exact", "three-ball-symmetric", "push", "wedged"}
 
 IN_FLIGHT = dict.fromkeys(
     ("flight-bounces", "flight-jump", "flight-leaves", "flight-throw"),
-    "no balls that leave the cloth (only motion on the cloth is certified)",
+    "no flight (how errors grow along a proved flight isn't followed)",
 )
 
 REFUSED = {"mathavan-cut": "no ball impacts after Mathavan 2014"} | IN_FLIGHT

@@ -1,0 +1,431 @@
+"""Proofs of flight: worked numbers and series, our engine on random jumps, and what isn't told."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from flint import arb
+from mpmath import mp, mpf
+from shots import R, ball, scene_of
+
+from ghostball.engine import EventKind, Scene, Table, simulate
+from ghostball.reference_adapters.certified import (
+    Certificate,
+    CertifiedSettings,
+    certify,
+    gaps,
+    gaps_in_space,
+)
+from ghostball.reference_adapters.certified.arithmetic import UndecidedError, working_precision
+from ghostball.reference_adapters.certified.engine import result_of
+from ghostball.reference_adapters.certified.flight import (
+    LOWEST_BOUNCE,
+    BouncingBody,
+    FlyingBody,
+    State,
+    answered_by_table,
+)
+from ghostball.reference_adapters.certified.motion import Body, constants_of
+from ghostball.reference_adapters.certified.problem import problem_of
+from ghostball.validation.stress.random_jumps import random_jump
+
+G = 9.81
+CLOTH, LEAVES = EventKind.BALL_CLOTH, EventKind.LEAVES_TABLE
+TABLE = Table(length=2.54, width=1.27)
+
+NO_SPIN = {"angular_velocity": (0.0, 0.0, 0.0)}
+
+HOPS = {14, 107}
+"""Jumps in which two balls on the cloth hop so low that our engine takes them for pressed."""
+
+
+def flying(*balls, table=None, t_max=None, **physics) -> Scene:
+    chosen = {"preset": "pool", "airborne": True, "gravity": G, "table_restitution": 0.5}
+    return scene_of(*balls, table=table, t_max=t_max, **chosen | physics)
+
+
+def proved(scene: Scene, **settings) -> Certificate:
+    certificate = certify(scene, CertifiedSettings(**settings), cached=False)
+    assert certificate.proved, certificate.reason
+    return certificate
+
+
+def after(scene: Scene, events: int) -> Certificate:
+    """Return what is proved just after so many events."""
+    certificate = certify(scene, CertifiedSettings(max_events=events), cached=False)
+    assert certificate.events_proved == events
+    return certificate
+
+
+def middle(value) -> mpf:
+    fraction: Fraction = value.mid
+    return mpf(fraction.numerator) / fraction.denominator
+
+
+def keys(certificate: Certificate) -> list[tuple[int, int, int]]:
+    return [(int(e.kind), e.a, e.b) for e in certificate.events]
+
+
+def constants(**physics):
+    scene = flying(ball((0.0, 0.0), (1.0, 0.0)), **physics)
+    return constants_of(problem_of(scene).balls[0], problem_of(scene))
+
+
+def state(velocity, spin, up, radius=R) -> State:
+    (vx, vy), (wx, wy, wz) = velocity, spin
+    slip = (arb(vx) - arb(radius) * wy, arb(vy) + arb(radius) * wx)
+    zero = arb(0)
+    return State((zero, zero), zero, (arb(vx), arb(vy)), arb(up), slip, arb(wz))
+
+
+def spin_of(body: Body) -> tuple[float, float, float]:
+    """Return the angular velocity, from u = (vx - R wy, vy + R wx)."""
+    radius = body.constants.radius
+    wx, wy = (body.uy - body.vy) / radius, (body.vx - body.ux) / radius
+    return float(wx), float(wy), float(body.wz)
+
+
+# -- one ball and the table ----------------------------------------------------------------------
+
+
+def test_a_dropped_ball_lands_and_bounces_as_a_geometric_series_says() -> None:
+    height, e = 0.125, 0.75
+    scene = flying(ball((0.5, 0.0, R + height)), table_restitution=e)
+    certificate = proved(scene, width=1e-40)
+    assert all(event.kind is CLOTH for event in certificate.events)
+    with mp.workdps(60):
+        g, rise = mpf(G), mpf(R + height) - mpf(R)
+        fall = mp.sqrt(2 * rise / g)
+        landings = [fall * (1 + 2 * sum(mpf(e) ** k for k in range(1, n + 1))) for n in range(80)]
+        *bounces, end = certificate.events
+        for event, expected in zip(bounces, landings, strict=False):
+            assert abs(middle(event.t) - expected) < mpf(10) ** -38
+        assert abs(middle(end.t) - fall * (1 + mpf(e)) / (1 - mpf(e))) < mpf(10) ** -38
+        # The last bounce that is followed is the last that rises more than the lowest: e^2n h.
+        heights = [mpf(e) ** (2 * n) * rise for n in range(len(bounces) + 1)]
+        assert heights[-2] > LOWEST_BOUNCE * 2 * R >= heights[-1]
+    assert [float(x) for x in certificate.positions[0]] == [0.5, 0.0, R]
+
+
+def test_a_thrown_ball_lands_where_its_parabola_does() -> None:
+    scene = flying(ball((0.1, -0.2, 0.3), (1.5, 0.25, 2.0), angular_velocity=(5.0, 50.0, 7.0)))
+    certificate = after(scene, 1)
+    with mp.workdps(40):
+        g, rise = mpf(G), mpf(0.3) - mpf(R)
+        t = (2 + mp.sqrt(4 + 2 * g * rise)) / g
+        assert abs(middle(certificate.t_end) - t) < mpf(10) ** -30
+        x, y, z = (middle(e) for e in certificate.positions[0])
+        assert abs(x - (mpf(0.1) + mpf(1.5) * t)) < mpf(10) ** -30
+        assert abs(y - (mpf(-0.2) + mpf(0.25) * t)) < mpf(10) ** -30
+        assert z == mpf(R)
+        # Nothing slows the spin about the vertical in the air.
+        assert middle(certificate.spins[0][2]) == 7
+
+
+@pytest.mark.parametrize(
+    ("before", "velocity", "up", "spin"),
+    [
+        # Worked numbers of the reference: mu 0.2, e 0.5; it slips, sticks, slips.
+        (((2, 0), (0, 0, 0), -1), (1.7, 0), 0.5, (0, 26.246719160104987, 0)),
+        (((0.5, 0), (0, 0, 40), -2), (0.35714285714285714, 0), 1, (0, 12.498437695288089, 40)),
+        (
+            ((1, 0.5), (20, -30, 10), -1),
+            (0.74014490651493903, 0.35008225458648925),
+            0.5,
+            (6.88383679671822, -7.2655211299159254, 10),
+        ),
+    ],
+)
+def test_the_table_returns_half_of_the_speed_and_rubs(before, velocity, up, spin) -> None:
+    with working_precision(106):
+        body = answered_by_table(constants(sliding_friction=0.2), state(*before), arb(0), 1)
+        assert isinstance(body, FlyingBody)
+        assert (float(body.vx), float(body.vy)) == pytest.approx(velocity, rel=1e-15, abs=1e-15)
+        assert float(body.up) == pytest.approx(up, rel=1e-15)
+        assert spin_of(body) == pytest.approx(spin, rel=1e-14, abs=1e-14)
+
+
+def test_a_ball_that_sticks_rolls_exactly() -> None:
+    with working_precision(106):
+        body = answered_by_table(
+            constants(sliding_friction=0.2), state((0.5, 0), (0, 0, 40), -2), arb(0), 1
+        )
+        assert body.ux.is_zero()
+        assert body.uy.is_zero()
+
+
+@pytest.mark.parametrize("slip", [1e-3, 1e-4, 3e-5, 1e-6])
+@pytest.mark.parametrize("e", [0.0, 0.3, 0.9])
+def test_bounces_that_are_not_followed_come_to_what_each_of_them_does(e, slip) -> None:
+    """Some slip through all bounces, some stick at one of them."""
+    up, mu = 1.5e-4, 0.2
+    with working_precision(212), mp.workdps(60):
+        start = state((0.5, slip), (0, 0.5 / R, 3.0), up)
+        given = constants(sliding_friction=mu, table_restitution=e)
+        body = answered_by_table(given, start, arb(0), 1)
+        assert isinstance(body, BouncingBody)
+        assert body.end_kind is CLOTH
+        assert body.duration is not None
+        ended = body.after_phase(body.duration, 2)
+        # Impact by impact, until nothing is left: the slip is along y, but for rounding.
+        ux, uy = (mpf(str(u.mid().str(60, radius=False))) for u in start.slip)
+        size = mp.sqrt(ux * ux + uy * uy)
+        left, way, lasts, speed = size, mpf(0), mpf(0), mpf(up)
+        taken = mpf(0)
+        while speed > mpf(10) ** -55:
+            hop = 2 * speed / mpf(G)
+            way -= taken * hop
+            lasts += hop
+            impulse = min(mpf(mu) * (1 + mpf(e)) * speed, 2 * left / 7)
+            taken += impulse
+            left -= 7 * impulse / 2
+            speed *= mpf(e)
+            if e == 0.0:
+                break
+        assert abs(mpf(float(body.duration)) - lasts) < 1e-18
+        assert float(ended.vy) == pytest.approx(slip - float(taken * uy / size), abs=1e-17)
+        expected = float(mpf(slip) * lasts + way * uy / size)
+        assert float(ended.y) == pytest.approx(expected, abs=1e-20)
+        assert float(ended.uy) == pytest.approx(float(left * uy / size), abs=1e-16)
+        assert (left == 0 or left < mpf(10) ** -40) == (ended.uy.is_zero() and ended.ux.is_zero())
+
+
+@pytest.mark.parametrize(
+    ("rise", "up", "what"),
+    [(arb(0, 1e-9), 1.0, "on the table"), (arb(0), arb(0, 1e-9), "presses the table")],
+)
+def test_what_the_table_does_is_not_guessed(rise, up, what) -> None:
+    with working_precision(53):
+        doubtful = state((1, 0), (0, 0, 0), 0)._replace(rise=rise, up=arb(up))
+        with pytest.raises(UndecidedError, match=what):
+            answered_by_table(constants(), doubtful, arb(0), 1)
+
+
+# -- two balls -----------------------------------------------------------------------------------
+
+
+def test_a_ball_in_flight_meets_one_that_rests_at_the_root_of_a_quartic() -> None:
+    """The worked contact of the reference: e 0.95, without friction."""
+    balls = ball((0.0, 0.0), (2.0, 0.0, 0.8), **NO_SPIN), ball((0.3, 0.01), **NO_SPIN)
+    scene = flying(*balls, ball_restitution=0.95, ball_friction=0.0, table_restitution=0.0)
+    certificate = after(scene, 1)
+    assert keys(certificate) == [(int(EventKind.BALL_BALL), 0, 1)]
+    assert float(certificate.t_end) == pytest.approx(0.12445751678484287, rel=1e-15)
+    assert [float(v) for v in certificate.velocities[0]] == pytest.approx(
+        (0.29050405037044281, -0.33463777488461412, 0.36845432862537209), rel=1e-14
+    )
+    # The table takes all of the speed downwards at once, and rubs the ball's surface by mu as much.
+    push = scene.physics.sliding_friction * 0.78938256828468065
+    vx, vy = 1.7094959496295572, 0.33463777488461412
+    part = 1.0 - min(push / math.hypot(vx, vy), 2.0 / 7.0)
+    assert [float(v) for v in certificate.velocities[1]] == pytest.approx(
+        (part * vx, part * vy, 0.0), rel=1e-14
+    )
+
+
+def test_unequal_balls_on_the_cloth_touch_where_their_surfaces_do() -> None:
+    small, large = 0.02, 0.03
+    scene = flying(
+        ball((0.0, 0.0), (1.0, 0.0), radius=small, **NO_SPIN),
+        ball((0.2, 0.0), radius=large),
+        sliding_friction=0.0,
+        rolling_friction=0.0,
+        t_max=1.0,
+    )
+    certificate = after(scene, 1)
+    with mp.workdps(40):
+        t = mpf(0.2) - 2 * mp.sqrt(mpf(small) * mpf(large))
+        assert abs(middle(certificate.t_end) - t) < mpf(10) ** -30
+    # The small one hits below the middle of the large one, and lifts it.
+    assert float(certificate.velocities[1][2]) > 0.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_an_impact_in_space_keeps_momentum_and_takes_no_more_than_it_may(seed) -> None:
+    """Two balls in the air: no table answers, so that all of both is in their velocities."""
+    chance = np.random.default_rng(seed)
+    velocity = chance.uniform(-1.0, 1.0, 3)
+    spins = chance.uniform(-60.0, 60.0, (2, 3))
+    scene = flying(
+        ball((0.0, 0.0, 0.5), velocity, angular_velocity=spins[0], mass=0.2),
+        ball(0.3 * velocity + (0.0, 0.01, 0.5), -velocity, angular_velocity=spins[1]),
+        ball_restitution=0.8,
+        ball_friction=0.1,
+    )
+    certificate = after(scene, 1)
+    t = float(certificate.t_end)
+    v = np.array([[float(x) for x in row] for row in certificate.velocities])
+    w = np.array([[float(x) for x in row] for row in certificate.spins])
+    x = np.array([[float(x) for x in row] for row in certificate.positions])
+    before = scene.velocities - [0.0, 0.0, G * t]
+    m, radii = scene.masses, scene.radii
+    assert m @ v == pytest.approx(m @ before, abs=1e-15)
+    n = (x[1] - x[0]) / (2 * R)
+    assert np.linalg.norm(n) == pytest.approx(1.0, abs=1e-15)
+    assert (v[1] - v[0]) @ n == pytest.approx(0.8 * (before[0] - before[1]) @ n, abs=1e-14)
+    impulse = m[0] * (v[0] - before[0])
+    along = impulse @ n
+    assert np.linalg.norm(impulse - along * n) <= 0.1 * abs(along) * (1.0 + 1e-12)
+    # The spin changes by R n x J / I of either ball, with the same sign.
+    for k in range(2):
+        turn = radii[k] * np.cross(n, impulse) / (0.4 * m[k] * radii[k] ** 2)
+        assert w[k] - spins[k] == pytest.approx(turn, abs=1e-11)
+
+
+# -- noses ---------------------------------------------------------------------------------------
+
+
+def test_a_ball_in_flight_meets_a_nose_at_the_root_of_a_quartic() -> None:
+    height = 0.036
+    balls = ball((2.0, 0.6), (3.0, 0.2, 0.6), **NO_SPIN)
+    scene = flying(balls, table=TABLE, cushion="mirror", cushion_height=height)
+    certificate = certify(scene, CertifiedSettings(max_events=40), cached=False)
+    event = next(e for e in certificate.events if e.kind is EventKind.BALL_CUSHION)
+    before = [e for e in certificate.events if e.t.upper < event.t.lower]
+    assert all(e.kind is CLOTH for e in before)
+    assert len(before) == 1
+    # Of the second parabola: from the landing on, half as fast upwards.
+    with mp.workdps(40):
+        t0 = 2 * mpf(0.6) / mpf(G)
+        up = mpf(0.6) / 2
+        mu = mpf(scene.physics.sliding_friction)
+        slip = mp.sqrt(mpf(3) ** 2 + mpf(0.2) ** 2)
+        part = 1 - mu * mpf(1.5) * mpf(0.6) / slip
+        vx = 3 * part
+        x0 = mpf(2) + 3 * t0
+        away, above = mpf(2.54) - x0, mpf(R) - mpf(height)
+        g = mpf(G)
+
+        def gap(s: mpf) -> mpf:
+            rise = above + up * s - g * s * s / 2
+            return (away - vx * s) ** 2 + rise**2 - mpf(R) ** 2
+
+        s = mp.findroot(gap, (away - mpf(R)) / vx)
+        assert abs(middle(event.t) - (t0 + s)) < mpf(10) ** -30
+
+
+def test_a_ball_that_flies_over_a_cushion_leaves_the_table_there() -> None:
+    scene = flying(ball((2.25, 0.6), (3.0, 0.0, 1.5)), table=TABLE, cushion_height=0.036)
+    certificate = proved(scene)
+    assert keys(certificate) == [(int(LEAVES), 0, 1)]
+    with mp.workdps(40):
+        t = (mpf(2.54) - mpf(2.25)) / 3
+        assert abs(middle(certificate.t_end) - t) < mpf(10) ** -28
+        z = mpf(R) + mpf(1.5) * t - mpf(G) * t * t / 2
+        assert abs(middle(certificate.positions[0][2]) - z) < mpf(10) ** -28
+    assert all(float(v) == 0.0 for v in certificate.velocities[0])
+
+
+# -- our engine ----------------------------------------------------------------------------------
+
+
+def check_against_the_engine(number: int) -> Certificate:
+    scene = random_jump(number)
+    certificate = certify(scene, CertifiedSettings(time_limit=60.0), motion=True, cached=False)
+    result = simulate(scene, record="trajectory")
+    assert result.events is not None
+    known = certificate.events_proved
+    found = result.events[:known]
+    assert keys(certificate) == [tuple(row) for row in found[["kind", "a", "b"]].tolist()]
+    t = np.array([float(e.t) for e in certificate.events])
+    # Bounces off a cushion that friction presses a ball to amplify rounding by a thousand and more.
+    assert found["t"] == pytest.approx(t, rel=1e-5, abs=1e-11)
+    if certificate.proved:
+        proof = result_of(scene, certificate, CertifiedSettings(), "trajectory")
+        times = np.linspace(0.0, min(0.6, proof.rest_time), 50)
+        for mine, theirs in zip(proof.sample(times), result.sample(times), strict=True):
+            assert mine == pytest.approx(theirs, rel=1e-5, abs=1e-6)
+        assert proof.rest_positions == pytest.approx(result.rest_positions, abs=1e-7)
+    return certificate
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_random_jumps_agree_with_our_engine(number) -> None:
+    check_against_the_engine(number)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, 200, 20))
+def test_many_random_jumps_agree_with_our_engine(first) -> None:
+    whole = [check_against_the_engine(k).proved for k in range(first, first + 20) if k not in HOPS]
+    assert sum(whole) >= len(whole) // 2
+
+
+# -- enclosures ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("number", [0, 3, 5])
+def test_a_higher_precision_of_flight_lies_within_a_lower_one(number) -> None:
+    scene = random_jump(number)
+    coarse, fine = (
+        certify(
+            scene,
+            CertifiedSettings(start_precision=bits, max_precision=bits, width=1.0),
+            cached=False,
+        )
+        for bits in (212, 424)
+    )
+    assert keys(coarse) == keys(fine)[: len(keys(coarse))]
+    for one, other in zip(coarse.events, fine.events, strict=False):
+        assert one.t.encloses(other.t)
+    if coarse.proved:
+        for one, other in zip(coarse.positions, fine.positions, strict=True):
+            assert all(a.encloses(b) for a, b in zip(one, other, strict=True))
+
+
+@pytest.mark.parametrize("number", [0, 3, 5])
+def test_a_search_in_doubles_changes_nothing_in_flight(number, monkeypatch) -> None:
+    scene = random_jump(number)
+    quick = certify(scene, cached=False)
+    # With a margin that nothing passes every gap is searched in balls.
+    monkeypatch.setattr(gaps, "QUICK_ERROR", math.inf)
+    monkeypatch.setattr(gaps_in_space, "QUICK_ERROR", math.inf)
+    thorough = certify(scene, cached=False)
+    assert keys(quick) == keys(thorough)
+    assert all(
+        one.t.lower <= other.t.upper and other.t.lower <= one.t.upper
+        for one, other in zip(quick.events, thorough.events, strict=True)
+    )
+
+
+# -- what isn't told -----------------------------------------------------------------------------
+
+
+def test_a_ball_that_comes_to_lie_on_another_is_named() -> None:
+    scene = flying(ball((0.0, 0.0)), ball((0.0, 0.0, 3 * R + 0.1)))
+    certificate = certify(scene, cached=False)
+    assert certificate.ending == "sustained contact"
+    assert "a ball in the air lies on another ball" in certificate.reason
+    assert '"b0" with "b1"' in certificate.reason
+    assert certificate.events_proved > 0
+
+
+def test_two_balls_that_meet_a_third_at_one_instant_are_ambiguous() -> None:
+    scene = flying(
+        ball((-0.25, 0.0, 0.2), (1.0, 0.0, 1.0)),
+        ball((0.25, 0.0, 0.2), (-1.0, 0.0, 1.0)),
+        ball((0.0, 0.2, 0.2), (0.0, 0.0, 1.0)),
+        ball((0.0, -0.2, 0.2), (0.0, 0.0, 1.0)),
+    )
+    certificate = certify(scene, cached=False)
+    assert keys(certificate)[0] == (int(EventKind.BALL_BALL), 0, 1)
+    fall = flying(
+        ball((-0.03, 0.0, 0.2)), ball((0.03, 0.0, 0.2)), ball((0.0, 0.0)), ball_restitution=1.0
+    )
+    certificate = certify(fall, cached=False)
+    assert certificate.ending == "ambiguous"
+    assert "what comes first" in certificate.reason
+    assert certificate.events_proved == 0
+
+
+def test_bounces_that_lose_nothing_end_with_the_time_given() -> None:
+    scene = flying(ball((0.0, 0.0, 0.2)), table_restitution=1.0, t_max=3.0)
+    certificate = proved(scene)
+    times = [float(e.t) for e in certificate.events]
+    first = math.sqrt(2.0 * (0.2 - R) / G)
+    assert np.diff(times) == pytest.approx(2.0 * first, rel=1e-12)
+    assert all(before < after for before, after in pairwise(times))
