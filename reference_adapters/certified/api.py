@@ -47,6 +47,18 @@ CAPABILITIES: Capabilities = {
 """What can be certified, feature by feature: each is named, so that a new one is not."""
 
 
+def check_certified(scene: Scene) -> None:
+    """Refuse a scene whose physics isn't certified.
+
+    Raises
+    ------
+    UnsupportedSceneError
+    """
+    check_supported(NAME, CAPABILITIES, scene)
+    if scene.physics.airborne and scene.physics.air_drag > 0.0:
+        raise UnsupportedSceneError(NAME, ("no air drag of balls that leave the cloth",))
+
+
 def certify(
     scene: Scene,
     settings: CertifiedSettings | None = None,
@@ -77,9 +89,7 @@ def certify(
         Where the scene has physics that isn't certified: `CAPABILITIES` says why.
     """
     settings = CertifiedSettings() if settings is None else settings
-    check_supported(NAME, CAPABILITIES, scene)
-    if scene.physics.airborne and scene.physics.air_drag > 0.0:
-        raise UnsupportedSceneError(NAME, ("no air drag of balls that leave the cloth",))
+    check_certified(scene)
     problem, ids = problem_of(scene), tuple(ball.id for ball in scene.balls)
     if not cached:
         return prove(problem, ids, settings, motion=motion)

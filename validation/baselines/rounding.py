@@ -17,6 +17,7 @@ from ghostball.engine import Result, Scene, UnsupportedSceneError
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.grading.alignment import align, found_log
 from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
+from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.runs.sampling import events_of
@@ -81,7 +82,7 @@ def allowance_of(scene: Scene) -> Allowance:
     if math.isfinite(horizon) and not np.isfinite(result.sensitivity([horizon])).all():
         horizon, map_end = math.inf, horizon
     proof, _ = proof_of(scene)
-    proved = proof is not None and proof.proved
+    proved = proof is not None and proof.proved and is_differentiated(scene)
     if proof is not None and proved:
         by_proof = growth_of_proof(scene, proof)
         growth = by_proof.sizes([result.rest_time])[0]

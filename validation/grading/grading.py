@@ -35,6 +35,11 @@ from ghostball.validation.grading.alignment import (
     proved_log,
 )
 from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
+from ghostball.validation.grading.certified_widths import (
+    is_differentiated,
+    width_horizon,
+    width_sizes,
+)
 from ghostball.validation.grading.sequences import TIE
 from ghostball.validation.grading.tolerances import (
     EPS,
@@ -153,7 +158,8 @@ def gradable(
         Up to when the shot can be predicted. Left out: until `ROUNDINGS` roundings at each event
         have grown to `TOLERANCE`.
     growth : CertifiedGrowth, optional
-        How errors grow. Left out: as along the proved motion.
+        How errors grow. Left out: as along the proved motion; along a flight, at most as the widths
+        of the proof do (`certified_widths`).
 
     Raises
     ------
@@ -161,15 +167,20 @@ def gradable(
         Where the certificate is of another scene or has no motion.
     """
     _check_proof(scene, certificate)
-    if growth is None and (exact or horizon is None):
+    known = growth is not None or is_differentiated(scene)
+    if growth is None and known and (exact or horizon is None):
         growth = growth_of_proof(scene, certificate)
     if horizon is None:
-        assert growth is not None
-        horizon = growth.rounding_horizon
+        horizon = width_horizon(scene, certificate) if growth is None else growth.rounding_horizon
     low_hop = _first_low_hop(scene, certificate)
     extent, why, until = _extent(certificate, horizon, low_hop)
     if not exact:
         return Gradable(extent, why, until, until, None)
+    if not known:
+        sizes = width_sizes(certificate)
+        if until < float(certificate.t_end):
+            sizes[:] = math.inf  # the proof has widths of its end alone
+        return Gradable(extent, why, until, until, sizes)
     assert growth is not None
     compared_at = min(until, math.nextafter(growth.derivative_ends, 0.0))
     sizes = growth.sizes([min(compared_at, float(certificate.t_end))])[0]
@@ -316,7 +327,9 @@ def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
     if not hops:
         return math.inf
     kinds, a, b, start, end = (np.array(column) for column in zip(*hops, strict=True))
-    places = truth.sample(0.5 * (start + end)).positions[:, :, :2]
+    # In space where balls may fly; else those of different size are taken to be at one height.
+    in_space = scene.physics.airborne
+    places = truth.sample(0.5 * (start + end)).positions[:, :, : 3 if in_space else 2]
     rows, radii = np.arange(len(hops)), scene.radii
     pair = kinds == EventKind.BALL_BALL
     other = np.where(pair, b, a)
@@ -326,7 +339,10 @@ def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
         assert scene.table is not None
         sides = np.array([0.0, scene.table.length, 0.0, scene.table.width])  # as in `CUSHIONS`
         cushion = np.where(pair, 0, b)
-        across = np.abs(places[rows, a, cushion // 2] - sides[cushion]) - radii[a]
+        across = np.abs(places[rows, a, cushion // 2] - sides[cushion])
+        if in_space:
+            across = np.hypot(across, places[rows, a, 2] - scene.physics.cushion_height)
+        across -= radii[a]
         gaps = np.where(pair, gaps, across)
     # Collisions at one instant are no hop: what is struck against a cushion comes back at once.
     low = (gaps <= LOWEST_HOP * reach) & (end > start)
@@ -442,7 +458,7 @@ def position_errors(
         truth = _proved_motion(result.scene, certificate)
         at = np.array([t])
         apart = _positions(result.sample(at)) - _positions(truth.sample(at))
-        return t, np.hypot(apart[:, 0], apart[:, 1])
+        return t, np.linalg.norm(apart, axis=1)
     if within.extent == "whole":
         t, positions = result.rest_time, result.rest_positions
     else:

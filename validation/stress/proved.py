@@ -24,6 +24,7 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.violations import faults_of
 from ghostball.validation.grading.certified_growth import GRID, growth_of_proof
+from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.grading import Grade, gradable, grade
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.stress.judges import VISIBLE, is_exact
@@ -150,13 +151,16 @@ def own_words(result: Result, proof: Certificate, until: float = math.inf) -> li
 
     Its horizon, and how far rounding displaces its balls; as far as the shot is proved, and up to
     an instant `until` [s]. No grade depends on them, but users do. In air and in flight our engine
-    says, as documented, that it knows no derivative, which contradicts nothing.
+    says, as documented, that it knows no derivative, which contradicts nothing; along a proved
+    flight the grader follows none either.
     """
     if float(np.max(np.linalg.norm(result.scene.velocities, axis=1))) < LEAST_SPEED:
         return []
     physics = result.scene.physics
     slowed = physics.air_drag > 0.0 or physics.rolling_friction_quadratic > 0.0
-    if (slowed or physics.airborne) and np.isinf(result.sensitivity([0.0])).all():
+    if slowed and np.isinf(result.sensitivity([0.0])).all():
+        return []
+    if not is_differentiated(result.scene):
         return []
     growth = growth_of_proof(result.scene, proof)
     error = ROUNDINGS * UNIT_ROUNDOFF

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from ghostball.engine import Scene, UnsupportedSceneError
-from ghostball.engine.scene.features import check_supported
-from ghostball.reference_adapters.certified import Certificate, CertifiedEngine, certify
+from ghostball.reference_adapters.certified import Certificate, certify
+from ghostball.reference_adapters.certified.api import check_certified
 
 logger = logging.getLogger("ghostball.validation")
 
@@ -33,10 +33,8 @@ def proof_of(scene: Scene) -> tuple[Certificate | None, str]:
 
 def refused_features(scene: Scene) -> str:
     """Return what of a scene can't be proved, or ""."""
-    if scene.physics.airborne:
-        return "no flight (how errors grow along a proved flight isn't followed)"
     try:
-        check_supported(CertifiedEngine.name, CertifiedEngine().capabilities, scene)
+        check_certified(scene)
     except UnsupportedSceneError as error:
         return "; ".join(error.features)
     return ""

@@ -31,6 +31,7 @@ from ghostball.reference_adapters.base import Resolution, stated_error
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.validation.grading.certified_growth import Lateness, growth_of_proof
+from ghostball.validation.grading.certified_widths import is_differentiated, width_horizon
 from ghostball.validation.grading.grading import Gradable, gradable
 from ghostball.validation.grading.sequences import Collision
 from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
@@ -98,11 +99,11 @@ class Truth:
         Why there is none; "" where there is one.
     growth : Growth or None
         How errors grow along the shot: as it is proved, or, where the proof isn't of the whole
-        shot, as our engine says. None where nothing says it, or it wasn't asked, as for a closed
-        form.
+        shot or is of a flight, as our engine says. None where nothing says it, or it wasn't asked,
+        as for a closed form.
     lateness : Lateness or None
         What it changes of the end to see an event late; None where the shot isn't proved to its
-        end, or no part "proof" was asked for.
+        end, or is a flight, or no part "proof" was asked for.
     graded : Gradable or None
         What of the proof an exact engine is graded against; None where there is no proof, or no
         part "proof" was asked for.
@@ -236,14 +237,18 @@ def truth_of(
     growth, graded, graded_steps, horizon = None, None, None, math.inf
     if truth.kind != CLOSED_FORM and proof is not None and whole:
         proved = result_of(scene, proof, CertifiedSettings(), "trajectory")
-        of_proof = growth_of_proof(scene, proof)
-        growth, horizon = growth_of(proved, of_proof), of_proof.rounding_horizon
+        if is_differentiated(scene):
+            of_proof = growth_of_proof(scene, proof)
+            growth, horizon = growth_of(proved, of_proof), of_proof.rounding_horizon
+        else:
+            growth = None if ours is None else growth_of(ours)
+            horizon = width_horizon(scene, proof)
     elif truth.kind != CLOSED_FORM and ours is not None:
         growth = growth_of(ours)
     # How errors grow takes longer to compute than many a run: once is enough for all engines.
     lateness = None
     if proof is not None and "proof" in parts:
-        if whole:
+        if whole and is_differentiated(scene):
             lateness = growth_of_proof(scene, proof).lateness()
         graded = gradable(scene, proof)
         graded_steps = gradable(scene, proof, exact=False, horizon=horizon)

@@ -17,12 +17,7 @@ GRADED = ("events_missing", "events_invented", "quality_factor")
 NOTHING_PROVED = {"corner-exact", "three-ball-symmetric", "push", "wedged"}
 """Scenes in which what comes first is a tie, or a contact from the start."""
 
-IN_FLIGHT = dict.fromkeys(
-    ("flight-bounces", "flight-jump", "flight-leaves", "flight-throw"),
-    "no flight (how errors grow along a proved flight isn't followed)",
-)
-
-REFUSED = {"mathavan-cut": "no ball impacts after Mathavan 2014"} | IN_FLIGHT
+REFUSED = {"mathavan-cut": "no ball impacts after Mathavan 2014"}
 """Scenes of which nothing can be proved, and why; their own criteria hold them to other truths."""
 
 LONG = {"galperin-4"}
