@@ -9,17 +9,21 @@ on average.
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Scene
-from ghostball.reference_adapters.certified import Certificate
+from ghostball.engine import EventKind, Scene
+from ghostball.reference_adapters.certified import Certificate, Enclosure
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.reference_adapters.certified.run import largest_speeds
 from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 
 FloatArray = NDArray[np.float64]
+
+_LARGEST = 10**300
+"""Beyond it a width is as good as infinite."""
 
 
 def is_differentiated(scene: Scene) -> bool:
@@ -33,9 +37,8 @@ def width_horizon(scene: Scene, certificate: Certificate) -> float:
     That is, by so much that the fastest ball goes further than `TOLERANCE` meanwhile.
     """
     fastest = max(largest_speeds(problem_of(scene)))
-    scale = _in_doubles(certificate) * ROUNDINGS * fastest
     for event in certificate.events:
-        if not float(event.t.rad) * scale <= TOLERANCE:
+        if not _in_doubles(event.t, certificate) * ROUNDINGS * fastest <= TOLERANCE:
             return float(event.t)
     return math.inf
 
@@ -43,17 +46,19 @@ def width_horizon(scene: Scene, certificate: Certificate) -> float:
 def width_sizes(certificate: Certificate) -> FloatArray:
     """Return how far rounding may displace each ball at the proof's end, over 2^-53: (n,) [m].
 
-    A ball whose place is exact is displaced by nothing; that of another is rounded itself, too.
+    A ball that no event concerns isn't displaced; that of another is rounded itself, too.
     """
-    scale = _in_doubles(certificate) / UNIT_ROUNDOFF
+    moved = {event.a for event in certificate.events}
+    moved |= {event.b for event in certificate.events if event.kind is EventKind.BALL_BALL}
     sizes = np.zeros(len(certificate.positions))
     for k, place in enumerate(certificate.positions):
-        widths = [float(x.rad) * scale for x in place]
-        if any(widths):
+        widths = [_in_doubles(x, certificate) / UNIT_ROUNDOFF for x in place]
+        if k in moved or any(widths):
             sizes[k] = math.hypot(*widths) + math.hypot(*map(float, place))
     return sizes
 
 
-def _in_doubles(certificate: Certificate) -> float:
-    """Return how many times as wide a proof's enclosures would be in double precision."""
-    return UNIT_ROUNDOFF * 2.0**certificate.precision
+def _in_doubles(value: Enclosure, certificate: Certificate) -> float:
+    """Return the radius that an enclosure would have if it were computed in double precision."""
+    wide = value.rad * Fraction(2) ** (certificate.precision - 53)
+    return float(wide) if wide < _LARGEST else math.inf

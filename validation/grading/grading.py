@@ -228,7 +228,9 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
 
     A slide or a roll is negligible where all that it slows is below `LEAST_SLIP` of the fastest
     speed at the start, or where it lasts no longer than two roundings of the clock: the slip of
-    1e-17 m/s of a stunned ball is a slip to the proof, and nothing in double precision.
+    1e-17 m/s of a stunned ball is a slip to the proof, and nothing in double precision. So is a
+    flight that lasts no longer than what counts as one instant (`TIE`): a ball that is pressed back
+    to the table within a rounding of its own bounce. The lowest bounce takes far longer.
     """
     scene = result.scene
     if result.events is None or result.trajectory is None:
@@ -356,7 +358,7 @@ def _proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory:
 
 
 def _negligible(scene: Scene, log: Log) -> NDArray[np.bool_]:
-    """Whether an event ends a slide or a roll that is but rounding, (k,); see `grade`."""
+    """Whether an event ends a slide, a roll or a flight that is but rounding, (k,); see `grade`."""
     gravity, radii = scene.physics.gravity, scene.radii
     surface = np.linalg.norm(scene.velocities, axis=1)
     surface += radii * np.linalg.norm(scene.angular_velocities, axis=1)
@@ -372,6 +374,8 @@ def _negligible(scene: Scene, log: Log) -> NDArray[np.bool_]:
         if choice.kind in slowing:
             slowed = (t - since[choice.a] - 2.0 * EPS * t) * slowing[choice.kind][choice.a]
             negligible[k] = slowed <= noise
+        elif choice.kind is EventKind.BALL_CLOTH:
+            negligible[k] = t - since[choice.a] <= TIE * t
         since[choice.a] = t
         if choice.kind is EventKind.BALL_BALL:
             since[choice.b] = t

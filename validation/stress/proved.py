@@ -268,7 +268,7 @@ def near(result: Result, proof: Certificate) -> Verdict:
     """Judge a run by where its balls are at the end of the proof."""
     scene = result.scene
     start = scene.positions[:, :2]
-    end = np.array([[float(e) for e in position] for position in proof.positions])
+    end = np.array([[float(e) for e in position[:2]] for position in proof.positions])
     found = result.sample([float(proof.t_end)]).positions[0, :, :2]
     way = float(np.max(np.hypot(*(end - start).T)))
     return judge_places(scene, found, end, max(PERMITTED * way, STILL * float(min(scene.radii))))

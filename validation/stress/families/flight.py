@@ -14,6 +14,7 @@ from ghostball.engine.core.tolerances import EPS, LOWEST_HOP, MOTION_ERROR
 from ghostball.engine.trajectory import Phase, energy_of
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.runs.steps import with_setting
+from ghostball.validation.stress.families.graded import BATCH, ProvedShots
 from ghostball.validation.stress.family import Family
 from ghostball.validation.stress.judges import energy_rise, gap_rounding, rise_limit, unsolved
 from ghostball.validation.stress.random_jumps import random_jump
@@ -249,6 +250,22 @@ def _trials(suite: Suite) -> Iterator[Trial]:
     size, chunks = (100, 2) if suite == "quick" else (500, 20)
     for start in range(0, size * chunks, size):
         yield Jumps(f"jumps-{start:05d}-{start + size - 1:05d}", start, size)
+    count = 30 if suite == "quick" else 300
+    for start in range(0, count, BATCH):
+        yield ProvedJumps(f"proved-jumps-{start:03d}-{start + BATCH - 1:03d}", start, BATCH)
+
+
+@dataclass(frozen=True)
+class ProvedJumps(ProvedShots):
+    """Random jumps from one number on, each graded against its proof, as far as that goes."""
+
+    def shot(self, number: int) -> Scene:
+        """Return the jump of a number."""
+        return random_jump(number)
+
+    def least(self, scene: Scene) -> int | None:  # noqa: ARG002 - the same for all
+        """Return how many events must be proved: one. Where balls come to lie, proofs end."""
+        return 1
 
 
 FAMILY = Family(
@@ -258,7 +275,8 @@ FAMILY = Family(
     "that falls on another, however near to its middle, comes off it; endless bounces end when "
     "their series does, of balls that land at one instant too; and random jumps, drops and breaks "
     f"come to rest within {MOST_EVENTS} events and contact steps, through no ball, nose or table, "
-    "and gain no energy.",
+    "and gain no energy. The first of them have the events that are proved, and no others, as far "
+    "as that goes.",
     _trials,
     ours_alone=True,
 )
