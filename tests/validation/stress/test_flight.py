@@ -12,6 +12,7 @@ from ghostball.validation.stress.families.flight import (
     FAMILY,
     Jumps,
     Lands,
+    ProvedJumps,
     R,
     SoundInSpace,
     endless,
@@ -95,3 +96,11 @@ def test_random_jumps_hold_and_a_storm_is_seen(monkeypatch):
 def test_the_quick_trials_are_among_the_full_ones_or_of_their_kind():
     quick = {trial.name for trial in FAMILY.trials("quick") if not isinstance(trial, Jumps)}
     assert quick <= {trial.name for trial in FAMILY.trials("full")}
+
+
+def test_jumps_are_held_against_their_proofs():
+    """Of each of them as much is judged as is proved."""
+    verdict = ProvedJumps("few", 4, 4).run(make_engine("ghostball"))
+    assert (verdict.faults, verdict.shots, verdict.broken) == ((), 4, 0)
+    cut_short = ProvedJumps("few", 4, 4).run(make_engine("ghostball:max_events=1"))
+    assert cut_short.broken > 0
