@@ -43,6 +43,17 @@ def width_horizon(scene: Scene, certificate: Certificate) -> float:
     return math.inf
 
 
+def hit_widths(scene: Scene, certificate: Certificate) -> tuple[FloatArray, FloatArray]:
+    """Return when two balls meet [s], and how far rounding may displace them by then, over 2^-53.
+
+    That is, how far the fastest ball goes while their meeting is uncertain [m]; (k,) each.
+    """
+    fastest = max(largest_speeds(problem_of(scene)))
+    hits = [event.t for event in certificate.events if event.kind is EventKind.BALL_BALL]
+    sizes = [_in_doubles(t, certificate) * fastest / UNIT_ROUNDOFF for t in hits]
+    return np.array([float(t) for t in hits]), np.array(sizes)
+
+
 def width_sizes(certificate: Certificate) -> FloatArray:
     """Return how far rounding may displace each ball at the proof's end, over 2^-53: (n,) [m].
 

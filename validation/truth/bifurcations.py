@@ -301,7 +301,8 @@ def _changes(
     """Return the perturbations of the position of a, or of b relative to a, (k, m, 2) [m]."""
     places = tangent.sample(times)[..., :2]
     at = np.arange(len(times))
-    change: FloatArray = places[at, :, a] if b is None else places[at, :, b] - places[at, :, a]
+    with np.errstate(invalid="ignore"):  # infinite where there is no derivative, and so no margin
+        change: FloatArray = places[at, :, a] if b is None else places[at, :, b] - places[at, :, a]
     return change
 
 

@@ -15,8 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EventKind, Result
+from ghostball.engine import EventKind, Result, Scene
+from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_growth import CertifiedGrowth
+from ghostball.validation.grading.certified_widths import hit_widths
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.bifurcations import bifurcations_of, directions_of, extent_of
@@ -64,6 +66,16 @@ class Growth:
         grown = self.times[~(error * self.largest <= self.radius)]
         turned = self.course_times[self.course_changes <= error]
         return float(min(np.min(grown, initial=np.inf), np.min(turned, initial=np.inf)))
+
+
+def growth_of_flight(scene: Scene, certificate: Certificate) -> Growth:
+    """Return how errors grow at most along a proved flight, by the widths of its enclosures.
+
+    Which bifurcations it passes isn't known: no derivative says how far off they are.
+    """
+    times, largest = hit_widths(scene, certificate)
+    none, radius = np.empty(0), float(np.min(scene.radii))
+    return Growth(times, largest, none, none, extent_of(scene), radius)
 
 
 def growth_of(result: Result, proved: CertifiedGrowth | None = None) -> Growth:

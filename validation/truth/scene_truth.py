@@ -44,7 +44,7 @@ from ghostball.validation.runs.sampling import (
     union_times,
 )
 from ghostball.validation.truth.closed_forms import DIGITS, ClosedForm, closed_form, has_closed_form
-from ghostball.validation.truth.horizons import Growth, growth_of
+from ghostball.validation.truth.horizons import Growth, growth_of, growth_of_flight
 from ghostball.validation.truth.proof import proof_of, refused_features
 
 FloatArray = NDArray[np.float64]
@@ -99,8 +99,8 @@ class Truth:
         Why there is none; "" where there is one.
     growth : Growth or None
         How errors grow along the shot: as it is proved, or, where the proof isn't of the whole
-        shot or is of a flight, as our engine says. None where nothing says it, or it wasn't asked,
-        as for a closed form.
+        shot, as our engine says. None where nothing says it, or it wasn't asked, as for a closed
+        form.
     lateness : Lateness or None
         What it changes of the end to see an event late; None where the shot isn't proved to its
         end, or is a flight, or no part "proof" was asked for.
@@ -241,8 +241,7 @@ def truth_of(
             of_proof = growth_of_proof(scene, proof)
             growth, horizon = growth_of(proved, of_proof), of_proof.rounding_horizon
         else:
-            growth = None if ours is None else growth_of(ours)
-            horizon = width_horizon(scene, proof)
+            growth, horizon = growth_of_flight(scene, proof), width_horizon(scene, proof)
     elif truth.kind != CLOSED_FORM and ours is not None:
         growth = growth_of(ours)
     # How errors grow takes longer to compute than many a run: once is enough for all engines.
