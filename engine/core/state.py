@@ -73,7 +73,13 @@ END_VX = 5  # with which velocity [m/s] and angular velocity [rad/s] the ball go
 END_VY = 6
 END_WX = 7
 END_WY = 8
-HEIGHT_COLUMNS = 9
+HOPS = 9  # its slow impacts in flight since it last came down on the cloth
+HELD = 10  # 1: it lies still on others, and is held there
+STILL_X = 11  # where it has been for some time [m], within a tolerance
+STILL_Y = 12
+STILL_RISE = 13
+STILL_SINCE = 14  # and since when [s]
+HEIGHT_COLUMNS = 15
 
 SERIES_TERMS = 25
 SERIES_ROWS = 8
@@ -507,7 +513,9 @@ WORK = 16  # turns of all loops, in units of some 10 ns; what none may have with
 PAUSE_AT = 17  # WORK at which the kernel returns for a moment, so that Python hears an interrupt
 STATUS = 18  # RUN_RESTED ... below: what the loop returned last
 AT_ONCE = 19  # events since the clock last moved
-COUNTERS = 20
+ALOFT = 20  # balls that lie still on others
+HOPPING = 21  # of RUN_HOPS: 1 and the ball with it
+COUNTERS = 22
 
 # Places in the array of instants, float64 [s].
 NOW = 0
@@ -540,3 +548,4 @@ RUN_NO_ROOM = 6
 RUN_PAUSED = 7  # it goes on when called again
 RUN_WORK_LIMIT = 8
 RUN_STANDSTILL = 9  # events without end at one instant
+RUN_HOPS = 9  # a ball that lies on others hops without end

@@ -46,7 +46,7 @@ def finish(balls: Balls, laws: Laws, log: Log, status: int, end: FloatArray) -> 
         t = log.clock[LAST_EVENT]
         for i in range(len(balls.own_kind)):
             spin, rate = balls.state[i].wz, balls.state[i].spin_slowing
-            if spin != 0.0 and rate > 0.0:
+            if spin != 0.0 and rate > 0.0 and not flies(balls.height, balls, i):
                 # Late by more than rounding, so that whoever computes the spin then finds none.
                 t = max(t, (balls.state[i].epoch + abs(spin) / rate) * (1.0 + 4.0 * EPS))
     if t > laws.t_max:

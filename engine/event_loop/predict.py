@@ -14,9 +14,11 @@ from ghostball.engine.core.state import (
     Balls,
     Cells,
     Contacts,
+    FloatArray,
     IntArray,
     Laws,
 )
+from ghostball.engine.impacts.slow_impacts import let_go_above
 from ghostball.engine.motion.geometry import (
     at_rest,
 )
@@ -42,6 +44,14 @@ def predict(
     _predict_marked(balls, laws, contacts)
     if contacts is not None:
         press_again(balls, laws, cells, contacts, held, t, counters)
+    _let_go_above(balls.height, balls, laws, t)
+
+
+@kernel(inline=True)
+def _let_go_above(height: FloatArray | None, balls: Balls, laws: Laws, t: float) -> None:
+    """Let balls fall that lie still on what moves, if there are any."""
+    if height is not None:
+        let_go_above(height, balls, laws, t)
 
 
 @kernel(inline=True)

@@ -17,6 +17,7 @@ from ghostball.engine.core.state import (
     FALL,
     FREE,
     HIGHER,
+    HOPPING,
     KNOT,
     LAST_EVENT,
     LOGGED_EVENTS,
@@ -26,6 +27,7 @@ from ghostball.engine.core.state import (
     POWERS,
     RISE,
     RUN_GOES_ON,
+    RUN_HOPS,
     RUN_NO_ROOM,
     RUN_NOT_FINITE,
     UNSOUND,
@@ -169,7 +171,7 @@ def record(balls: Balls, contacts: Contacts | None, t: float, log: Log) -> int:
     """Log how every ball moves on whose motion changed at the instant t, and what a step ended.
 
     Return RUN_GOES_ON; or RUN_NOT_FINITE, with the ball in UNSOUND, where a motion isn't finite or
-    its next event is past: after each ball has its motion in the log; or RUN_NO_ROOM.
+    its next event is past: after each ball has its motion in the log; or RUN_NO_ROOM; or RUN_HOPS.
     """
     _sort_touched(balls)
     for m in range(1, balls.touched[0] + 1):
@@ -181,6 +183,8 @@ def record(balls: Balls, contacts: Contacts | None, t: float, log: Log) -> int:
             log.counters[UNSOUND] = k
     if log.counters[UNSOUND] != FREE:
         return RUN_NOT_FINITE
+    if log.counters[HOPPING] > 0:
+        return RUN_HOPS
     return RUN_NO_ROOM if log.counters[NO_ROOM] > 0 else RUN_GOES_ON
 
 

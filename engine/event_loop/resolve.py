@@ -17,47 +17,39 @@ from ghostball.engine.core.state import (
     BALL_CUSHION,
     BALLS_GONE,
     DEGREE,
-    FALL,
     FIRST,
-    FLYING,
     FREE,
     JOINT_IMPACTS,
     OWN_CUSHION,
-    OWN_LAND,
-    OWN_OVER,
     OWN_PIECE,
     OWN_REST,
     OWN_ROLL,
-    OWN_SETTLE,
     SECOND,
     SLIDING,
     TAKES_OUT,
     UNSOLVED_JOINT_IMPACTS,
-    UP_SPEED,
     Balls,
     Cells,
     Contacts,
-    FloatArray,
     Laws,
     Log,
 )
+from ghostball.engine.event_loop.in_flight import (
+    bounces_in_space,
+    collide_pair,
+    has_settled,
+    note_held,
+    resolve_flight,
+)
 from ghostball.engine.event_loop.record import (
     BALL_BALL_EVENT,
-    BALL_CLOTH_EVENT,
     BALL_CUSHION_EVENT,
     BALL_GONE_EVENT,
-    LEAVES_TABLE_EVENT,
     SLIDE_TO_ROLL_EVENT,
     note_event,
     note_rest,
 )
-from ghostball.engine.impacts.impact import bounce, bounce_in_corner, collide_balls
-from ghostball.engine.impacts.in_space import (
-    bounce_off_nose,
-    collide_in_space,
-    end_bounces,
-    land,
-)
+from ghostball.engine.impacts.impact import bounce, bounce_in_corner
 from ghostball.engine.impacts.simultaneous import collide_together
 from ghostball.engine.motion.geometry import (
     blocking_ball,
@@ -105,7 +97,7 @@ def advance_to(balls: Balls, laws: Laws, contacts: Contacts | None, event: Event
         come_to_rest(balls, laws, ball, t)
     elif kind == OWN_ROLL:
         start_rolling(balls, laws, ball, t)
-    elif kind >= OWN_PIECE and not _has_settled(balls.height, balls, ball, kind, t):
+    elif kind >= OWN_PIECE and not has_settled(balls.height, balls, ball, kind, t):
         advance(balls, ball, t)
 
 
@@ -125,46 +117,6 @@ def resolve(
     if event.ball < 0:
         return _resolve_contacts(balls, laws, contacts, event, log)
     return _resolve_own(balls, laws, cells, contacts, event.ball, event.t, log)
-
-
-@kernel(inline=True)
-def _has_settled(height: FloatArray | None, balls: Balls, i: int, kind: int, t: float) -> bool:
-    """Move ball i to where its bounces end, if that is what happens."""
-    if height is None:
-        return False
-    if kind != OWN_SETTLE:
-        return False
-    end_bounces(height, balls, i, t)
-    return True
-
-
-@kernel(inline=True)
-def _resolve_flight(
-    height: FloatArray | None, balls: Balls, laws: Laws, i: int, kind: int, t: float, log: Log
-) -> bool:
-    """Resolve what ball i does alone in the air: it lands, meets a nose, leaves the table.
-
-    Return whether it is that.
-    """
-    if height is None:
-        return False
-    if kind in (OWN_LAND, OWN_SETTLE):
-        note_event(BALL_CLOTH_EVENT, i, -1, t, log)
-        if kind == OWN_LAND:
-            land(height, balls, i, laws)
-    elif kind >= OWN_OVER:
-        log.counters[BALLS_GONE] += 1
-        note_event(LEAVES_TABLE_EVENT, i, _index(laws, kind - OWN_OVER), t, log)
-        leave(balls, i)
-        height[i, UP_SPEED], height[i, FALL] = 0.0, 0.0
-    elif kind >= OWN_CUSHION and balls.state[i].phase == FLYING:
-        log.counters[BALL_CUSHION] += 1
-        note_event(BALL_CUSHION_EVENT, i, _index(laws, kind - OWN_CUSHION), t, log)
-        bounce_off_nose(height, balls, i, kind - OWN_CUSHION, laws)
-    else:
-        return False
-    mark(balls, i)
-    return True
 
 
 @kernel
@@ -187,7 +139,7 @@ def _resolve_own(
     Return how many contacts in `balls.hits` are to be held.
     """
     kind = balls.own_kind[i]
-    if _resolve_flight(balls.height, balls, laws, i, kind, t, log):
+    if resolve_flight(balls.height, balls, laws, contacts, i, kind, t, log):
         return 0
     if kind == OWN_REST:
         if contacts is not None and contacts.cluster[i] != FREE:
@@ -235,7 +187,7 @@ def _resolve_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float, l
     log.counters[BALL_CUSHION] += 1
     note_event(BALL_CUSHION_EVENT, i, _index(laws, cushion), t, log)
     other = _corner_cushion(balls, laws, i, cushion, t)
-    if _bounces_in_space(balls.height, balls, laws, i, cushion, other):
+    if bounces_in_space(balls.height, balls, laws, i, cushion, other):
         if other < 0:
             return
     elif other < 0:
@@ -246,33 +198,6 @@ def _resolve_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float, l
     log.counters[BALL_CUSHION] += 1
     log.counters[JOINT_IMPACTS] += 1
     note_event(BALL_CUSHION_EVENT, i, _index(laws, other), t, log)
-
-
-@kernel(inline=True)
-def _bounces_in_space(
-    height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion: int, other: int
-) -> bool:
-    """Bounce ball i off one or two noses, one after the other, where balls may fly."""
-    if height is None:
-        return False
-    if not laws.airborne:
-        return False
-    bounce_off_nose(height, balls, i, cushion, laws)
-    if other >= 0:
-        bounce_off_nose(height, balls, i, other, laws)
-    return True
-
-
-@kernel(inline=True)
-def _collide_pair(height: FloatArray | None, balls: Balls, i: int, j: int, laws: Laws) -> None:
-    """Collide two balls neither of which has another impact now."""
-    if height is None:
-        collide_balls(balls, i, j, laws)
-        return
-    if laws.airborne:
-        collide_in_space(height, balls, i, j, laws)
-    else:
-        collide_balls(balls, i, j, laws)
 
 
 @kernel(inline=True)
@@ -348,9 +273,10 @@ def _resolve_contacts(
         note_event(BALL_BALL_EVENT, a, b, t, log)
     if contacts is None:
         for c in range(count):
-            _collide_pair(balls.height, balls, balls.hits[c, FIRST], balls.hits[c, SECOND], laws)
+            collide_pair(balls.height, balls, balls.hits[c, FIRST], balls.hits[c, SECOND], laws)
     else:
         _collide_groups(balls, laws, contacts, count, log)
+    note_held(balls.height, balls, contacts, count, t, log)
     return 0
 
 
@@ -372,7 +298,7 @@ def _collide_groups(balls: Balls, laws: Laws, contacts: Contacts, count: int, lo
     for c in range(count):
         a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
         if contacts.motion[a, DEGREE] == 1.0 and contacts.motion[b, DEGREE] == 1.0:
-            _collide_pair(balls.height, balls, a, b, laws)
+            collide_pair(balls.height, balls, a, b, laws)
             contacts.motion[a, DEGREE] = 0.0
             contacts.motion[b, DEGREE] = 0.0
         else:

@@ -22,9 +22,11 @@ from ghostball.engine.core.state import (
     BASE,
     FALL,
     FLYING,
+    HELD,
     LINE,
     OWN_CUSHION,
     OWN_LAND,
+    OWN_NONE,
     OWN_OVER,
     OWN_SETTLE,
     RISE,
@@ -35,6 +37,7 @@ from ghostball.engine.core.state import (
     Laws,
 )
 from ghostball.engine.core.tolerances import (
+    CAPTURE_HEIGHT,
     EPS,
     GAP_ROUNDING,
     GAP_ULPS,
@@ -102,10 +105,25 @@ def motion_in_space(
 
 
 @kernel
+def is_near(height: FloatArray, balls: Balls, i: int, j: int, t: float) -> bool:
+    """Whether balls i and j are no farther apart in space at t [s] than after a negligible hop."""
+    rx, ry, rz, _, _, _, _, _, _ = motion_in_space(height, balls, i, j, t)
+    near = (1.0 + 2.0 * CAPTURE_HEIGHT) * (balls.state[i].radius + balls.state[j].radius)
+    return bool(rx * rx + ry * ry + rz * rz <= near * near)
+
+
+@kernel
 def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
-    """Begin ball i's flight, and set its own next event: it lands, meets a nose, flies over one."""
+    """Begin ball i's flight, and set its own next event: it lands, meets a nose, flies over one.
+
+    Or none, of one that lies still.
+    """
     ball = balls.state[i]
     ball.ax, ball.ay, ball.bx, ball.by, ball.bz = 0.0, 0.0, 0.0, 0.0, 0.0
+    if height[i, HELD] == 1.0:
+        ball.own_time = math.inf
+        balls.own_kind[i] = OWN_NONE
+        return
     height[i, FALL] = laws.gravity
     rise, up = height[i, RISE], height[i, UP_SPEED]
     root = math.sqrt(up * up + 2.0 * laws.gravity * rise)

@@ -14,6 +14,7 @@ from ghostball.engine.core.state import (
     COLUMN,
     FLYING,
     GONE,
+    HELD,
     NOWHERE,
     ROW,
     SLIDING,
@@ -55,9 +56,17 @@ def speed_of(vx: float, vy: float) -> float:
 def at_rest(balls: Balls, i: int) -> bool:
     """Whether the centre of ball i rests, and stays so if nothing hits it."""
     slides = balls.state[i].phase == SLIDING and balls.state[i].slide_slowing > 0.0
-    if _in_air(balls.height, balls, i, i):
+    if _falls(balls.height, balls, i):
         return False
     return bool(balls.state[i].vx == 0.0 and balls.state[i].vy == 0.0 and not slides)
+
+
+@kernel(inline=True)
+def _falls(height: FloatArray | None, balls: Balls, i: int) -> bool:
+    """Whether ball i is in the air, and nothing holds it there."""
+    if height is None:
+        return False
+    return bool(balls.state[i].phase == FLYING and height[i, HELD] == 0.0)
 
 
 @kernel(inline=True)

@@ -107,10 +107,19 @@ class Run:
         self.t_end = float(self._clock[s.END])
         now = float(self._clock[s.NOW])
         if self.status in (Status.EVENT_LIMIT, Status.WORK_LIMIT):
-            self.reason = f"{self._done()} by t = {now:.9g} s"
+            why = self._hopping() if code == s.RUN_HOPS else ""
+            self.reason = f"{why}{self._done()} by t = {now:.9g} s"
         elif self.status is Status.FAILED:
             self.reason = f"{self._unsound(code)} at t = {now:.9g} s"
         self._check_resolved()
+
+    def _hopping(self) -> str:
+        """Say which ball lies on others without coming to rest."""
+        k = int(self._counters[s.HOPPING]) - 1
+        return (
+            f'`balls[{k}]` ("{self._scene.balls[k].id}") lies on balls or cushions and hops there '
+            "without coming to rest, which no greater limit mends; `t_max` ends it sooner. After "
+        )
 
     def _done(self) -> str:
         """Say what a run did until its limit."""

@@ -47,6 +47,7 @@ from ghostball.engine.core.state import (
     SPIN_SLOWING,
     STAGE_COLUMNS,
     STATE_COLUMNS,
+    STILL_RISE,
     TRACKS,
     UP_SPEED,
     VX,
@@ -230,6 +231,7 @@ def phases_of(rolls: BoolArray, rises: BoolArray, slides: bool) -> FloatArray:
 def height_of(scene: Scene) -> FloatArray:
     """Return how high the scene's balls are; all at one height where none may leave the cloth."""
     height = np.zeros((len(scene.balls), HEIGHT_COLUMNS))
+    height[:, STILL_RISE] = -1.0  # where none can be
     if scene.physics.airborne:
         height[:, BASE] = scene.radii
         height[:, RISE] = scene.positions[:, 2] - scene.radii

@@ -1,0 +1,143 @@
+"""What happens at an event where balls may leave the cloth: they land, meet noses, lie still.
+
+What an impact does is in `impacts`.
+"""
+
+from __future__ import annotations
+
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
+    BALL_CUSHION,
+    BALLS_GONE,
+    FALL,
+    FIRST,
+    FLYING,
+    HELD,
+    OWN_CUSHION,
+    OWN_LAND,
+    OWN_OVER,
+    OWN_SETTLE,
+    SECOND,
+    UP_SPEED,
+    Balls,
+    Contacts,
+    FloatArray,
+    Laws,
+    Log,
+)
+from ghostball.engine.event_loop.record import (
+    BALL_CLOTH_EVENT,
+    BALL_CUSHION_EVENT,
+    LEAVES_TABLE_EVENT,
+    note_event,
+    note_rest,
+)
+from ghostball.engine.impacts.impact import collide_balls
+from ghostball.engine.impacts.in_space import bounce_off_nose, collide_in_space
+from ghostball.engine.impacts.on_table import end_bounces, land
+from ghostball.engine.impacts.slow_impacts import (
+    let_go,
+)
+from ghostball.engine.motion.next_piece import leave, mark
+
+
+@kernel(inline=True)
+def has_settled(height: FloatArray | None, balls: Balls, i: int, kind: int, t: float) -> bool:
+    """Move ball i to where its bounces end, if that is what happens."""
+    if height is None:
+        return False
+    if kind != OWN_SETTLE:
+        return False
+    end_bounces(height, balls, i, t)
+    return True
+
+
+@kernel(inline=True)
+def resolve_flight(
+    height: FloatArray | None,
+    balls: Balls,
+    laws: Laws,
+    contacts: Contacts | None,
+    i: int,
+    kind: int,
+    t: float,
+    log: Log,
+) -> bool:
+    """Resolve what ball i does alone in the air: it lands, meets a nose, leaves the table.
+
+    Return whether it is that.
+    """
+    if height is None:
+        return False
+    if kind in (OWN_LAND, OWN_SETTLE):
+        note_event(BALL_CLOTH_EVENT, i, -1, t, log)
+        if kind == OWN_LAND:
+            land(height, balls, i, laws)
+    elif kind >= OWN_OVER:
+        log.counters[BALLS_GONE] += 1
+        note_event(LEAVES_TABLE_EVENT, i, int(laws.obstacles[kind - OWN_OVER].index), t, log)
+        leave(balls, i)
+        height[i, UP_SPEED], height[i, FALL] = 0.0, 0.0
+    elif kind >= OWN_CUSHION and balls.state[i].phase == FLYING:
+        log.counters[BALL_CUSHION] += 1
+        note_event(BALL_CUSHION_EVENT, i, int(laws.obstacles[kind - OWN_CUSHION].index), t, log)
+        bounce_off_nose(height, balls, i, kind - OWN_CUSHION, laws)
+        _note_held(height, balls, contacts, i, t, log)
+    else:
+        return False
+    mark(balls, i)
+    return True
+
+
+@kernel(inline=True)
+def collide_pair(height: FloatArray | None, balls: Balls, i: int, j: int, laws: Laws) -> None:
+    """Collide two balls neither of which has another impact now."""
+    if height is None:
+        collide_balls(balls, i, j, laws)
+        return
+    if laws.airborne:
+        let_go(height, balls, i)
+        let_go(height, balls, j)
+        collide_in_space(height, balls, i, j, laws)
+    else:
+        collide_balls(balls, i, j, laws)
+
+
+@kernel(inline=True)
+def bounces_in_space(
+    height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion: int, other: int
+) -> bool:
+    """Bounce ball i off one or two noses, one after the other, where balls may fly."""
+    if height is None:
+        return False
+    if not laws.airborne:
+        return False
+    bounce_off_nose(height, balls, i, cushion, laws)
+    if other >= 0:
+        bounce_off_nose(height, balls, i, other, laws)
+    return True
+
+
+@kernel(inline=True)
+def note_held(
+    height: FloatArray | None,
+    balls: Balls,
+    contacts: Contacts | None,
+    count: int,
+    t: float,
+    log: Log,
+) -> None:
+    """Log which balls of the first `count` pairs of `balls.hits` came to rest on others."""
+    if height is not None:
+        for c in range(count):
+            for end in (FIRST, SECOND):
+                _note_held(height, balls, contacts, int(balls.hits[c, end]), t, log)
+
+
+@kernel(inline=True)
+def _note_held(
+    height: FloatArray, balls: Balls, contacts: Contacts | None, i: int, t: float, log: Log
+) -> None:
+    """Log that ball i came to rest on others, if that is what happened."""
+    if balls.state[i].phase == FLYING and height[i, HELD] == 1.0:
+        note_rest(balls, contacts, i, t, log)

@@ -1,0 +1,156 @@
+"""What the table does to a ball that may fly: it returns its speed downwards, and rubs it.
+
+The speed downwards is returned `table_restitution` times, with the cloth's friction; at the instant
+of the impact that pressed the ball down, after it (that order is a choice; a joint law would give
+the ball that can't yield downwards another mass).
+
+Bounces on the table that would rise less than `LOWEST_HOP` aren't followed one by one. They are a
+geometric series: how long they take, which velocity their friction takes, and how far the ball goes
+meanwhile have closed forms, whether it sticks at one of them or slips through all.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import (
+    END_VX,
+    END_VY,
+    END_WX,
+    END_WY,
+    FALL,
+    FLYING,
+    HOPS,
+    LASTS,
+    RISE,
+    SLIDING,
+    UP_SPEED,
+    Balls,
+    FloatArray,
+    Laws,
+)
+from ghostball.engine.core.tolerances import LOWEST_HOP, TIME_ROUNDING
+from ghostball.engine.motion.next_piece import loosen
+
+STICKING = 2.0 / 7.0
+"""Impulse over the mass that ends a slip of 1, of a solid sphere."""
+
+
+@kernel
+def set_free(balls: Balls, i: int) -> None:
+    """Let ball i keep its angular velocity while an impulse changes its velocity, in flight too."""
+    if balls.state[i].phase != FLYING:
+        loosen(balls, i)
+
+
+@kernel
+def answer_by_table(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
+    """Let the table answer to ball i, if it lies there: one that is pressed down comes up again.
+
+    And say how it goes on: in the air, in bounces too low to be followed, or on the cloth.
+    """
+    height[i, LASTS] = 0.0
+    if height[i, RISE] > 0.0:
+        return
+    height[i, RISE], height[i, HOPS] = 0.0, 0.0
+    if height[i, UP_SPEED] < 0.0:
+        _bounce_on_table(height, balls, i, laws)
+    up = height[i, UP_SPEED]
+    e = laws.table_restitution
+    if up * up > 2.0 * laws.gravity * LOWEST_HOP * 2.0 * balls.state[i].radius:
+        balls.state[i].phase = FLYING
+        return
+    height[i, UP_SPEED], height[i, FALL] = 0.0, 0.0
+    if balls.state[i].phase == FLYING:
+        balls.state[i].phase = SLIDING
+    if e < 1.0:
+        lasts = 2.0 * up / (laws.gravity * (1.0 - e))
+        if lasts > 2.0 * TIME_ROUNDING * balls.state[i].epoch:
+            _find_end_of_bounces(height, balls, i, laws, up, lasts)
+
+
+@kernel
+def _bounce_on_table(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
+    """Return a ball's speed downwards, and rub it on the cloth: it slips, or sticks."""
+    ball = balls.state[i]
+    down = -height[i, UP_SPEED]
+    ux, uy = ball.vx - ball.radius * ball.wy, ball.vy + ball.radius * ball.wx
+    slip = math.sqrt(ux * ux + uy * uy)
+    most = ball.cloth_friction * (1.0 + laws.table_restitution) * down
+    part = min(most / slip, STICKING) if slip > 0.0 else 0.0
+    _rub(balls, i, -part * ux, -part * uy)
+    height[i, UP_SPEED] = laws.table_restitution * down
+
+
+@kernel(inline=True)
+def _rub(balls: Balls, i: int, cx: float, cy: float) -> None:
+    """Give ball i an impulse over its mass [m/s] at its lowest point."""
+    ball = balls.state[i]
+    turn = 2.5 / ball.radius
+    ball.vx += cx
+    ball.vy += cy
+    ball.wx += turn * cy
+    ball.wy -= turn * cx
+
+
+@kernel
+def _find_end_of_bounces(
+    height: FloatArray, balls: Balls, i: int, laws: Laws, up: float, lasts: float
+) -> None:
+    """Find how bounces that begin with the speed `up` [m/s] end, after `lasts` [s], and where.
+
+    Notes
+    -----
+    Impact n, from 1 on, comes at t_n, with e^(n-1) up; what is left then is 2 e^n up / (g (1 - e)).
+    It takes mu (1 + e) e^(n-1) up of the velocity, or the 2/7 of the slip that are left; from there
+    on nothing slips. If none sticks, all of them take mu (1 + e) up / (1 - e), and of the way
+    2 mu e up^2 / (g (1 - e)^2).
+
+    The ball goes that way at its mean velocity: so much of the friction acts at once, the rest at
+    the end.
+    """
+    ball = balls.state[i]
+    e, friction = laws.table_restitution, ball.cloth_friction
+    ux, uy = ball.vx - ball.radius * ball.wy, ball.vy + ball.radius * ball.wx
+    slip = math.sqrt(ux * ux + uy * uy)
+    taken, way = 0.0, 0.0
+    if slip > 0.0:
+        if STICKING * slip >= friction * (1.0 + e) * up / (1.0 - e):
+            taken = friction * (1.0 + e) * up / (1.0 - e)
+            way = 2.0 * friction * e * up * up / (laws.gravity * (1.0 - e) * (1.0 - e))
+        else:
+            speed, left = up, e * lasts
+            while taken < STICKING * slip and speed > 0.0:
+                impulse = min(friction * (1.0 + e) * speed, STICKING * slip - taken)
+                taken += impulse
+                way += impulse * left
+                speed, left = e * speed, e * left
+        taken, way = taken / slip, way / slip
+    height[i, LASTS] = lasts
+    turn = 2.5 * taken / ball.radius
+    height[i, END_VX], height[i, END_VY] = ball.vx - taken * ux, ball.vy - taken * uy
+    height[i, END_WX], height[i, END_WY] = ball.wx - turn * uy, ball.wy + turn * ux
+    _rub(balls, i, -way / lasts * ux, -way / lasts * uy)
+
+
+@kernel
+def land(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
+    """Let ball i, which is advanced to the instant at which it lands, bounce or stay down."""
+    height[i, RISE] = 0.0
+    answer_by_table(height, balls, i, laws)
+
+
+@kernel
+def end_bounces(height: FloatArray, balls: Balls, i: int, t: float) -> None:
+    """Move ball i to where bounces too low to be followed have ended, at the instant t [s]."""
+    ball = balls.state[i]
+    ball.x += (t - ball.epoch) * ball.vx
+    ball.y += (t - ball.epoch) * ball.vy
+    ball.vx, ball.vy = height[i, END_VX], height[i, END_VY]
+    ball.wx, ball.wy = height[i, END_WX], height[i, END_WY]
+    left = max(abs(ball.wz) - (t - ball.epoch) * ball.spin_slowing, 0.0)
+    ball.wz = left if ball.wz > 0.0 else -left
+    height[i, LASTS] = 0.0
+    ball.phase = SLIDING
+    ball.epoch = t
