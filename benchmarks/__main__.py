@@ -13,6 +13,7 @@ import benchmarks.attribution
 from benchmarks import tables
 from benchmarks.board import draw_committed_board
 from benchmarks.commands import Out, Quick, Repeats, Store, measured_by, paths_of
+from benchmarks.flight_racks import FLIGHTS, measure_flights, told
 from benchmarks.gallery import write_gallery
 from benchmarks.measure import measure_targets
 from benchmarks.peer_engines import make_peers
@@ -27,7 +28,7 @@ from benchmarks.sizes import FULL, QUICK
 from benchmarks.skips import measure_skips
 from benchmarks.targets import chosen_workloads
 from ghostball._options import AUTO, Jobs, engines_option
-from ghostball._terminal import ExitStatus, command, say
+from ghostball._terminal import ExitStatus, command, say, stdout
 from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.scenes.library import select
 
@@ -126,6 +127,17 @@ def racks(
         racks=2 if quick else RACKS,
     )
     measured_by(measure, tables.racks_tables, paths)
+
+
+@app.command(name="flight-racks")
+@command
+def flight_racks(
+    repeats: Repeats = 3,
+    quick: Quick = False,
+    shots: Annotated[int, typer.Option(min=1, help="How many.")] = FLIGHTS,
+) -> None:
+    """Measure the time and the work of random shots in flight onto frozen racks."""
+    stdout().print(told(measure_flights(2 if quick else shots, 1 if quick else repeats)))
 
 
 @app.command()

@@ -548,4 +548,4 @@ RUN_NO_ROOM = 6
 RUN_PAUSED = 7  # it goes on when called again
 RUN_WORK_LIMIT = 8
 RUN_STANDSTILL = 9  # events without end at one instant
-RUN_HOPS = 9  # a ball that lies on others hops without end
+RUN_HOPS = 10  # a ball that lies on others hops without end

@@ -608,10 +608,10 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "vertical spin in a bounce",
-        "impacts/in_space.py",
+        "impacts/on_table.py",
         "    height[i, UP_SPEED] = laws.table_restitution * down\n",
         "    height[i, UP_SPEED] = laws.table_restitution * down\n"
-        "    balls.state[i].wz *= 2.0 / 7.0 if part == _STICKING else 1.0\n",
+        "    balls.state[i].wz *= 2.0 / 7.0 if part == STICKING else 1.0\n",
         "A bounce that sticks takes spin about the vertical, as in another engine.",
         "tests/engine/impacts/test_in_space.py::"
         "test_a_bounce_on_the_table_is_the_published_one[sticks]",
@@ -619,15 +619,15 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "friction of the approach alone",
         "impacts/in_space.py",
-        "part = min(laws.cushion_friction * normal / slip, _STICKING)",
-        "part = min(laws.cushion_friction * speed / slip, _STICKING)",
+        "part = min(laws.cushion_friction * normal / slip, STICKING)",
+        "part = min(laws.cushion_friction * speed / slip, STICKING)",
         "A nose rubs a ball in flight as if it didn't return any of the approach.",
         "tests/engine/impacts/test_in_space.py::"
         "test_the_friction_of_a_nose_is_that_of_its_whole_impulse[0.05-False]",
     ),
     Mutation(
         "held on its way up",
-        "impacts/in_space.py",
+        "impacts/slow_impacts.py",
         " or height[k, UP_SPEED] > 0.0 or nz >= 0.0:\n",
         " or nz >= 0.0:\n",
         "A ball that comes up from the table is held by it, and energy comes in.",
@@ -652,7 +652,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a late last bounce",
-        "impacts/in_space.py",
+        "impacts/on_table.py",
         "        lasts = 2.0 * up / (laws.gravity * (1.0 - e))\n",
         "        lasts = 2.02 * up / (laws.gravity * (1.0 - e))\n",
         "Bounces that are too low to be followed last a hundredth longer.",
