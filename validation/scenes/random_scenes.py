@@ -1,0 +1,233 @@
+"""Random scenes of everything that the engine knows, each from its number alone.
+
+>>> random_scene(17).tags
+('preset=pool', 'motion=sliding', ...)
+>>> random_scene(17, air="yes", layout="corner").physics.air_drag
+0.0041
+
+A scene is one option of each aspect in `ASPECTS`. Every pair of options that can be together is
+in one of any `len(PAIRS)` scenes in a row, and nearly all in a tenth as many; what else a scene has
+is drawn by weight. What is drawn of an option, such as a coefficient, is in `random_parts`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import random
+from collections.abc import Mapping
+from typing import Final
+
+from ghostball.engine import Physics, Scene
+from ghostball.engine.scene.features import Feature
+from ghostball.validation.scenes.random_parts import (
+    physics_of,
+    placed,
+    sizes_of,
+    stop_of,
+    table_of,
+)
+
+Option = tuple[str, str]
+"""An aspect's name and what it is."""
+
+ASPECTS: Final[Mapping[str, Mapping[str, int]]] = {
+    "preset": {"paper": 1, "pool": 1, "pool-coulomb": 1},
+    "motion": {"rolling": 1, "sliding": 1},
+    "cloth": {"slows": 3, "frictionless": 1},
+    "own-friction": {"no": 3, "yes": 1},
+    "spin": {"rolls": 2, "across": 1, "vertical": 2},
+    "restitution": {"elastic": 2, "lossy": 3, "none": 1},
+    "friction": {"none": 2, "constant": 2, "alciatore": 1},
+    "ball-law": {"frictional": 4, "mathavan2014": 1},
+    "impacts": {"simultaneous": 3, "sequential": 1},
+    "masses": {"equal": 2, "unequal": 1},
+    "radii": {"equal": 2, "unequal": 1},
+    "table": {"none": 1, "pool": 2, "small": 3, "narrow": 1, "open": 2},
+    "cushion": {
+        "none": 1,
+        "mirror": 1,
+        "restitution": 1,
+        "tangential": 1,
+        "frictional": 1,
+        "han2005": 1,
+        "mathavan2010": 1,
+    },
+    "air": {"no": 2, "yes": 1},
+    "quadratic": {"no": 3, "yes": 1},
+    "flight": {"no": 5, "low": 1, "jump": 1, "drop": 1, "on-top": 1},
+    "count": {"one": 1, "few": 5, "many": 1},
+    "layout": {"apart": 3, "touching": 2, "rack": 1, "rail": 2, "corner": 1, "rack-at-rail": 1},
+    "along-rail": {"no": 3, "yes": 1},
+    "speed": {"usual": 4, "slow": 1, "fast": 1},
+    "stop": {"rest": 3, "t-max": 1},
+}
+"""Every aspect: its options, each with its weight where another pair's turn doesn't choose it.
+
+"tangential" is the law "restitution" with a factor along the cushion, too; "low" is flight of balls
+that all begin on the cloth; "on-top" is a ball that lies, or falls, on another."""
+
+OF_FEATURES: Final[Mapping[Feature, tuple[Option, ...]]] = {
+    Feature.ROLLING: (("motion", "rolling"),),
+    Feature.SLIDING: (("motion", "sliding"),),
+    Feature.FRICTIONLESS_CLOTH: (("cloth", "frictionless"),),
+    Feature.VERTICAL_SPIN: (("spin", "vertical"),),
+    Feature.BALL_RESTITUTION: (("restitution", "lossy"), ("restitution", "none")),
+    Feature.BALL_FRICTION: (("friction", "constant"),),
+    Feature.SPEED_DEPENDENT_FRICTION: (("friction", "alciatore"),),
+    Feature.MATHAVAN_BALL: (("ball-law", "mathavan2014"),),
+    Feature.UNEQUAL_MASSES: (("masses", "unequal"),),
+    Feature.UNEQUAL_RADII: (("radii", "unequal"),),
+    Feature.PER_BALL_FRICTION: (("own-friction", "yes"),),
+    Feature.UNBOUNDED_CLOTH: (("table", "none"),),
+    Feature.OPEN_SIDES: (("table", "open"),),
+    Feature.MIRROR_CUSHION: (("cushion", "mirror"),),
+    Feature.CUSHION_RESTITUTION: (("cushion", "restitution"), ("cushion", "tangential")),
+    Feature.CUSHION_TANGENTIAL: (("cushion", "tangential"),),
+    Feature.FRICTIONAL_CUSHION: (("cushion", "frictional"),),
+    Feature.HAN_CUSHION: (("cushion", "han2005"),),
+    Feature.MATHAVAN_CUSHION: (("cushion", "mathavan2010"),),
+    Feature.AIR_DRAG: (("air", "yes"),),
+    Feature.QUADRATIC_ROLLING: (("quadratic", "yes"),),
+    Feature.FLIGHT: tuple(("flight", how) for how in ("low", "jump", "drop", "on-top")),
+}
+"""The options that have each feature: a new feature needs an entry, which a test asks for."""
+
+
+def _all(aspect: str, but: str) -> tuple[Option, ...]:
+    return tuple((aspect, option) for option in ASPECTS[aspect] if option != but)
+
+
+_INTEGRATED = (("ball-law", "mathavan2014"), ("cushion", "mathavan2010"))
+_AT_RAILS = (("layout", "rail"), ("layout", "corner"), ("layout", "rack-at-rail"))
+
+_NEVER: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
+    # A ball that always rolls has the spin of its velocity, and stays on the cloth.
+    (
+        (("motion", "rolling"),),
+        (
+            *_all("spin", "rolls"),
+            *_all("friction", "none"),
+            *_all("flight", "no"),
+            *(("cushion", law) for law in ("frictional", "han2005")),
+            *_INTEGRATED,
+        ),
+    ),
+    # What integrates over an impact holds balls on the cloth; air of balls that fly is unknown.
+    (_all("flight", "no"), (*_INTEGRATED, ("air", "yes"))),
+    # There is one law of cushions where there are cushions.
+    ((("table", "none"),), _all("cushion", "none")),
+    (_all("table", "none"), (("cushion", "none"),)),
+    ((("table", "none"), ("cushion", "none")), (*_AT_RAILS, ("along-rail", "yes"))),
+    # What two balls have in common.
+    (
+        (("count", "one"),),
+        (
+            *_all("restitution", "elastic"),
+            *_all("friction", "none"),
+            *_all("masses", "equal"),
+            *_all("radii", "equal"),
+            *(("layout", how) for how in ("touching", "rack", "rack-at-rail")),
+            ("ball-law", "mathavan2014"),
+            ("flight", "on-top"),
+        ),
+    ),
+    # A triangle of balls of all sizes has gaps, and has no room in a narrow table.
+    ((("layout", "rack"), ("layout", "rack-at-rail")), (("table", "narrow"), ("radii", "unequal"))),
+    # Where nothing slows balls, a run is stopped.
+    ((("cloth", "frictionless"),), (("stop", "rest"),)),
+)
+"""Options that can't be together, each of the first with each of the second, and why."""
+
+_FORBIDDEN: Final = frozenset(
+    frozenset((one, other)) for some, others in _NEVER for one in some for other in others
+)
+
+PAIRS: Final[tuple[tuple[Option, Option], ...]] = tuple(
+    (one, other)
+    for one, other in itertools.combinations(
+        [(aspect, option) for aspect, options in ASPECTS.items() for option in options], 2
+    )
+    if one[0] != other[0] and frozenset((one, other)) not in _FORBIDDEN
+)
+"""Every pair of options that can be together."""
+
+_STRIDE: Final = 719
+"""Prime, and no divisor of the number of pairs: neighbours in number have little in common."""
+
+
+def random_scene(number: int, **having: str) -> Scene:
+    """Return the scene of this number: the same on every machine, and in every process.
+
+    Parameters
+    ----------
+    number : int
+    having : str
+        Options that the scene must have, by aspect, "-" written as "_": `along_rail="yes"`. A pair
+        whose turn it is and that can't be with them is left out.
+
+    Notes
+    -----
+    All numbers are made of sums, products, quotients and square roots.
+    """
+    options = options_of(number, **having)
+    # The seed is text, whose hash is the same everywhere.
+    chance = random.Random(f"ghostball scene {number} {sorted(having.items())}")
+    sizes = sizes_of(chance, options)
+    physics = physics_of(chance, options, sizes)
+    table = table_of(chance, options, sizes, physics)
+    balls = placed(chance, options, sizes, table, physics)
+    return Scene(
+        name=f"random-{number}",
+        title=f"Random scene {number}",
+        tags=[f"{aspect}={option}" for aspect, option in options.items()],
+        table=table,
+        physics=Physics(**physics),
+        t_max=stop_of(chance, options, balls) if options["stop"] == "t-max" else None,
+        balls=balls,
+    )
+
+
+def options_of(number: int, **having: str) -> dict[str, str]:
+    """Return what the scene of this number is, aspect by aspect; see `random_scene`.
+
+    Raises
+    ------
+    KeyError
+        Where there is no such aspect or option.
+    ValueError
+        Where what it must have can't be together.
+    """
+    asked = {aspect.replace("_", "-"): option for aspect, option in having.items()}
+    for aspect, option in asked.items():
+        ASPECTS[aspect][option]
+    chance = random.Random(f"ghostball options {number} {sorted(having.items())}")
+    pair = dict(PAIRS[number * _STRIDE % len(PAIRS)])
+    first = {**pair, **asked}
+    if not _can_be(first):
+        first = asked
+    if not _can_be(first):
+        raise ValueError(f"no scene has all of {asked}")
+    while True:
+        found = dict(first)
+        aspects = [aspect for aspect in ASPECTS if aspect not in first]
+        chance.shuffle(aspects)
+        if all(_choose(chance, found, aspect) for aspect in aspects):
+            return {aspect: found[aspect] for aspect in ASPECTS}
+
+
+def _choose(chance: random.Random, found: dict[str, str], aspect: str) -> bool:
+    """Choose an option that can be with all others; return whether there is one."""
+    options = [
+        option
+        for option in ASPECTS[aspect]
+        if all(frozenset(((aspect, option), other)) not in _FORBIDDEN for other in found.items())
+    ]
+    if options:
+        weights = [ASPECTS[aspect][option] for option in options]
+        found[aspect] = chance.choices(options, weights)[0]
+    return bool(options)
+
+
+def _can_be(options: Mapping[str, str]) -> bool:
+    pairs = itertools.combinations(options.items(), 2)
+    return not any(frozenset(pair) in _FORBIDDEN for pair in pairs)
