@@ -3,64 +3,31 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from invariants import collisions
 
-from ghostball.engine import Ball, EventKind, Result, Scene, Table, simulate
+from ghostball.engine import Ball, Result, Scene, Table, simulate
+from ghostball.validation.stress.same.images import MAPS, image, rows_of, shuffled, spin_under
+from ghostball.validation.stress.same.plays import with_balls
 
-Plane = Callable[[float, float], tuple[float, float]]
-"""A map of the plane onto itself that takes the axes onto the axes."""
-
-REFLECTIONS: dict[str, Plane] = {
-    "left-right": lambda x, y: (-x, y),
-    "up-down": lambda x, y: (x, -y),
-    "diagonal": lambda x, y: (y, x),
-}
-ROTATIONS: dict[str, Plane] = {
-    "quarter turn": lambda x, y: (-y, x),
-    "half turn": lambda x, y: (-x, -y),
-    "three quarters": lambda x, y: (y, -x),
-}
-MAPS = {**REFLECTIONS, **ROTATIONS}
-
-
-def with_balls(scene: Scene, balls: Iterable[Ball], **update: object) -> Scene:
-    """Return the scene with other balls, and whatever else is to change."""
-    fields = {name: getattr(scene, name) for name in ("name", "physics", "table", "t_max")}
-    return Scene(**{**fields, "balls": tuple(balls), **update})
+__all__ = [
+    "MAPS",
+    "changed",
+    "image",
+    "same_log",
+    "scaled",
+    "sensitivity",
+    "shuffled",
+    "spin_under",
+    "with_balls",
+]
 
 
 def changed(one: Ball, **update: object) -> Ball:
     """Return the ball with other fields."""
     return Ball(**{**one.model_dump(exclude_none=True), **update})
-
-
-def spin_under(name: str, spin: Sequence[float]) -> tuple[float, float, float]:
-    """Return the angular velocity under a map: an axial vector, so a reflection turns its sign."""
-    sign = -1.0 if name in REFLECTIONS else 1.0
-    wx, wy = MAPS[name](spin[0], spin[1])
-    return (sign * wx, sign * wy, sign * spin[2])
-
-
-def image(scene: Scene, name: str) -> Scene:
-    """Return the scene under the map of that name; without a table."""
-    assert scene.table is None
-    return with_balls(scene, [image_of_ball(one, name) for one in scene.balls])
-
-
-def image_of_ball(one: Ball, name: str) -> Ball:
-    """Return one ball under the map of that name."""
-    plane = MAPS[name]
-    spin = (
-        {}
-        if one.angular_velocity is None
-        else {"angular_velocity": spin_under(name, one.angular_velocity)}
-    )
-    return changed(
-        one, position=plane(*one.position[:2]), velocity=plane(*one.velocity[:2]), **spin
-    )
 
 
 def scaled(scene: Scene, k: int) -> Scene:
@@ -96,25 +63,9 @@ def scaled(scene: Scene, k: int) -> Scene:
     return with_balls(scene, balls, table=table, physics=physics, t_max=t_max)
 
 
-def shuffled(scene: Scene, order: Sequence[int]) -> Scene:
-    """Return the scene whose ball k is ball order[k]."""
-    return with_balls(scene, [scene.balls[i] for i in order])
-
-
 def same_log(base: Result, other: Result, order: Sequence[int]) -> bool:
     """Whether `other`, whose ball k is ball order[k] of `base`, has the same events to the bit."""
-    assert base.events is not None
-    assert other.events is not None
-
-    def row(event: np.void, name: Callable[[int], int]) -> tuple[str, int, int, int]:
-        kind, a, b = int(event["kind"]), name(int(event["a"])), int(event["b"])
-        if kind == EventKind.BALL_BALL:
-            a, b = sorted((a, name(b)))
-        return float(event["t"]).hex(), kind, a, b
-
-    return sorted(row(event, int) for event in base.events) == sorted(
-        row(event, lambda i: order[i]) for event in other.events
-    )
+    return rows_of(base, range(len(order))) == rows_of(other, order)
 
 
 def sensitivity(scene: Scene) -> float:

@@ -8,11 +8,14 @@ step.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import ExactTrajectory, Result, Scene
-from ghostball.engine.trajectory import SampledTrajectory
+from ghostball.engine import ExactTrajectory, Result, Samples, Scene
+from ghostball.engine.core.tolerances import MOTION_ERROR
+from ghostball.engine.trajectory import SampledTrajectory, energy_of
 from ghostball.validation.checks.energy_gain import largest_rise
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.runs.steps import STEP_SETTINGS
@@ -136,6 +139,24 @@ def rise_limit(result: Result) -> float:
     over them may round all the same way; of few balls, those of their speeds as well.
     """
     return max(16.0, 3.0 * len(result.scene.balls)) * EPS if is_exact(result) else VISIBLE
+
+
+def rise_limit_of_many(result: Result, states: Samples) -> float:
+    """Return the largest `energy_rise` that an exact motion of many events may have.
+
+    Hops of balls that lie on others lose nothing, so that the roundings of many add up, by chance
+    half a spacing of doubles each, sqrt(n) / 2 of n together, and four times as much isn't seen. A
+    height is recorded as that of the centre, and rounded so: half a spacing at each of two
+    instants. And a contact step errs by `MOTION_ERROR` of the velocities, so by twice that of the
+    energy, at each of two instants.
+    """
+    scene = result.scene
+    limit = rise_limit(result) + 2.0 * EPS * math.sqrt(result.work["events"])
+    first = float(energy_of(scene, states).total[0])
+    if scene.physics.airborne and first > 0.0:
+        weights = scene.physics.gravity * scene.masses
+        limit += EPS * float(weights @ states.positions[:, :, 2].max(axis=0)) / first
+    return limit + (4.0 * MOTION_ERROR if result.work.get("contact_steps") else 0.0)
 
 
 def gap_rounding(scene: Scene, positions: FloatArray) -> float:

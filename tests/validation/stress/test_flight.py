@@ -7,18 +7,18 @@ import pytest
 
 from ghostball.engine import Ball, Physics, Result, Scene, Table, simulate
 from ghostball.reference_adapters.registry import make_engine
-from ghostball.validation.stress.families import flight
+from ghostball.validation.stress import in_space
 from ghostball.validation.stress.families.flight import (
     FAMILY,
-    Jumps,
     Lands,
     ProvedJumps,
     R,
-    SoundInSpace,
     endless,
     on_top,
     over_the_top,
 )
+from ghostball.validation.stress.in_space import SoundInSpace, measured
+from ghostball.validation.stress.same.trials import SameScenes
 
 
 def test_a_clip_of_the_top_is_told_from_a_miss():
@@ -32,7 +32,7 @@ def test_a_clip_of_the_top_is_told_from_a_miss():
 def test_what_overlaps_in_space_is_seen(monkeypatch):
     result = simulate(on_top(1.5, 0.0, 0.1), record="trajectory")
     assert SoundInSpace()(result).faults == ()
-    monkeypatch.setattr(flight, "SUNK", -1e-3)
+    monkeypatch.setattr(in_space, "SUNK", -1e-3)
     assert "overlap of balls" in SoundInSpace()(result).faults[0]
 
 
@@ -66,7 +66,7 @@ def test_what_is_in_the_table_over_it_or_in_a_nose_is_seen(monkeypatch, name, ra
 
 def test_energy_from_nowhere_and_steps_left_unsolved_are_seen():
     result = simulate(on_top(0.5, 0.95, 0.1), record="trajectory")
-    found = flight.measured(result)
+    found = measured(result)
     energy = found["rise of the energy [1]"]
     assert energy[0] <= energy[1] < 1e-6
     unsolved = replace(result, work={**result.work, "unsolved_joint_impacts": 1})
@@ -84,17 +84,8 @@ def test_bounces_that_end_late_are_seen():
     assert "off by" in Lands(ends)(never).faults[0]
 
 
-def test_random_jumps_hold_and_a_storm_is_seen(monkeypatch):
-    engine = make_engine("ghostball")
-    verdict = Jumps("few", 0, 12).run(engine)
-    assert verdict.faults == ()
-    assert verdict.shots == 12
-    monkeypatch.setattr(flight, "MOST_EVENTS", 3)
-    assert Jumps("few", 0, 12).run(engine).broken > 0
-
-
 def test_the_quick_trials_are_among_the_full_ones_or_of_their_kind():
-    quick = {trial.name for trial in FAMILY.trials("quick") if not isinstance(trial, Jumps)}
+    quick = {trial.name for trial in FAMILY.trials("quick") if not isinstance(trial, SameScenes)}
     assert quick <= {trial.name for trial in FAMILY.trials("full")}
 
 

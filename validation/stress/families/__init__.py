@@ -10,6 +10,8 @@ from collections.abc import Mapping
 from typing import Final
 
 from ghostball.validation.stress.families import (
+    air,
+    combined,
     cradles,
     extremes,
     flight,
@@ -41,6 +43,8 @@ _MODULES: Final = (
     storms,
     tunnelling,
     flight,
+    air,
+    combined,
     graded,
 )
 

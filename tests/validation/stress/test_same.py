@@ -1,0 +1,183 @@
+"""What is the same is the same in random scenes of every feature; and a check sees what isn't."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ghostball.engine import (
+    Ball,
+    EventKind,
+    ExactTrajectory,
+    Physics,
+    Result,
+    Scene,
+    Status,
+    Table,
+    simulate,
+)
+from ghostball.engine.running.skips import Skip
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.baselines.baseline import Accepted, Baseline, baseline_of
+from ghostball.validation.baselines.observed import Observed
+from ghostball.validation.scenes.random_scenes import random_scene
+from ghostball.validation.stress.families import FAMILIES
+from ghostball.validation.stress.same import CHECKS, differences, images, motion, plays, stored
+from ghostball.validation.stress.same.trials import OFTEN, SELDOM, SameScenes
+
+SCENES = 200
+"""Which `test_random_scenes.py` says have every pair of features."""
+
+CHUNK = 20
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("first", range(0, SCENES, CHUNK))
+def test_random_scenes_come_out_the_same(first):
+    trial = SameScenes("some", first, CHUNK, (("count", "few"),))
+    assert trial.run(make_engine("ghostball")).faults == ()
+
+
+@pytest.mark.parametrize("number", [0, 2])
+def test_a_few_come_out_the_same_without_compilation(number):
+    assert differences(random_scene(number, count="few"), OFTEN) == {}
+
+
+SHOT = Scene(
+    name="shot",
+    table=Table(length=1.0, width=0.6),
+    physics=Physics(preset="pool"),
+    balls=[
+        Ball(id="cue", position=(0.3, 0.3), velocity=(1.0, 0.1), angular_velocity=(9.0, 9.0, 9.0)),
+        Ball(id="object", position=(0.6, 0.31)),
+    ],
+)
+OTHER = Scene(**{**dict(SHOT), "physics": Physics(preset="pool", rolling_friction=0.0101)})
+
+
+def altered(monkeypatch, module, name, when=lambda *_, **__: True):
+    """Let a function be that of another shot, where `when` says so of its arguments."""
+    function = getattr(module, name)
+
+    def wrong(scene, *others, **options):
+        if not when(scene, *others, **options):
+            return function(scene, *others, **options)
+        if isinstance(scene, list):
+            return function([OTHER] * len(scene), *others, **options)
+        return function(replaced(scene), *others, **options)
+
+    monkeypatch.setattr(module, name, wrong)
+
+
+def replaced(scene: Scene) -> Scene:
+    return Scene(**{**dict(scene), "physics": OTHER.physics})
+
+
+def test_what_is_the_same_differs_in_nothing():
+    assert differences(SHOT) == {}
+
+
+@pytest.mark.parametrize(
+    ("check", "module", "name", "when"),
+    [
+        ("records", plays, "simulate", lambda *_, record="rest", **__: record == "events"),
+        ("many", plays, "simulate_many", lambda *_, threads, **__: threads == 5),
+        ("sweep", plays, "simulate_sweep", lambda *_, threads, **__: threads == 5),
+        ("cells", plays, "simulate", lambda *_, no_skip=(), **__: Skip.DRAG in no_skip),
+        ("skips", plays, "simulate", lambda *_, no_skip=(), **__: Skip.DRAG in no_skip),
+        ("renumbered", images, "play", lambda *_, **__: True),
+        ("mirrored", images, "play", lambda *_, **__: True),
+    ],
+)
+def test_another_way_that_is_another_shot_is_seen(monkeypatch, check, module, name, when):
+    plays.played(SHOT)
+    altered(monkeypatch, module, name, when)
+    assert CHECKS[check](SHOT) is not None
+
+
+def test_a_motion_that_contradicts_itself_is_seen(monkeypatch):
+    result = plays.played(SHOT)
+    trajectory = result.trajectory
+    assert isinstance(trajectory, ExactTrajectory)
+
+    def seen(**changes):
+        monkeypatch.setattr(motion, "played", lambda _: replace(result, **changes))
+        return {name for name in ("ends", "sampled", "sound") if CHECKS[name](SHOT)}
+
+    assert seen() == set()
+    assert seen(status=Status.WORK_LIMIT) == {"ends"}
+    assert seen(rest_time=result.rest_time + 1e-9, status=Status.T_MAX) >= {"ends"}
+    late = result.events.copy()
+    late["t"][np.argmax(late["kind"] == EventKind.BALL_BALL)] += 1e-9
+    assert seen(events=late) >= {"sampled"}
+    knots = tuple(one.copy() for one in trajectory.knots)
+    knots[1][-1, 1] += 1e-9
+    assert seen(trajectory=replace(trajectory, knots=knots)) >= {"sampled"}
+    knots[1][-1, 1] = math.nan
+    assert seen(trajectory=replace(trajectory, knots=knots)) >= {"sampled"}
+    moved = result.final_state._replace(velocities=result.final_state.velocities + 1e-9)
+    assert seen(final_state=moved) >= {"ends", "sampled"}
+    heavy = replace(trajectory, radii=1.01 * trajectory.radii)
+    assert seen(trajectory=heavy, work={**result.work, "unsolved_contact_steps": 1}) >= {"sound"}
+
+
+def test_what_reads_back_otherwise_is_seen(monkeypatch):
+    monkeypatch.setattr(stored.toml, "dumps", lambda scene, dumps=stored.toml.dumps: dumps(OTHER))
+    assert "TOML" in stored.scene_file(SHOT)
+    found = stored.Results.motion
+    monkeypatch.setattr(
+        stored.Results, "motion", lambda self, case: replace(found(self, case), phases=None)
+    )
+    assert "phases of the motion" in stored.results(SHOT)
+    read = stored.Certificate.from_json
+    monkeypatch.setattr(
+        stored.Certificate, "from_json", lambda text: replace(read(text), rested=None)
+    )
+    assert "rested of the proof" in stored.proof(SHOT)
+
+
+@pytest.mark.parametrize("first", range(0, 60, CHUNK))
+def test_a_baseline_of_a_random_scene_reads_back_the_same(first):
+    accepted = Accepted(date="2026-01-01", revision="0", platform="any", reason="test")
+    for number in range(first, first + CHUNK):
+        result = plays.play(random_scene(number, count="few"), "events")
+        observed = Observed.of_result(result)
+        path = Path(f"{result.scene.name}.toml")
+        read = baseline_of(Baseline.of(observed, accepted).text(), path).observed
+        for name in ("scene_hash", "status", "rest_time", "blocks", "bits", "sequence", "work"):
+            assert getattr(read, name) == getattr(observed, name), (number, name)
+        assert read.rest_positions.tobytes() == observed.rest_positions.tobytes()
+        assert read.events.tobytes() == observed.events[: len(read.events)].tobytes()
+
+
+def test_what_breaks_is_told_with_its_scene(monkeypatch):
+    engine = make_engine("ghostball")
+    monkeypatch.setattr(plays, "MOST_EVENTS", 3)
+    verdict = SameScenes("few", 0, 3, checks=("ends",)).run(engine)
+    assert verdict.broken == len(verdict.faults) > 0
+    assert verdict.scene is not None
+    assert "random-" in verdict.faults[0]
+    assert "ends: it stops" in verdict.faults[0]
+
+
+@pytest.mark.parametrize("name", ["air", "combined", "flight"])
+def test_trials_of_a_suite_have_numbers_of_their_own(name):
+    for suite in ("quick", "full"):
+        trials = list(FAMILIES[name].trials(suite))
+        assert any(isinstance(trial, SameScenes) for trial in trials)
+    assert set(SELDOM) < set(CHECKS)
+
+
+def test_a_result_of_balls_that_go_on_spinning_is_at_rest():
+    scene = Scene(
+        name="spins",
+        physics=Physics(motion="sliding", spinning_friction_rate=0.0),
+        balls=[Ball(id="b", position=(0.0, 0.0), angular_velocity=(0.0, 0.0, 9.0))],
+    )
+    result: Result = simulate(scene)
+    assert result.status is Status.REST
+    assert motion.ends(scene) is None

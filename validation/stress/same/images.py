@@ -1,0 +1,152 @@
+"""A shot with its balls renumbered, and its images in mirrors: the same to the bit.
+
+Where the engine says so: impacts at one instant that are resolved "sequential", one after another,
+depend on their order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from ghostball.engine import Ball, EventKind, Result, Scene, Table
+from ghostball.engine.running.skips import has_drag
+from ghostball.validation.stress.same.plays import play, played, with_balls
+
+Plane = Callable[[Any, Any], tuple[Any, Any]]
+"""A map of the plane onto itself that takes the axes onto the axes."""
+
+REFLECTIONS: Final[Mapping[str, Plane]] = {
+    "left-right": lambda x, y: (-x, y),
+    "up-down": lambda x, y: (x, -y),
+    "diagonal": lambda x, y: (y, x),
+}
+ROTATIONS: Final[Mapping[str, Plane]] = {
+    "quarter turn": lambda x, y: (-y, x),
+    "half turn": lambda x, y: (-x, -y),
+    "three quarters": lambda x, y: (y, -x),
+}
+MAPS: Final[Mapping[str, Plane]] = {**REFLECTIONS, **ROTATIONS}
+
+_SWAPPED: Final = {"left": "bottom", "right": "top", "bottom": "left", "top": "right"}
+
+
+def renumbered(scene: Scene) -> str | None:
+    """Return what differs where the balls are given in another order."""
+    n = len(scene.balls)
+    if n < 2 or not is_promised(scene):
+        return None
+    order = list(range(n))[::-1]
+    other = play(shuffled(scene, order), "events")
+    return _difference(played(scene), other, order, lambda x, y: (x, y), "balls in reverse order")
+
+
+def mirrored(scene: Scene) -> str | None:
+    """Return what differs in a mirror: x = y; and without cushions also x = 0, and a quarter turn.
+
+    Across a table's length a mirror rounds. In air, or where the cloth slows fast balls by more,
+    cushions are met to within rounding, and an image to no more: nothing is compared there.
+    """
+    bounded = scene.table is not None and bool(scene.table.cushions)
+    if not is_promised(scene) or (bounded and has_drag(scene)):
+        return None
+    for name in ("diagonal",) if bounded else ("diagonal", "left-right", "quarter turn"):
+        other = play(image(scene, name), "events")
+        order = list(range(len(scene.balls)))
+        found = _difference(played(scene), other, order, MAPS[name], f"image in {name}")
+        if found is not None:
+            return found
+    return None
+
+
+def is_promised(scene: Scene) -> bool:
+    """Whether the engine says that order doesn't matter in this shot.
+
+    Not where impacts at one instant are resolved one after another; nor where contact steps took
+    part, whose forces are found by iteration over the contacts, in some order.
+    """
+    result = played(scene)
+    if result.work["contact_steps"]:
+        return False
+    if scene.physics.impacts == "simultaneous":
+        return True
+    assert result.events is not None
+    collisions = result.events[np.isin(result.events["kind"], (0, 1))]
+    return len(np.unique(collisions["t"])) == len(collisions)
+
+
+def image(scene: Scene, name: str) -> Scene:
+    """Return the scene under the map of that name; a table with cushions only in the diagonal."""
+    table = scene.table
+    if table is not None and table.cushions:
+        assert name == "diagonal"
+        table = Table(
+            length=table.width,
+            width=table.length,
+            cushions=tuple(_SWAPPED[side] for side in table.cushions),
+        )
+    return with_balls(scene, [image_of_ball(one, name) for one in scene.balls], table=table)
+
+
+def image_of_ball(one: Ball, name: str) -> Ball:
+    """Return one ball under the map of that name."""
+    plane = MAPS[name]
+    fields = one.model_dump(exclude_none=True)
+    for field in ("position", "velocity"):
+        x, y, z = fields[field]
+        fields[field] = (*plane(x, y), z)
+    if one.angular_velocity is not None:
+        fields["angular_velocity"] = spin_under(name, one.angular_velocity)
+    return Ball(**fields)
+
+
+def spin_under(name: str, spin: Sequence[float]) -> tuple[float, float, float]:
+    """Return the angular velocity under a map: an axial vector, so a reflection turns its sign."""
+    sign = -1.0 if name in REFLECTIONS else 1.0
+    wx, wy = MAPS[name](spin[0], spin[1])
+    return (sign * wx, sign * wy, sign * spin[2])
+
+
+def shuffled(scene: Scene, order: Sequence[int]) -> Scene:
+    """Return the scene whose ball k is ball order[k]."""
+    return with_balls(scene, [scene.balls[i] for i in order])
+
+
+def rows_of(result: Result, order: Sequence[int]) -> list[tuple[float, int, int, int]]:
+    """Return the events, with ball k called order[k], sorted: those of one instant have no order.
+
+    Cushions aren't named, whose names are others in an image.
+    """
+    assert result.events is not None
+    rows = []
+    for t, kind, a, b in result.events.tolist():
+        first, second = order[a], -1
+        if kind == EventKind.BALL_BALL:
+            first, second = sorted((first, order[b]))
+        rows.append((t, kind, first, second))
+    return sorted(rows)
+
+
+def _difference(
+    base: Result, other: Result, order: Sequence[int], plane: Plane, how: str
+) -> str | None:
+    """Return where `other`, whose ball k is ball order[k] of `base`, isn't its image."""
+    if base.status is not other.status:
+        return f"{how}: {other.status.name} ({other.reason}) instead of {base.status.name}"
+    ours, theirs = rows_of(base, range(len(order))), rows_of(other, order)
+    for k, (one, two) in enumerate(zip(ours, theirs, strict=False)):
+        if one != two:
+            return f"{how}: event {k} is {two} instead of {one}"
+    if len(ours) != len(theirs):
+        return f"{how}: {len(theirs)} events instead of {len(ours)}"
+    if base.rest_time != other.rest_time:
+        return f"{how}: ends at {other.rest_time!r} s instead of {base.rest_time!r} s"
+    places = base.rest_positions[list(order)]
+    x, y = plane(places[:, 0], places[:, 1])
+    wanted = np.column_stack((x, y, places[:, 2]))
+    if not np.array_equal(other.rest_positions, wanted):
+        off = float(np.max(np.abs(other.rest_positions - wanted)))
+        return f"{how}: positions at the end differ by {off:.3g} m"
+    return None

@@ -1,0 +1,144 @@
+"""What one run says in two places must agree: events, sampled motion, the end; and be possible."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ghostball.engine import EventKind, ExactTrajectory, Result, Scene, Status
+from ghostball.engine.trajectory import Phase, energy_of
+from ghostball.validation.grading.tolerances import EPS
+from ghostball.validation.stress.in_space import SUNK, measured
+from ghostball.validation.stress.judges import (
+    CONTACT_SLOP,
+    energy_rise,
+    gap_rounding,
+    overlap_limit,
+    overlaps,
+    rise_limit_of_many,
+    unsolved,
+)
+from ghostball.validation.stress.same.plays import played
+from ghostball.validation.stress.sound import telling_instants
+
+BETWEEN = 1
+"""Instants between two events at which a run is looked at, beside these."""
+
+MOST_PIECES = 4_000
+"""Pieces of motion whose joints are looked at: some of them, evenly taken, where there are more."""
+
+
+def ends(scene: Scene) -> str | None:
+    """Return how a run stopped, where not at rest or at its `t_max`; or that it says so wrongly."""
+    result = played(scene)
+    if not result.status.complete:
+        return f"it stops at {result.rest_time:.6g} s: {result.status.name}: {result.reason}"
+    if result.status is Status.T_MAX:
+        if result.rest_time != scene.t_max:
+            return f"it stops at {result.rest_time!r} s instead of its `t_max`"
+        return None
+    here = result.phases(np.array([result.rest_time]))[0] != Phase.GONE
+    if np.any(result.final_state.velocities[0, here]):
+        return f"a ball moves at rest: {result.final_state.velocities[0].tolist()}"
+    spins = np.abs(result.final_state.angular_velocities[0])
+    waited = scene.spinning_friction_rates > 0.0  # for no spin that nothing slows
+    if np.any(spins[here, :2]) or np.any(spins[here & waited, 2]):
+        return f"a ball turns at rest: {result.final_state.angular_velocities[0].tolist()}"
+    return None
+
+
+def sampled(scene: Scene) -> str | None:
+    """Return where the sampled motion contradicts the events, the start or the end."""
+    result = played(scene)
+    assert result.events is not None
+    times = result.events["t"]
+    if np.any(np.diff(times) < 0.0) or np.any(times < 0.0) or np.any(times > result.rest_time):
+        return "the events are not in order of time, from the start to the end"
+    ends = np.array([0.0, result.rest_time])
+    first, last = (np.array([part[k] for part in result.sample(ends)]) for k in (0, 1))
+    if not np.all(np.isfinite((first, last))):
+        return "the sampled motion isn't finite"
+    given = np.array((scene.positions, scene.velocities, scene.angular_velocities))
+    assert isinstance(result.trajectory, ExactTrajectory)
+    kept = [
+        np.sum(knots[:, 0] == 0.0) == 1 for knots in result.trajectory.knots
+    ]  # others begin anew
+    off = np.abs(first - given)[:, kept]
+    if np.any(off > 8.0 * EPS * np.abs(given[:, kept])):
+        return f"positions, velocities and spins at the start are off by {float(off.max()):.3g}"
+    for name, one, wanted in zip(result.final_state._fields, last, result.final_state, strict=True):
+        off = np.abs(one - wanted[0])
+        if np.any(off > 16.0 * EPS * (1.0 + np.abs(wanted[0]))):
+            return f"{name} sampled at the end are off by {float(off.max()):.3g}"
+    return _apart_at_events(result) or _jump(result)
+
+
+def sound(scene: Scene) -> str | None:
+    """Return what no shot may do: overlaps, a rise of the energy, contacts left unsolved."""
+    result = played(scene)
+    found = measured(result, BETWEEN) if scene.physics.airborne else _measured_on_cloth(result)
+    faults = [
+        f"{name} of {value:.3g}, at most {limit:.3g}"
+        for name, (value, limit) in found.items()
+        if not value <= limit  # nor where it is NaN
+    ]
+    return "; ".join(faults) or None
+
+
+def _measured_on_cloth(result: Result) -> dict[str, tuple[float, float]]:
+    """Return what is measured of balls on the cloth, as `measured` of those that fly."""
+    states = result.sample(telling_instants(result, BETWEEN))
+    rise = energy_rise(energy_of(result.scene, states).total)
+    depth = float(overlaps(result.scene, states.positions).max())
+    return {
+        "overlap [m]": (depth, overlap_limit(result, states.positions)),
+        "rise of the energy [1]": (rise, rise_limit_of_many(result, states)),
+        "contact steps or joint impacts left unsolved": (float(unsolved(result)), 0.0),
+    }
+
+
+def _apart_at_events(result: Result) -> str | None:
+    """Return a collision of two balls that don't touch then."""
+    scene, events = result.scene, result.events
+    assert events is not None
+    met = events[events["kind"] == EventKind.BALL_BALL]
+    states, rows = result.sample(met["t"]), np.arange(len(met))
+    between = states.positions[rows, met["a"]] - states.positions[rows, met["b"]]
+    between = between if scene.physics.airborne else between[:, :2]
+    radii = scene.radii
+    gaps = np.linalg.norm(between, axis=1) - radii[met["a"]] - radii[met["b"]]
+    # And the way of both in the last unit of the clock: the instant is rounded, and so is the time
+    # since their motions began.
+    speeds = np.linalg.norm(states.velocities, axis=2)
+    ways = 2.0 * (speeds[rows, met["a"]] + speeds[rows, met["b"]]) * np.spacing(met["t"])
+    limits = _slack(result, states.positions) + ways
+    if not np.all(np.abs(gaps) <= limits):
+        k = int(np.argmax(np.abs(gaps) - limits))
+        return f"balls are {gaps[k]:.3g} m apart as they collide, {met[k].tolist()}"
+    return None
+
+
+def _jump(result: Result) -> str | None:
+    """Return where a ball jumps from one piece of its motion to the next."""
+    assert isinstance(result.trajectory, ExactTrajectory)
+    instants = np.unique(np.concatenate([knots[:, 0] for knots in result.trajectory.knots]))
+    instants = instants[(instants > 0.0) & (instants <= result.rest_time)]
+    some = np.linspace(0, len(instants) - 1, min(len(instants), MOST_PIECES)).astype(np.int64)
+    instants = instants[some]
+    before, after = result.sample(np.nextafter(instants, 0.0)), result.sample(instants)
+    size = np.maximum(np.abs(before.velocities), np.abs(after.velocities))
+    way = size * np.spacing(instants)[:, np.newaxis, np.newaxis]
+    off = np.abs(after.positions - before.positions) - way
+    limit = _slack(result, after.positions)
+    if len(off) and not off.max() <= limit:
+        k, i, _ = np.unravel_index(int(np.argmax(off)), off.shape)
+        return f"ball {i} jumps by {off.max():.3g} m at {instants[k]!r} s"
+    return None
+
+
+def _slack(result: Result, places: np.ndarray) -> float:
+    """Return how far off contacts and pieces of motion may be [m]."""
+    diameter = 2.0 * float(result.scene.radii.max())
+    slack = gap_rounding(result.scene, places) if len(places) else 0.0
+    if result.work["contact_steps"]:
+        slack += CONTACT_SLOP * diameter
+    return slack + (SUNK * diameter if result.scene.physics.airborne else 0.0)

@@ -1,0 +1,98 @@
+"""A scene, a run and a proof, stored and read back: the same to the bit."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from ghostball.engine import Scene
+from ghostball.engine.scene import toml
+from ghostball.engine.scene.features import missing_features
+from ghostball.engine.trajectory import energy_of
+from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
+from ghostball.reference_adapters.certified.api import CAPABILITIES
+from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.results.records import status_name
+from ghostball.validation.results.store import CaseRecord, Results, ResultsWriter
+from ghostball.validation.runs.sampling import motion_of
+from ghostball.validation.stress.same.plays import played
+
+PROOF: Final = CertifiedSettings(start_precision=106, max_precision=106, max_events=2)
+"""How far a scene is proved: what is stored is of the same kind from the first event on."""
+
+
+def scene_file(scene: Scene) -> str | None:
+    """Return what differs in a scene that was written as TOML or as JSON, and read back."""
+    for name, other in (
+        ("TOML", Scene.loads(toml.dumps(scene))),
+        ("JSON", Scene.model_validate_json(scene.model_dump_json(by_alias=True))),
+    ):
+        # By their text, which tells 0.0 from -0.0.
+        if repr(other) != repr(scene):
+            return f"the scene read back from {name} is {other!r} instead of {scene!r}"
+    return None
+
+
+def results(scene: Scene) -> str | None:
+    """Return what differs in a run that was stored in a results folder, and read back."""
+    result = played(scene)
+    end = energy_of(scene, result.final_state)
+    record = CaseRecord(
+        scene=scene.name,
+        title=scene.title,
+        tags=scene.tags,
+        definition=scene.model_dump(mode="json", by_alias=True),
+        label=OURS,
+        engine=OURS,
+        outcome="ran",
+        settings=dict(result.settings),
+        status=status_name(result.status),
+        rest_positions=result.rest_positions,
+        rest_time=float(result.rest_time),
+        collision_counts=dict(result.collision_counts),
+        energy_final=float(end.total[0]),
+        work=dict(result.work),
+    )
+    motion = motion_of(result)
+    with tempfile.TemporaryDirectory() as folder:
+        writer = ResultsWriter(Path(folder, "results"))
+        writer.begin({})
+        writer.write(record, motion)
+        writer.finish("complete")
+        read = Results.open(writer.path)
+        (other,) = read.cases
+        moved = read.motion(other)
+    assert moved is not None
+    return _other_field("record", record, other) or _other_field("motion", motion, moved)
+
+
+def proof(scene: Scene) -> str | None:
+    """Return what differs in the proof of a shot that was stored and read back."""
+    if missing_features(CAPABILITIES, scene):
+        return None
+    certificate = certify(scene, PROOF, motion=True, cached=False)
+    return _other_field("proof", certificate, Certificate.from_json(certificate.to_json()))
+
+
+def _other_field(what: str, one: Any, other: Any) -> str | None:
+    for field in fields(one):
+        ours, theirs = getattr(one, field.name), getattr(other, field.name)
+        if not _equal(ours, theirs):
+            return f"{field.name} of the {what} read back is {theirs!r} instead of {ours!r}"
+    return None
+
+
+def _equal(one: Any, other: Any) -> bool:
+    if isinstance(one, tuple) and one and isinstance(one[0], np.ndarray):
+        return len(one) == len(other) and all(map(_equal, one, other))
+    if isinstance(one, np.ndarray):
+        same_kind = isinstance(other, np.ndarray) and (one.shape, one.dtype) == (
+            other.shape,
+            other.dtype,
+        )
+        return same_kind and one.tobytes() == other.tobytes()
+    return bool(one == other)
