@@ -295,6 +295,8 @@ def _lies_still(height: FloatArray, balls: Balls, k: int, laws: Laws, reach: flo
         height[k, STILL_X], height[k, STILL_Y] = ball.x, ball.y
         height[k, STILL_RISE], height[k, STILL_SINCE] = height[k, RISE], ball.epoch
         return False
+    if height[k, RISE] <= _STILL * 2.0 * ball.radius:
+        return False  # it is the table that it comes to rest on
     up, slow = height[k, UP_SPEED], capture_speed(laws, ball.radius)
     hops = ball.vx * ball.vx + ball.vy * ball.vy + up * up <= 4.0 * slow * slow
     long = _LONG * math.sqrt(reach / laws.gravity)

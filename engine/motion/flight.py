@@ -28,10 +28,12 @@ from ghostball.engine.core.state import (
     OWN_LAND,
     OWN_NONE,
     OWN_OVER,
+    OWN_PIECE,
     OWN_SETTLE,
     RISE,
     SLIDING,
     UP_SPEED,
+    WORK,
     Balls,
     FloatArray,
     Laws,
@@ -45,7 +47,7 @@ from ghostball.engine.core.tolerances import (
     TIME_ROUNDING,
 )
 from ghostball.engine.motion.crossings import first_crossing
-from ghostball.engine.motion.obstacles import facing
+from ghostball.engine.motion.obstacles import MOST_BOUNDS, facing
 from ghostball.engine.motion.position import whole_motion
 
 
@@ -132,10 +134,10 @@ def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
     for k in range(len(laws.obstacles)):
         nx, ny, away = facing(laws, k, ball.x, ball.y)
         rate = nx * ball.vx + ny * ball.vy
-        s = _time_to_nose(height, balls, i, laws, k, duration)
+        s, met = _time_to_nose(height, balls, i, laws, k, duration)
         if s < duration:
             duration = s
-            balls.own_kind[i] = OWN_CUSHION + k
+            balls.own_kind[i] = OWN_CUSHION + k if met else OWN_PIECE
         if laws.obstacles[k].kind == LINE and rate < 0.0 and max(away, 0.0) < -rate * duration:
             duration = max(away, 0.0) / -rate
             balls.own_kind[i] = OWN_OVER + k
@@ -145,15 +147,16 @@ def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
 @kernel
 def _time_to_nose(
     height: FloatArray, balls: Balls, i: int, laws: Laws, k: int, duration: float
-) -> float:
+) -> tuple[float, bool]:
     """Return in how long a ball in flight touches the nose of obstacle k [s], or inf.
 
-    Within a duration [s]. By bounds each of which is found from the one before, in the vertical
+    Within a duration [s]. False beside it: not before then, but the search was given up. By bounds each of which is found from the one before, in the vertical
     plane across the nose, which is a point there.
     """
     ball = balls.state[i]
     s = 0.0
-    while True:
+    for _ in range(MOST_BOUNDS):
+        balls.counters[WORK] += 4
         t = ball.epoch + s
         x, y = ball.x + s * ball.vx, ball.y + s * ball.vy
         z, vz, az = vertical_motion(height, balls, i, t)
@@ -168,18 +171,19 @@ def _time_to_nose(
         across = ez * (nx * ball.vx + ny * ball.vy) - ex * vz
         opening = pull + across * across / distance
         if rate >= 0.0 and pull >= 0.0:
-            return math.inf
+            return math.inf, True
         step = first_crossing(gap, rate, pull)
         rounding = GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * (abs(x) + abs(y) + abs(z))
         if gap <= rounding or not step > TIME_ROUNDING * t:
             depth = ball.radius - distance
             step = time_to_impact(laws.gravity, depth, rate, pull, opening, ball.radius)
             if step == 0.0:
-                return s
+                return s, True
             step = max(step, 2.0 * TIME_ROUNDING * t)
         s += step
         if not s < duration:
-            return math.inf
+            return math.inf, True
+    return s, False
 
 
 @kernel(inline=True)

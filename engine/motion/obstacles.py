@@ -29,7 +29,7 @@ from ghostball.engine.motion.position import (
     whole_motion,
 )
 
-_MOST_BOUNDS = 4_096
+MOST_BOUNDS = 4_096
 """Bounds after which the search for an obstacle is given up. One or two dozen are enough, since
 each is nearer by the square; what asks for more has no end."""
 
@@ -112,7 +112,7 @@ def _time_by_bounds(
     """
     ball = balls.state[i]
     s = 0.0
-    for _ in range(_MOST_BOUNDS):
+    for _ in range(MOST_BOUNDS):
         balls.counters[WORK] += 4
         t = ball.epoch + s
         x, y, vx, vy, ax, ay = whole_motion(balls, i, t)
