@@ -150,8 +150,10 @@ def _time_to_nose(
 ) -> tuple[float, bool]:
     """Return in how long a ball in flight touches the nose of obstacle k [s], or inf.
 
-    Within a duration [s]. False beside it: not before then, but the search was given up. By bounds each of which is found from the one before, in the vertical
-    plane across the nose, which is a point there.
+    Within a duration [s]. False beside it: not before then, but the search was given up.
+
+    By bounds each of which is found from the one before, in the vertical plane across the nose,
+    which is a point there.
     """
     ball = balls.state[i]
     s = 0.0
