@@ -39,7 +39,7 @@ def energies(result: Result) -> np.ndarray:
 
 
 def test_a_ball_on_two_noses_comes_to_rest_on_them() -> None:
-    """Today's first event is at 0 s; it would hop there for ever, at some microseconds a time."""
+    """Breaks where nothing holds it: it would hop there for ever."""
     result = simulate(on_noses(1e-4), record="trajectory", max_events=20_000)
     assert result.status is Status.REST
     assert result.rest_positions[0] == pytest.approx(
@@ -79,8 +79,7 @@ def test_one_that_is_hit_where_it_lies_wakes() -> None:
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("drop", [0.0, 0.001])
-def test_a_ball_on_three_that_a_box_holds_comes_to_rest_there(drop: float) -> None:
+def test_a_ball_on_three_that_a_box_holds_comes_to_rest_there() -> None:
     side, reach = 2.0 * R, math.sqrt(H * (2.0 * R - H))
     deep = math.sqrt(0.75) * side
     x, y = reach + side / 2.0, reach
@@ -88,7 +87,7 @@ def test_a_ball_on_three_that_a_box_holds_comes_to_rest_there(drop: float) -> No
         ball((reach, y)),
         ball((reach + side, y)),
         ball((x, y + deep)),
-        ball((x, y + deep / 3.0, R + side * math.sqrt(2.0 / 3.0) + drop), (0.0, 0.0, 0.0)),
+        ball((x, y + deep / 3.0, R + side * math.sqrt(2.0 / 3.0)), (0.0, 0.0, 0.0)),
         table=Table(length=2.0 * reach + side, width=2.0 * reach + deep),
         **FLIES,
     )
