@@ -79,7 +79,8 @@ STILL_X = 11  # where it has been for some time [m], within a tolerance
 STILL_Y = 12
 STILL_RISE = 13
 STILL_SINCE = 14  # and since when [s]
-HEIGHT_COLUMNS = 15
+LOADED = 15  # until when it counts as pressed by a ball that hops on it [s]
+HEIGHT_COLUMNS = 16
 
 SERIES_TERMS = 25
 SERIES_ROWS = 8

@@ -1,6 +1,8 @@
-"""What happens at an event where balls may leave the cloth: they land, meet noses, lie still.
+"""What happens at an event where balls may leave the cloth: they land, hop, meet noses, lie still.
 
-What an impact does is in `impacts`.
+What an impact does is in `impacts`. A hop is the slow impact of a ball that lies on another; see
+`impacts.slow_impacts`. What it kicks the lower one by is ended together with all balls that this
+touches: those contacts are listed here, for a contact step to begin with.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from ghostball.engine.core.state import (
     SECOND,
     UP_SPEED,
     Balls,
+    Cells,
     Contacts,
     FloatArray,
     Laws,
@@ -37,7 +40,12 @@ from ghostball.engine.impacts.in_space import bounce_off_nose, collide_in_space
 from ghostball.engine.impacts.on_table import end_bounces, land
 from ghostball.engine.impacts.slow_impacts import (
     let_go,
+    lies_on,
+    list_touching,
+    load,
+    share_load,
 )
+from ghostball.engine.motion.flight import one_is_loaded
 from ghostball.engine.motion.next_piece import leave, mark
 
 
@@ -116,6 +124,53 @@ def bounces_in_space(
     if other >= 0:
         bounce_off_nose(height, balls, i, other, laws)
     return True
+
+
+@kernel(inline=True)
+def is_hop(height: FloatArray | None, balls: Balls, laws: Laws, t: float) -> bool:
+    """Whether the pair that touches at t [s], the first of `balls.hits`, is one ball on another."""
+    if height is None:
+        return False
+    return lies_on(height, balls, balls.hits[0, FIRST], balls.hits[0, SECOND], laws, t)
+
+
+@kernel
+def touches_more(balls: Balls, cells: Cells | None, t: float) -> bool:
+    """Whether one of the first pair of `balls.hits`, on the cloth, touches anything there."""
+    a, b = int(balls.hits[0, FIRST]), int(balls.hits[0, SECOND])
+    count = list_touching(balls, cells, a, t, 0, False)
+    count = list_touching(balls, cells, b, t, count, False)
+    balls.hits[0, FIRST], balls.hits[0, SECOND] = a, b
+    return count > 0
+
+
+@kernel(inline=True)
+def press_below(
+    height: FloatArray | None,
+    balls: Balls,
+    laws: Laws,
+    cells: Cells | None,
+    t: float,
+) -> int:
+    """List what the hop of the first pair of `balls.hits` presses together; return how many."""
+    if height is None:
+        return 0
+    a, b = int(balls.hits[0, FIRST]), int(balls.hits[0, SECOND])
+    load(height, balls, laws, a, b, t)
+    count = list_touching(balls, cells, a, t, 0, True)
+    count = list_touching(balls, cells, b, t, count, True)
+    share_loads(height, balls, count, t)
+    return count
+
+
+@kernel(inline=True)
+def share_loads(height: FloatArray | None, balls: Balls, count: int, t: float) -> None:
+    """Note that what loads a ball at t [s] loads all that it touches in `balls.hits`."""
+    if height is not None:
+        for c in range(count):
+            i, j = balls.hits[c, FIRST], balls.hits[c, SECOND]
+            if j >= 0 and one_is_loaded(height, i, j, t):
+                share_load(height, i, j)
 
 
 @kernel(inline=True)

@@ -38,8 +38,12 @@ from ghostball.engine.event_loop.in_flight import (
     bounces_in_space,
     collide_pair,
     has_settled,
+    is_hop,
     note_held,
+    press_below,
     resolve_flight,
+    share_loads,
+    touches_more,
 )
 from ghostball.engine.event_loop.record import (
     BALL_BALL_EVENT,
@@ -115,7 +119,7 @@ def resolve(
     Return how many contacts in `balls.hits` are to be held, or NEEDS_CONTACTS.
     """
     if event.ball < 0:
-        return _resolve_contacts(balls, laws, contacts, event, log)
+        return _resolve_contacts(balls, laws, cells, contacts, event, log)
     return _resolve_own(balls, laws, cells, contacts, event.ball, event.t, log)
 
 
@@ -247,7 +251,12 @@ def _pressed_against(
 
 @kernel(inline=True)
 def _resolve_contacts(
-    balls: Balls, laws: Laws, contacts: Contacts | None, event: Event, log: Log
+    balls: Balls,
+    laws: Laws,
+    cells: Cells | None,
+    contacts: Contacts | None,
+    event: Event,
+    log: Log,
 ) -> int:
     """Collide the pairs of `balls.hits` that touch now, or leave them to be held.
 
@@ -262,8 +271,12 @@ def _resolve_contacts(
             for other in range(c):
                 if _share_ball(balls, c, other):
                     return NEEDS_CONTACTS
+    hop = event.verdict != PRESSED and count == 1 and is_hop(balls.height, balls, laws, t)
+    if hop and contacts is None and touches_more(balls, cells, t):
+        return NEEDS_CONTACTS
     log.counters[ADVANCEMENTS] += event.judged
     if event.verdict == PRESSED:
+        share_loads(balls.height, balls, count, t)
         return count
     for c in range(count):
         a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
@@ -277,7 +290,7 @@ def _resolve_contacts(
     else:
         _collide_groups(balls, laws, contacts, count, log)
     note_held(balls.height, balls, contacts, count, t, log)
-    return 0
+    return press_below(balls.height, balls, laws, cells, t) if hop else 0
 
 
 @kernel

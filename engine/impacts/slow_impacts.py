@@ -5,7 +5,10 @@ no friction: else a ball that lies on others would bounce ever faster before it 
 the table that is pressed down doesn't yield downwards then, by the joint law.
 
 What other balls take from such hops comes back from the slip, so that they stay as high as that:
-lower ones are more, of a motion that is the same.
+lower ones are more, of a motion that is the same. The balls below are loaded meanwhile: what a hop
+kicks them by is ended together with all the balls that they touch, by inelastic impulses, as
+friction ends hops on the cloth (`resting_contact`), and so are impacts of loaded balls that are as
+slow. They would go through all balls of a rack, one by one, for each of the hops.
 
 A ball that has gone nowhere for so long that it would have fallen off, had it been out of balance,
 and by so little that its hops are all that there is, lies still: it is held where it is, until
@@ -20,12 +23,16 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import (
     ALOFT,
     FALL,
+    FIRST,
     FLYING,
+    GONE,
     HELD,
     HOPPING,
     HOPS,
+    LOADED,
     RISE,
     ROLLING,
+    SECOND,
     SLIDING,
     STILL_RISE,
     STILL_SINCE,
@@ -33,19 +40,22 @@ from ghostball.engine.core.state import (
     STILL_Y,
     UP_SPEED,
     Balls,
+    Cells,
     FloatArray,
     Laws,
 )
-from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, LOWEST_HOP
+from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, CONTACT_REACH, LOWEST_HOP
 from ghostball.engine.impacts.on_table import answer_by_table, set_free
-from ghostball.engine.motion.flight import is_near
+from ghostball.engine.motion.flight import is_near, motion_in_space
 from ghostball.engine.motion.geometry import (
     at_rest,
+    contact_tolerance,
+    list_near,
     obstacle_in_contact,
 )
 from ghostball.engine.motion.next_piece import mark, predict_again
 from ghostball.engine.motion.obstacles import facing
-from ghostball.engine.motion.position import advance
+from ghostball.engine.motion.position import advance, pair_reach, relative_motion
 
 _ASIDE = 2.0**-20
 """How much the normal of a ball that is exactly above another, to which it falls slowly, is taken
@@ -70,6 +80,22 @@ ten times what one comes to that is dropped exactly on top of another."""
 def capture_speed(laws: Laws, radius: float) -> float:
     """Speed [m/s] of a rebound that rises `CAPTURE_HEIGHT`."""
     return 2.0 * math.sqrt(laws.gravity * CAPTURE_HEIGHT * radius)
+
+
+@kernel
+def lies_on(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws, t: float) -> bool:
+    """Whether the impact of balls i and j at t [s] is a hop of one that lies on the other."""
+    a, b = balls.state[i], balls.state[j]
+    if (a.phase == FLYING) == (b.phase == FLYING):
+        return False
+    rx, ry, rz, vx, vy, vz, ax, ay, az = motion_in_space(height, balls, i, j, t)
+    distance = math.sqrt(rx * rx + ry * ry + rz * rz)
+    speed = -(vx * rx + vy * ry + vz * rz) / distance
+    if speed > capture_speed(laws, 0.5 * (a.radius + b.radius)):
+        return False
+    # One that clips another's top at speed isn't pressed to it.
+    across = vx * vx + vy * vy + vz * vz - speed * speed
+    return bool(rx * ax + ry * ay + rz * az + across < 0.0)
 
 
 @kernel
@@ -258,6 +284,47 @@ def part_from_nose(
     ball.vx, ball.vy = left * sx - returned * nx, left * sy - returned * ny
     height[i, UP_SPEED] = left * sz - returned * nz
     answer_by_table(height, balls, i, laws)
+
+
+# --- what is loaded
+
+
+@kernel(inline=True)
+def load(height: FloatArray, balls: Balls, laws: Laws, i: int, j: int, t: float) -> None:
+    """Note that one of two balls lies on the other: until it has hopped twice as high, at least."""
+    lasts = 8.0 * math.sqrt(CAPTURE_HEIGHT * balls.state[i].radius / laws.gravity)
+    height[i, LOADED], height[j, LOADED] = t + lasts, t + lasts
+
+
+@kernel(inline=True)
+def share_load(height: FloatArray, i: int, j: int) -> None:
+    """Note that what loads one of two balls that touch loads both."""
+    until = max(height[i, LOADED], height[j, LOADED])
+    height[i, LOADED], height[j, LOADED] = until, until
+
+
+@kernel
+def list_touching(
+    balls: Balls, cells: Cells | None, k: int, t: float, count: int, closing: bool
+) -> int:
+    """List in `balls.hits`, from row `count` on, balls on the cloth that ball k touches at t [s].
+
+    Where `closing`, only what it approaches; as far as there is room. Return how many rows are
+    listed then.
+    """
+    if balls.state[k].phase == FLYING:
+        return count
+    for c in range(list_near(balls, cells, k)):
+        other = int(balls.near[c])
+        if count == len(balls.hits) or balls.state[other].phase in (FLYING, GONE):
+            continue
+        rx, ry, vx, vy, _, _ = relative_motion(balls, k, other, t)
+        gap = math.sqrt(rx * rx + ry * ry) - pair_reach(balls, k, other)
+        touches = gap <= CONTACT_REACH * contact_tolerance(balls, k, other)
+        if touches and (rx * vx + ry * vy < 0.0 or not closing):
+            balls.hits[count, FIRST], balls.hits[count, SECOND] = k, other
+            count += 1
+    return count
 
 
 # --- what lies still

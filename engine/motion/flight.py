@@ -24,6 +24,7 @@ from ghostball.engine.core.state import (
     FLYING,
     HELD,
     LINE,
+    LOADED,
     OWN_CUSHION,
     OWN_LAND,
     OWN_NONE,
@@ -104,6 +105,12 @@ def motion_in_space(
         ayj - ayi,
         azj - azi,
     )
+
+
+@kernel(inline=True)
+def one_is_loaded(height: FloatArray | None, i: int, j: int, t: float) -> bool:
+    """Whether a ball in flight has lain on one of two balls just before the instant t [s]."""
+    return False if height is None else bool(max(height[i, LOADED], height[j, LOADED]) > t)
 
 
 @kernel

@@ -105,12 +105,19 @@ def bound_of(
     start = max(balls.state[i].epoch, balls.state[j].epoch)
     bound = first_bound(balls, laws, i, j, start)
     bound = bound if bound <= end else math.inf
-    return bound if bound > t else _later_bound(balls, i, j, bound, t, end, counters)
+    return bound if bound > t else _later_bound(balls, laws, i, j, bound, t, end, counters)
 
 
 @kernel
 def _later_bound(
-    balls: Balls, i: int, j: int, bound: float, t: float, end: float, counters: IntArray
+    balls: Balls,
+    laws: Laws,
+    i: int,
+    j: int,
+    bound: float,
+    t: float,
+    end: float,
+    counters: IntArray,
 ) -> float:
     """Advance a bound that is not past the instant t [s] until it is, or the pair touches."""
     for _ in range(_MOST_STEPS):
@@ -118,7 +125,7 @@ def _later_bound(
             return bound
         counters[ADVANCEMENTS] += 1
         counters[WORK] += 1
-        verdict, later, _ = touch(balls, i, j, bound, 0.0)
+        verdict, later, _ = touch(balls, laws, i, j, bound, 0.0)
         if verdict != NOT_YET:
             return bound
         bound = later if later <= end else math.inf
@@ -212,7 +219,7 @@ def _meet_ball(
     start = max(balls.state[i].epoch, balls.state[j].epoch)
     if jerk(balls, i) + jerk(balls, j) > 0.0 or one_flies(balls.height, balls, i, j):
         bound = first_bound(balls, laws, i, j, start)
-        _enter_bound(balls, cells, i, j, bound, t, counters)
+        _enter_bound(balls, laws, cells, i, j, bound, t, counters)
         return
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
     rate = rx * vx + ry * vy
@@ -228,12 +235,19 @@ def _meet_ball(
             return
     reach = pair_reach(balls, i, j)
     bound = start + time_to_bound(laws, rx, ry, vx, vy, rate, pull, reach)
-    _enter_bound(balls, cells, i, j, bound, t, counters)
+    _enter_bound(balls, laws, cells, i, j, bound, t, counters)
 
 
 @kernel(inline=True)
 def _enter_bound(
-    balls: Balls, cells: Cells, i: int, j: int, bound: float, t: float, counters: IntArray
+    balls: Balls,
+    laws: Laws,
+    cells: Cells,
+    i: int,
+    j: int,
+    bound: float,
+    t: float,
+    counters: IntArray,
 ) -> None:
     """Enter in ball i's slot a bound with ball j, found without looking, if it is among the two."""
     counters[BOUNDS] += 1
@@ -241,7 +255,7 @@ def _enter_bound(
     end = min(meets_until(balls, i), meets_until(balls, j))
     bound = bound if bound <= end else math.inf
     if bound <= t:
-        bound = _later_bound(balls, i, j, bound, t, end, counters)
+        bound = _later_bound(balls, laws, i, j, bound, t, end, counters)
     if bound < cells.slot[i, LEAST]:
         cells.slot[i, SECOND_BOUND] = cells.slot[i, LEAST]
         cells.slot[i, LEAST] = bound

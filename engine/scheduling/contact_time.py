@@ -20,7 +20,12 @@ from ghostball.engine.core.state import (
 )
 from ghostball.engine.core.tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
 from ghostball.engine.motion.crossings import first_bent_crossing, first_crossing, first_meeting
-from ghostball.engine.motion.flight import motion_in_space, one_flies, time_to_impact
+from ghostball.engine.motion.flight import (
+    motion_in_space,
+    one_flies,
+    one_is_loaded,
+    time_to_impact,
+)
 from ghostball.engine.motion.geometry import at_rest, capture_height, negligible_hop
 from ghostball.engine.motion.position import (
     acceleration,
@@ -162,7 +167,9 @@ def holds(contacts: Contacts, i: int, j: int) -> bool:
 
 
 @kernel(inline=True)
-def touch(balls: Balls, i: int, j: int, t: float, slack: float) -> tuple[int, float, float]:
+def touch(
+    balls: Balls, laws: Laws, i: int, j: int, t: float, slack: float
+) -> tuple[int, float, float]:
     """Judge the pair at the instant t: a verdict, the next bound, the speed of approach.
 
     A gap of up to `slack` [m] counts as closed.
@@ -192,6 +199,8 @@ def touch(balls: Balls, i: int, j: int, t: float, slack: float) -> tuple[int, fl
         closing = _stopping(balls, i) + _stopping(balls, j) - opening
         height = capture_height(balls, i, j)
         hop = (pulled or struck) and negligible_hop(rate, closing, height)
+        if one_is_loaded(balls.height, i, j, t):
+            hop = hop or negligible_hop(rate, laws.gravity, height)
         return (PRESSED if hop else IMPACT), t, -rate
     if rate > noise and progress:
         return NOT_YET, t + s, 0.0

@@ -106,7 +106,7 @@ def _follow(
     end = min(meets_until(balls, i), meets_until(balls, j))
     verdict, bound, speed = NOT_YET, t, 0.0
     while True:
-        verdict, bound, speed = touch(balls, i, j, t, 0.0)
+        verdict, bound, speed = touch(balls, laws, i, j, t, 0.0)
         if verdict != NOT_YET:
             break
         counters[ADVANCEMENTS] += 1
@@ -160,7 +160,7 @@ def _judge_several(
                 continue
             if is_pair_listed(balls, last - pressed, last, i, j):
                 continue
-            verdict, bound, speed = touch(balls, i, j, t, 0.0)
+            verdict, bound, speed = touch(balls, laws, i, j, t, 0.0)
             if verdict == NOT_YET:
                 counters[ADVANCEMENTS] += 1
                 counters[WORK] += 1
@@ -230,7 +230,7 @@ def _join_ties(
                 bound = bound_of(balls, laws, pairs, cells, contacts, i, j, t, counters)
                 if not t < bound <= until:
                     continue
-                verdict, _, _ = touch(balls, i, j, t, tie_rounding(balls, i, j, t))
+                verdict, _, _ = touch(balls, laws, i, j, t, tie_rounding(balls, i, j, t))
                 if verdict == IMPACT:
                     if not has_room(balls, count, 0, counters):
                         return count
