@@ -21,6 +21,7 @@ from ghostball.engine import (
     simulate,
 )
 from ghostball.engine.running.skips import Skip
+from ghostball.engine.running.variants import variant_of
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.baselines.baseline import Accepted, Baseline, baseline_of
 from ghostball.validation.baselines.observed import Observed
@@ -36,10 +37,32 @@ CHUNK = 20
 
 
 @pytest.mark.compiled
+@pytest.mark.slow  # the kernels with all parts take minutes to compile; `stress` needs them, too
 @pytest.mark.parametrize("first", range(0, SCENES, CHUNK))
 def test_random_scenes_come_out_the_same(first):
     trial = SameScenes("some", first, CHUNK, (("count", "few"),))
     assert trial.run(make_engine("ghostball")).faults == ()
+
+
+LEAN = tuple(name for name in OFTEN if name not in ("cells", "skips"))
+"""Checks that ask for no kernels but those that a scene needs."""
+
+
+def needs_common_kernels(scene):
+    """Whether fast tests run the variant of the kernels that a scene needs anyway."""
+    variant = variant_of(scene, contacts=False)
+    return variant.drag + variant.flight + variant.integrated < 2
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("first", range(0, SCENES, CHUNK))
+def test_random_scenes_come_out_the_same_in_lean_kernels(first):
+    scenes = [random_scene(number, count="few") for number in range(first, first + CHUNK)]
+    fit = [scene for scene in scenes if needs_common_kernels(scene)]
+    assert len(fit) > CHUNK // 4
+    assert {scene.name: differences(scene, LEAN) for scene in fit} == {
+        scene.name: {} for scene in fit
+    }
 
 
 @pytest.mark.parametrize("number", [0, 2])
