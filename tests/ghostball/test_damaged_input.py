@@ -108,8 +108,7 @@ def sound(tmp_path_factory):
     """A results folder with a record of each kind; a stress run and a board lie in it."""
     folder = tmp_path_factory.mktemp("sound")
     with pytest.MonkeyPatch.context() as patch:
-        for module in ("validation.suite.suite", "validation.runs.playing"):
-            patch.setattr(f"ghostball.{module}.limit_of", lambda _: None)
+        patch.setattr("ghostball.validation.parallel.pool.limit_of", lambda _: None)
         options = ("-e", "pymunk", "--jobs", "1", "--no-report", "--out", folder)
         status, output = run("validate", "stop", *options)
     assert status == 0, output

@@ -103,9 +103,9 @@ def test_what_is_measured_by_a_proof_is_proved_however_it_is_played(name, physic
 def test_nothing_stands_in_for_a_proof():
     with pytest.raises(GhostballError, match="must be proved to its end, got: ambiguous"):
         proved_end(shots.one_into_two())
-    drag = shots.FREE.model_copy(update={"air_drag": 0.1})
-    with pytest.raises(GhostballError, match="must be proved to its end, got: no air drag"):
-        proved_end(shots.half_ball(physics=drag))
+    law = shots.FREE.model_copy(update={"ball_impact": "mathavan2014", "motion": "sliding"})
+    with pytest.raises(GhostballError, match="must be proved to its end, got: no ball impacts"):
+        proved_end(shots.half_ball(physics=law))
 
 
 def test_steps_show_where_there_are_some():
