@@ -62,7 +62,9 @@ _ASIDE = 2.0**-20
 to lean at least: nothing else would decide where it falls, or it would take seconds to."""
 
 _OF_SLIP = 2.0**-8
-"""Most of the energy of a slip that a hop takes: of a ball that hardly moves, next to nothing."""
+"""Most of the energy of a slip that a hop takes; a hop that would need more takes none. A ball that
+begins to fall off another one is e times as fast after some 200 such hops: what each took of a
+slower slip, though little, kept it on top."""
 
 _STILL = 2.0 * CAPTURE_HEIGHT
 """Way, in diameters, by which a ball that lies still may have gone."""
@@ -161,8 +163,7 @@ def part_slowly(
         q = dx * vx + dy * vy + dz * vz
         r = xx * dx * dx + 2.0 * xy * dx * dy + yy * dy * dy + zz * dz * dz
         if r > 0.0 and q != 0.0:
-            share = 1.0 if _is_sunk(laws, depth, speed) else _OF_SLIP
-            taken = min(missing, share * (q * q / r))
+            taken = _from_slip(missing, q * q / r, _is_sunk(laws, depth, speed))
             part = taken / (q + math.copysign(math.sqrt(max(q * q - r * taken, 0.0)), q))
             px, py, pz = part * dx, part * dy, part * dz
             returned = math.sqrt(speed * speed + taken * yielding)
@@ -189,6 +190,18 @@ def part_slowly(
 def _is_sunk(laws: Laws, depth: float, speed: float) -> bool:
     """Whether what overlaps by `depth` [m] comes less than half out again at `speed` [m/s]."""
     return speed * speed < laws.gravity * depth
+
+
+@kernel(inline=True)
+def _from_slip(missing: float, slip: float, sunk: bool) -> float:
+    """Return what a rebound takes from the square of a slip [m^2/s^2].
+
+    All of it, where it has sunk; else what is missing, or nothing where that is more than a part
+    of `_OF_SLIP`.
+    """
+    if sunk:
+        return min(missing, slip)
+    return missing if missing <= _OF_SLIP * slip else 0.0
 
 
 @kernel(inline=True)
@@ -277,8 +290,7 @@ def part_from_nose(
     slip = sx * sx + sy * sy + sz * sz
     pressed = -height[i, FALL] * nz > slip / ball.radius
     missing = _missing(laws, 2.0 * ball.radius, depth, speed, pressed)
-    share = 1.0 if _is_sunk(laws, depth, speed) else _OF_SLIP
-    taken = min(max(missing, 0.0), share * slip)
+    taken = _from_slip(max(missing, 0.0), slip, _is_sunk(laws, depth, speed))
     left = math.sqrt((slip - taken) / slip) if slip > 0.0 else 1.0
     returned = math.sqrt(speed * speed + taken)
     ball.vx, ball.vy = left * sx - returned * nx, left * sy - returned * ny

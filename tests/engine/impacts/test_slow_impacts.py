@@ -63,6 +63,16 @@ def test_a_ball_out_of_balance_is_not_held() -> None:
     assert result.rest_positions[:, 2].tolist() == [R, R]
 
 
+def test_a_ball_on_one_that_cannot_yield_falls_off() -> None:
+    """Breaks where its hops take from the slip of a ball that hardly moves: it stays on top."""
+    reach = math.sqrt(H * (2.0 * R - H))
+    below, above = ball((reach, reach)), ball((reach, reach, 3.0 * R + 1e-6), (0.0, 0.0, 0.0))
+    scene = scene_of(below, above, table=Table(length=1.2, width=0.7), **FLIES)
+    result = simulate(scene, max_events=100_000)
+    assert result.status is Status.REST
+    assert math.dist(*result.rest_positions[:, :2].tolist()) > R  # over the cushions, off the table
+
+
 def test_one_that_is_hit_where_it_lies_wakes() -> None:
     """Another one falls on it after it has come to rest there."""
     falls = ball((0.5 + 0.6 * R, 0.7 * R, 4.0), (0.0, 0.0, 0.0))
