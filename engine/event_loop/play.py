@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from ghostball.engine.core.block import balls_in, cells_in, pairs_in, start_from
 from ghostball.engine.core.kernel import COMPILED, kernel
 from ghostball.engine.core.state import (
     MOTION_COLUMNS,
@@ -33,6 +32,7 @@ from ghostball.engine.core.state import (
 )
 from ghostball.engine.event_loop.finish import finish
 from ghostball.engine.event_loop.loop import run
+from ghostball.engine.event_loop.unpack import balls_in, cells_in, pairs_in, start_from
 
 # Columns of the motions that tell the shots of a sweep apart.
 SHOT_VX = 0  # velocity of the ball that is shot [m/s]

@@ -397,7 +397,7 @@ class TestFrontDoor:
     @pytest.mark.parametrize("limit", [0, -5])
     def test_an_event_limit_below_1_is_refused(self, limit):
         with pytest.raises(
-            GhostballError, match=f"`max_events` must be a whole number of at least 1, got {limit}"
+            GhostballError, match=f"`max_events` must be a whole number from 1 to .*, got {limit}"
         ):
             simulate(scene_of(ball((0, 0))), max_events=limit)
 

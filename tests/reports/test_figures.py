@@ -275,7 +275,14 @@ def test_many_balls_with_long_names_are_numbered(results):
     ]
     scene = Scene.model_validate(many)
     run = next(run for run in shot.runs if run.label == "pymunk")
-    run = Run(run.label, replace(run.case, rest_positions=scene.positions), run.motion)
+    case = replace(
+        run.case,
+        definition=scene.model_dump(mode="json", by_alias=True),
+        rest_positions=scene.positions,
+        truth_positions=None,
+        ball_errors=None,
+    )
+    run = Run(run.label, case, run.motion)
     with style.drawing():
         text = texts_of(draw_single(Shot(scene, (run,))))
     assert "Numbers: order of the balls in the scene" in text

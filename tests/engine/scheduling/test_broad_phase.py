@@ -144,7 +144,7 @@ def test_a_run_goes_on_where_it_stopped(monkeypatch):
     scene = crowd(14, 0.5, seed=2, speed=2.0, preset="pool", ball_restitution=0.3)
     monkeypatch.setattr(skips, "MOST_PAIRED", 0)
     whole = simulate(scene, record="events")
-    monkeypatch.setattr(driver, "_CHUNK", 1)
+    monkeypatch.setattr(driver.Run.play, "__defaults__", (1,))
     monkeypatch.setattr(driver, "_FIRST_LOG", 2 + 5 * 14)
     assert fingerprint(simulate(scene, record="events")) == fingerprint(whole)
     assert whole.work["contact_steps"] > 1000

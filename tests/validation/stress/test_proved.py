@@ -140,7 +140,7 @@ def proved(suite):
 @pytest.mark.parametrize("suite", ["quick", pytest.param("full", marks=pytest.mark.slow)])
 def test_of_each_shot_that_is_judged_so_something_is_proved(suite):
     shots = list(proved(suite))
-    assert len(shots) == {"quick": 143, "full": 1947}[suite]
+    assert len(shots) == {"quick": 145, "full": 1949}[suite]
     for scene, judge in shots:
         proof = judge.proof(scene)  # raises where it says nothing
         assert proof.proved or proof.events
