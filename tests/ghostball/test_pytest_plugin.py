@@ -282,7 +282,7 @@ def test_collecting_runs_nothing_and_a_scene_runs_once(pytester):
 
 @pytest.mark.slow
 def test_a_scene_runs_once_in_several_processes_too(pytester):
-    option = engine(pytester, COUNTING)
+    option = engine(pytester, "    def resolution(self, scene): return 0.0\n" + COUNTING)
     pytester.makepyfile(test_own="def test_own(): pass")
     scenes = "--ghostball-scenes=stop,half-ball-cut,head-on"
     result = pytester.runpytest_subprocess("--ghostball", option, scenes, "-n", "2")

@@ -16,7 +16,7 @@ from ghostball.validation.results.database import (
     transaction,
     writing,
 )
-from ghostball.validation.results.fields import FloatArray
+from ghostball.validation.results.fields import FloatArray, check_shape
 from ghostball.validation.results.records import definition_hash
 from ghostball.validation.results.store import Results
 from ghostball.validation.truth.bifurcations import Bifurcation
@@ -92,6 +92,15 @@ class Predictability:
     code_hash: str = ""
 
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
+
+    def __post_init__(self) -> None:
+        """Refuse curves that have no instants, or other ones."""
+        if self.times.ndim != 1 or len(self.times) == 0:
+            raise ValueError(f"`times` must be instants, got the shape {self.times.shape}")
+        check_shape("growth", self.growth, self.times.shape)
+        for separation in self.separations:
+            check_shape("apart", separation.apart, self.times.shape)
+            check_shape("predicted", separation.predicted, self.times.shape)
 
 
 _RECORD = TypeAdapter(Predictability)
