@@ -6,6 +6,7 @@ The store writes these, and reports are made of them alone.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
@@ -280,11 +281,14 @@ class CaseRecord:
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
 
     def __post_init__(self) -> None:
-        """Refuse arrays that are of other balls than the scene's: stored ones may be damaged."""
+        """Refuse arrays of other balls than the scene's, and no run time: it may be damaged."""
         n = len(self.definition.get("balls", ()))
         check_shape("truth_positions", self.truth_positions, (n, 3))
         check_shape("rest_positions", self.rest_positions, (n, 3))
         check_shape("ball_errors", self.ball_errors, (n,))
+        wall_time = self.metrics.get("wall_time")
+        if wall_time is not None and not 0.0 <= wall_time < math.inf:
+            raise ValueError(f"`metrics.wall_time` must be seconds, at least 0, got {wall_time}")
 
     @property
     def passed(self) -> bool | None:
