@@ -40,7 +40,7 @@ TABLE = Table(length=2.54, width=1.27)
 
 NO_SPIN = {"angular_velocity": (0.0, 0.0, 0.0)}
 
-HOPS = {14, 107}
+HOPS = {14, 107, 160}
 """Jumps in which two balls on the cloth hop so low that our engine takes them for pressed."""
 
 
