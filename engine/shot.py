@@ -81,9 +81,14 @@ def simulate(
     run = driver.Run(scene, record != "rest" or Skip.RECORDS in off, off)
     driver.warm_up(run.variant)
     run.go(room.Limits(max_events, max_work))
+    settings: dict[str, int | str] = {"max_events": max_events}
+    if max_work != MAX_WORK:
+        settings["max_work"] = max_work
+    if off:
+        settings["no_skip"] = "+".join(sorted(off))
     return Result(
         engine="ghostball",
-        settings={"max_events": max_events} | ({"no_skip": "+".join(sorted(off))} if off else {}),
+        settings=settings,
         scene=scene,
         status=run.status,
         final_state=run.final_state(),

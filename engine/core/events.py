@@ -49,9 +49,7 @@ class Status(enum.Enum):
     EVENT_LIMIT = (
         "the event limit was reached; raise `max_events`, or look for balls pressed together"
     )
-    WORK_LIMIT = (
-        "the limit of work was reached; raise `max_work`, or look at `reason` for what took it"
-    )
+    WORK_LIMIT = "the limit of work was reached before every ball rested; raise `max_work`"
     STEP_LIMIT = "the step limit was reached before every ball rested; raise `max_time` or `dt`"
     UNPROVED = "what comes next can't be proved; the result holds what is; see `reason`"
     INTERRUPTED = "interrupted; the result holds what was done until then"

@@ -107,6 +107,7 @@ def test_the_limit_of_work_ends_a_shot_and_says_what_was_done():
     assert not result.status.complete
     assert "events" in result.reason
     assert "work 100" in result.reason
+    assert result.settings["max_work"] == 1_000
     assert 0.0 < result.rest_time < 9e9
     batch = simulate_many([scene], max_work=1_000)
     assert batch.rest_times[0] == result.rest_time
