@@ -50,6 +50,7 @@ class Status(enum.Enum):
         "the event limit was reached; raise `max_events`, or look for balls pressed together"
     )
     WORK_LIMIT = "the limit of work was reached before every ball rested; raise `max_work`"
+    ENDLESS = "balls bounce or hop without coming to rest, which no limit mends; see `reason`"
     STEP_LIMIT = "the step limit was reached before every ball rested; raise `max_time` or `dt`"
     UNPROVED = "what comes next can't be proved; the result holds what is; see `reason`"
     INTERRUPTED = "interrupted; the result holds what was done until then"

@@ -107,18 +107,25 @@ class Run:
         self.t_end = float(self._clock[s.END])
         now = float(self._clock[s.NOW])
         if self.status in (Status.EVENT_LIMIT, Status.WORK_LIMIT):
-            why = self._hopping() if code == s.RUN_HOPS else ""
-            self.reason = f"{why}{self._done()} by t = {now:.9g} s"
+            self.reason = f"{self._done()} by t = {now:.9g} s"
+        elif self.status is Status.ENDLESS:
+            self.reason = f"{self._endless(code)}. Done were {self._done()} by t = {now:.9g} s"
         elif self.status is Status.FAILED:
             self.reason = f"{self._unsound(code)} at t = {now:.9g} s"
         self._check_resolved()
 
-    def _hopping(self) -> str:
-        """Say which ball lies on others without coming to rest."""
+    def _endless(self, code: int) -> str:
+        """Say what goes on without end, and what ends it."""
+        if code == s.RUN_STANDSTILL:
+            return (
+                f"the clock stands still: {self._counters[s.AT_ONCE]} events at one instant, as of "
+                "balls that bounce without room between them. Give them room, or a restitution "
+                "below 1"
+            )
         k = int(self._counters[s.HOPPING]) - 1
         return (
-            f'`balls[{k}]` ("{self._scene.balls[k].id}") lies on balls or cushions and hops there '
-            "without coming to rest, which no greater limit mends; `t_max` ends it sooner. After "
+            f'`balls[{k}]` ("{self._scene.balls[k].id}") lies on balls or cushions and hops there. '
+            "Set `t_max` to end the shot sooner"
         )
 
     def _done(self) -> str:
@@ -136,12 +143,6 @@ class Run:
             return (
                 "more balls touch than can lie side by side: they are hardly larger than the "
                 "rounding of their coordinates. Move the scene to the origin. It stopped"
-            )
-        if code == s.RUN_STANDSTILL:
-            return (
-                f"the clock stands still: {self._counters[s.AT_ONCE]} events at one instant, as of "
-                "balls that bounce without room between them. Give them room, or a restitution "
-                "below 1. It stopped"
             )
         k = int(self._counters[s.UNSOUND])
         if k == s.FREE:

@@ -22,9 +22,9 @@ STATUS = {
     s.RUN_T_MAX: Status.T_MAX,
     s.RUN_EVENT_LIMIT: Status.EVENT_LIMIT,
     s.RUN_WORK_LIMIT: Status.WORK_LIMIT,
-    s.RUN_HOPS: Status.WORK_LIMIT,
+    s.RUN_HOPS: Status.ENDLESS,
     s.RUN_NOT_FINITE: Status.FAILED,
-    s.RUN_STANDSTILL: Status.FAILED,
+    s.RUN_STANDSTILL: Status.ENDLESS,
     s.RUN_NO_ROOM: Status.FAILED,
 }
 """What the end of a shot means."""

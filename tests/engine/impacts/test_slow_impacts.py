@@ -113,7 +113,7 @@ def test_hops_without_rest_end_with_a_reason(monkeypatch: pytest.MonkeyPatch) ->
     """A ball that slides along two noses, to and fro, rests in hours."""
     monkeypatch.setattr(slow_impacts, "_MOST_HOPS", 100)
     result = simulate(on_noses(1e-4, (0.3, 0.0, 0.0)))
-    assert result.status is Status.WORK_LIMIT
+    assert result.status is Status.ENDLESS
     assert result.reason.startswith('`balls[0]` ("b0") lies on balls or cushions and hops there')
 
 
