@@ -49,6 +49,24 @@ def worst(*statuses: int) -> ExitStatus:
     return next(status for status in _GRAVEST_FIRST if status in found)
 
 
+@contextmanager
+def _written_at_the_end() -> Iterator[None]:
+    """Write what is left for stdout as the block ends, so that its error is one of the block.
+
+    Python itself would do so as the process ends, and fail in words and with a status of its own.
+    """
+    try:
+        yield
+    finally:
+        try:
+            sys.stdout.flush()
+        except OSError:
+            # What is left can't be written later either: it is given up here, not once more there.
+            with suppress(OSError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise
+
+
 _GRAVEST_FIRST = (
     ExitStatus.INTERRUPTED,
     ExitStatus.HARNESS_FAILED,
@@ -69,7 +87,7 @@ def command(function: Callable[P, None]) -> Callable[P, None]:
     @functools.wraps(function)
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
         try:
-            with _logging_shown(), _modules_here():
+            with _logging_shown(), _modules_here(), _written_at_the_end():
                 function(*args, **kwargs)
         except (typer.Exit, typer.Abort, typer.BadParameter, BrokenPipeError):
             raise

@@ -65,12 +65,18 @@ def test_two_balls_frozen_into_a_corner_in_air_end():
     assert simulate(scene, max_work=10**7).status is Status.REST
 
 
-ALL_KINDS = ["break-7", "frozen-triangle", "air-slides", "flight-jump", "push-line"]
+ON_CLOTH = ["break-7", "frozen-triangle", "push-line"]
+NOT_ONLY = ["air-slides", "flight-jump"]
+PLAYED = [
+    *((name, many) for name in ON_CLOTH for many in (False, True)),
+    *((name, False) for name in NOT_ONLY),
+    # In cells they need kernels that no other test does.
+    *(pytest.param(name, True, marks=pytest.mark.slow) for name in NOT_ONLY),
+]
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("many", [False, True], ids=["all pairs", "cells"])
-@pytest.mark.parametrize("name", ALL_KINDS)
+@pytest.mark.parametrize(("name", "many"), PLAYED)
 def test_a_shot_that_pauses_at_every_step_is_the_same_to_the_bit(name, many, monkeypatch):
     if many:
         monkeypatch.setattr(skips, "MOST_PAIRED", 0)
@@ -136,8 +142,7 @@ def test_a_shot_without_end_hears_ctrl_c_and_keeps_what_is_done():
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("many", [False, True], ids=["all pairs", "cells"])
-@pytest.mark.parametrize("name", ["frozen-break", "air-slides", "flight-jump", "break-16"])
+@pytest.mark.parametrize(("name", "many"), PLAYED)
 def test_nothing_in_a_block_is_read_before_it_is_written(name, many, monkeypatch):
     """Scratch that is full of NaN changes no bit: it is no part of what a shot begins with."""
     if many:

@@ -41,7 +41,7 @@ class Evil(EngineBase):
         if does == "print":
             print("from Python")
             ctypes.CDLL(None).puts(b"from C")
-            os.write(2, b"to standard error")
+            os.write(2, b"to standard error\\n")
         if does == "raise":
             raise RuntimeError("lost the balls")
         if does == "exit":
