@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import signal
 import time
-from multiprocessing import resource_tracker
+from pathlib import Path
 
 
 def work(task: str) -> str:
@@ -29,6 +29,15 @@ def work(task: str) -> str:
         signal.setitimer(signal.ITIMER_REAL, 0.05)
     if word == "raise":
         raise ValueError(rest)
+    if word == "print":
+        print(rest)
+    if word == "kill":  # the parent, such as a worker of a cluster
+        os.kill(os.getppid(), signal.SIGKILL)
+        time.sleep(600.0)
+    if word == "note":  # who does it, and take a while if it is the first
+        with open(rest, "a") as file:
+            file.write(f"{os.getppid()} {os.getpid()}\n")
+        time.sleep(0.5 if len(Path(rest).read_text().splitlines()) > 1 else 600.0)
     if word == "half":  # is killed in the midst of its answer
         os.write(_answers(), b"\x00\x00\x10\x00half")
         os._exit(3)
@@ -36,16 +45,12 @@ def work(task: str) -> str:
 
 
 def _answers() -> int:
-    """Return the pipe that this process answers through: the only one of its own to write into."""
-    import fcntl
-
+    """Return the pipe that this process answers through, which is a socket: it has no other."""
     return next(
         fd
         for fd in range(3, 64)
         if os.path.exists(f"/proc/self/fd/{fd}")
-        and os.readlink(f"/proc/self/fd/{fd}").startswith("pipe:")
-        and fcntl.fcntl(fd, fcntl.F_GETFL) & os.O_ACCMODE == os.O_WRONLY
-        and fd != resource_tracker.getfd()
+        and os.readlink(f"/proc/self/fd/{fd}").startswith("socket:")
     )
 
 

@@ -16,7 +16,7 @@ import pickle
 import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor, wait as wait_for
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from uuid import uuid4
 
 from ghostball.engine.errors import GhostballError
-from ghostball.validation.parallel.pool import WAKE, Answer, Process
+from ghostball.validation.parallel.pool import WAKE, Answer, Process, wait
 from ghostball.validation.parallel.sources import versions
 
 if TYPE_CHECKING:
@@ -333,7 +333,7 @@ def _answered(process: Process, key: str, pickled: bytes, limit: float | None) -
     tasks = get_worker().state.tasks
     process.give(pickled, limit)
     while (answer := process.answer()) is None:
-        wait_for([process.future], WAKE)
+        wait([process])
         if key not in tasks or tasks[key].state == "cancelled":
             return Answer(b"", "nobody waits for it any more", "")
     return answer

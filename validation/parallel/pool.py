@@ -1,8 +1,7 @@
 """Work in several processes: a crash costs one task, an interrupt leaves no process behind.
 
-A task that hangs costs no more than itself either, where it has a limit of time. Processes, limits
-and crashes are pebble's; each process is a pool of its own there, since those of one pool share
-pipes, which one that dies in the midst of its answer leaves unusable for all.
+A task that hangs costs no more than itself either, where it has a limit of time. A process has one
+pipe of its own, so that one that dies in the midst of its answer spoils no other's.
 
 Nothing of what the tasks do is imported here: a process imports what its own tasks need.
 """
@@ -11,6 +10,7 @@ from __future__ import annotations
 
 import ctypes
 import faulthandler
+import math
 import multiprocessing
 import os
 import pickle
@@ -20,16 +20,12 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait as wait_for
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
 from multiprocessing import resource_tracker
-from multiprocessing.connection import wait as wait_for_any
-from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.connection import Connection, wait as wait_for_any
 from typing import TYPE_CHECKING, Any, TypeVar
-
-from pebble import ProcessPool
 
 from ghostball.reference_adapters.output import captured, divert, flush, text_of
 
@@ -50,13 +46,16 @@ is seen only when the wait ends.
 """
 
 _JOIN_TIMEOUT = 5.0
-"""Seconds that a process whose end pebble has seen gets until its exit code is known."""
+"""Seconds that a process whose pipe has ended gets until its exit code is known."""
 
 _FAILED = 1
 """Exit code of a process whose task raised what it must not, and of one whose parent is gone."""
 
 _PR_SET_PDEATHSIG = 1
 """What `prctl` sets: which signal a process gets when its parent ends."""
+
+_SPAWN = multiprocessing.get_context("spawn")
+"""Not fork: pybullet's and numba's threads and locks don't survive it."""
 
 
 def limit_of(limit: Callable[[T], float] | float | None) -> Callable[[T], float] | None:
@@ -145,7 +144,7 @@ def run_tasks(
                 doing[process] = task
             if not doing:
                 return
-            wait_for([process.future for process in doing], WAKE, FIRST_COMPLETED)
+            wait(doing)
             for process, task in tuple(doing.items()):
                 answer = process.answer()
                 if answer is None:
@@ -159,7 +158,7 @@ def run_tasks(
                 yield died(task, answer.reason) if answer.reason else answer.given()
     finally:
         for process in processes:
-            process.stop()
+            process.kill()
         for process in processes:
             process.close()
 
@@ -186,139 +185,115 @@ class Process:
         What does its tasks, and what it does before; pickled, as all that it is given.
     start_limit : float [s]
         How long it may take to start, where the first task has a limit of time.
-
-    Attributes
-    ----------
-    future : Future
-        Done when the task is that it was given last, or the process has ended.
     """
 
-    future: Future[bytes]
+    _limit: float | None
 
     def __init__(self, first: bytes, start_limit: float) -> None:
         self._start_limit = start_limit
         file, self._path = tempfile.mkstemp(prefix="ghostball-")
         self._output = os.fdopen(file, "r+b", buffering=0)
-        self._started = _StartedOnce()
-        self._pool = ProcessPool(
-            max_workers=1,
-            initializer=_begin,
-            initargs=(self._path, first),
-            context=self._started,
-        )
+        self._pipe, theirs = _SPAWN.Pipe()
+        # A daemon is ended where this process exits, which else would wait for it.
+        self._process = _SPAWN.Process(target=_serve, args=(theirs, self._path, first), daemon=True)
+        with _interrupts_held():
+            self._process.start()
+        theirs.close()
+        self._pickled, self._limit, self._is_ready = b"", start_limit, False
+        self._since = time.monotonic()
 
     @property
     def is_alive(self) -> bool:
         """Whether it can be given a task."""
-        return self._started.process is not None and self._started.process.is_alive()
+        return self._process.is_alive()
+
+    @property
+    def signs(self) -> tuple[Any, ...]:
+        """What `multiprocessing.connection.wait` waits for, until there is something to answer."""
+        return self._pipe, self._process.sentinel
 
     def give(self, pickled: bytes, limit: float | None) -> None:
         """Let it do a task, within so many seconds; the one before must have been answered."""
         os.ftruncate(self._output.fileno(), 0)  # of the task before
-        with _interrupts_held():  # the first task starts the process
-            self.future = self._pool.schedule(_do, (pickled,), timeout=limit)
-        self._limit, self._given = limit, time.monotonic()
+        self._pickled, self._limit = pickled, limit
+        if self._is_ready:
+            self._send()
 
     def answer(self) -> Answer | None:
         """Return what came of the task; None while it is being done."""
-        pickled, reason = b"", ""
-        if self.future.done():
-            error = self.future.exception()
-            if error is None:
-                pickled = self.future.result()
-            elif isinstance(error, TimeoutError):
-                reason = f"it took longer than {self._limit:g} s, and was ended"
-            else:  # of pebble, which sees the end of the process or of a pipe, whichever is first
-                self._process.join(_JOIN_TIMEOUT)
-                reason = f"the process running it died (exit code {self._process.exitcode})"
+        is_alive = self._process.is_alive()  # what it answers before it dies is there afterwards
+        try:
+            if not self._is_ready and self._pipe.poll():
+                self._pipe.recv_bytes()
+                self._is_ready = True
+                self._send()
+            if self._is_ready and self._pipe.poll():
+                return Answer(self._pipe.recv_bytes(), "", text_of(self._output))
+        except (EOFError, OSError):
+            is_alive = False
+        if not is_alive:
+            self._process.join(_JOIN_TIMEOUT)
+            reason = f"the process running it died (exit code {self._process.exitcode})"
+        elif self.left > 0.0:
+            return None
+        elif self._is_ready:
+            reason = f"it took longer than {self._limit:g} s, and was ended"
         else:
-            waited = time.monotonic() - self._given
-            if self._limit is None or self.future.running() or waited < self._start_limit:
-                return None
             reason = f"its process did not start within {self._start_limit:g} s"
-        return Answer(pickled, reason, text_of(self._output))
+        return Answer(b"", reason, text_of(self._output))
 
-    def stop(self) -> None:
+    @property
+    def left(self) -> float:
+        """Seconds until it is out of time, be it with its start or with its task."""
+        if self._limit is None:
+            return math.inf
+        limit = self._limit if self._is_ready else self._start_limit
+        return limit - (time.monotonic() - self._since)
+
+    def kill(self) -> None:
         """Have it end, whatever it does, without waiting for that."""
-        self._pool.stop()
+        self._process.kill()
 
     def close(self) -> None:
         """End it, whatever it does: it is gone then, with all that was made for it."""
-        self._pool.stop()
-        self._pool.join()
+        self._process.kill()
+        self._process.join()
+        self._process.close()
+        self._pipe.close()
         self._output.close()
         with suppress(OSError):
             os.unlink(self._path)
 
-    @property
-    def _process(self) -> SpawnProcess:
-        assert self._started.process is not None
-        return self._started.process
+    def _send(self) -> None:
+        with suppress(OSError):  # where it is dead, its answer says so
+            self._pipe.send_bytes(self._pickled)
+        self._since = time.monotonic()
 
 
-class _StartedOnce(SpawnContext):
-    """Starts a process for pebble, and none in the place of one that is lost.
-
-    Not fork: pybullet's and numba's threads and locks don't survive it.
-    """
-
-    process: SpawnProcess | None = None
-
-    def Process(self, **given: Any) -> SpawnProcess:  # type: ignore[override]  # noqa: N802
-        """Return the process, to be started."""
-        if self.process is not None:
-            raise OSError("the process is lost")  # pebble then gives the pool up
-        self.process = _Child(**given)
-        return self.process
-
-    def RLock(self) -> Any:  # noqa: N802
-        """Return a lock of the pipes, which no other process uses.
-
-        A real one is a file, which would outlive a parent that is killed.
-        """
-        return _NoLock()
+def wait(processes: Iterable[Process]) -> None:
+    """Wait until one of them may have answered, but not for long: see `WAKE`."""
+    processes = tuple(processes)
+    signs = [sign for process in processes for sign in process.signs]
+    wait_for_any(signs, max(0.0, min([WAKE, *(process.left for process in processes)])))
 
 
-class _Child(SpawnProcess):
-    """A process that is ended where this one exits, which else would wait for it."""
-
-    @property
-    def daemon(self) -> bool:
-        """Whether it is ended then: also where pebble says no."""
-        return True
-
-    @daemon.setter
-    def daemon(self, _: bool) -> None:
-        pass
-
-
-class _NoLock:
-    """Does what a lock does where there is nobody to be locked out."""
-
-    def acquire(self, **_: object) -> bool:
-        """Return that it was acquired."""
-        return True
-
-    def release(self) -> None:
-        """Do nothing."""
-
-
-def _begin(output: str, pickled: bytes) -> None:
-    """Prepare this process for tasks, in a process of its own."""
+def _serve(pipe: Connection, output: str, pickled: bytes) -> None:
+    """Do tasks, in a process of its own: say that it is ready, then answer one after another."""
     divert(output)
     faulthandler.enable(all_threads=False)  # a crash then says where, into what is printed
-    # Pebble's answer to it would wait until native code that hangs returns.
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with suppress(OSError, AttributeError, TypeError):  # Linux's own way: no thread may run there
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     _, prepare = pickle.loads(pickled)  # and import what the work needs
     if prepare is not None:
         prepare()
+    pipe.send_bytes(b"")
+    while True:
+        pipe.send_bytes(_do(pipe.recv_bytes()))
 
 
 def _do(pickled: bytes) -> bytes:
-    """Do a task, and return what it gives, pickled: what can't be read costs pebble its pool."""
+    """Do a task, and return what it gives, pickled."""
     try:
         work, task = pickle.loads(pickled)
         given = pickle.dumps(work(task))

@@ -26,33 +26,9 @@ from ghostball.validation.parallel.pool import limit_of, run_tasks
 pytest.importorskip("distributed", reason="needs Dask: pip install 'ghostball[cluster]'")
 
 from dask_cluster import dask_cluster, kill_group
+from pool_tasks import died, work
 
 LIMIT = limit_of(60.0)
-
-
-def work(task: str) -> str:
-    """Do what the task says."""
-    word, _, rest = task.partition(" ")
-    if word == "die":
-        os._exit(int(rest))
-    if word == "raise":
-        raise ValueError(rest)
-    if word == "print":
-        print(rest)
-    if word == "sleep":
-        time.sleep(float(rest))
-    if word == "kill":  # the worker
-        os.kill(os.getppid(), signal.SIGKILL)
-        time.sleep(600.0)
-    if word == "note":  # who does it, and take a while if it is the first
-        with open(rest, "a") as file:
-            file.write(f"{os.getppid()} {os.getpid()}\n")
-        time.sleep(0.5 if len(Path(rest).read_text().splitlines()) > 1 else 600.0)
-    return f"done {task}"
-
-
-def died(task: str, reason: str) -> str:
-    return f"{task}: {reason}"
 
 
 def pids(path: Path) -> list[list[int]]:
@@ -173,9 +149,9 @@ def test_a_run_that_ends_early_leaves_nothing_at_work(cluster, tmp_path, sign):
     until(lambda: not is_running(pids(note)[0][1]))
 
 
-RUN = f"""
+RUN = """
 import sys
-from {__name__} import died, work
+from pool_tasks import died, work
 from ghostball.validation.parallel.cluster import cluster_at
 from ghostball.validation.parallel.pool import run_tasks
 

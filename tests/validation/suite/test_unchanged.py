@@ -418,9 +418,8 @@ def test_every_library_that_our_code_imports_is_hashed() -> None:
     }
     known = sys.stdlib_module_names | {"ghostball", "__future__", ""}
     # Where caches lie; how a scene is written; who may write results; when a module is imported;
-    # in which process a task is done; what a distribution says that it needs.
-    harmless = {"platformdirs", "tomli_w", "filelock", "lazy_loader", "pebble", "distributed"}
-    harmless |= {"packaging"}
+    # on which machine a task is done; what a distribution says that it needs.
+    harmless = {"platformdirs", "tomli_w", "filelock", "lazy_loader", "distributed", "packaging"}
     # An import's name need not be that of the package which brings it, installed here or not.
     brings = {"mujoco": ["mujoco-core"]} | packages_distributions()
     needed = {
