@@ -12,10 +12,9 @@ import numpy as np
 from ghostball.engine import Ball, Scene, Table, simulate
 from ghostball.engine.result import EVENT_DTYPE, EventKind, Events
 from ghostball.engine.result.hashes import bits_hash, sequence_hash
-from ghostball.validation.baselines.bands import band_of_counter, band_of_metric
+from ghostball.validation.baselines.bands import Bands, band_of_counter, band_of_metric
 from ghostball.validation.baselines.baseline import Accepted
-from ghostball.validation.baselines.classify import Bands, classify
-from ghostball.validation.baselines.fingerprint import blocks_of
+from ghostball.validation.baselines.classify import classify
 from ghostball.validation.baselines.observed import KEPT_EVENTS, Observed
 from ghostball.validation.baselines.regression import SceneChange
 from ghostball.validation.baselines.rounding import Allowance, allowance_of
@@ -83,7 +82,6 @@ def with_events(base: Observed, events: Events, *, kept: int | None = None) -> O
         base,
         events=events[:kept],
         event_count=len(events),
-        blocks=blocks_of(events),
         bits=bits_hash(events, base.rest_positions),
         sequence=sequence_hash(events),
     )

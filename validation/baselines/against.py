@@ -12,9 +12,9 @@ from typing import Any
 from ghostball.engine import Result, Scene
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.reference_adapters.registry import make_engine
-from ghostball.validation.baselines.bands import band_of_counter, band_of_metric
+from ghostball.validation.baselines.bands import Bands, band_of_counter, band_of_metric
 from ghostball.validation.baselines.baseline import engine_key
-from ghostball.validation.baselines.classify import Bands, classify
+from ghostball.validation.baselines.classify import classify
 from ghostball.validation.baselines.gate import allowance, outcome_of, source_of
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.baselines.player import NotComparableError, Player, PlayError, playing

@@ -8,6 +8,7 @@ that shrank is to be kept.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from ghostball.engine import GhostballError
@@ -54,6 +55,15 @@ class Band(NamedTuple):
         if value is None:
             return False
         return (self.low is None or value >= self.low) and (self.high is None or value <= self.high)
+
+
+@dataclass(frozen=True)
+class Bands:
+    """What is accepted of a scene: bands of its metrics and counters, and how its hash counts."""
+
+    metrics: Mapping[str, Band]
+    counters: Mapping[str, Band]
+    hash_level: Level = "error"
 
 
 def band_of_metric(name: str, metrics: Mapping[str, int | float]) -> Band:

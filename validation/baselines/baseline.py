@@ -1,48 +1,51 @@
 """An accepted baseline: one readable TOML file per scene, checked whole when it is read.
 
-    schema = 2
+    schema = 3
     engine = "ghostball"             # with its settings: of another engine nothing is compared
     scene = "break-16"
     scene_hash = "..."               # of the scene's definition: another scene can't be compared
 
     [accepted]                       # when, of which revision, where, and why
     [hash]                           # of all bits, and of the order of events alone
-    [end]                            # how the run ended, when, and where the balls lie
-    [metrics.quality_factor]         # value, low, high, unit, level = "off" | "warn" | "error", why
-    [work.events]                    # likewise
-    [events]                         # the first ones, one a line; of all, hashes of each block
+    [end]                            # how the run ended, and when
+    [end.balls]                      # where each ball lies: x, y, z [m]
+    [metrics]                        # a metric's value, low and high; a number alone may not move
+    [work]                           # likewise, what the engine counts
+    [events]                         # how many, and the first ones, one a line
 
-A band and a level may be edited by hand: the next `ghostball accept` keeps what was edited as long
-as its value stays in the band.
+A band may be edited by hand, also as a table:
+
+    rest_error_max = { value = 1e-12, low = 0.0, high = 1e-9, level = "warn", why = "it is loose" }
+
+`level` is "off", "warn" or "error". The next `ghostball accept` keeps what was edited as long as
+the value stays in the band.
 """
 
 from __future__ import annotations
 
 import json
-import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
 import numpy as np
-import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from numpy.typing import NDArray
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from ghostball.engine import CUSHIONS, EventKind, GhostballError
 from ghostball.engine.result import EVENT_DTYPE, OBSTACLE_KINDS, Events, event_dict
 from ghostball.engine.result.hashes import bits_hash, sequence_hash
 from ghostball.reference_adapters.registry import engine_name, parse_spec, spec_of
-from ghostball.validation.baselines.bands import Band, band_of_counter, band_of_metric
-from ghostball.validation.baselines.fingerprint import BLOCK, Block, blocks_of
+from ghostball.validation.baselines.bands import Band, Bands, band_of_counter, band_of_metric
 from ghostball.validation.baselines.observed import KEPT_EVENTS, Observed
 from ghostball.validation.baselines.regression import Level
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.files import told, toml_of
 from ghostball.validation.truth.scene_truth import OUR_NAME
 
-SCHEMA: Final = 2
+SCHEMA: Final = 3
 """Version of the files; another one can't be compared with."""
 
 ENDING = ".toml"
@@ -78,18 +81,17 @@ class Accepted(_Model):
 
 
 class Value(_Model):
-    """A number and its band."""
+    """A number and its band; `why` is "" where that was made by the rules in `bands`."""
 
     value: Number
     low: Number | None = None
     high: Number | None = None
-    unit: str
-    level: Level
-    why: Name
+    level: Level = "error"
+    why: str = ""
 
     @model_validator(mode="after")
     def _in_its_band(self) -> Self:
-        if not self.band.holds(self.value):
+        if not Band(self.low, self.high, self.level, self.why).holds(self.value):
             raise PydanticCustomError(
                 "band",
                 "`value` must lie between `low` and `high`, got {value} for {low} to {high}",
@@ -97,14 +99,39 @@ class Value(_Model):
             )
         return self
 
+    def band(self, rule: Band) -> Band:
+        """Return what is accepted; `rule` is what the rules would say, for its reason."""
+        return Band(self.low, self.high, self.level, self.why or rule.why)
+
     @property
-    def band(self) -> Band:
-        """What is accepted."""
-        return Band(self.low, self.high, self.level, self.why)
+    def short(self) -> object:
+        """The number as the file holds it: alone, with low and high, or as a table."""
+        if self.level == "error" and not self.why and None not in (self.low, self.high):
+            alone = self.low == self.value == self.high
+            return self.value if alone else [self.value, self.low, self.high]
+        return self.model_dump(exclude_none=True, exclude_defaults=True)
+
+
+def _value_of(data: object) -> object:
+    """Return the fields of a `Value` as a file may hold it."""
+    if isinstance(data, (dict, Value)):
+        return data
+    if isinstance(data, list):
+        if len(data) != 3:
+            raise PydanticCustomError(
+                "band",
+                "must be a number, [value, low, high] or a table, got {data}",
+                {"data": data},
+            )
+        return dict(zip(("value", "low", "high"), data, strict=True))
+    return {"value": data, "low": data, "high": data}
+
+
+Short = Annotated[Value, BeforeValidator(_value_of)]
 
 
 class Hashes(_Model):
-    """Hashes of a run; see `fingerprint`.
+    """Hashes of a run; see `Observed`.
 
     `level` "error": any bit that moves fails, as our engine promises the same ones on every
     machine. "warn": rounding is told and passes, and results that changed fail. "off": neither.
@@ -120,22 +147,25 @@ class End(_Model):
 
     status: Name
     rest_time: Coordinate
-    balls: tuple[str, ...]
-    rest_positions: tuple[tuple[Coordinate, Coordinate, Coordinate], ...]
+    balls: dict[str, tuple[Coordinate, Coordinate, Coordinate]]
+
+    @property
+    def rest_positions(self) -> NDArray[np.float64]:
+        """Where the balls lie [m], with shape (n, 3)."""
+        return np.array(list(self.balls.values()), dtype=np.float64).reshape(-1, 3)
 
 
 class Log(_Model):
-    """The events: how many, the first of them, and all of them as a `Block` each `BLOCK` events."""
+    """The events: how many, and the first of them."""
 
     count: int = Field(ge=0)
     first: tuple[str, ...]
-    blocks: tuple[tuple[str, str, Coordinate], ...]
 
 
 class Baseline(_Model):
     """What was accepted of one scene; see the module."""
 
-    schema_version: Literal[2] = Field(default=SCHEMA, alias="schema")
+    schema_version: Literal[3] = Field(default=SCHEMA, alias="schema")
     engine: Name
     scene: Name
     title: str
@@ -144,8 +174,8 @@ class Baseline(_Model):
     accepted: Accepted
     hash: Hashes
     end: End
-    metrics: dict[str, Value]
-    work: dict[str, Value]
+    metrics: dict[str, Short]
+    work: dict[str, Short]
     events: Log
 
     @model_validator(mode="after")
@@ -162,43 +192,30 @@ class Baseline(_Model):
                 "`work.{name}.value` must be an integer, got {value}",
                 {"name": broken[0], "value": self.work[broken[0]].value},
             )
-        if len(self.end.balls) != len(self.end.rest_positions):
-            raise PydanticCustomError(
-                "balls",
-                "`end` must hold a rest position for each ball, got {places} for {balls} balls",
-                {"places": len(self.end.rest_positions), "balls": len(self.end.balls)},
-            )
-        log, kept = self.events, min(self.events.count, KEPT_EVENTS)
-        if len(log.first) != kept or len(log.blocks) != math.ceil(log.count / BLOCK):
+        kept = min(self.events.count, KEPT_EVENTS)
+        if len(self.events.first) != kept:
             raise PydanticCustomError(
                 "events",
-                "`events` must hold the first {kept} of {count} events and {blocks} blocks, got "
-                "{got} and {got_blocks}",
-                {
-                    "kept": kept,
-                    "count": log.count,
-                    "blocks": math.ceil(log.count / BLOCK),
-                    "got": len(log.first),
-                    "got_blocks": len(log.blocks),
-                },
+                "`events.first` must hold the first {kept} of {count} events, got {got}",
+                {"kept": kept, "count": self.events.count, "got": len(self.events.first)},
             )
-        events = _events(log.first)
-        whole = len(events) // BLOCK if log.count > kept else len(log.blocks)
-        if [tuple(block) for block in blocks_of(events)[:whole]] != list(log.blocks[:whole]):
-            raise PydanticCustomError(
-                "events", "`events.first` doesn't have the hashes of `blocks`"
-            )
-        if log.count == kept and (sequence_hash(events), self._bits(events)) != (
-            self.hash.sequence,
-            self.hash.bits,
-        ):
+        events = _events(self.events.first)
+        found = (sequence_hash(events), bits_hash(events, self.end.rest_positions))
+        if self.events.count == kept and found != (self.hash.sequence, self.hash.bits):
             raise PydanticCustomError(
                 "hash", "`hash` isn't that of the events and rest positions in the file"
             )
         return self
 
-    def _bits(self, events: Events) -> str:
-        return bits_hash(events, np.array(self.end.rest_positions).reshape(-1, 3))
+    @property
+    def bands(self) -> Bands:
+        """What is accepted."""
+        values = {name: one.value for name, one in self.metrics.items()}
+        return Bands(
+            {name: one.band(band_of_metric(name, values)) for name, one in self.metrics.items()},
+            {name: one.band(band_of_counter(int(one.value))) for name, one in self.work.items()},
+            self.hash.level,
+        )
 
     @classmethod
     def of(
@@ -222,16 +239,11 @@ class Baseline(_Model):
         promised: Level = "error" if engine == OUR_NAME else "warn"
         before = earlier or _NOTHING
         metrics = {
-            name: _value(
-                before.metrics.get(name),
-                value,
-                band_of_metric(name, observed.metrics),
-                METRICS[name].unit,
-            )
+            name: _value(before.metrics.get(name), value, band_of_metric(name, observed.metrics))
             for name, value in observed.metrics.items()
         }
         work = {
-            name: _value(before.work.get(name), count, band_of_counter(count), "1")
+            name: _value(before.work.get(name), count, band_of_counter(count))
             for name, count in observed.work.items()
         }
         places = [(float(x), float(y), float(z)) for x, y, z in observed.rest_positions]
@@ -250,15 +262,13 @@ class Baseline(_Model):
             end=End(
                 status=observed.status,
                 rest_time=observed.rest_time,
-                balls=observed.ids,
-                rest_positions=tuple(places),
+                balls=dict(zip(observed.ids, places, strict=True)),
             ),
             metrics=metrics,
             work=work,
             events=Log(
                 count=observed.event_count,
                 first=tuple(_line(event) for event in observed.events[:KEPT_EVENTS]),
-                blocks=tuple(tuple(block) for block in observed.blocks),
             ),
         )
 
@@ -272,21 +282,28 @@ class Baseline(_Model):
             self.truth,
             self.end.status,
             self.end.rest_time,
-            np.array(self.end.rest_positions).reshape(-1, 3),
+            self.end.rest_positions,
             _events(self.events.first),
             self.events.count,
-            tuple(Block(*block) for block in self.events.blocks),
             self.hash.bits,
             self.hash.sequence,
             {name: value.value for name, value in self.metrics.items()},
             {name: int(value.value) for name, value in self.work.items()},
-            self.end.balls,
+            tuple(self.end.balls),
         )
 
     def text(self) -> str:
         """Return the file's content; floats read back to the same bits."""
         plain = self.model_dump(by_alias=True, exclude_none=True)
-        return tomli_w.dumps(_plain(plain))
+        for table in ("metrics", "work"):
+            plain[table] = {name: one.short for name, one in getattr(self, table).items()}
+        tables = {name: plain.pop(name) for name in ("accepted", "hash", "end")}
+        tables["end.balls"] = tables["end"].pop("balls")
+        tables |= {name: plain.pop(name) for name in ("metrics", "work", "events")}
+        lines = [*_lines(plain)]
+        for name, fields in tables.items():
+            lines += ["", f"[{name}]", *_lines(fields)]
+        return "\n".join(lines) + "\n"
 
 
 def load_baseline(path: Path, engine: str = OUR_NAME) -> Baseline:
@@ -322,8 +339,9 @@ def baseline_of(text: str, path: Path, engine: str = OUR_NAME) -> Baseline:
         raise BaselineError(f"{path}: holds no `schema`: cut short, or no baseline. {_RESTORE}")
     if data["schema"] != SCHEMA:
         raise BaselineSchemaError(
-            f"{path}: `schema` must be {SCHEMA}, got {data['schema']!r}: another version of "
-            "ghostball wrote it. Use that version, or accept anew"
+            f"{path}:{_line_of(text, 'schema')}: `schema` must be {SCHEMA}, got "
+            f"{data['schema']!r}: another version of ghostball wrote it. Use that version, or run "
+            "`ghostball regress` and accept anew"
         )
     try:
         baseline = Baseline.model_validate(data)
@@ -331,12 +349,14 @@ def baseline_of(text: str, path: Path, engine: str = OUR_NAME) -> Baseline:
         raise BaselineError(f"{path}: {told(error)}. {_RESTORE}") from None
     if baseline.scene != path.name.removesuffix(ENDING):
         raise BaselineError(
-            f'{path}: `scene` must be the name of its file, got "{baseline.scene}". {_RESTORE}'
+            f"{path}:{_line_of(text, 'scene')}: `scene` must be the name of its file, got "
+            f'"{baseline.scene}". {_RESTORE}'
         )
     if baseline.engine != engine:
         raise BaselineError(
-            f"{path}: is of engine `{baseline.engine}`, and can't be compared with `{engine}`. "
-            "Give each engine a folder of its own, or remove it and accept anew"
+            f"{path}:{_line_of(text, 'engine')}: `engine` must be `{engine}`, got "
+            f"`{baseline.engine}`: one engine can't be compared with another. Give each engine a "
+            "folder of its own, or remove the file and accept anew"
         )
     return baseline
 
@@ -387,16 +407,15 @@ class _Nothing:
 _NOTHING = _Nothing()
 
 
-def _value(earlier: Value | None, value: int | float, band: Band, unit: str) -> Value:
+def _value(earlier: Value | None, value: int | float, band: Band) -> Value:
     """Return a number with its band: the earlier one where that holds it.
 
     So a number that drifts a little with each change leaves its band one day.
     """
-    if earlier is not None and earlier.band.holds(value):
+    if earlier is not None and earlier.band(band).holds(value):
         return earlier.model_copy(update={"value": value})
-    if earlier is not None and earlier.level != band.level:
-        band = band._replace(level=earlier.level)
-    return Value(value=value, unit=unit, **band._asdict())
+    level = band.level if earlier is None else earlier.level
+    return Value(value=value, low=band.low, high=band.high, level=level)
 
 
 def _line(event: Any) -> str:
@@ -433,6 +452,35 @@ def _events(lines: tuple[str, ...]) -> Events:
     return events
 
 
-def _plain(value: Any) -> Any:
-    """Return a value with lists for tuples, which TOML has no word for."""
-    return json.loads(json.dumps(value))
+def _line_of(text: str, field: str) -> int:
+    """Return the line of a field that stands before all tables, counted from 1."""
+    found = re.search(rf"^\s*{field}\s*=", text, re.MULTILINE)
+    return 1 if found is None else text.count("\n", 0, found.end()) + 1
+
+
+def _lines(fields: Mapping[str, Any]) -> Iterator[str]:
+    """Yield fields as TOML, a line each, and events a line each; a writer would spread bands."""
+    for key, value in fields.items():
+        if isinstance(value, tuple) and value and isinstance(value[0], str):
+            yield f"{_key(key)} = ["
+            yield from (f"    {_inline(one)}," for one in value)
+            yield "]"
+        else:
+            yield f"{_key(key)} = {_inline(value)}"
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _inline(name)
+
+
+def _inline(value: Any) -> str:
+    """Return a value as TOML in one line; floats read back to the same bits."""
+    if isinstance(value, dict):
+        return (
+            "{ " + ", ".join(f"{_key(key)} = {_inline(one)}" for key, one in value.items()) + " }"
+        )
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_inline, value)) + "]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return repr(value)

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 
 from ghostball.engine.result import EventKind, Events, event_dict
-from ghostball.validation.baselines.bands import Band, direction
-from ghostball.validation.baselines.fingerprint import BLOCK
+from ghostball.validation.baselines.bands import Band, Bands, direction
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.baselines.regression import (
     Change,
     FirstDifference,
-    Level,
     LoggedEvent,
     Quantity,
     SceneChange,
@@ -23,16 +20,6 @@ from ghostball.validation.baselines.regression import (
 from ghostball.validation.baselines.rounding import Allowance
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.grading.alignment import align, found_log
-
-
-@dataclass(frozen=True)
-class Bands:
-    """What is accepted of a scene: bands of its metrics and counters, and how its hash counts."""
-
-    metrics: Mapping[str, Band]
-    counters: Mapping[str, Band]
-    hash_level: Level = "error"
-
 
 _SOURCES = {
     "proof": "the proof of the shot",
@@ -204,57 +191,23 @@ def _is_cut(one: Observed) -> bool:
 
 
 def _parted_later(base: Observed, head: Observed, explained: Allowance) -> FirstDifference | None:
-    """Look beyond the events that a baseline keeps, block by block: at its order, and its end.
+    """Look beyond the events that a baseline keeps: of them all, only the order is known.
 
-    What instants within a block were isn't known, but what moves one moves those after it.
+    It says nothing where either log reaches beyond the horizon, for the logs may differ there.
     """
-    order = _other_block(
-        [one.sequence for one in base.blocks], [one.sequence for one in head.blocks]
-    )
-    late = next(
-        (
-            k
-            for k, (before, after) in enumerate(zip(base.blocks, head.blocks, strict=False))
-            if abs(before.end - after.end) > _end_tolerance(head, k, explained)
-        ),
-        None,
-    )
-    found = [k for k in (order, late) if k is not None]
-    if not found:
+    ends_later = max(base.rest_time, head.rest_time) > explained.horizon
+    if ends_later or base.sequence == head.sequence:
         return None
-    block = min(found)
-    # A block that reaches beyond the horizon may differ there.
-    ends = [one.blocks[block].end for one in (base, head) if block < len(one.blocks)]
-    if max(ends) > explained.horizon:
-        return None
-    if block == order:
-        how = "come in another order"
-    else:
-        how = f"end {abs(ends[0] - ends[1]):.3g} s {'later' if ends[1] > ends[0] else 'sooner'}"
-    return _block_difference(base, head, block, how, before_horizon=True)
+    return _later_difference(base, head, "come in another order", before_horizon=True)
 
 
-def _end_tolerance(head: Observed, block: int, explained: Allowance) -> float:
-    """Return by how much rounding may move the last event of a block [s]."""
-    last = min((block + 1) * BLOCK, len(explained.event_times)) - 1
-    return float(explained.event_times[last]) if block < len(head.blocks) else 0.0
-
-
-def _other_block(base: Sequence[object], head: Sequence[object]) -> int | None:
-    """Return the first block that differs; None where none does, and neither has more of them."""
-    if base == head:
-        return None
-    pairs = zip(base, head, strict=False)
-    return next((k for k, (a, b) in enumerate(pairs) if a != b), min(len(base), len(head)))
-
-
-def _block_difference(
-    base: Observed, head: Observed, block: int, how: str, *, before_horizon: bool
+def _later_difference(
+    base: Observed, head: Observed, how: str, *, before_horizon: bool
 ) -> FirstDifference:
-    start = block * BLOCK
+    start = min(len(base.events), len(head.events))
     words = (
-        f"events {start} to {start + BLOCK - 1} {how} "
-        f"(there were {base.event_count} events, and are {head.event_count} now)"
+        f"events from {start} on {how} (there were {base.event_count} events, and are "
+        f"{head.event_count} now); `ghostball diff` of two results folders says where"
     )
     return FirstDifference(
         index=start, base=None, head=None, before_horizon=before_horizon, words=words
@@ -267,6 +220,11 @@ def _end_moved(base: Observed, head: Observed, explained: Allowance) -> bool:
         return True
     if explained.rest is None:
         return False
+    if len(head.events) and (_is_cut(base) or _is_cut(head)):
+        # The instant of the last event isn't kept, but that of the end is.
+        late = abs(base.rest_time - head.rest_time)
+        if not late <= explained.event_times[-1]:
+            return True
     moved = np.linalg.norm(base.rest_positions - head.rest_positions, axis=1)
     return bool(np.any(~(moved <= explained.rest)))
 
@@ -282,11 +240,10 @@ def _first_bits(base: Observed, head: Observed, horizon: float) -> FirstDifferen
     j = shorter if len(head.events) > shorter else None
     if (i is not None and not _is_cut(head)) or (j is not None and not _is_cut(base)):
         return _difference(base, head, i, j, horizon)
-    block = _other_block(base.blocks, head.blocks)  # beyond what is kept
-    if block is None:
+    if not (_is_cut(base) or _is_cut(head)):
         return None
-    before = bool(np.any(head.events[block * BLOCK :]["t"][:1] <= horizon))
-    return _block_difference(base, head, block, "differ", before_horizon=before)
+    before = bool(np.any(head.events[shorter:]["t"][:1] <= horizon))
+    return _later_difference(base, head, "or the end differ", before_horizon=before)
 
 
 def _difference(

@@ -21,7 +21,7 @@ from ghostball.validation.baselines.baseline import (
     engine_key,
     load_baseline,
 )
-from ghostball.validation.baselines.classify import Bands, classify
+from ghostball.validation.baselines.classify import classify
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.baselines.regression import BASELINES, Regression, SceneChange
 from ghostball.validation.baselines.replay import PlayAgain, not_deterministic, playing_again
@@ -287,13 +287,12 @@ def _compare(
     # Whoever switches the hash off says that the bits are others each time.
     if baseline.hash.level != "off" and (change := unsteady(baseline.hash.bits)) is not None:
         return change, None, baseline.accepted.model_dump()
-    bands = Bands(
-        {name: value.band for name, value in baseline.metrics.items()},
-        {name: value.band for name, value in baseline.work.items()},
-        baseline.hash.level,
-    )
     change = classify(
-        baseline.observed, head, bands, lambda: allowance(scene, head, label), common["command"]
+        baseline.observed,
+        head,
+        baseline.bands,
+        lambda: allowance(scene, head, label),
+        common["command"],
     )
     if change.failed and baseline.accepted.platform != pending.platform:
         change = change.model_copy(

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from ghostball.engine import GhostballError, Result
 from ghostball.engine.result import Events
 from ghostball.engine.result.hashes import bits_hash, sequence_hash
-from ghostball.validation.baselines.fingerprint import Block, blocks_of
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.metrics import Value
 from ghostball.validation.results.records import (
@@ -29,10 +28,10 @@ FloatArray = NDArray[np.float64]
 UNJUDGED = ("wall_time",)
 """Metrics that no baseline holds: the time is the machine's."""
 
-KEPT_EVENTS = 512
-"""Events that a baseline holds one by one; beyond them, hashes say which block of a log differs.
+KEPT_EVENTS = 64
+"""Events that a baseline holds one by one: what a person reads, and all of most shipped shots.
 
-That is every event of all shipped shots but Galperin's longest: files that people can read.
+Of later ones the hashes say that they differ, and `ghostball diff` of two runs says where.
 """
 
 
@@ -53,10 +52,8 @@ class Observed:
     events : structured array (`EVENT_DTYPE`)
         All of them, or the first ones, of a baseline of a long shot.
     event_count : int
-    blocks : tuple of Block
-        Hashes of all events, in blocks.
     bits, sequence : str
-        Hashes; see `fingerprint`.
+        Hashes of all bits, and of the order of all events alone; see `engine.result.hashes`.
     metrics : dict of str to int or float
         Those that have a value, without those that compare our engine with itself.
     work : dict of str to int
@@ -73,7 +70,6 @@ class Observed:
     rest_positions: FloatArray
     events: Events
     event_count: int
-    blocks: tuple[Block, ...]
     bits: str
     sequence: str
     metrics: Mapping[str, int | float] = field(default_factory=dict)
@@ -105,7 +101,6 @@ class Observed:
             case.rest_positions,
             motion.events,
             len(motion.events),
-            blocks_of(motion.events),
             bits_hash(motion.events, case.rest_positions),
             sequence_hash(motion.events),
             judged(case.metrics, case.truth),
@@ -132,7 +127,6 @@ class Observed:
             result.rest_positions,
             events,
             len(events),
-            blocks_of(events),
             bits_hash(events, result.rest_positions),
             sequence_hash(events),
             judged(metrics or {}, truth),

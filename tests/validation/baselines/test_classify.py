@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from ghostball.engine.result import EventKind
-from ghostball.validation.baselines.classify import Bands, classify
-from ghostball.validation.baselines.fingerprint import BLOCK
+from ghostball.validation.baselines.bands import Bands
+from ghostball.validation.baselines.classify import classify
 from ghostball.validation.baselines.observed import KEPT_EVENTS
 from ghostball.validation.scenes.library import find_scene
 
@@ -239,7 +239,7 @@ def test_an_ulp_of_a_chaotic_shot_is_rounding_up_to_its_horizon(name):
 
 # --- logs longer than what is kept ------------------------------------------------------------
 
-LONG = KEPT_EVENTS + 2 * BLOCK + 88
+LONG = 5 * KEPT_EVENTS
 
 
 def long_run(count=LONG):
@@ -250,65 +250,67 @@ def test_a_long_log_is_identical_to_its_baseline():
     assert of(long_run(), gate.as_accepted(long_run())).change == "identical"
 
 
-@pytest.mark.parametrize("index", [KEPT_EVENTS, KEPT_EVENTS + BLOCK, LONG - 1])
-def test_another_event_beyond_what_is_kept_is_found_by_its_block(index):
+@pytest.mark.parametrize("index", [KEPT_EVENTS, 2 * KEPT_EVENTS, LONG - 1])
+def test_another_event_beyond_what_is_kept_is_told(index):
     base = gate.as_accepted(long_run())
     events = long_run().events.copy()
     events["b"][index] = 5
     change = of(gate.with_events(BASE, events), base)
     assert change.change == "results-changed"
-    first = change.first_difference
-    assert first.index == index // BLOCK * BLOCK
-    assert first.words.startswith(f"events {first.index} to {first.index + BLOCK - 1} come in")
+    assert change.first_difference.index == KEPT_EVENTS
+    assert change.first_difference.words.startswith(
+        f"events from {KEPT_EVENTS} on come in another order (there were {LONG} events"
+    )
+    assert "`ghostball diff`" in change.summary
 
 
 @pytest.mark.parametrize("index", [KEPT_EVENTS - 1, KEPT_EVENTS, LONG - 1])
-def test_another_bit_beyond_what_is_kept_is_found_by_its_block(index):
+def test_another_bit_beyond_what_is_kept_is_told(index):
     change = of(shifted(long_run(), index, 5e-13), gate.as_accepted(long_run()))
     assert change.change == "rounding-only"
-    assert change.first_difference.index == (
-        index if index < KEPT_EVENTS else index // BLOCK * BLOCK
-    )
+    assert change.failed
+    assert change.first_difference.index == min(index, KEPT_EVENTS)
 
 
 @pytest.mark.parametrize("horizon", [math.inf, 1.5])
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [
-        *((KEPT_EVENTS + 88, count) for count in (KEPT_EVENTS, KEPT_EVENTS + 50, 400, BLOCK, 0)),
-        *((count, KEPT_EVENTS + 88) for count in (KEPT_EVENTS, KEPT_EVENTS + 50, 400, BLOCK, 0)),
-        (KEPT_EVENTS + 2 * BLOCK, KEPT_EVENTS + BLOCK),
-        (KEPT_EVENTS + BLOCK, KEPT_EVENTS + 2 * BLOCK),
-        (KEPT_EVENTS, KEPT_EVENTS + 1),
-    ],
-)
-def test_a_long_log_that_became_shorter_or_longer_is_told_where(before, after, horizon):
+@pytest.mark.parametrize("count", [LONG - 1, KEPT_EVENTS + 1, KEPT_EVENTS, KEPT_EVENTS - 1, 0])
+@pytest.mark.parametrize("grown", [True, False])
+def test_a_long_log_that_became_shorter_or_longer_is_told_where(count, grown, horizon):
     # What is no more may lie within what is kept of one log, and beyond that of the other.
+    before, after = (count, LONG) if grown else (LONG, count)
     base, head = gate.as_accepted(long_run(before)), long_run(after)
     change = of(head, base, horizon=horizon, rest=None)
-    first = change.first_difference
-    least = min(before, after)
-    assert first is not None
-    expected = least if least < KEPT_EVENTS or after == KEPT_EVENTS + 1 else least // BLOCK * BLOCK
-    if least == KEPT_EVENTS:
-        expected = KEPT_EVENTS
-    assert first.index == expected
-    empty_before_horizon = least == 0
-    seen = math.isinf(horizon) or empty_before_horizon
+    assert change.first_difference is not None
+    assert change.first_difference.index == min(count, KEPT_EVENTS)
+    seen = math.isinf(horizon) or count == 0
     assert change.change == ("results-changed" if seen else "rounding-only")
 
 
-def test_a_difference_beyond_what_is_kept_counts_where_the_horizon_lies_behind_it():
-    # The horizon of a mild shot of very many events may come after the events that are kept.
+def test_a_difference_beyond_what_is_kept_counts_where_the_horizon_lies_behind_the_end():
+    # Where it lies before the end the logs differ after it, and only the order of all is known.
     base = gate.as_accepted(long_run())
     events = long_run().events.copy()
     events["b"][KEPT_EVENTS + 3] = 5
     head = gate.with_events(BASE, events)
-    behind = of(head, base, horizon=KEPT_EVENTS + BLOCK + 0.5, rest=None)
+    behind = of(head, base, horizon=BASE.rest_time + 0.5, rest=None)
     assert behind.change == "results-changed"
     assert behind.first_difference.index == KEPT_EVENTS
-    within = of(head, base, horizon=KEPT_EVENTS + 2.5, rest=None)
+    within = of(head, base, horizon=BASE.rest_time - 0.5, rest=None)
     assert within.change == "rounding-only"
+    assert within.failed
+
+
+def test_an_end_at_another_instant_is_seen_though_its_event_is_not_kept():
+    scene = gate.cut_shot()
+    base = gate.with_events(gate.observed(scene), gate.long_log(LONG), kept=KEPT_EVENTS)
+    for late, change in ((1e-3, "results-changed"), (1e-13, "rounding-only")):
+        events = gate.long_log(LONG)
+        events["t"][KEPT_EVENTS + 20 :] += late
+        head = replace(gate.with_events(base, events), rest_time=base.rest_time + late)
+        allowed = lambda: gate.allowance(LONG, time=1e-12)  # noqa: E731
+        found = classify(base, head, gate.bands_of(base), allowed)
+        assert found.change == change
+        assert found.first_difference.index == KEPT_EVENTS
 
 
 # --- against truth ----------------------------------------------------------------------------
@@ -421,24 +423,6 @@ def test_another_scene_is_not_comparable_and_not_compared():
     assert change.change == "not-comparable"
     assert not change.failed
     assert not change.metrics
-
-
-def test_instants_beyond_what_is_kept_count_at_the_end_of_each_block():
-    # Of the long shots most events lie there; a lateness that began there was called rounding.
-    scene = gate.cut_shot()
-    base = gate.with_events(gate.observed(scene), gate.long_log(LONG), kept=KEPT_EVENTS)
-    for late, change in ((1e-3, "results-changed"), (1e-13, "rounding-only")):
-        events = gate.long_log(LONG)
-        events["t"][KEPT_EVENTS + 20 :] += late
-        head = gate.with_events(base, events)
-        found = classify(
-            base,
-            head,
-            gate.bands_of(base),
-            lambda: gate.allowance(LONG, time=1e-12),
-        )
-        assert found.change == change
-    assert found.first_difference.index == KEPT_EVENTS
 
 
 def test_another_end_past_the_horizon_is_no_rounding():

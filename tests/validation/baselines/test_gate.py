@@ -205,12 +205,12 @@ def test_another_scene_of_the_same_name_is_not_comparable(accepted):
 
 def test_a_baseline_of_another_version_is_not_comparable_and_not_overwritten(accepted):
     path = baseline_path(accepted.baselines, "cut")
-    path.write_text(path.read_text("utf-8").replace("schema = 2", "schema = 1"), "utf-8")
+    path.write_text(path.read_text("utf-8").replace("schema = 3", "schema = 2"), "utf-8")
     check_baselines(accepted.baselines, ["cut"])
     before = accepted.contents()
     found = accepted.compare()
     assert found.outcome == "no-baseline"
-    assert "`schema` must be 2, got 1" in found.scene("cut").summary
+    assert "`schema` must be 3, got 2" in found.scene("cut").summary
     assert accepted.contents() == before
     accepted.accept("Of this version.")
     assert accepted.compare().outcome == "passed"
